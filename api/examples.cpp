@@ -64,11 +64,10 @@ PixelView example_pixel() {
 
 ObjectsView example_objects() {
   ObjectsView out;
-  out.camera = {.orthographic = false,
+  out.camera = {.type = core::CameraType::kPerspective,
                 .width = 960,
                 .height = 540,
-                .focal_px = 651.8,
-                .pixels_per_metre = 0,
+                .scale_px = {651.8, 651.8},
                 .to_world = {}};
   out.has_ids = true;
   ObjectView chair{.id = 4,

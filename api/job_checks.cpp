@@ -164,6 +164,25 @@ void check_camera(const JobSpec& spec, Faults& faults) {
   if (camera.up && norm(exact(*camera.up)) == 0) {
     faults.add("/camera/up", "is the zero vector");
   }
+  if (camera.type && *camera.type != core::CameraType::kPerspective &&
+      camera.vertical_fov_degrees) {
+    faults.add("/camera/vertical_fov_degrees", "is of perspective cameras only");
+  }
+  if (camera.type && *camera.type != core::CameraType::kOrthographic &&
+      camera.orthographic_height_m) {
+    faults.add("/camera/orthographic_height", "is of orthographic cameras only");
+  }
+  if (camera.type == core::CameraType::kPanorama) {
+    if (camera.aperture_radius_m.value_or(0) > 0) {
+      faults.add("/camera/aperture_radius", "a panorama has no lens");
+    }
+    const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
+    if (row != nullptr && row->splats) {
+      faults.add("/camera/type",
+                 "'panorama' does not go with integrator '" + spec.render.integrator +
+                     "', whose light paths end in the picture: its filters reach over the seam");
+    }
+  }
   if (spec.orbit && (camera.position || camera.target)) {
     faults.add("/camera/orbit", "places the camera; give it, or position and target");
   } else if (camera.position && camera.target) {

@@ -10,7 +10,6 @@
 #include "api/limits.h"
 #include "api/schemas.h"
 #include "api/stop_rules.h"
-#include "core/film/replicate_fit.h"
 #include "core/render/pass_plan.h"
 #include "core/settings/registry.h"
 
@@ -49,6 +48,17 @@ constexpr auto camera_row() {
           "Upward direction; [0, 1, 0] if position and target are given without it."),
       shown_if([](const JobSpec& s) { return s.orbit.has_value(); },
                CustomRow<JobSpec>{"orbit", &read_orbit, &print_orbit, &orbit_schema}),
+      shown_if([](const JobSpec& s) { return s.camera.type.has_value(); },
+               choice(
+                   "type", [](auto& s) -> auto& { return s.camera.type; }, &core::camera_types,
+                   "Projection; by default the file camera's, and perspective where the pose is "
+                   "given.")),
+      shown_if([](const JobSpec& s) { return s.camera.orthographic_height_m.has_value(); },
+               number(
+                   "orthographic_height",
+                   [](auto& s) -> auto& { return s.camera.orthographic_height_m; }, {0, kFar, true},
+                   "Height of an orthographic view, metres; null: the file camera's, or what a "
+                   "perspective camera sees at the target's distance.")),
       number(
           "vertical_fov_degrees", [](auto& s) -> auto& { return s.camera.vertical_fov_degrees; },
           {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),
@@ -229,6 +239,11 @@ const auto& table() {
       number(
           "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
           "Animation time, seconds; null: the rest pose, which the file's own transforms give."),
+      shown_if([](const JobSpec& s) { return s.render.film.motion; },
+               number(
+                   "motion_seconds", [](auto& s) -> auto& { return s.motion_seconds; }, {-1e6, 1e6},
+                   "From time_seconds to the second time of the layer motion, whose file camera "
+                   "counts too; below 0: before. In the rest pose nothing moves.")),
       CustomRow<JobSpec>{"medium", &read_medium, &print_medium, &medium_schema},
       choice(
           "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
@@ -359,11 +374,6 @@ std::string min_samples_warning(int asked, const core::RenderSettings& render) {
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-template <typename Value>
-std::string quoted_name(std::span<const core::NamedValue<Value>> rows, Value value) {
-  return "'" + std::string(core::row_of(rows, value).name) + "'";
-}
-
 /// The integrator that the request names, else the usual one.
 std::string integrator_of(const Json& request) {
   const Json::json_pointer type("/integrator/type");
@@ -413,55 +423,6 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   return job;
 }
 
-std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
-  std::vector<std::string> warnings;
-  const core::AdaptiveSettings& adaptive = spec.render.adaptive;
-  if (adaptive.type == core::AdaptiveType::kNone) {
-    return warnings;
-  }
-  const int first = core::first_epoch(spec.render);
-  const core::RenderSettings usual =
-      core::default_settings(spec.render.integrator, spec.stop.relative_error.has_value());
-  if (adaptive.type != usual.adaptive.type && spec.stop.samples_per_pixel &&
-      *spec.stop.samples_per_pixel <= first) {
-    warnings.push_back(
-        "adaptive: every pixel gets the same, because the first decision is taken at " +
-        std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
-        " are asked for.");
-  }
-  return warnings;
-}
-
-std::vector<std::string> idle_warnings(const JobSpec& spec) {
-  std::vector<std::string> warnings;
-  const core::RenderSettings& render = spec.render;
-  const core::EstimatorSettings& estimator = render.estimator;
-  if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
-    const std::string strategy = quoted_name(core::strategies(), estimator.strategy);
-    if (render.light_sampler != core::RenderSettings{}.light_sampler) {
-      warnings.push_back(
-          "light_sampler: " + quoted_name(core::light_samplers(), render.light_sampler) +
-          " has no effect: strategy " + strategy +
-          " takes no light samples but those of punctual lights, which it chooses evenly.");
-    }
-    if (estimator.roulette == core::RouletteType::kThreshold) {
-      warnings.push_back(
-          "estimator.roulette: 'threshold' is about the shadow rays of light samples, and "
-          "strategy " +
-          strategy + " takes none but those of punctual lights.");
-    }
-  }
-  const int learnt = static_cast<int>(core::kFirstFit) * render.replicates;
-  if (estimator.control_variate == core::ControlVariateType::kRegression &&
-      spec.stop.samples_per_pixel && *spec.stop.samples_per_pixel <= learnt) {
-    warnings.push_back(
-        "estimator.control_variate: 'regression' has no effect: it learns from the first " +
-        std::to_string(learnt) + " samples of a pixel, and " +
-        std::to_string(*spec.stop.samples_per_pixel) + " are asked for.");
-  }
-  return warnings;
-}
-
 Json to_json(const JobSpec& spec) { return print_members(table(), spec); }
 
 std::string spec_json(const JobSpec& spec) { return dump(to_json(spec)); }
@@ -477,6 +438,20 @@ core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds) 
   return spec.orbit
              ? core::placed_on_orbit(spec.camera, *spec.orbit, bounds, film.width, film.height)
              : spec.camera;
+}
+
+std::optional<double> later_seconds(const JobSpec& spec) {
+  const bool moves = spec.render.film.motion && spec.time_seconds.has_value();
+  return moves ? std::optional(*spec.time_seconds + spec.motion_seconds) : std::nullopt;
+}
+
+std::string sight_key(const JobSpec& spec) {
+  const Json all = to_json(spec);
+  Json key = {{"width", spec.render.film.width}, {"height", spec.render.film.height}};
+  for (const char* name : {"scene", "camera", "variant", "time_seconds", "ground"}) {
+    key[name] = all.value(name, Json());
+  }
+  return dump(key);
 }
 
 std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene) {

@@ -52,6 +52,8 @@ struct JobSpec {
   std::optional<core::CameraOrbit> orbit;  ///< instead of the camera's position and target
   std::optional<std::string> variant;
   std::optional<double> time_seconds = 0;  ///< empty: the rest pose
+  /// To the second time of the layer `motion`; by default a frame of film.
+  double motion_seconds = 1.0 / 24;
   JobClass job_class = JobClass::kNormal;
   std::optional<std::string> preview_key;
   EnvironmentChoice environment_choice = EnvironmentChoice::kAutomatic;
@@ -104,6 +106,12 @@ std::vector<std::string> idle_warnings(const JobSpec& spec);
 
 /// The camera with its place on the orbit, if it has one. bounds: of the scene, world, metres.
 core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds);
+
+/// The second time of the layer `motion`; empty: it is not recorded, or in the rest pose.
+std::optional<double> later_seconds(const JobSpec& spec);
+
+/// Equal for jobs whose cameras see the same geometry in films of the same size.
+std::string sight_key(const JobSpec& spec);
 
 /// The rule for an absent `environment`: the scene's own; else white, unless the scene has a
 /// punctual light or a material with emissive strength above 1. Returns the warning that says so;

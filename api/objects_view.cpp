@@ -4,6 +4,7 @@
 
 #include "api/json.h"
 #include "api/views.h"
+#include "core/settings/registry.h"
 
 namespace api {
 namespace {
@@ -87,26 +88,59 @@ Json matrix_json(const ViewpointView& c) {
   return rows;
 }
 
+/// The inverse, with y down and z ahead.
+Json world_to_camera(const ViewpointView& c) {
+  Json rows = Json::array();
+  for (const core::Vec3 axis : {c.to_world.x, -c.to_world.y, -c.to_world.z}) {
+    double along = 0;  // of the camera's place
+    for (int i = 0; i < 3; ++i) {
+      along += static_cast<double>(axis[i]) * static_cast<double>(c.to_world.t[i]);
+      rows.push_back(static_cast<double>(axis[i]));
+    }
+    rows.push_back(0 - along);  // and never -0
+  }
+  for (const int v : {0, 0, 0, 1}) {
+    rows.push_back(v);
+  }
+  return rows;
+}
+
+std::vector<std::string_view> camera_type_names() {
+  std::vector<std::string_view> names;
+  for (const auto& row : core::camera_types()) {
+    names.push_back(row.name);
+  }
+  return names;
+}
+
 const View<ViewpointView>& viewpoint_view() {
   using Seen = ViewpointView;
   static const View<Seen> kView = {
       "",
-      "The camera without its lens. A point (x, y, z) of its space, y up, z < 0 before it, is seen "
-      "at the pixel (cx - fx x / z, cy + fy y / z); an orthographic one sees it at (cx + fx x, cy "
-      "- "
-      "fy y).",
-      {{"type", shape::one_of({"perspective", "orthographic"}),
-        [](const Seen& c) -> Json { return c.orthographic ? "orthographic" : "perspective"; }},
+      "The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is "
+      "seen "
+      "at the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + "
+      "fx x, cy + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, "
+      "hypot(x, z))) of a panorama. Pixel i goes from i to i + 1; for tools that count from its "
+      "centre, subtract 0.5.",
+      {{"type", shape::one_of(camera_type_names()),
+        [](const Seen& c) -> Json { return core::row_of(core::camera_types(), c.type).name; }},
        {"width", shape::count(), [](const Seen& c) -> Json { return c.width; }},
        {"height", shape::count(), [](const Seen& c) -> Json { return c.height; }},
-       {"fx", shape::real("Focal length in pixels, or pixels per metre."),
-        [](const Seen& c) -> Json { return c.orthographic ? c.pixels_per_metre : c.focal_px; }},
-       {"fy", shape::real(),
-        [](const Seen& c) -> Json { return c.orthographic ? c.pixels_per_metre : c.focal_px; }},
+       {"fx",
+        shape::real("Focal length in pixels; orthographic: pixels a metre; panorama: a radian."),
+        [](const Seen& c) -> Json { return c.scale_px[0]; }},
+       {"fy", shape::real(), [](const Seen& c) -> Json { return c.scale_px[1]; }},
        {"cx", shape::real("Centre of the film; the centre of pixel 0 is at 0.5."),
         [](const Seen& c) -> Json { return 0.5 * c.width; }},
        {"cy", shape::real(), [](const Seen& c) -> Json { return 0.5 * c.height; }},
-       {"to_world", shape::reals("16 numbers, column by column as in glTF."), &matrix_json}}};
+       {"world_to_camera",
+        shape::reals("16 numbers, row by row; x to the right, y down, z ahead, as in OpenCV and "
+                     "COCO."),
+        &world_to_camera},
+       {"to_world",
+        shape::reals("16 numbers, column by column; x to the right, y up, -z ahead, as in glTF."),
+        &matrix_json}}};
   return kView;
 }
 

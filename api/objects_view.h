@@ -1,6 +1,7 @@
 /// GET /v1/jobs/{id}/objects: what the ids of a picture's layers are.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "core/math/bounds.h"
 #include "core/math/transform.h"
+#include "core/settings/settings.h"
 
 namespace api {
 
@@ -45,12 +47,11 @@ struct LabelView {
   std::string name;     ///< "" for primitives
 };
 struct ViewpointView {
-  bool orthographic = false;
+  core::CameraType type = core::CameraType::kPerspective;
   int width = 0;
   int height = 0;
-  double focal_px = 0;          ///< perspective
-  double pixels_per_metre = 0;  ///< orthographic
-  core::Transform to_world;     ///< x to the right, y up, looks along -z
+  std::array<double, 2> scale_px{};  ///< fx and fy
+  core::Transform to_world;          ///< x to the right, y up, looks along -z
 };
 struct ObjectsView {
   ViewpointView camera;

@@ -215,6 +215,10 @@ const auto& image_table() {
               "max_size", [](auto& s) -> auto& { return s.query.max_size; }, {1, limits::kFilmSide},
               "Longest side of the answer; larger images are scaled down."),
           flag(
+              "parts", [](auto& s) -> auto& { return s.query.parts; },
+              "1: an EXR of all layers has a part for each, named after it; 0: one part, with "
+              "channels LAYER.CHANNEL."),
+          flag(
               "stream", [](auto& s) -> auto& { return s.query.stream; },
               "1, or Accept: multipart/x-mixed-replace: every new image until the end, for "
               "<img>."),

@@ -147,6 +147,7 @@ struct ImageQuery {
   std::optional<int> max_size;            ///< longest side of the answer
   DenoiseShow denoise = DenoiseShow::kOff;
   std::vector<float> mix;  ///< weights of the shares of the light, in the job's order; empty: none
+  bool parts = false;      ///< EXR of all layers: each is a part of its own
   bool stream = false;     ///< every new revision, as multipart/x-mixed-replace
 };
 /// tone_maps: the names that are allowed.

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "api/job_view.h"
+#include "api/matte_manifest.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
 #include "clients/cli/files.h"
@@ -153,7 +154,8 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
 }
 
 core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec,
-                           const std::string& output, const core::DenoisedLook& look) {
+                           const core::Scene& scene, const std::string& output,
+                           const core::DenoisedLook& look) {
   const core::ImageFormat& format = *find_format(output);
   const core::FilmSnapshot film = task.film().snapshot();
   core::Result<core::FloatImage> image =
@@ -165,6 +167,9 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   }
   core::EncodeOptions options;
   options.whole_channels = core::whole_channels();
+  if (format.extension == "exr") {
+    api::add_mattes(options.metadata, spec.render.film, &scene);
+  }
   const auto file = core::encode_image(*image, format, options);
   if (!file) {
     return file.error();
@@ -261,7 +266,9 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     return complain("render", shown.error());
   }
   const core::DenoisedLook& look = shown->look;
-  if (const auto written = write_picture(task, job.spec, flags.output, look); !written) {
+  if (const auto written =
+          write_picture(task, job.spec, *job.renderer->view().scene, flags.output, look);
+      !written) {
     return complain("render", written.error());
   }
   if (flags.json) {

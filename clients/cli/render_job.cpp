@@ -188,7 +188,17 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   core::View view = {.scene = *scene,
                      .environment = *environment,
                      .camera = api::camera_in(job.spec, summary.bounds),
+                     .later = nullptr,
                      .settings = job.spec.render};
+  if (const auto seconds = api::later_seconds(job.spec)) {
+    options.time_seconds = seconds;
+    options.geometry_only = true;
+    auto later = load_scene(job.spec.scene, options);
+    if (!later) {
+      return later.error();
+    }
+    view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
+  }
   if (auto chosen = core::settle_integrator(view); !chosen) {
     return chosen.error();
   } else if (!chosen->empty()) {

@@ -156,6 +156,15 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   view.scene = *scene;
   view.camera = api::camera_in(spec, (*scene)->summary().bounds);
   view.settings = spec.render;
+  if (const auto seconds = api::later_seconds(spec)) {
+    options.time_seconds = seconds;
+    options.geometry_only = true;
+    auto later = core::load_gltf(*files[""], resolve, options);
+    if (!later) {
+      return later.error();
+    }
+    view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
+  }
   if (spec.environment_choice == api::EnvironmentChoice::kAutomatic) {
     view.environment = (*scene)->environment();
   } else if (spec.environment_choice == api::EnvironmentChoice::kGiven) {

@@ -46,6 +46,26 @@ Result<const CameraDescription*> choose(const CameraSettings& settings,
   return cameras.empty() ? nullptr : &cameras.front();
 }
 
+/// Members that such a camera has no use for.
+Status check_type(const CameraSettings& settings, CameraType type) {
+  const auto refused = [](std::string message, std::string pointer) {
+    return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
+  };
+  if (type == CameraType::kOrthographic && settings.vertical_fov_degrees) {
+    return refused("an orthographic camera has no field of view", "/camera/vertical_fov_degrees");
+  }
+  if (type == CameraType::kPanorama && settings.vertical_fov_degrees) {
+    return refused("a panorama sees everything around", "/camera/vertical_fov_degrees");
+  }
+  if (type == CameraType::kPanorama && settings.aperture_radius_m.value_or(0) > 0) {
+    return refused("a panorama has no lens", "/camera/aperture_radius");
+  }
+  if (type != CameraType::kOrthographic && settings.orthographic_height_m) {
+    return refused("the camera is not orthographic", "/camera/orthographic_height");
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Result<Camera> Camera::create(const CameraSettings& settings,
@@ -65,10 +85,11 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   camera.height_px_ = static_cast<float>(height);
   const float aspect = camera.width_px_ / camera.height_px_;
   const bool posed = settings.position.has_value();
-  camera.orthographic_ = !posed && file != nullptr && file->orthographic;
-  if (camera.orthographic_ && settings.vertical_fov_degrees) {
-    return Error{ErrorCode::kInvalidArgument, "an orthographic camera has no field of view",
-                 "/camera/vertical_fov_degrees"};
+  const bool is_file_orthographic = !posed && file != nullptr && file->orthographic;
+  camera.type_ = settings.type.value_or(is_file_orthographic ? CameraType::kOrthographic
+                                                             : CameraType::kPerspective);
+  if (const Status fits = check_type(settings, camera.type_); !fits) {
+    return fits.error();
   }
   float fov = 45 * kDegree;
   if (settings.vertical_fov_degrees) {
@@ -103,21 +124,29 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   }
   camera.right_ = normalize(right);
   camera.up_ = cross(camera.right_, camera.forward_);
-  if (camera.orthographic_) {
-    // Magnifications are half sizes. Where the film's shape differs, the height is kept, as the
-    // perspective camera keeps its vertical field of view.
-    camera.half_height_ = file->y_magnification;
-    camera.half_width_ = file->y_magnification * aspect;
-  } else {
-    camera.half_height_ = std::tan(fov * 0.5F);
-    camera.half_width_ = camera.half_height_ * aspect;
-  }
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
-  camera.focus_distance_m_ = settings.focus_distance_m.value_or(
+  const float distance_m =
       posed ? length(*settings.target - *settings.position)
             : std::max(
                   dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_),
-                  1e-3F));
+                  1e-3F);
+  camera.focus_distance_m_ = settings.focus_distance_m.value_or(distance_m);
+  if (camera.type_ == CameraType::kPanorama) {
+    camera.half_height_ = 0.5F * kPi;
+    camera.half_width_ = kPi;
+    return camera;
+  }
+  camera.half_height_ = std::tan(fov * 0.5F);
+  if (settings.orthographic_height_m) {
+    camera.half_height_ = *settings.orthographic_height_m * 0.5F;
+  } else if (is_file_orthographic && camera.is_orthographic()) {
+    // Magnifications are half sizes. Where the film's shape differs, the height is kept, as the
+    // perspective camera keeps its vertical field of view.
+    camera.half_height_ = file->y_magnification;
+  } else if (camera.is_orthographic()) {
+    camera.half_height_ *= distance_m;
+  }
+  camera.half_width_ = camera.half_height_ * aspect;
   return camera;
 }
 
@@ -125,7 +154,14 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
   const float x = (2 * film_px.x / width_px_ - 1) * half_width_;
   const float y = (1 - 2 * film_px.y / height_px_) * half_height_;
   CameraRay out;
-  if (orthographic_) {
+  if (type_ == CameraType::kPanorama) {
+    out.ray.origin = eye_;
+    out.ray.direction = normalize((forward_ * std::cos(x) + right_ * std::sin(x)) * std::cos(y) +
+                                  up_ * std::sin(y));
+    out.spread_rad = kPi / height_px_;
+    return out;
+  }
+  if (is_orthographic()) {
     out.ray.origin = eye_ + right_ * x + up_ * y;
     out.ray.direction = forward_;
     out.width_m = 2 * half_height_ / height_px_;
@@ -145,7 +181,7 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
 }
 
 std::optional<Camera::Pinhole> Camera::pinhole() const noexcept {
-  if (orthographic_ || aperture_radius_m_ > 0) {
+  if (type_ != CameraType::kPerspective || aperture_radius_m_ > 0) {
     return std::nullopt;
   }
   return Pinhole{eye_,      right_,      up_,
@@ -167,6 +203,19 @@ float Camera::lens_area_m2() const noexcept { return kPi * square(aperture_radiu
 
 Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcept {
   Importance out;
+  if (type_ == CameraType::kPanorama) {
+    const float ahead = dot(direction, forward_);
+    const float aside = dot(direction, right_);
+    const float level = std::sqrt(square(ahead) + square(aside));  // cosine of the latitude
+    if (!(level > 0)) {
+      return out;  // a pole: a row of the film, and no point of it
+    }
+    out.film_px = film_position(std::atan2(aside, ahead), std::atan2(dot(direction, up_), level));
+    out.pdf_area = 1;
+    out.pdf_solid_angle = pixels_per_area() / level;
+    out.we = out.pdf_solid_angle;
+    return out;
+  }
   const float cosine = dot(direction, forward_);
   if (!(cosine > 0)) {
     return out;
@@ -177,10 +226,10 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
   const bool has_lens = aperture_radius_m_ > 0;
   const float f = has_lens ? focus_distance_m_ : 1.0F;
   const Vec3 at = origin - eye_ + direction * (f / cosine);
-  const float unit = orthographic_ ? 1.0F : f;
+  const float unit = is_orthographic() ? 1.0F : f;
   out.film_px = film_position(dot(at, right_) / unit, dot(at, up_) / unit);
   const float per_solid_angle = f * f / (cosine * cosine * cosine);
-  if (orthographic_) {
+  if (is_orthographic()) {
     // One point of the film is a point in focus: its rays part over the lens, and the lens moves
     // with the point.
     out.pdf_area = pixels_per_area();
@@ -196,6 +245,17 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
 Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept {
   ImportanceSample out;
   const Vec3 from_eye = point - eye_;
+  if (type_ == CameraType::kPanorama) {
+    out.distance_m = length(from_eye);
+    if (!(out.distance_m > 0)) {
+      return out;
+    }
+    out.wi_world = -from_eye * (1 / out.distance_m);
+    out.origin = eye_;
+    out.importance = importance(eye_, -out.wi_world);
+    out.pdf_solid_angle = out.importance.we > 0 ? square(out.distance_m) : 0.0F;
+    return out;
+  }
   const float depth = dot(from_eye, forward_);
   if (!(depth > 0)) {
     return out;
@@ -205,7 +265,7 @@ Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept
     const Vec2 d = concentric_disk(lens) * aperture_radius_m_;
     on_lens = right_ * d.x + up_ * d.y;
   }
-  if (orthographic_) {
+  if (is_orthographic()) {
     // The ray from a point `on_lens` beside the axis meets the axis in focus.
     on_lens = from_eye - forward_ * depth + on_lens * (depth / focus_distance_m_);
   }
@@ -214,7 +274,7 @@ Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept
   out.wi_world = to_camera * (1 / out.distance_m);
   out.origin = eye_ + on_lens;
   out.importance = importance(out.origin, -out.wi_world);
-  out.pdf_solid_angle = orthographic_
+  out.pdf_solid_angle = is_orthographic()
                             ? out.importance.pdf_solid_angle
                             : area_to_solid_angle(out.importance.pdf_area, square(out.distance_m),
                                                   -dot(out.wi_world, forward_));

@@ -1,4 +1,8 @@
-/// Camera: rays through the film, and their importance; perspective, orthographic, thin lens.
+/// Camera: rays through the film, and their importance; perspective and orthographic with a thin
+/// lens, panorama.
+///
+/// A panorama is equirectangular: its middle is forward(), which is a quarter of its width from
+/// right, its top row is up. The environment map that is seen along +x is the panorama.
 ///
 /// Importance is normalised per pixel: over the rays of any square pixel of film, importance times
 /// the cosine to forward() integrates to 1. With a reconstruction filter f that integrates to 1
@@ -29,7 +33,7 @@ class Camera {
   struct CameraRay {
     Ray ray;               ///< direction is unit; t is metres
     float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 for orthographic
-    float width_m = 0;     ///< width of a pixel at the origin; 0 for perspective
+    float width_m = 0;     ///< width of a pixel at the origin; 0 but for orthographic
   };
   /// film: position in pixels of the full film, x to the right, y down. lens in [0,1)^2.
   CameraRay ray(Vec2 film_px, Vec2 lens) const noexcept;
@@ -47,7 +51,8 @@ class Camera {
 
   /// The densities with which one ray per pixel of film, anywhere on it, is ray(); their product is
   /// we * cos. A pinhole has no area: its position counts as certain (pdf_area 1). Nor do the
-  /// directions of an orthographic camera without a lens spread (pdf_solid_angle 1).
+  /// directions of an orthographic camera without a lens spread (pdf_solid_angle 1). The film of a
+  /// panorama is a sphere around its pinhole: its cosine is 1.
   struct Importance {
     Vec2 film_px;               ///< may lie outside the film: filters reach there
     float we = 0;               ///< [1/(m^2 sr)]; 0: outside of the view
@@ -74,7 +79,8 @@ class Camera {
   /// Where on the film ray() with this lens sees the point; empty behind the camera.
   std::optional<Vec2> project(Vec3 point, Vec2 lens) const noexcept;
 
-  bool is_orthographic() const noexcept { return orthographic_; }
+  CameraType type() const noexcept { return type_; }
+  bool is_orthographic() const noexcept { return type_ == CameraType::kOrthographic; }
   Vec3 forward() const noexcept { return forward_; }
 
  private:
@@ -86,10 +92,11 @@ class Camera {
   Vec3 right_;
   Vec3 up_;
   Vec3 forward_;
-  bool orthographic_ = false;
+  CameraType type_ = CameraType::kPerspective;
   float width_px_ = 1;
   float height_px_ = 1;
-  float half_width_ = 1;  ///< of the film, at distance 1 (perspective) or in metres (orthographic)
+  /// Of the film, at distance 1 (perspective), in metres (orthographic) or radians (panorama).
+  float half_width_ = 1;
   float half_height_ = 1;
   float aperture_radius_m_ = 0;
   float focus_distance_m_ = 1;

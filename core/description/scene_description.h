@@ -101,7 +101,9 @@ struct PrimitiveDescription {
   std::array<std::vector<Vec2>, 2> uv;  ///< v = 0 at the top row
   std::vector<Vec4> colors;             ///< linear RGBA
   std::vector<std::uint32_t> indices;   ///< three a triangle; never empty, each < positions.size()
-  int material = -1;                    ///< -1: glTF's default material
+  /// Of each vertex its number in the file, where tangents split some; empty: the same.
+  std::vector<std::uint32_t> file_vertices;
+  int material = -1;     ///< -1: glTF's default material
   std::uint32_t id = 0;  ///< 1 + its number among the primitives of all meshes of the file; 0: of
                          ///< those here
 };

@@ -16,7 +16,7 @@ static_assert(sizeof(AuxPixel) == 32);
 static_assert(sizeof(PilotPixel) == 32);
 static_assert(sizeof(PixelPlan) == 8);
 static_assert(sizeof(ReplicateFit) == 48);
-static_assert(sizeof(LabelPixel) == 36);
+static_assert(sizeof(LabelPixel) == 44);
 static_assert(sizeof(MattePixel) == 72);
 
 std::size_t area(const PixelRect& r) {

@@ -15,7 +15,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
-static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(LabelPixel) == 36 &&
+static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(LabelPixel) == 44 &&
               sizeof(MattePixel) == 72);
 
 constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
@@ -25,11 +25,11 @@ constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
 constexpr std::uint32_t kSplatsFlag = 4;
-constexpr std::uint32_t kLabelsFlag = 8;
+constexpr std::uint32_t kLabelsFlag = 128;
 constexpr std::uint32_t kObjectMattesFlag = 16;
 constexpr std::uint32_t kMaterialMattesFlag = 32;
 constexpr std::uint32_t kOverWhiteFlag = 64;
-constexpr std::uint32_t kFlags = 127;
+constexpr std::uint32_t kFlags = 255 & ~8U;
 constexpr std::uint32_t kSharesShift = 8;
 /// Of a replicate: 65,536 samples of 64 megapixels.
 constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
@@ -222,7 +222,8 @@ bool is_sane(const AuxPixel& p, std::uint64_t samples) {
 }
 
 bool is_sane(const LabelPixel& p) {
-  return is_finite(p.position) && std::isfinite(p.uv.x) && std::isfinite(p.uv.y);
+  return is_finite(p.position) && std::isfinite(p.uv.x) && std::isfinite(p.uv.y) &&
+         !std::isinf(p.motion.x) && !std::isinf(p.motion.y);
 }
 
 /// Ids in their order, each met by some of the samples.

@@ -14,9 +14,9 @@
 ///   56  u64 bytes of the file
 ///   64  sha256 of the content (Film::digest), hex
 ///
-/// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats, 8 labels,
-/// 16 mattes of objects, 32 of materials, 64 errors are of the picture over white; from bit 8 on
-/// the number of shares of the picture's light, whose layers the text names.
+/// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats,
+/// 16 mattes of objects, 32 of materials, 64 errors are of the picture over white, 128 labels; from
+/// bit 8 on the number of shares of the picture's light, whose layers the text names.
 ///
 /// Ledger, 24 bytes a range:
 ///   u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0
@@ -32,8 +32,9 @@
 ///   flag 1    each pixel                    f32 albedo r, g, b, normal x, y, z, depth, u32 hits
 ///   flag 4    each pixel and replicate      i128 sums r, g, b of splats in units of 2^-40
 ///   shares    each pixel, replicate, share  f32 mean r, g, b
-///   flag 8    each pixel                    u32 object, instance, material, primitive,
-///                                           f32 position x, y, z, u, v
+///   flag 128  each pixel                    u32 object, instance, material, primitive,
+///                                           f32 position x, y, z, u, v, motion x, y
+///                                           (NaN: unknown)
 ///   16, 32    each pixel and flag           six times u32 id of Cryptomatte, u32 samples of half
 ///                                           A and B that met it
 ///

@@ -18,6 +18,7 @@ struct LabelPixel {
   std::uint32_t primitive = 0;  ///< 1 + number among the primitives of all meshes
   Vec3 position;                ///< world, metres
   Vec2 uv;                      ///< first set of texture coordinates
+  Vec2 motion;                  ///< MotionTarget::motion()
 };
 
 /// Ids of Cryptomatte that a pixel keeps: six ranks in three layers, its usual depth.

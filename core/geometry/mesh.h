@@ -19,6 +19,7 @@ struct MeshData {
   std::vector<Vec4> tangents;
   std::array<std::vector<Vec2>, 2> uv;
   std::vector<Vec4> colors;
+  std::vector<std::uint32_t> file_vertices;  ///< as PrimitiveDescription has them
   std::uint32_t material = 0;
   std::uint32_t primitive = 0;  ///< PrimitiveDescription::id
   bool in_world_space = false;

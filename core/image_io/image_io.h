@@ -55,14 +55,16 @@ struct EncodeOptions {
   std::optional<Rgb> background = {};
   std::map<std::string, std::string> metadata;   ///< text attributes where the format has them
   std::vector<std::string> whole_channels = {};  ///< unsigned integers in EXR, up to 2^24
+  bool parts = false;  ///< EXR: each layer (channel names up to the last dot) a part of its own
 };
 
 /// Colour channels of EXR (R G B A, and those of the layers "beauty" and "albedo") are half floats,
 /// finite values held within +-65504; all others, and all when is_color is false or whole_channels
-/// are among them, are float. Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha
-/// associated in `image`; written unassociated in PNG and WebP, associated in EXR). EXR takes any
-/// channels. NaN is written as is in float formats and as 0 in display formats. Errors: kInternal
-/// with the library's words.
+/// are among them, are float. With parts
+/// that is decided part by part; the first has the metadata, and parts of mattes theirs. Display
+/// formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
+/// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written as is
+/// in float formats and as 0 in display formats. Errors: kInternal with the library's words.
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
                                             const EncodeOptions& options);
 /// The same from rows, some of which are in memory at a time.

@@ -5,7 +5,8 @@
 
 namespace core {
 
-LabelPixel label(const SceneData& scene, Ray ray, std::uint64_t& rays) noexcept {
+LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
+                 std::uint64_t& rays) noexcept {
   RawHit hit;
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
     ++rays;
@@ -24,18 +25,21 @@ LabelPixel label(const SceneData& scene, Ray ray, std::uint64_t& rays) noexcept 
             .material = point.material + 1,
             .primitive = scene.meshes[placed.mesh].primitive,
             .position = point.position,
-            .uv = scene.uv(hit, ray)};
+            .uv = scene.uv(hit, ray),
+            .motion = motion != nullptr ? motion->of(scene, point, scene.corner_weights(hit, ray))
+                                        : Vec2{}};
   }
   return {};
 }
 
-void put_labels(TileState& state, const SceneData& scene, const Camera& camera) noexcept {
+void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
+                const Motion* motion) noexcept {
   const PixelRect& rect = state.rect;
   auto to = state.labels.begin();
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width && to != state.labels.end(); ++x, ++to) {
       const Vec2 centre_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
-      *to = label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, state.rays);
+      *to = label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, motion, state.rays);
     }
   }
 }

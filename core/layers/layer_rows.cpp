@@ -68,6 +68,10 @@ void write_uv(const FilmSnapshot& film, std::size_t i, float* out) {
   const Vec2 uv = film.labels[i].uv;
   put(out, {uv.x, uv.y, 0});
 }
+void write_motion(const FilmSnapshot& film, std::size_t i, float* out) {
+  const Vec2 motion = film.labels[i].motion;
+  put(out, {motion.x, motion.y, 0});
+}
 
 /// Ids and coverages, most of it first. A pixel's value weighs its halves alike, and so do these.
 void write_mattes(const FilmSnapshot& film, std::size_t i, std::size_t kind, float* out) {
@@ -242,6 +246,16 @@ constexpr std::array kLayers = {
                .fill = &fill<&write_uv>,
                .has_value = true,
                .recorded = &FilmSettings::uv,
+               .is_held = &has_labels},
+    LayerEntry{.name = "motion",
+               .summary = "Pixels that the surface there moves to the right and up until "
+                          "motion_seconds later; the third channel is 0.",
+               .is_color = false,
+               .channels = "RGB",
+               .exr_channels = "UVW",
+               .fill = &fill<&write_motion>,
+               .has_value = true,
+               .recorded = &FilmSettings::motion,
                .is_held = &has_labels},
     LayerEntry{.name = "cryptomatte:object",
                .summary = "Cryptomatte of objects: six ids of names and how much each covers.",

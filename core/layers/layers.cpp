@@ -105,7 +105,7 @@ std::vector<std::string> whole_channels() {
 
 std::size_t channels_max(const Film& film) {
   constexpr std::size_t kOfSamples = 16;
-  constexpr std::size_t kOfLabels = 4 + 3 + 3;
+  constexpr std::size_t kOfLabels = 4 + 3 + 3 + 3;
   return kOfSamples + 3 * film.shares().size() + (film.has_labels() ? kOfLabels : 0) +
          film.matte_kinds().count() * 2 * kMatteRanks;
 }

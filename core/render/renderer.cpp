@@ -15,6 +15,7 @@
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"
+#include "core/labels/motion.h"
 #include "core/render/choose_integrator.h"
 #include "core/render/filtered_splats.h"
 #include "core/render/meter.h"
@@ -59,9 +60,10 @@ Planned planned_integrator(const View& view, const Camera& camera) {
 
 class PictureRenderer final : public Renderer {
  public:
-  PictureRenderer(View view, const Camera& camera)
+  PictureRenderer(View view, const Camera& camera, std::optional<Motion> motion)
       : view_(std::move(view)),
         camera_(camera),
+        motion_(std::move(motion)),
         filter_(view_.settings.film.filter),
         planned_(planned_integrator(view_, camera_)) {
     const RenderSettings& settings = view_.settings;
@@ -120,6 +122,7 @@ class PictureRenderer final : public Renderer {
 
   View view_;
   Camera camera_;
+  std::optional<Motion> motion_;  ///< where the layer is recorded
   FilterSampler filter_;
   Planned planned_;
   std::optional<Meter> meter_;
@@ -274,7 +277,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
   const int first_sample = state.samples;
   if (first_sample == 0) {
-    put_labels(state, view_.scene->data(), camera_);
+    put_labels(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
   }
   bool whole = false;
   if (groups != nullptr) {
@@ -343,7 +346,7 @@ bool PictureRenderer::gather(TileState& state, const PhotonPass& photons,
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
                          settings.light_history};
   if (state.samples == 0) {
-    put_labels(state, view_.scene->data(), camera_);
+    put_labels(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
   }
   bool whole = fill_tile(state, rule, photons.sample() + 1, stop, [&](int x, int y, int s) {
     const Start from = start(sampler, x, y, s);
@@ -467,8 +470,24 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
   if (!camera) {
     return camera.error();
   }
+  if (camera->type() == CameraType::kPanorama && integrator != nullptr && integrator->splats) {
+    // Filters reach over the seam of a panorama and its poles, where splats would be cut.
+    return Error{ErrorCode::kInvalidArgument,
+                 "'panorama' goes with integrators that follow paths from the camera alone, not " +
+                     settings.integrator + "; path does",
+                 "/camera/type"};
+  }
+  std::optional<Motion> motion;
+  if (film.motion && view.later != nullptr) {
+    const auto later =
+        Camera::create(view.camera, view.later->cameras(), summary.bounds, film.width, film.height);
+    if (!later) {
+      return later.error();
+    }
+    motion = Motion{view.later, *camera, *later, static_cast<float>(film.width)};
+  }
   std::shared_ptr<const Renderer> renderer =
-      std::make_shared<PictureRenderer>(std::move(view), *camera);
+      std::make_shared<PictureRenderer>(std::move(view), *camera, std::move(motion));
   return renderer;
 }
 

@@ -66,7 +66,7 @@ struct SliceHead {
 static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 200);
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
               sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&
-              sizeof(LabelPixel) == 36 && sizeof(MattePixel) == 72 && sizeof(MeterSum) == 24);
+              sizeof(LabelPixel) == 44 && sizeof(MattePixel) == 72 && sizeof(MeterSum) == 24);
 
 Error refused(std::string detail) {
   return Error{ErrorCode::kInvalidArgument, "not a usable piece of work: " + std::move(detail), ""};
@@ -233,7 +233,10 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
       !all(after.pixels, [](const ReplicatePixel& p) { return is_sane(p); }) ||
       !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
       !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
-      !all(after.labels, [](const LabelPixel& p) { return is_finite(p.position); }) ||
+      !all(after.labels,
+           [](const LabelPixel& p) {
+             return is_finite(p.position) && !std::isinf(p.motion.x) && !std::isinf(p.motion.y);
+           }) ||
       !has_gone_on(before, after)) {
     return refused("tile " + std::to_string(given.slice.tile) + " holds what no renderer makes");
   }

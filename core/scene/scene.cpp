@@ -34,7 +34,8 @@ std::size_t environment_bytes(const Image* map) {
 std::size_t MeshData::bytes() const noexcept {
   return positions.capacity() * sizeof(Vec3) + indices.capacity() * sizeof(std::uint32_t) +
          normals.capacity() * sizeof(Vec3) + tangents.capacity() * sizeof(Vec4) +
-         (uv[0].capacity() + uv[1].capacity()) * sizeof(Vec2) + colors.capacity() * sizeof(Vec4);
+         (uv[0].capacity() + uv[1].capacity()) * sizeof(Vec2) + colors.capacity() * sizeof(Vec4) +
+         file_vertices.capacity() * sizeof(std::uint32_t);
 }
 
 Scene::Scene() : data_(std::make_unique<SceneData>()) {}

@@ -215,6 +215,7 @@ class Builder {
     mesh.tangents = std::move(p.tangents);
     mesh.uv = std::move(p.uv);
     mesh.colors = std::move(p.colors);
+    mesh.file_vertices = std::move(p.file_vertices);
     mesh.in_world_space = to_world != nullptr;
     if (to_world != nullptr) {
       const bool mirrored = to_world->determinant() < 0;

@@ -1,6 +1,8 @@
 /// SceneData: the parts of a built scene that the integrators read. Plain and immutable.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,6 +61,12 @@ class SceneData {
   }
   /// The point where `ray` meets the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;
+  /// The same point by the triangle's vertices and their weights.
+  struct CornerWeights {
+    std::array<std::uint32_t, 3> vertices{};
+    Vec3 weights;
+  };
+  CornerWeights corner_weights(const RawHit& hit, const Ray& ray) const noexcept;
   /// First set of texture coordinates at the point; zero without one.
   Vec2 uv(const RawHit& hit, const Ray& ray) const noexcept;
   /// Coverage at the point: 1 for OPAQUE, 0 or 1 for MASK, alpha for BLEND.

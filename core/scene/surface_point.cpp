@@ -130,15 +130,21 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   return s;
 }
 
+SceneData::CornerWeights SceneData::corner_weights(const RawHit& hit,
+                                                   const Ray& ray) const noexcept {
+  const Transform* to_world =
+      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const Corners c = corners(meshes[placed_mesh(hit).mesh], to_world, hit.primitive);
+  return {{c.v[0], c.v[1], c.v[2]}, barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray)};
+}
+
 Vec2 SceneData::uv(const RawHit& hit, const Ray& ray) const noexcept {
   const MeshData& mesh = meshes[placed_mesh(hit).mesh];
   if (mesh.uv[0].empty()) {
     return {};
   }
-  const Transform* to_world =
-      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Corners c = corners(mesh, to_world, hit.primitive);
-  return blend(mesh.uv[0], c, barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray));
+  const auto [v, b] = corner_weights(hit, ray);
+  return mesh.uv[0][v[0]] * b.x + mesh.uv[0][v[1]] * b.y + mesh.uv[0][v[2]] * b.z;
 }
 
 float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {

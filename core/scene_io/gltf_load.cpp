@@ -164,21 +164,25 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   if (auto status = read_materials(*model, images, scene); !status) {
     return status.error();
   }
-  if (auto status = images.decode_all(); !status) {
-    return status.error();
+  if (!options.geometry_only) {
+    if (auto status = images.decode_all(); !status) {
+      return status.error();
+    }
   }
   if (auto status = number_objects(*model, checked->tables, scene); !status) {
     return status.error();
   }
-  GltfMeshes meshes(*model, *source, options.limits, *variant, scene);
+  GltfMeshes meshes(*model, *source, options, *variant, scene);
   if (auto status = place_nodes(*model, *source, meshes, options, *animated, scene); !status) {
     return status.error();
   }
-  auto environment = read_environment(*model, *source, options);
-  if (!environment) {
-    return environment.error();
+  if (!options.geometry_only) {
+    auto environment = read_environment(*model, *source, options);
+    if (!environment) {
+      return environment.error();
+    }
+    scene.environment = *std::move(environment);
   }
-  scene.environment = *std::move(environment);
   keep_warnings_short(scene.warnings);
   return scene;
 }

@@ -40,6 +40,8 @@ struct GltfOptions {
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   int scene_index = -1;  ///< -1: the file's own choice
+  /// Positions, cameras and names alone: images are not read and tangents are not made.
+  bool geometry_only = false;
   GltfLimits limits;
 };
 

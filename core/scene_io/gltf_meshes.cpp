@@ -130,7 +130,7 @@ int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {
 
 void GltfMeshes::finish(PrimitiveDescription& primitive) const {
   repair_normals(primitive);
-  if (primitive.tangents.empty() && primitive.material >= 0) {
+  if (has_tangents_ && primitive.tangents.empty() && primitive.material >= 0) {
     const int uv_set =
         tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
     if (uv_set >= 0) {

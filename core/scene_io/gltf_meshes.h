@@ -8,6 +8,7 @@
 
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
+#include "core/scene_io/gltf_load.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/tinygltf.h"
 
@@ -26,9 +27,14 @@ class GltfMeshes {
  public:
   /// variant: index into KHR_materials_variants, -1 for none. All references outlive this.
   /// Pre: scene.mesh_primitives are there.
-  GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfLimits& limits,
+  GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfOptions& options,
              int variant, SceneDescription& scene)
-      : model_(model), source_(source), limits_(limits), variant_(variant), scene_(scene) {}
+      : model_(model),
+        source_(source),
+        limits_(options.limits),
+        has_tangents_(!options.geometry_only),
+        variant_(variant),
+        scene_(scene) {}
 
   /// Index into scene.meshes, made on first use; -1 when nothing of the mesh can be drawn.
   Result<int> mesh_for(const MeshUse& use);
@@ -41,6 +47,7 @@ class GltfMeshes {
   const tinygltf::Model& model_;
   GltfSource& source_;
   GltfLimits limits_;
+  bool has_tangents_;  ///< made where materials need them
   int variant_;
   SceneDescription& scene_;
   std::size_t triangles_ = 0;

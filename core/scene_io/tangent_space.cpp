@@ -44,6 +44,11 @@ void rearrange(PrimitiveDescription& p, const std::vector<Index>& from) {
   pick(p.uv[0], from);
   pick(p.uv[1], from);
   pick(p.colors, from);
+  if (p.file_vertices.empty()) {
+    p.file_vertices = from;
+  } else {
+    pick(p.file_vertices, from);
+  }
 }
 
 void make_flat_normals(PrimitiveDescription& p) {

@@ -228,6 +228,12 @@ constexpr std::array kPresets = {
     NamedValue<EnvironmentPreset>{"rim", EnvironmentPreset::kRim,
                                   "Two strips behind the model, and little light from the front."},
 };
+constexpr std::array kCameraTypes = {
+    NamedValue<CameraType>{"perspective", CameraType::kPerspective, "Through one point."},
+    NamedValue<CameraType>{"orthographic", CameraType::kOrthographic, "Parallel rays."},
+    NamedValue<CameraType>{"panorama", CameraType::kPanorama,
+                           "All directions, equirectangular: the middle is ahead, the top is up."},
+};
 
 }  // namespace
 
@@ -251,6 +257,7 @@ std::span<const NamedValue<FogType>> fog_types() { return kFogTypes; }
 std::span<const NamedValue<BackgroundType>> backgrounds() { return kBackgrounds; }
 std::span<const NamedValue<GroundType>> grounds() { return kGrounds; }
 std::span<const NamedValue<EnvironmentPreset>> environment_presets() { return kPresets; }
+std::span<const NamedValue<CameraType>> camera_types() { return kCameraTypes; }
 
 namespace {
 

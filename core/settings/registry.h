@@ -99,6 +99,7 @@ std::span<const NamedValue<FogType>> fog_types();
 std::span<const NamedValue<BackgroundType>> backgrounds();
 std::span<const NamedValue<GroundType>> grounds();
 std::span<const NamedValue<EnvironmentPreset>> environment_presets();
+std::span<const NamedValue<CameraType>> camera_types();
 
 /// Is the ground seen by its shadow alone?
 inline bool has_catcher(const RenderSettings& settings) {

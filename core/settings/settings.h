@@ -68,6 +68,7 @@ struct FilmSettings {
   bool primitive = false;
   bool position = false;
   bool uv = false;
+  bool motion = false;
   bool object_mattes = false;  ///< Cryptomatte
   bool material_mattes = false;
   /// Errors are those of the picture over white (radiance 1): of one whose noise is in its alpha.
@@ -75,18 +76,24 @@ struct FilmSettings {
 
   bool has_aux() const noexcept { return albedo || normal || depth; }
   bool has_labels() const noexcept {
-    return object || instance || material || primitive || position || uv;
+    return object || instance || material || primitive || position || uv || motion;
   }
 };
 
+enum class CameraType { kPerspective, kOrthographic, kPanorama };
+
 /// Overrides of the file's camera; empty members are the file's own values.
 struct CameraSettings {
+  std::optional<CameraType> type;  ///< empty: perspective where the pose is not the file's
   std::optional<std::string> name;
   std::optional<int> index;
   std::optional<Vec3> position;
   std::optional<Vec3> target;
   std::optional<Vec3> up;
   std::optional<float> vertical_fov_degrees;
+  /// Of the film, metres; empty: the file's, or what a perspective camera sees of the plane through
+  /// the target (else the scene's centre).
+  std::optional<float> orthographic_height_m;
   std::optional<float> aperture_radius_m;
   std::optional<float> focus_distance_m;
 };

@@ -359,12 +359,13 @@ std::uint64_t JobBook::memory_bytes() const {
                          [](std::uint64_t sum, const auto& shared) { return sum + shared.second; });
 }
 
-void JobBook::end_load(const Job& job) {
+void JobBook::end_load(const Job& job, std::map<std::string, std::uint64_t> shared_bytes) {
   {
     const core::MutexLock lock(mutex_);
     for (auto& [number, holder] : holders_) {
       if (holder.job.get() == &job) {
         holder.memory.load_bytes = 0;
+        holder.memory.shared_bytes = shared_bytes;
       }
     }
     note_memory();

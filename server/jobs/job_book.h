@@ -106,8 +106,9 @@ class JobBook {
   /// runs, and to the first of a tenant, up to twice running_max. One that would never have its
   /// memory gets its place without it, and is refused when it is loaded.
   std::shared_ptr<Place> admit();
-  /// The scene of the job is loaded: others may have what that took.
-  void end_load(const Job& job);
+  /// The scene of the job is loaded: others may have what that took. shared_bytes: what the job
+  /// holds from now on together with others.
+  void end_load(const Job& job, std::map<std::string, std::uint64_t> shared_bytes);
   /// The most that one job of this rank can get; 0: any number. An eighth of the memory is for
   /// requests alone, half of which previews may have, too.
   std::uint64_t memory_bytes_of(Rank rank) const;

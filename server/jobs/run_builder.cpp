@@ -54,7 +54,8 @@ Rank rank_of(const api::JobSpec& spec) {
   return Rank{.is_preview = spec.job_class == api::JobClass::kPreview, .priority = spec.priority};
 }
 
-JobMemory RunBuilder::memory_of(const api::JobSpec& spec) const {
+JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
+                                std::optional<core::Vec3> view_direction) const {
   const core::Film film(spec.render);
   JobMemory memory{.film_bytes = film.bytes(),
                    .work_bytes = work_bytes(film) + bytes_of_photons(spec.render) +
@@ -63,11 +64,16 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec) const {
     memory.shared_bytes.emplace(needed.name, needed.bytes);
     memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
   };
-  hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
-  if (spec.render.ground.type != core::GroundType::kNone) {
-    // A scene of its own, beside the one without ground.
-    hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant,
-                                       {.ground = spec.render.ground}));
+  SceneStand stand = {.ground = spec.render.ground};
+  if (stand.ground.type == core::GroundType::kSweep && view_direction) {
+    stand.view_direction = *view_direction;
+  } else if (stand.ground.type == core::GroundType::kSweep) {
+    // The scene without ground, too, by which the camera is placed.
+    hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
+  }
+  hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant, stand));
+  if (const auto seconds = api::later_seconds(spec)) {
+    hold(parts_.scenes.memory_of_later(spec.scene, *seconds, spec.variant));
   }
   if (spec.environment_choice == api::EnvironmentChoice::kGiven && spec.environment_asset) {
     hold(parts_.scenes.memory_of_environment(*spec.environment_asset, spec.environment));
@@ -121,6 +127,13 @@ core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
   view.scene = *scene;
   view.camera = api::camera_in(spec, (*scene)->summary().bounds);
   view.settings = spec.render;
+  if (const auto seconds = api::later_seconds(spec)) {
+    auto later = parts_.scenes.later(spec.scene, *seconds, spec.variant, admission);
+    if (!later) {
+      return later.error();
+    }
+    view.later = *std::move(later);
+  }
   if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
     auto environment =
         parts_.scenes.environment(spec.environment_asset, spec.environment, admission);
@@ -190,7 +203,15 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   }
   const JobRecord record = job->record();
   const api::JobSpec& spec = record.view.spec;
-  parts_.book.end_load(*job);
+  // What is loaded now has the name that the scene cache knows it by.
+  const core::View& loaded = (*renderer)->view();
+  const core::SceneSummary& summary = loaded.scene->summary();
+  const auto camera = core::Camera::create(loaded.camera, summary.cameras, summary.bounds,
+                                           spec.render.film.width, spec.render.film.height);
+  if (!camera) {
+    return camera.error();
+  }
+  parts_.book.end_load(*job, memory_of(spec, camera->forward()).shared_bytes);
   RenderRun::Parts parts;
   parts.job = job;
   parts.place = place;

@@ -36,7 +36,9 @@ class RunBuilder {
       : parts_(parts), samples_max_(samples_max), arithmetic_(std::move(arithmetic)) {}
 
   /// What is admitted, and what dry_run gives: at most so much is taken, from loading on.
-  JobMemory memory_of(const api::JobSpec& spec) const;
+  /// view_direction: of a camera that is known, when everything is loaded.
+  JobMemory memory_of(const api::JobSpec& spec,
+                      std::optional<core::Vec3> view_direction = {}) const;
   /// Empty: it fits into what a job may hold.
   std::optional<api::FieldError> too_large(const api::JobSpec& spec) const;
   /// Loads the scene and the environment. Errors: of loading.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
+#include <numbers>
 #include <set>
 #include <string>
 #include <utility>
@@ -78,29 +80,36 @@ api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::Ob
   return out;
 }
 
-/// From rays through the middle of the film and of its right edge.
+/// From rays through the middle of the film and of the right side of it.
 api::ViewpointView viewpoint_of(const core::Camera& camera, int width, int height) {
   const auto w = static_cast<float>(width);
   const auto h = static_cast<float>(height);
   const core::Camera::CameraRay middle = camera.ray({0.5F * w, 0.5F * h}, {0.5F, 0.5F});
-  const core::Camera::CameraRay edge = camera.ray({w, 0.5F * h}, {0.5F, 0.5F});
+  const core::Camera::CameraRay edge = camera.ray({0.75F * w, 0.5F * h}, {0.5F, 0.5F});
   const core::Vec3 back = -camera.forward();
   const core::Vec3 aside =
       edge.ray.origin - middle.ray.origin + edge.ray.direction - middle.ray.direction;
   const core::Vec3 right = core::normalize(aside - back * core::dot(aside, back));
   api::ViewpointView out;
-  out.orthographic = camera.is_orthographic();
+  out.type = camera.type();
   out.width = width;
   out.height = height;
-  out.focal_px = out.orthographic ? 0 : 1 / static_cast<double>(middle.spread_rad);
-  out.pixels_per_metre = out.orthographic ? 1 / static_cast<double>(middle.width_m) : 0;
+  if (out.type == core::CameraType::kPanorama) {
+    out.scale_px = {static_cast<double>(w) / (2 * std::numbers::pi),
+                    static_cast<double>(h) / std::numbers::pi};
+  } else {
+    const double scale =
+        1 / static_cast<double>(camera.is_orthographic() ? middle.width_m : middle.spread_rad);
+    out.scale_px = {scale, scale};
+  }
   out.to_world = {right, core::cross(back, right), back, middle.ray.origin};
   return out;
 }
 
 }  // namespace
 
-core::Result<api::ObjectsView> objects(const core::Film& film, const core::View& view) {
+core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const core::View& view,
+                                                  const api::JobSpec& spec) {
   const core::SceneSummary& summary = view.scene->summary();
   const int width = film.full_width();
   const int height = film.full_height();
@@ -114,11 +123,24 @@ core::Result<api::ObjectsView> objects(const core::Film& film, const core::View&
   out.has_ids = film.has_labels();
   const SeenIds seen = out.has_ids ? seen_ids(film) : SeenIds{};
   std::set<std::uint32_t> instances;
+  std::string key = api::sight_key(spec);
   for (const auto& [id, where] : seen.instances) {
     instances.insert(id);
+    key += " " + std::to_string(id);
   }
-  const core::ObjectBoxes boxes =
-      core::object_boxes(*view.scene, *camera, width, height, instances);
+  using Made = SingleFlightCache<core::ObjectBoxes>::Made;
+  const auto kept = boxes_.get(key, [&]() -> core::Result<Made> {
+    auto made = std::make_shared<const core::ObjectBoxes>(
+        core::object_boxes(*view.scene, *camera, width, height, instances));
+    constexpr std::uint64_t kNodeBytes = 48;  // of a map, beside what it holds
+    const std::uint64_t each = sizeof(core::ObjectBox) + kNodeBytes;
+    return Made{.value = made,
+                .bytes = 2 * key.size() + (made->objects.size() + made->instances.size()) * each};
+  });
+  if (!kept) {
+    return kept.error();
+  }
+  const core::ObjectBoxes& boxes = **kept;
   const std::vector<std::string> names = core::object_names(summary.objects);
   for (std::size_t i = 0; i < summary.objects.size(); ++i) {
     const core::ObjectDescription& object = summary.objects[i];

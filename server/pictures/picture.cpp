@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "api/film_view.h"
+#include "api/matte_manifest.h"
 #include "api/picture_origin.h"
 #include "api/values.h"
 #include "core/layers/layers.h"
@@ -16,7 +17,6 @@
 #include "server/pictures/denoised_look.h"
 #include "server/pictures/false_colors.h"
 #include "server/pictures/image_scale.h"
-#include "server/pictures/matte_manifest.h"
 
 namespace server {
 
@@ -131,9 +131,10 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
   options.is_color = is_color(picture.query);
   options.exposure_stops = picture.query.exposure_stops;
   options.background = picture.query.background;
+  options.parts = picture.query.parts;
   options.metadata = provenance(picture.view, about);
   if (is_exr) {
-    add_mattes(options.metadata, picture.view.spec.render.film, picture.scene.get());
+    api::add_mattes(options.metadata, picture.view.spec.render.film, picture.scene.get());
   }
   if (picture.denoised_view) {
     add_denoised_origin(options.metadata, *picture.denoised_view, picture.query);
@@ -204,6 +205,9 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
     return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
                  "/background"};
+  }
+  if (picture.query.parts && !shows_all_layers(picture)) {
+    return Error{ErrorCode::kInvalidArgument, "only an EXR of all layers has parts", "/parts"};
   }
   if (const auto refused = refused_mix(film, picture)) {
     return *refused;

@@ -417,7 +417,7 @@ Response meter(const RouteContext& context, Request& request, bool as_table) {
                   : json_response(200, api::meter_json(*readings));
 }
 
-Response job_objects(const RouteContext& context, Request& request) {
+Response job_objects(const RouteContext& context, ObjectsMaker& maker, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
@@ -434,7 +434,7 @@ Response job_objects(const RouteContext& context, Request& request) {
   if (!view) {
     return error_answer(request, view.error());
   }
-  const auto made = objects(**film, *view);
+  const auto made = maker.make(**film, *view, job.record().view.spec);
   return made ? json_response(200, api::objects_json(*made)) : error_answer(request, made.error());
 }
 
@@ -448,7 +448,9 @@ void add_result_handlers(const RouteContext& context, HandlerTable& table) {
   table["getMeterTable"] = {
       .handler = [context](Request& request) { return meter(context, request, true); }};
   table["getObjects"] = {
-      .handler = [context](Request& request) { return job_objects(context, request); }};
+      .handler = [context, maker = std::make_shared<ObjectsMaker>()](Request& request) {
+        return job_objects(context, *maker, request);
+      }};
   table["getConvergence"] = {
       .handler = [context](Request& request) { return convergence(context, request); }};
 }

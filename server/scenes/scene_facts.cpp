@@ -136,10 +136,15 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                                              " (cameras: " + std::to_string(names.size()) + ")"});
     }
   }
-  if (chosen < facts.cameras.size() && facts.cameras[chosen].orthographic &&
-      spec.camera.vertical_fov_degrees && !spec.camera.position && !spec.orbit) {
+  const bool is_orthographic = chosen < facts.cameras.size() &&
+                               facts.cameras[chosen].orthographic && !spec.camera.position &&
+                               !spec.orbit;
+  if (!spec.camera.type && is_orthographic && spec.camera.vertical_fov_degrees) {
     faults.push_back(
         {"/camera/vertical_fov_degrees", "the camera is orthographic and has no field of view"});
+  }
+  if (!spec.camera.type && !is_orthographic && spec.camera.orthographic_height_m) {
+    faults.push_back({"/camera/orthographic_height", "the camera is not orthographic"});
   }
   if (spec.variant && std::find(facts.variants.begin(), facts.variants.end(), *spec.variant) ==
                           facts.variants.end()) {

@@ -91,9 +91,12 @@ SceneService::SceneService(Assets& assets, SceneTable& table, StorageQuota& quot
       memory_(memory),
       options_(std::move(options)),
       scenes_(options_.cache_bytes),
+      later_(options_.motion_cache_bytes),
       environments_(options_.environment_cache_bytes),
       uploads_(kUploadsAtATime) {
-  memory_.add_reclaimer([this] { return scenes_.drop_unused() || environments_.drop_unused(); });
+  memory_.add_reclaimer([this] {
+    return scenes_.drop_unused() || later_.drop_unused() || environments_.drop_unused();
+  });
 }
 
 SingleFlightCache<core::Scene>::Made SceneService::held(const std::string& key,
@@ -157,9 +160,8 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
   return document;
 }
 
-core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
-    const Document& document, const core::GltfOptions& options, const SceneStand& stand) {
-  core::GltfOptions bounded = options;
+core::Result<core::SceneDescription> SceneService::describe(const Document& document,
+                                                            core::GltfOptions bounded) {
   if (memory_.bytes_max() > 0) {
     bounded.limits.decoded_bytes_max =
         std::min<std::uint64_t>(bounded.limits.decoded_bytes_max, memory_.bytes_max());
@@ -168,7 +170,12 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
     const auto found = document.files.find(std::string(uri));
     return found == document.files.end() ? nullptr : found->second;
   };
-  auto description = core::load_gltf(*document.bytes, resolve, bounded);
+  return core::load_gltf(*document.bytes, resolve, bounded);
+}
+
+core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
+    const Document& document, const core::GltfOptions& options, const SceneStand& stand) {
+  auto description = describe(document, options);
   if (!description) {
     return description.error();
   }
@@ -208,6 +215,40 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
       builtin_bytes_[id] = (*scene)->summary().bytes;
     }
     return held(key, *std::move(scene));
+  });
+}
+
+core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
+    const std::string& id, double time_seconds, const std::optional<std::string>& variant,
+    Admission admission) {
+  using Made = SingleFlightCache<core::MotionTarget>::Made;
+  const Memory needed = memory_of_later(id, time_seconds, variant);
+  return later_.get(needed.name, [&]() -> core::Result<Made> {
+    MemoryGate::Lease lease;
+    if (admission == Admission::kNeeded) {
+      auto taken = memory_.take(
+          {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
+      if (!taken) {
+        return taken.error();
+      }
+      lease = *std::move(taken);
+    }
+    const auto document = document_of(id);
+    if (!document) {
+      return document.error();
+    }
+    core::GltfOptions options;
+    options.time_seconds = time_seconds;
+    options.variant = variant;
+    options.geometry_only = true;
+    auto description = describe(*document, std::move(options));
+    if (!description) {
+      return description.error();
+    }
+    auto target = std::make_shared<const core::MotionTarget>(*std::move(description));
+    const std::uint64_t bytes = target->bytes();
+    auto held = memory_.note({.shared = {{needed.name, bytes}}}, MemoryGate::Kind::kIdle);
+    return Made{.value = with_lease(std::move(target), std::move(held)), .bytes = bytes};
   });
 }
 
@@ -277,6 +318,7 @@ Status SceneService::remove(const std::string& id, const Access& access,
   }
   if (removal->scene_goes) {
     scenes_.erase_prefix(id + "\n");
+    later_.erase_prefix(id + "\n");
   }
   for (const std::string& asset : *orphans) {
     if (auto removed = assets_.remove_bytes(asset); !removed) {
@@ -345,6 +387,14 @@ SceneService::Memory SceneService::memory_of_scene(const std::string& id,
   return {.name = std::move(name),
           .bytes = bytes,
           .load_bytes = load_bytes > 0 ? load_bytes : bytes * kLoadFactor};
+}
+
+/// At most as much as the scene takes, which has more than vertices.
+SceneService::Memory SceneService::memory_of_later(const std::string& id, double time_seconds,
+                                                   const std::optional<std::string>& variant) {
+  Memory memory = memory_of_scene(id, time_seconds, variant);
+  memory.name += "\nlater";
+  return memory;
 }
 
 SceneService::Memory SceneService::memory_of_environment(

@@ -17,6 +17,7 @@
 #include "api/requests.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "core/labels/motion.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
 #include "core/scene_io/gltf_load.h"
@@ -32,6 +33,7 @@ namespace server {
 
 struct SceneServiceOptions {
   std::uint64_t cache_bytes = std::uint64_t{4} << 30U;
+  std::uint64_t motion_cache_bytes = std::uint64_t{512} << 20U;
   std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
   int threads = 1;       ///< For acceleration structures.
   std::string isa = {};  ///< What Embree is held to; empty: nothing.
@@ -104,6 +106,11 @@ class SceneService {
                                                         Admission admission = Admission::kNeeded,
                                                         const SceneStand& stand = {});
 
+  /// The scene at the second time of motion vectors. Errors: of load().
+  core::Result<std::shared_ptr<const core::MotionTarget>> later(
+      const std::string& id, double time_seconds, const std::optional<std::string>& variant,
+      Admission admission = Admission::kNeeded);
+
   /// Null for a constant one is not used: settings alone give a constant environment.
   /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image;
   /// kUnavailable as for load().
@@ -122,6 +129,8 @@ class SceneService {
   };
   Memory memory_of_scene(const std::string& id, std::optional<double> time_seconds,
                          const std::optional<std::string>& variant, const SceneStand& stand = {});
+  Memory memory_of_later(const std::string& id, double time_seconds,
+                         const std::optional<std::string>& variant);
   Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
 
   /// Held shared from finding a scene or asset to naming it in a record; alone from looking for
@@ -143,6 +152,8 @@ class SceneService {
   };
   core::Result<EnvironmentSize> size_of_environment(const std::string& asset);
   core::Result<Document> document_of(const std::string& id);
+  core::Result<core::SceneDescription> describe(const Document& document,
+                                                core::GltfOptions options);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options,
                                                          const SceneStand& stand = {});
@@ -160,6 +171,7 @@ class SceneService {
   MemoryGate& memory_;
   const SceneServiceOptions options_;
   SingleFlightCache<core::Scene> scenes_;
+  SingleFlightCache<core::MotionTarget> later_;
   SingleFlightCache<core::Environment> environments_;
   std::counting_semaphore<64> uploads_;  ///< Scenes being checked at a time hold memory.
   std::shared_mutex names_mutex_;

@@ -22,7 +22,7 @@ inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
                   sizeof(core::PilotPixel) == 32 && sizeof(core::ReplicateFit) == 48 &&
-                  sizeof(core::LabelPixel) == 36 && sizeof(core::MattePixel) == 72,
+                  sizeof(core::LabelPixel) == 44 && sizeof(core::MattePixel) == 72,
               "the file holds these as they are in memory; a change needs a new magic");
 
 /// As it was when the halves of a pixel could have different counts; both are the same now.
@@ -38,7 +38,7 @@ inline constexpr std::int32_t kFit = 8;
 inline constexpr std::int32_t kSplats = 16;
 inline constexpr std::int32_t kMeter = 32;
 /// Beyond the number of shares.
-inline constexpr std::int32_t kLabels = 1 << 16;
+inline constexpr std::int32_t kLabels = 1 << 19;
 inline constexpr std::int32_t kObjectMattes = 1 << 17;
 inline constexpr std::int32_t kMaterialMattes = 1 << 18;
 /// From this bit on: the number of shares.

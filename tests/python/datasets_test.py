@@ -1,12 +1,14 @@
 """Masks, boxes and COCO from ids: against what the formats say, by hand."""
 
 import json
+import shutil
 import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 from harness import png_pixels
+from hotcoco.panoptic import pq_compute
 from tessera import CocoFolder
 from tessera.datasets import box_of, ids_of, masks, panoptic_png, run_lengths, segments
 
@@ -102,6 +104,30 @@ class Datasets(unittest.TestCase):
                 shown = set(np.unique(rows @ np.array([1, 256, 65536]))) - {0}
                 self.assertEqual(shown, kept)
                 self.assertEqual({s["id"] for s in each["segments_info"]}, kept)
+
+    def test_a_judge_of_panoptic_pictures_reads_the_folder(self):
+        with tempfile.TemporaryDirectory() as place:
+            for name, ids in (("true", IDS), ("spoilt", np.where(IDS == 7, 0, IDS))):
+                folder = CocoFolder(Path(place) / name)
+                # Of whole segments: the second has no annotation where it shows nothing.
+                folder.add("a", b"PNG", ids, OBJECTS)
+                folder.write()
+            truth = Path(place) / "true"
+
+            def quality(other):
+                return pq_compute(
+                    truth / "annotations/panoptic.json", other / "annotations/panoptic.json",
+                    truth / "panoptic", other / "panoptic",
+                )["All"]["pq"]  # fmt: skip
+
+            self.assertEqual(quality(truth), 1)
+            self.assertLess(quality(Path(place) / "spoilt"), 1)
+            # Segments whose pixels are missing are refused.
+            broken = Path(place) / "broken"
+            shutil.copytree(truth, broken)
+            shutil.copy(Path(place) / "spoilt/panoptic/a.png", broken / "panoptic/a.png")
+            with self.assertRaises(Exception):
+                quality(broken)
 
     def test_a_category_may_leave_segments_out(self):
         with tempfile.TemporaryDirectory() as place:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import OpenEXR
+from cryptomatte_api import Cryptomatte
+from hotcoco.panoptic import pq_compute
 from pycocotools.coco import COCO
 from support import ServerTest
 from tessera import CocoFolder
@@ -75,3 +77,60 @@ class Labelled(ServerTest):
             {c["name"] for c in coco.loadCats(coco.getCatIds())},
             {segment.name.split("#")[0] for segment in segments(ids, objects)},
         )
+
+    def test_parts_hold_what_one_part_does(self):
+        job = self.job()
+        one = OpenEXR.File(str(job.save(self.folder / "one.exr")), separate_channels=True)
+        many = OpenEXR.File(
+            str(job.save(self.folder / "parts.exr", parts=1)), separate_channels=True
+        )
+        names = [part.name() for part in many.parts]
+        self.assertEqual(names[0], "beauty")
+        self.assertEqual(len(set(names)), len(names))
+        found = {}
+        for part in many.parts:
+            for channel, values in part.channels.items():
+                prefix = "" if part.name() == "beauty" else part.name() + "."
+                found[prefix + channel] = values.pixels
+        whole = one.channels()
+        self.assertEqual(set(found), set(whole))
+        for name, pixels in found.items():
+            expected = np.float16 if name in "RGBA" else whole[name].pixels.dtype
+            self.assertEqual(pixels.dtype, expected)
+            np.testing.assert_array_equal(pixels, whole[name].pixels.astype(pixels.dtype), name)
+        for part in many.parts:
+            is_matte = part.name().startswith("Crypto")
+            has_names = any(key.endswith("/manifest") for key in part.header)
+            self.assertEqual(has_names, is_matte or part.name() == "beauty", part.name())
+
+    def test_a_reader_of_cryptomatte_finds_the_masks_by_name(self):
+        job = self.job()
+        place = job.save(self.folder / "mattes.exr")
+        mattes = Cryptomatte.load(str(place))
+        self.assertEqual(len(mattes), 2)
+        channels = OpenEXR.File(str(place), separate_channels=True).channels()
+        alpha = channels["A"].pixels
+        told = job.objects()
+        names = [{each["name"] for each in told[rows]} for rows in ("objects", "materials")]
+        for matte in mattes:
+            masks = matte.masks()
+            self.assertIn(set(masks), names)
+            total = sum(masks.values())
+            np.testing.assert_allclose(total, alpha, atol=1e-5)
+        # By the ids: most of a pixel is what the ray through its centre meets, nearly everywhere.
+        (objects,) = [m.masks() for m in mattes if set(m.masks()) == names[0]]
+        ids = job.image("object")
+        for each in job.objects()["objects"]:
+            middle = ids == each["id"]
+            if middle.sum() > 40:
+                self.assertGreater(objects[each["name"]][middle].mean(), 0.7)
+                self.assertLess(objects[each["name"]][~middle].mean(), 0.1)
+
+    def test_a_judge_of_panoptic_pictures_reads_the_folder(self):
+        job = self.job()
+        folder = CocoFolder(self.folder / "panoptic")
+        folder.add("a", job.picture(), job.image("instance"), job.objects())
+        folder.write()
+        table = self.folder / "panoptic/annotations/panoptic.json"
+        pictures = self.folder / "panoptic/panoptic"
+        self.assertEqual(pq_compute(table, table, pictures, pictures)["All"]["pq"], 1)

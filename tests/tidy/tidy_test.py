@@ -30,7 +30,7 @@ LAYERS |= {
     "queue": ["queue", "core/base"],
     "server/jobs": ["server/jobs", "queue", "server/scenes", "server/store", "server/access.h",
                     "server/observe", "api", "core"],
-    "server/pictures": ["server/pictures", "server/observe", "api", "core"],
+    "server/pictures": ["server/pictures", "server/scenes", "server/observe", "api", "core"],
     "server/routes": ["server", "queue", "api", "core", "clients/web"],
     "server": ["server", "queue", "clients/web", "flags", "api", "core"],
     "clients/cli": ["clients/cli", "queue", "flags", "api", "core"],

@@ -113,30 +113,44 @@ constexpr int kRows = 32;
 
 /// fill(y, to): row y as the spec has it.
 template <typename Value, typename Fill>
-Status write_rows(std::string_view extension, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
-                  const ImageSink& sink, const Fill& fill) {
-  SinkProxy proxy(sink);
-  const std::string name(extension);
-  const auto output = OIIO::ImageOutput::create(name);
-  if (!output) {
-    return failed("OpenImageIO: " + OIIO::geterror());
-  }
+bool write_part(OIIO::ImageOutput& output, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                const Fill& fill) {
   const std::size_t row_values =
       static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.nchannels);
   std::vector<Value> values(row_values * static_cast<std::size_t>(std::min(kRows, spec.height)));
-  bool good = output->set_ioproxy(&proxy) && output->open("memory." + name, spec);
+  bool good = true;
   for (int y = 0; good && y < spec.height; y += kRows) {
     const int end = std::min(y + kRows, spec.height);
     for (int row = y; row < end; ++row) {
       fill(row, values.data() + row_values * static_cast<std::size_t>(row - y));
     }
-    good = output->write_scanlines(y, end, 0, type, values.data());
+    good = output.write_scanlines(y, end, 0, type, values.data());
   }
-  good = good && output->close();
+  return good;
+}
+
+/// write(output): all of it, from open() on.
+template <typename Write>
+Status write_file(std::string_view extension, const ImageSink& sink, const Write& write) {
+  SinkProxy proxy(sink);
+  const auto output = OIIO::ImageOutput::create(std::string(extension));
+  if (!output) {
+    return failed("OpenImageIO: " + OIIO::geterror());
+  }
+  const bool good = output->set_ioproxy(&proxy) && write(*output) && output->close();
   if (!proxy.status()) {
     return proxy.status();
   }
   return good ? ok_status() : Status(failed("OpenImageIO: " + output->geterror()));
+}
+
+template <typename Value, typename Fill>
+Status write_rows(std::string_view extension, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                  const ImageSink& sink, const Fill& fill) {
+  return write_file(extension, sink, [&](OIIO::ImageOutput& output) {
+    return output.open("memory." + std::string(extension), spec) &&
+           write_part<Value>(output, spec, type, fill);
+  });
 }
 
 void add_metadata(OIIO::ImageSpec& spec, const EncodeOptions& options) {
@@ -187,6 +201,108 @@ Status write_display(const ImageRows& image, const ImageFormat& format,
                                   });
 }
 
+/// Channels of an image, one after another, as a linear format has them.
+struct LinearPart {
+  std::size_t first = 0;
+  OIIO::ImageSpec spec;
+  std::vector<bool> half{};
+  std::vector<bool> whole{};
+  bool has_whole = false;
+};
+
+/// A value as it is given to the library.
+float stored(const LinearPart& part, std::size_t c, float v) {
+  v = part.whole[c] ? std::bit_cast<float>(static_cast<std::uint32_t>(v)) : v;
+  return part.half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
+}
+
+/// OpenImageIO would scale floats that become integers, so that it gets the bits of either.
+OIIO::TypeDesc given_type(const LinearPart& part) {
+  return part.has_whole ? OIIO::TypeDesc::UNKNOWN : OIIO::TypeDesc::FLOAT;
+}
+
+/// layer: what the names of channels begin with and lose, the dot after it too.
+LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count,
+                    const std::string& layer, const EncodeOptions& options) {
+  LinearPart part = {first, OIIO::ImageSpec(image.width, image.height, static_cast<int>(count),
+                                            OIIO::TypeDesc::FLOAT)};
+  const auto name = [&](std::size_t c) -> const std::string& {
+    return image.channel_names[first + c];
+  };
+  for (std::size_t c = 0; c < count; ++c) {
+    part.whole.push_back(std::find(options.whole_channels.begin(), options.whole_channels.end(),
+                                   name(c)) != options.whole_channels.end());
+    part.has_whole = part.has_whole || part.whole[c];
+  }
+  for (std::size_t c = 0; c < count; ++c) {
+    part.half.push_back(options.is_color && !part.has_whole && is_half_channel(name(c)));
+    part.spec.channelnames[c] = name(c).substr(layer.empty() ? 0 : layer.size() + 1);
+    part.spec.channelformats.emplace_back(part.whole[c]  ? OIIO::TypeDesc::UINT
+                                          : part.half[c] ? OIIO::TypeDesc::HALF
+                                                         : OIIO::TypeDesc::FLOAT);
+    part.spec.alpha_channel = name(c) == "A" ? static_cast<int>(c) : part.spec.alpha_channel;
+  }
+  part.spec.attribute("oiio:ColorSpace", "Linear");
+  part.spec.attribute("compression", "zip");
+  // Without this OpenImageIO writes the clock into the file, and equal pictures differ.
+  part.spec.attribute("DateTime", "1970:01:01 00:00:00");
+  return part;
+}
+
+/// One for each layer, whose channels stand together.
+std::vector<LinearPart> exr_parts(const ImageRows& image, const EncodeOptions& options) {
+  const auto layer_of = [&](std::size_t c) {
+    const std::string& name = image.channel_names[c];
+    const std::size_t dot = name.rfind('.');
+    return dot == std::string::npos ? std::string() : name.substr(0, dot);
+  };
+  std::vector<LinearPart> parts;
+  const std::size_t channels = image.channel_names.size();
+  for (std::size_t first = 0, end = 0; first < channels; first = end) {
+    const std::string layer = layer_of(first);
+    for (end = first + 1; end < channels && layer_of(end) == layer;) {
+      ++end;
+    }
+    LinearPart& part = parts.emplace_back(exr_part(image, first, end - first, layer, options));
+    part.spec.attribute("oiio:subimagename", layer.empty() ? "beauty" : layer);
+    for (const auto& [key, value] : options.metadata) {
+      const std::string prefix = key.substr(0, key.rfind('/') + 1) + "name";
+      const auto matte = options.metadata.find(prefix);
+      const bool is_own = matte != options.metadata.end() && !matte->second.empty() &&
+                          layer.compare(0, matte->second.size(), matte->second) == 0;
+      if (first == 0 || is_own) {
+        part.spec.attribute(key, value);
+      }
+    }
+  }
+  return parts;
+}
+
+Status write_exr_parts(const ImageRows& image, const EncodeOptions& options,
+                       const ImageSink& sink) {
+  const std::vector<LinearPart> parts = exr_parts(image, options);
+  std::vector<OIIO::ImageSpec> specs;
+  for (const LinearPart& part : parts) {
+    specs.push_back(part.spec);
+  }
+  return write_file("exr", sink, [&](OIIO::ImageOutput& output) {
+    bool good = output.open("memory.exr", static_cast<int>(specs.size()), specs.data());
+    for (std::size_t i = 0; good && i < parts.size(); ++i) {
+      const LinearPart& part = parts[i];
+      good = (i == 0 || output.open("memory.exr", part.spec, OIIO::ImageOutput::AppendSubimage)) &&
+             write_part<float>(output, part.spec, given_type(part), [&](int y, float* to) {
+               const float* in = image.row(y) + part.first;
+               for (int x = 0; x < image.width; ++x, in += image.channels()) {
+                 for (std::size_t c = 0; c < part.half.size(); ++c) {
+                   *to++ = stored(part, c, in[c]);
+                 }
+               }
+             });
+    }
+    return good;
+  });
+}
+
 Status write_linear(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,
                     const ImageSink& sink) {
   const bool exr = format.extension == "exr";
@@ -194,47 +310,32 @@ Status write_linear(const ImageRows& image, const ImageFormat& format, const Enc
   const bool is_before = drops_alpha(image, format, options);
   const Rgb behind = options.background ? linear(*options.background) : Rgb(1);
   const bool spreads_grey = format.extension == "hdr" && in_channels == 1;
-  const int channels = is_before || spreads_grey ? 3 : in_channels;
-  OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
-  spec.attribute("oiio:ColorSpace", "Linear");
-  std::vector<bool> half(static_cast<std::size_t>(channels), false);
-  std::vector<bool> whole(half.size(), false);
-  bool has_whole = false;
+  const auto channels = static_cast<std::size_t>(is_before || spreads_grey ? 3 : in_channels);
+  LinearPart part;
   if (exr) {
-    spec.channelnames = image.channel_names;
-    spec.channelnames.resize(half.size());
-    for (std::size_t c = 0; c < half.size(); ++c) {
-      whole[c] = std::find(options.whole_channels.begin(), options.whole_channels.end(),
-                           spec.channelnames[c]) != options.whole_channels.end();
-      has_whole = has_whole || whole[c];
+    part = exr_part(image, 0, channels, "", options);
+    add_metadata(part.spec, options);
+  } else {
+    part.spec = OIIO::ImageSpec(image.width, image.height, static_cast<int>(channels),
+                                OIIO::TypeDesc::FLOAT);
+    part.spec.attribute("oiio:ColorSpace", "Linear");
+    part.half.resize(channels);
+    part.whole.resize(channels);
+    if (format.extension == "tif") {
+      part.spec.attribute("compression", "zip");
     }
-    for (std::size_t c = 0; c < half.size(); ++c) {
-      half[c] = options.is_color && !has_whole && is_half_channel(spec.channelnames[c]);
-      spec.channelformats.emplace_back(whole[c]  ? OIIO::TypeDesc::UINT
-                                       : half[c] ? OIIO::TypeDesc::HALF
-                                                 : OIIO::TypeDesc::FLOAT);
-      spec.alpha_channel = spec.channelnames[c] == "A" ? static_cast<int>(c) : spec.alpha_channel;
-    }
-    spec.attribute("compression", "zip");
-    // Without this OpenImageIO writes the clock into the file, and equal pictures differ.
-    spec.attribute("DateTime", "1970:01:01 00:00:00");
-    add_metadata(spec, options);
-  } else if (format.extension == "tif") {
-    spec.attribute("compression", "zip");
   }
-  // OpenImageIO would scale floats that become integers, so that it gets the bits of either.
-  const OIIO::TypeDesc given = has_whole ? OIIO::TypeDesc::UNKNOWN : OIIO::TypeDesc::FLOAT;
-  return write_rows<float>(format.extension, spec, given, sink, [&](int y, float* to) {
-    const float* in = image.row(y);
-    for (int x = 0; x < image.width; ++x, in += in_channels) {
-      for (std::size_t c = 0; c < half.size(); ++c) {
-        float v = in[spreads_grey ? 0 : c];
-        v = is_before && in[3] < 1 ? v + (1 - in[3]) * behind[static_cast<int>(c)] : v;
-        v = whole[c] ? std::bit_cast<float>(static_cast<std::uint32_t>(v)) : v;
-        *to++ = half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
-      }
-    }
-  });
+  return write_rows<float>(
+      format.extension, part.spec, given_type(part), sink, [&](int y, float* to) {
+        const float* in = image.row(y);
+        for (int x = 0; x < image.width; ++x, in += in_channels) {
+          for (std::size_t c = 0; c < channels; ++c) {
+            float v = in[spreads_grey ? 0 : c];
+            v = is_before && in[3] < 1 ? v + (1 - in[3]) * behind[static_cast<int>(c)] : v;
+            *to++ = stored(part, c, v);
+          }
+        }
+      });
 }
 
 }  // namespace
@@ -243,6 +344,9 @@ Status encode(const ImageRows& image, const ImageFormat& format, const EncodeOpt
               const ImageSink& sink) {
   set_up();
   try {
+    if (options.parts && format.extension == "exr") {
+      return write_exr_parts(image, options, sink);
+    }
     return format.high_dynamic_range ? write_linear(image, format, options, sink)
                                      : write_display(image, format, options, sink);
   } catch (const std::bad_alloc&) {

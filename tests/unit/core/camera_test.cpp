@@ -115,6 +115,88 @@ TEST(Camera, OrthographicRaysAreParallelAndOneMagnificationApart) {
   EXPECT_NEAR(right.origin.x, 4, 1e-6);
 }
 
+TEST(Camera, AnyPoseMayBeOrthographic) {
+  CameraSettings settings = posed(45);
+  settings.vertical_fov_degrees.reset();
+  settings.type = core::CameraType::kOrthographic;
+  settings.orthographic_height_m = 3.0F;
+  const Camera given = make(settings, {}, 200, 100);
+  expect_direction(given.ray({180, 10}, {}).ray.direction, {0, 0, -1});
+  EXPECT_NEAR(given.ray({100, 0}, {}).ray.origin.y, 1.5F, 1e-6);
+  EXPECT_NEAR(given.ray({200, 50}, {}).ray.origin.x, 3, 1e-6);
+  EXPECT_NEAR(given.ray({200, 50}, {}).width_m, 0.03F, 1e-8);
+  // By default as high as 45 degrees are at the target, 5 m away.
+  settings.orthographic_height_m.reset();
+  settings.focus_distance_m = 1.0F;
+  EXPECT_NEAR(make(settings, {}, 200, 100).ray({100, 0}, {}).ray.origin.y,
+              5 * std::tan(0.39269908F), 1e-5);
+}
+
+TEST(Camera, APerspectiveCameraOfTheFileMayBeOrthographicAndTheOtherWayRound) {
+  CameraDescription file;
+  file.vertical_fov_rad = 1.5707964F;
+  file.to_world = core::translation({1, 2, 3});
+  CameraSettings settings;
+  settings.type = core::CameraType::kOrthographic;
+  const Camera flat = make(settings, {file}, 100, 100);
+  expect_direction(flat.ray({9, 9}, {}).ray.direction, {0, 0, -1});
+  EXPECT_NEAR(flat.ray({50, 0}, {}).ray.origin.y, 5, 1e-5);  // the scene's centre is 3 m ahead
+  file.orthographic = true;
+  settings.type = core::CameraType::kPerspective;
+  settings.vertical_fov_degrees = 90.0F;
+  const float s = std::sqrt(0.5F);
+  expect_direction(make(settings, {file}, 100, 100).ray({50, 0}, {}).ray.direction, {0, s, -s});
+}
+
+TEST(Camera, APanoramaSeesAllDirections) {
+  CameraSettings settings;
+  settings.type = core::CameraType::kPanorama;
+  settings.position = Vec3{1, 2, 3};
+  settings.target = Vec3{1, 2, 0};  // along -z: +x is to the right
+  const Camera camera = make(settings, {}, 400, 200);
+  const auto direction = [&](float x, float y) { return camera.ray({x, y}, {}).ray.direction; };
+  expect_direction(direction(200, 100), {0, 0, -1});
+  expect_direction(direction(300, 100), {1, 0, 0});
+  expect_direction(direction(100, 100), {-1, 0, 0});
+  expect_direction(direction(0, 100), {0, 0, 1});
+  expect_direction(direction(123, 0), {0, 1, 0});
+  expect_direction(direction(123, 200), {0, -1, 0});
+  const float s = std::sqrt(0.5F);
+  expect_direction(direction(200, 50), {0, s, -s});
+  EXPECT_TRUE(camera.ray({7, 9}, {}).ray.origin == (Vec3{1, 2, 3}));
+  EXPECT_FALSE(camera.pinhole());
+  test_support::Random random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec2 film = {400 * random.uniform(), 2 + 196 * random.uniform()};
+    const Vec3 point =
+        camera.ray(film, {}).ray.origin + direction(film.x, film.y) * (0.1F + 9 * random.uniform());
+    const auto seen = camera.project(point, {0.5F, 0.5F});
+    ASSERT_TRUE(seen);
+    // Rounding of metres over 0.1 m at 64 pixels a radian, wider towards the poles.
+    EXPECT_NEAR(std::remainder(seen->x - film.x, 400.0F), 0, 0.02);
+    EXPECT_NEAR(seen->y, film.y, 1e-3);
+  }
+}
+
+// Over a pixel, of an angle of pi / 200 each way, importance is one over its solid angle.
+TEST(Camera, ImportanceOfAPanoramaIntegratesToOneOverEachPixel) {
+  CameraSettings settings;
+  settings.type = core::CameraType::kPanorama;
+  settings.position = Vec3{0, 0, 0};
+  settings.target = Vec3{0.3F, 0.1F, 1};
+  const Camera camera = make(settings, {}, 400, 200);
+  for (const int row : {1, 40, 100, 170, 198}) {
+    const double top = 3.14159265358979 / 200 * row;
+    const double area =
+        3.14159265358979 / 200 * (std::cos(top) - std::cos(top + 3.14159265358979 / 200));
+    const core::Ray ray = camera.ray({33.5F, static_cast<float>(row) + 0.5F}, {}).ray;
+    const auto importance = camera.importance(ray.origin, ray.direction);
+    EXPECT_NEAR(static_cast<double>(importance.we) * area, 1, row == 1 || row == 198 ? 0.02 : 1e-3)
+        << row;
+    EXPECT_EQ(importance.we, importance.pdf_solid_angle);
+  }
+}
+
 // A scene without a camera is framed: eye = c + r / sin(min(vertical, horizontal fov) / 2) *
 // normalize(0, 0.25, 1).
 TEST(Camera, ASceneWithoutOneIsFramed) {
@@ -165,6 +247,19 @@ TEST(Camera, ReportsInvalidSettings) {
   EXPECT_EQ(where(s), "/camera/target");
   s.target = Vec3{1, 5, 1};
   EXPECT_EQ(where(s), "/camera/up");
+  s = {};
+  s.name = "front";
+  s.orthographic_height_m = 2.0F;
+  EXPECT_EQ(where(s), "/camera/orthographic_height");
+  s.name = "flat";
+  EXPECT_EQ(where(s), "none");
+  s = {};
+  s.type = core::CameraType::kPanorama;
+  s.vertical_fov_degrees = 40;
+  EXPECT_EQ(where(s), "/camera/vertical_fov_degrees");
+  s.vertical_fov_degrees.reset();
+  s.aperture_radius_m = 0.1F;
+  EXPECT_EQ(where(s), "/camera/aperture_radius");
 }
 
 // Truth 16, the lens: origins are uniform on the aperture's disk, and rays of one film point meet

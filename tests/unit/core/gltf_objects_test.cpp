@@ -65,7 +65,7 @@ core::LabelPixel label_at(const core::Result<core::SceneDescription>& scene, flo
   EXPECT_TRUE(built);
   std::uint64_t rays = 0;
   return core::label((*built)->data(), {.origin = {x + 0.25F, 0.25F, 9}, .direction = {0, 0, -1}},
-                     rays);
+                     nullptr, rays);
 }
 
 TEST(GltfObjects, PrimitivesAreCountedOverAllMeshesWithThoseThatAreNotDrawn) {

@@ -98,7 +98,7 @@ core::SceneDescription cards_scene() {
 /// The same, nearest first.
 std::vector<Card> cards() {
   const auto ids = [](std::uint32_t object, std::uint32_t material, std::uint32_t primitive) {
-    return LabelPixel{object, object, material, primitive, {}, {}};
+    return LabelPixel{object, object, material, primitive, {}, {}, {}};
   };
   return {{1.5F, -0.3F, 0.3F, -0.9F, -0.4F, ids(5, 5, 5)},
           {1, -0.6F, 0.6F, 0, 0.6F, ids(4, 4, 4), true},

@@ -12,6 +12,7 @@ set(SCENE_IO_TEST_SOURCES
   gltf_geometry_test.cpp
   gltf_material_test.cpp
   gltf_mutation_test.cpp
+  gltf_motion_test.cpp
   gltf_objects_test.cpp
   gltf_pointer_test.cpp
   gltf_tangent_test.cpp

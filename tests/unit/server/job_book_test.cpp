@@ -350,9 +350,19 @@ TEST_F(JobBookMemory, LoadingMemoryIsReleasedWhenTheSceneIsLoaded) {
   ASSERT_TRUE(start(book, 1, kNormal, needed));
   EXPECT_EQ(book.memory_bytes(), 1200U);
   EXPECT_EQ(gate().used_bytes(), 1200U);
-  book.end_load(job(1));
+  book.end_load(job(1), {{"hall", 300}});
   EXPECT_EQ(book.memory_bytes(), 450U);
   EXPECT_EQ(gate().used_bytes(), 450U);
+}
+
+TEST_F(JobBookMemory, WhatIsLoadedCountsOnceUnderTheNameThatItsCacheKnows) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  ASSERT_TRUE(start(book, 1, kNormal, memory(100, "hall from anywhere", 300)));
+  const auto cached =
+      gate().note({.shared = {{"hall from here", 300}}}, server::MemoryGate::Kind::kIdle);
+  EXPECT_EQ(gate().used_bytes(), 700U);
+  book.end_load(job(1), {{"hall from here", 300}});
+  EXPECT_EQ(gate().used_bytes(), 400U);
 }
 
 TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {

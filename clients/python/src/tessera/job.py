@@ -115,7 +115,8 @@ class Job(JobData):
         layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
         [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
         them; denoised, denoised_error, denoise_bias; object, instance, material, primitive (ids,
-        see objects()), position [m], uv. part: x, y, width, height in pixels of the full film.
+        see objects()), position [m], uv, motion
+        [pixels]. part: x, y, width, height in pixels of the full film.
         max_size: longest side. denoise: mixed or full for the denoised image. Raises Conflict
         before the first sample.
         """
@@ -128,7 +129,7 @@ class Job(JobData):
 
         options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
         linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
-        max_size.
+        max_size, parts (1: each layer of an exr a part of its own).
         """
         response = self._client.send(self.picture_call(format, options))
         return response.content

@@ -29,6 +29,8 @@ class JobRequestCamera(TypedDict):
     target: NotRequired[list[float] | None]
     up: NotRequired[list[float] | None]
     orbit: NotRequired[JobRequestCameraOrbit | None]
+    type: NotRequired[str]
+    orthographic_height: NotRequired[float | None]
     vertical_fov_degrees: NotRequired[float | None]
     aperture_radius: NotRequired[float | None]
     focus_distance: NotRequired[float | None]
@@ -258,6 +260,7 @@ class JobRequest(_JobRequest):
     camera: NotRequired[JobRequestCamera]
     variant: NotRequired[str | None]
     time_seconds: NotRequired[float | None]
+    motion_seconds: NotRequired[float]
     medium: NotRequired[JobRequestMedium | None]
     preview_key: NotRequired[str | None]
     environment: NotRequired[JobRequestEnvironment | None]
@@ -391,6 +394,8 @@ class JobSpecCamera(TypedDict):
     target: list[float] | None
     up: list[float] | None
     orbit: NotRequired[JobSpecCameraOrbit | None]
+    type: NotRequired[str]
+    orthographic_height: NotRequired[float | None]
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
@@ -618,6 +623,7 @@ class JobSpec(_JobSpec):
     camera: JobSpecCamera
     variant: str | None
     time_seconds: float | None
+    motion_seconds: NotRequired[float]
     medium: JobSpecMedium | None
     preview_key: str | None
     environment: NotRequired[JobSpecEnvironment | None]
@@ -1114,18 +1120,21 @@ class Label(TypedDict):
 
 
 class ObjectsCamera(TypedDict):
-    """The camera without its lens. A point (x, y, z) of its space, y up, z < 0 before it, is
-    seen at the pixel (cx - fx x / z, cy + fy y / z); an orthographic one sees it at (cx + fx x,
-    cy - fy y).
+    """The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is
+    seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx
+    + fx x, cy + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y,
+    hypot(x, z))) of a panorama. Pixel i goes from i to i + 1; for tools that count from its
+    centre, subtract 0.5.
     """
 
-    type: Literal["perspective", "orthographic"]
+    type: Literal["perspective", "orthographic", "panorama"]
     width: int
     height: int
     fx: float
     fy: float
     cx: float
     cy: float
+    world_to_camera: list[float | None]
     to_world: list[float | None]
 
 
@@ -1160,6 +1169,8 @@ class JobDefaultsCamera(TypedDict):
     target: list[float] | None
     up: list[float] | None
     orbit: NotRequired[JobDefaultsCameraOrbit | None]
+    type: NotRequired[str]
+    orthographic_height: NotRequired[float | None]
     vertical_fov_degrees: float | None
     aperture_radius: float | None
     focus_distance: float | None
@@ -1386,6 +1397,7 @@ class JobDefaults(_JobDefaults):
     camera: JobDefaultsCamera
     variant: str | None
     time_seconds: float | None
+    motion_seconds: NotRequired[float]
     medium: JobDefaultsMedium | None
     preview_key: str | None
     environment: NotRequired[JobDefaultsEnvironment | None]

@@ -49,6 +49,13 @@ export interface JobRequest {
        */
       target?: string | [number, number, number];
     } | null;
+    /** Projection; by default the file camera's, and perspective where the pose is given. */
+    type?: string;
+    /**
+     * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
+     * sees at the target's distance.
+     */
+    orthographic_height?: number | null;
     /** Vertical field of view, degrees; perspective cameras only. */
     vertical_fov_degrees?: number | null;
     /** Radius of the lens, metres; 0 is a pinhole. */
@@ -62,6 +69,11 @@ export interface JobRequest {
    * Animation time, seconds; null: the rest pose, which the file's own transforms give. Default: 0.
    */
   time_seconds?: number | null;
+  /**
+   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
+   * 0: before. In the rest pose nothing moves. Default: 0.041666666666666664.
+   */
+  motion_seconds?: number;
   /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
   medium?: {
     /** Kind of medium. Default: "homogeneous". */
@@ -165,9 +177,9 @@ export interface JobRequest {
     };
     /**
      * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and light:NAME (path
-     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there. Default:
-     * ["albedo","normal","depth"].
+     * motion, cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and
+     * light:NAME (path and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * Default: ["albedo","normal","depth"].
      */
     layers?: string[];
   };
@@ -547,6 +559,13 @@ export interface JobSpec {
       /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
       target: string | [number, number, number];
     } | null;
+    /** Projection; by default the file camera's, and perspective where the pose is given. */
+    type?: string;
+    /**
+     * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
+     * sees at the target's distance.
+     */
+    orthographic_height?: number | null;
     /** Vertical field of view, degrees; perspective cameras only. */
     vertical_fov_degrees: number | null;
     /** Radius of the lens, metres; 0 is a pinhole. */
@@ -558,6 +577,11 @@ export interface JobSpec {
   variant: string | null;
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
+  /**
+   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
+   * 0: before. In the rest pose nothing moves.
+   */
+  motion_seconds?: number;
   /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
   medium: {
     /** Kind of medium. */
@@ -657,8 +681,8 @@ export interface JobSpec {
     };
     /**
      * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and light:NAME (path
-     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * motion, cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and
+     * light:NAME (path and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
   };
@@ -1377,21 +1401,24 @@ export interface Label {
  */
 export interface Objects {
   /**
-   * The camera without its lens. A point (x, y, z) of its space, y up, z < 0 before it, is seen at
-   * the pixel (cx - fx x / z, cy + fy y / z); an orthographic one sees it at (cx + fx x, cy - fy
-   * y).
+   * The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is seen at
+   * the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + fx x, cy
+   * + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of
+   * a panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.
    */
   camera: {
-    type: 'perspective' | 'orthographic';
+    type: 'perspective' | 'orthographic' | 'panorama';
     width: number;
     height: number;
-    /** Focal length in pixels, or pixels per metre. */
+    /** Focal length in pixels; orthographic: pixels a metre; panorama: a radian. */
     fx: number;
     fy: number;
     /** Centre of the film; the centre of pixel 0 is at 0.5. */
     cx: number;
     cy: number;
-    /** 16 numbers, column by column as in glTF. */
+    /** 16 numbers, row by row; x to the right, y down, z ahead, as in OpenCV and COCO. */
+    world_to_camera: (number | null)[];
+    /** 16 numbers, column by column; x to the right, y up, -z ahead, as in glTF. */
     to_world: (number | null)[];
   };
   /** The job recorded ids, and `visible` is known. */
@@ -1440,6 +1467,13 @@ export interface JobDefaults {
       /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
       target: string | [number, number, number];
     } | null;
+    /** Projection; by default the file camera's, and perspective where the pose is given. */
+    type?: string;
+    /**
+     * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
+     * sees at the target's distance.
+     */
+    orthographic_height?: number | null;
     /** Vertical field of view, degrees; perspective cameras only. */
     vertical_fov_degrees: number | null;
     /** Radius of the lens, metres; 0 is a pinhole. */
@@ -1451,6 +1485,11 @@ export interface JobDefaults {
   variant: string | null;
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
+  /**
+   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
+   * 0: before. In the rest pose nothing moves.
+   */
+  motion_seconds?: number;
   /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
   medium: {
     /** Kind of medium. */
@@ -1550,8 +1589,8 @@ export interface JobDefaults {
     };
     /**
      * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and light:NAME (path
-     * and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * motion, cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and
+     * light:NAME (path and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
      */
     layers: string[];
   };

@@ -1,4 +1,4 @@
-#include "server/pictures/matte_manifest.h"
+#include "api/matte_manifest.h"
 
 #include <array>
 #include <cstdio>
@@ -10,7 +10,7 @@
 #include "core/layers/layers.h"
 #include "core/scene/matte_names.h"
 
-namespace server {
+namespace api {
 namespace {
 
 std::string hex(std::uint32_t value) {
@@ -57,4 +57,4 @@ void add_mattes(std::map<std::string, std::string>& texts, const core::FilmSetti
   }
 }
 
-}  // namespace server
+}  // namespace api

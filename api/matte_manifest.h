@@ -7,11 +7,11 @@
 #include "core/scene/scene.h"
 #include "core/settings/settings.h"
 
-namespace server {
+namespace api {
 
 /// For each layer of mattes that the film has: its name, how names become ids, and the names.
 /// Source: Cryptomatte specification 1.2.0, "Metadata". scene: null, without names.
 void add_mattes(std::map<std::string, std::string>& texts, const core::FilmSettings& film,
                 const core::Scene* scene);
 
-}  // namespace server
+}  // namespace api

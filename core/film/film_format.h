@@ -1,6 +1,6 @@
-// clang-format off
 /// A film as a file for elsewhere: application/vnd.tessera.film, version 1. Little endian.
 ///
+// clang-format off
 /// Head, 128 bytes; the offset, then what stands there:
 ///    0  "TSRFILM1"
 ///    8  u32 bytes of head, ledger and text
@@ -28,7 +28,7 @@
 /// Tiles, row by row, 32x32 anchored at the full film's origin and cut by the crop:
 ///   i32 x, i32 y, u32 samples, u32 0, u64 rejected samples, u64 rays, f64 CPU seconds (with an
 ///   equal share of what was spent beside the samples); then
-///             each pixel and replicate      f32 mean r, g, b, alpha, f32 M2 of luminance, u32 count
+///             each pixel and replicate      f32 mean r, g, b, alpha, M2 of luminance, u32 count
 ///   flag 1    each pixel                    f32 albedo r, g, b, normal x, y, z, depth, u32 hits
 ///   flag 4    each pixel and replicate      i128 sums r, g, b of splats in units of 2^-40
 ///   shares    each pixel, replicate, share  f32 mean r, g, b

@@ -13,7 +13,7 @@ using core::Status;
 namespace {
 
 /// CPU time of a unit. At most: a worker half as fast as the mean needs 5 s. At least: ten times
-/// what it takes to hand a unit out and to take its result, which was 10 ms.
+/// what handing a unit out and taking its result cost where a round trip takes 10 ms.
 constexpr double kUnitSecondsMost = 2.5;
 constexpr double kUnitSecondsLeast = 0.1;
 /// Tiles of a unit: some megabytes of a result.

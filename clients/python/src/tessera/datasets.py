@@ -134,7 +134,7 @@ class CocoFolder:
             (self.folder / name).mkdir(parents=True, exist_ok=True)
 
     def add(
-        self, name: str, image: bytes, ids: npt.ArrayLike, objects: models.Objects
+        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.Objects
     ) -> list[Segment]:
         """name: of its files. picture: a PNG. ids: the layer instance. The segments kept."""
         whole = ids_of(ids)

@@ -74,6 +74,6 @@ def _decode(data: bytes) -> npt.NDArray[np.float32]:
         rows = min(rows_per_strip, height - i * rows_per_strip)
         block = np.frombuffer(strip, dtype=np.uint8).reshape(rows, width * channels * 4)
         parts.append(_undo_float_predictor(block, channels) if predictor == 3 else block)
-    picture = np.concatenate(parts).view("<f4").astype(np.float32)
+    image = np.concatenate(parts).view("<f4").astype(np.float32)
     shape = (height, width) if channels == 1 else (height, width, channels)
     return image.reshape(shape)

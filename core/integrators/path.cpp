@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/integrators/path_media.h"
 #include "core/integrators/path_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/math/numbers.h"

@@ -108,7 +108,7 @@ TEST(FilmFile, LabelsAndMattesComeBack) {
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   core::TileState tile = made_tile(film, 1, 6);
-  tile.labels.back() = {3, 4, 5, 6, {1, 2, 3}, {0.5F, 0.25F}};
+  tile.labels.back() = {3, 4, 5, 6, {1, 2, 3}, {0.5F, 0.25F}, {-1, 2}};
   tile.mattes.back()[0] = {77, {2, 1}};
   film.commit(1, std::move(tile));
   ASSERT_TRUE(file->write(film, FilmRecord{}, false));

@@ -1,4 +1,7 @@
-// Paths through media that scatter: the steps of PathTracer that differ.
+/// Paths through media that scatter: the steps of PathTracer that differ. For path.cpp, which
+/// instantiates them.
+#pragma once
+
 #include "core/integrators/path_tracer.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
@@ -7,20 +10,18 @@
 #include "core/transport/surface_event.h"
 
 namespace core {
-namespace {
 
 /// Scatterings in media do not count as bounces, for milk has hundreds where a room has two; there
 /// are at most so many for each bounce that max_depth allows. At an albedo of 0.99, which loses
 /// half of the light in 69 scatterings, roulette ends nearly all paths before.
-constexpr int kMediumScatterings = 64;
+inline constexpr int kMediumScatterings = 64;
 
 /// Widening of the ray cone [rad]: that of a rough surface.
-constexpr float kConeSpread = 0.1F;
-
-}  // namespace
+inline constexpr float kMediumConeSpread = 0.1F;
 
 template <typename Options>
-bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept {
+bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept
+    requires(Options::has_media) {
   while (true) {
     const bool is_met = intersect(scene_, path, vertex);
     // Behind the last surface there is no solid: where the stack says so, a mesh has a hole.
@@ -58,7 +59,8 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
 /// Scatters in a medium: a light sample, the next direction, roulette. False: the path is over.
 template <typename Options>
 bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
-                                         float distance_m) const noexcept {
+                                         float distance_m) const noexcept
+    requires(Options::has_media) {
   const Vec3 before = path.ray.direction;
   const Vec3 point = path.ray.origin + before * distance_m;
   if (!path.out.hit) {
@@ -78,7 +80,7 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
   path.ray.origin = point;
   path.ray.direction = sample_henyey_greenstein(before, medium.g, {u.y, u.z});
   path.last = {henyey_greenstein(dot(before, path.ray.direction), medium.g), point, {}, 1};
-  path.cone_spread_rad += kConeSpread;
+  path.cone_spread_rad += kMediumConeSpread;
   path.is_sharp = false;
   path.in_pair = path.last_controlled = path.last_fitted = false;
   path.u_roulette = -1;
@@ -92,7 +94,7 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
 
 template <typename Options>
 void PathTracer<Options>::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
-                                           Vec4 u) const noexcept {
+                                           Vec4 u) const noexcept requires(Options::has_media) {
   if (lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
     return;
   }
@@ -116,8 +118,5 @@ void PathTracer<Options>::add_light_within(TracedPath& path, const Medium& mediu
              (phase * weight / light.pdf_solid_angle),
          path.bounces() + 1, [&] { return scene_.group_of_light(light.light); });
 }
-
-template bool WholeTracer::reach_through_media(TracedPath&, PathVertex&) const noexcept;
-template bool SpectralTracer::reach_through_media(TracedPath&, PathVertex&) const noexcept;
 
 }  // namespace core

@@ -20,8 +20,7 @@ inline constexpr int kMediumScatterings = 64;
 inline constexpr float kMediumConeSpread = 0.1F;
 
 template <typename Options>
-bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept
-    requires(Options::has_media) {
+bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept {
   while (true) {
     const bool is_met = intersect(scene_, path, vertex);
     // Behind the last surface there is no solid: where the stack says so, a mesh has a hole.
@@ -59,8 +58,7 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
 /// Scatters in a medium: a light sample, the next direction, roulette. False: the path is over.
 template <typename Options>
 bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
-                                         float distance_m) const noexcept
-    requires(Options::has_media) {
+                                         float distance_m) const noexcept {
   const Vec3 before = path.ray.direction;
   const Vec3 point = path.ray.origin + before * distance_m;
   if (!path.out.hit) {
@@ -94,7 +92,7 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
 
 template <typename Options>
 void PathTracer<Options>::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
-                                           Vec4 u) const noexcept requires(Options::has_media) {
+                                           Vec4 u) const noexcept {
   if (lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
     return;
   }

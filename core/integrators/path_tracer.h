@@ -143,12 +143,9 @@ class PathTracer final : public Integrator {
   }
   /// Extends the path to its next surface, through what is in between. False: the path is over.
   bool reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
-  bool reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept
-      requires(Options::has_media);
-  bool scatter_within(TracedPath& path, const Medium& medium, float distance_m) const noexcept
-      requires(Options::has_media);
-  void add_light_within(TracedPath& path, const Medium& medium, Vec3 point, Vec4 u) const noexcept
-      requires(Options::has_media);
+  bool reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept;
+  bool scatter_within(TracedPath& path, const Medium& medium, float distance_m) const noexcept;
+  void add_light_within(TracedPath& path, const Medium& medium, Vec3 point, Vec4 u) const noexcept;
   void add_environment(TracedPath& path) const noexcept;
   void add_emission(TracedPath& path, const PathVertex& vertex) const noexcept;
   void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled,

@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <functional>
 #include <memory>
 #include <new>
 #include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -128,6 +131,28 @@ bool write_part(OIIO::ImageOutput& output, const OIIO::ImageSpec& spec, OIIO::Ty
   }
   return good;
 }
+
+/// Without a name of its own, gone when it is closed.
+class TemporaryFile {
+ public:
+  TemporaryFile() : file_(std::tmpfile(), &std::fclose) {}
+  bool is_open() const { return file_ != nullptr; }
+  std::string path() const { return "/proc/self/fd/" + std::to_string(fileno(file_.get())); }
+  Status give(const ImageSink& sink) const {
+    std::vector<std::byte> some(std::size_t{1} << 16U);
+    std::uint64_t at = 0;
+    while (const std::size_t count = std::fread(some.data(), 1, some.size(), file_.get())) {
+      if (const Status given = sink(at, std::span(some).first(count)); !given) {
+        return given;
+      }
+      at += count;
+    }
+    return at > 0 ? ok_status() : Status(failed("a temporary file could not be read"));
+  }
+
+ private:
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+};
 
 /// write(output): all of it, from open() on.
 template <typename Write>
@@ -285,22 +310,27 @@ Status write_exr_parts(const ImageRows& image, const EncodeOptions& options,
   for (const LinearPart& part : parts) {
     specs.push_back(part.spec);
   }
-  return write_file("exr", sink, [&](OIIO::ImageOutput& output) {
-    bool good = output.open("memory.exr", static_cast<int>(specs.size()), specs.data());
-    for (std::size_t i = 0; good && i < parts.size(); ++i) {
-      const LinearPart& part = parts[i];
-      good = (i == 0 || output.open("memory.exr", part.spec, OIIO::ImageOutput::AppendSubimage)) &&
-             write_part<float>(output, part.spec, given_type(part), [&](int y, float* to) {
-               const float* in = image.row(y) + part.first;
-               for (int x = 0; x < image.width; ++x, in += image.channels()) {
-                 for (std::size_t c = 0; c < part.half.size(); ++c) {
-                   *to++ = stored(part, c, in[c]);
-                 }
+  // OpenImageIO writes files of several parts by their name alone, whatever the proxy is.
+  const TemporaryFile file;
+  const auto output = OIIO::ImageOutput::create("exr");
+  if (!file.is_open() || !output) {
+    return failed(!output ? "OpenImageIO: " + OIIO::geterror() : "there is no temporary file");
+  }
+  bool good = output->open(file.path(), static_cast<int>(specs.size()), specs.data());
+  for (std::size_t i = 0; good && i < parts.size(); ++i) {
+    const LinearPart& part = parts[i];
+    good = (i == 0 || output->open(file.path(), part.spec, OIIO::ImageOutput::AppendSubimage)) &&
+           write_part<float>(*output, part.spec, given_type(part), [&](int y, float* to) {
+             const float* in = image.row(y) + part.first;
+             for (int x = 0; x < image.width; ++x, in += image.channels()) {
+               for (std::size_t c = 0; c < part.half.size(); ++c) {
+                 *to++ = stored(part, c, in[c]);
                }
-             });
-    }
-    return good;
-  });
+             }
+           });
+  }
+  return good && output->close() ? file.give(sink)
+                                 : Status(failed("OpenImageIO: " + output->geterror()));
 }
 
 Status write_linear(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,

@@ -196,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{
             R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
             "Unknown value 'heat'; expected one of: beauty, albedo, normal, depth, "
-            "object, instance, material, primitive, position, uv, cryptomatte:object, "
+            "object, instance, material, primitive, position, uv, motion, cryptomatte:object, "
             "cryptomatte:material, alpha, "
             "samples, variance, error, denoised, denoised_error, denoise_bias, denoise_bias_error"},
         Case{R"("film":{"layers":["albedo","albedo"]})", "/film/layers/1",
@@ -250,7 +250,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{
             R"("cameras":{})", "/cameras",
             "Unknown field; expected one of: scene, name, labels, priority, seed, camera, variant, "
-            "time_seconds, "
+            "time_seconds, motion_seconds, "
             "medium, class, preview_key, environment, background, ground, film, integrator, "
             "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, "
             "webhook, retention_seconds"}));

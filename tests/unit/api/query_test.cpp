@@ -186,7 +186,7 @@ TEST(ImageQuery, Answers422ToWrongValues) {
       (Errors{
           {"/layer",
            "Unknown value 'heat'; expected one of: beauty, albedo, "
-           "normal, depth, object, instance, material, primitive, position, uv, "
+           "normal, depth, object, instance, material, primitive, position, uv, motion, "
            "cryptomatte:object, cryptomatte:material, alpha, samples, variance, error, denoised, "
            "denoised_error, denoise_bias, denoise_bias_error"}}));
   EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));

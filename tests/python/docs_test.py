@@ -74,7 +74,7 @@ class Documents(ServerTest):
         self.assertRegex(told, r"relative error 0\.\d+, 95 % between 0\.\d+ and 0\.\d+")
         self.assertIn("finished with 64 samples", told)
         self.assertIn("'pointer': '/film/width'", told)
-        for name in ("picture.png", "error.png"):
+        for name in ("image.png", "error.png"):
             self.assertEqual(png_size((self.folder / name).read_bytes())[:2], (160, 90))
         pixel = json.loads((self.folder / "pixel.json").read_text())
         self.assertEqual((pixel["x"], pixel["y"]), (80, 45))

@@ -231,7 +231,7 @@ export interface JobRequest {
     };
     /** Several continuations of a path at its first surface. */
     splitting?: {
-      /** How many there are. Default: "none". */
+      /** How many there are. Default: "measured". */
       type?: string;
       /** Continuations of each path. Default: 2. */
       count?: number;
@@ -321,9 +321,7 @@ export interface JobRequest {
       rows: number;
     } | null;
   } | null;
-  /**
-   * True: paths carry three wavelengths instead of three colours. Default: false.
-   */
+  /** True: paths carry three wavelengths instead of three colours. Default: false. */
   spectral?: boolean;
   /**
    * When to stop: the first rule met ends the job. If given, only the rules in it apply. Default:

@@ -161,6 +161,9 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const std::s
       return Error{ErrorCode::kUnavailable, "the worker has not reported, or is not suitable", ""};
     }
     WorkUnit& unit = found->second;
+    if (unit.is_busy) {  // another result may still be wanted
+      return Error{ErrorCode::kUnavailable, "a result of the unit is being taken", ""};
+    }
     if (unit.wanted() < 1) {
       return Error{ErrorCode::kConflict, "another worker has the unit", ""};
     }
@@ -262,7 +265,7 @@ std::optional<std::vector<SliceWork>> WorkBoard::settle(Units::value_type& entry
   }
   std::string digest = core::content_digest(work);
   if (!unit.first) {
-    unit.first = {worker, std::move(digest), std::move(work)};
+    unit.first = {worker, std::move(digest), std::move(work), Clock::now()};
     return std::nullopt;
   }
   if (unit.first->digest == digest) {

@@ -16,6 +16,9 @@ namespace {
 /// what handing a unit out and taking its result cost where a round trip takes 10 ms.
 constexpr double kUnitSecondsMost = 2.5;
 constexpr double kUnitSecondsLeast = 0.1;
+/// A result waits for another worker's so long: that one may be at a unit of its own, and each
+/// takes 5 s of a worker half as fast as the mean. One that is stopped or cut off holds no job up.
+constexpr std::chrono::duration<double> kVerifyWait{4 * kUnitSecondsMost};
 /// Tiles of a unit: some megabytes of a result.
 constexpr int kSlicesMax = 32;
 /// Each unit is a share of what is left of the pass, so that the last ones are short and end at
@@ -150,7 +153,8 @@ void WorkBoard::take_unverified() {
           unit.first && std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
             return each.first != unit.first->worker && works(each.second);
           });
-      if (unit.first && !unit.is_busy && unit.leases.empty() && !has_other) {
+      const bool is_late = unit.first && Clock::now() - unit.first->at > kVerifyWait;
+      if (unit.first && !unit.is_busy && (is_late || (unit.leases.empty() && !has_other))) {
         unit.is_busy = true;
         alone.push_back({name, unit.run, *std::exchange(unit.first, std::nullopt)});
         log_.write(LogLevel::kWarning, "result_not_verified",

@@ -27,6 +27,7 @@ struct WorkUnit {
     std::string worker;
     std::string digest;
     std::vector<core::SliceWork> work;
+    Clock::time_point at;
   };
 
   std::shared_ptr<RenderRun> run;

@@ -380,7 +380,7 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
 
 std::string content_digest(std::vector<SliceWork> done) {
   for (SliceWork& each : done) {
-    // Of the photons of a sample, whoever traces them bears the cost.
+    // The rays of photons count for the worker that traces them, which may be the other one.
     each.state.cpu_seconds = each.light.cpu_seconds = each.meter.cpu_seconds = 0;
     each.state.rays = 0;
   }

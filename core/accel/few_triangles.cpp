@@ -21,6 +21,11 @@ Lanes inner(const Vec3s<8>& a, Vec3 b, Lanes beside) {
 
 }  // namespace
 
+struct FewTriangles::Corners {
+  Name name;
+  Vec3 at[3];
+};
+
 struct FewTriangles::Rays {
   Vec3s<8> origin;
   Vec3s<8> direction;
@@ -48,28 +53,61 @@ FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
     return;
   }
   center_ = box.center();
+  std::vector<Corners> triangles;
   for (std::uint32_t geometry = 0; geometry < top_level.size(); ++geometry) {
     const AccelGeometry& mesh = top_level[geometry];
     for (std::uint32_t t = 0; 3 * std::size_t{t} < mesh.indices.size(); ++t) {
-      names_.push_back({geometry, t});
-      Vec3 p[3];
+      Corners& corners = triangles.emplace_back(Corners{{geometry, t}, {}});
       for (std::size_t c = 0; c < 3; ++c) {
-        p[c] = mesh.positions[mesh.indices[3 * std::size_t{t} + c]] - center_;
+        corners.at[c] = mesh.positions[mesh.indices[3 * std::size_t{t} + c]] - center_;
+        radius_m_ = std::max(radius_m_, length(corners.at[c]));
       }
-      for (const Vec3 corner : p) {
-        radius_m_ = std::max(radius_m_, length(corner));
-      }
-      triangles_.push_back(triangle_of(p));
     }
+  }
+  while (pair_up(triangles)) {
+    ++parallelograms_;
+  }
+  for (const Corners& alone : triangles) {
+    shapes_.push_back(shape_of(alone.at));
+    names_.push_back({alone.name, alone.name});
   }
 }
 
-FewTriangles::Triangle FewTriangles::triangle_of(const Vec3 (&corner)[3]) {
+/// Moves two triangles that make a parallelogram over to the shapes; false: there are none.
+bool FewTriangles::pair_up(std::vector<Corners>& triangles) {
+  const auto is_at = [](Vec3 a, Vec3 b, float apart) { return length(a - b) <= apart; };
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (std::size_t turn = 0; turn < 3; ++turn) {
+      const Vec3(&p)[3] = triangles[i].at;
+      const Vec3 corner[3] = {p[turn], p[(turn + 1) % 3], p[(turn + 2) % 3]};
+      const Vec3 opposite = corner[1] + corner[2] - corner[0];
+      for (std::size_t j = i + 1; j < triangles.size(); ++j) {
+        const Vec3(&q)[3] = triangles[j].at;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3 a = q[(k + 1) % 3];
+          const Vec3 b = q[(k + 2) % 3];
+          const bool shares =
+              (a == corner[1] && b == corner[2]) || (a == corner[2] && b == corner[1]);
+          if (shares && is_at(q[k], opposite, kSlack / 4 * radius_m_)) {
+            shapes_.push_back(shape_of(corner));
+            names_.push_back({triangles[i].name, triangles[j].name});
+            triangles.erase(triangles.begin() + static_cast<std::ptrdiff_t>(j));
+            triangles.erase(triangles.begin() + static_cast<std::ptrdiff_t>(i));
+            return true;
+          }
+        }
+      }
+    }
+  }
+  return false;
+}
+
+FewTriangles::Shape FewTriangles::shape_of(const Vec3 (&corner)[3]) {
   const Vec3 e1 = corner[1] - corner[0];
   const Vec3 e2 = corner[2] - corner[0];
   const Vec3 n = core::cross(e1, e2);
   const float twice_area = std::hypot(n.x, n.y, n.z);
-  Triangle out;  // that nothing meets: no rays cross a plane without a normal
+  Shape out;  // that nothing meets: no rays cross a plane without a normal
   if (twice_area > 0) {
     const auto affine = [&](Vec3 at) { return Affine{at, -dot(at, corner[0])}; };
     const float scale = kSlack * twice_area;
@@ -78,54 +116,70 @@ FewTriangles::Triangle FewTriangles::triangle_of(const Vec3 (&corner)[3]) {
     const Vec3 v = core::cross(unit, e1) * (1 / twice_area);
     out = {affine(n),
            {affine(u), affine(v)},
-           {scale * length(u + v), scale * length(u), scale * length(v)}};
+           {scale * length(u), scale * length(v), scale * length(u + v)}};
   }
   return out;
 }
 
-/// Where rays cross the plane of a triangle: within it and in front of them if least > 0.
+/// Where rays cross the plane of a shape: within it and in front of them if least > 0.
 struct FewTriangles::Crossing {
   Lanes least;
   Lanes t;
+  Lanes sum;  ///< of the barycentric coordinates: above 1 in the opposite half
 };
 
 /// Seen along the ray, rounding moves the point by some 2^-24 of the coordinates. On the plane that
 /// is more by the cosine, and in barycentric coordinates by their gradients: within as much of an
-/// edge a point belongs to the triangles on both sides of it, so no ray passes between the two.
-inline FewTriangles::Crossing FewTriangles::cross(const Triangle& triangle,
-                                                  const Rays& rays) noexcept {
-  const Lanes cosine = inner(rays.direction, triangle.plane.at, Lanes(0));
+/// edge a point belongs to the shapes on both sides of it, so no ray passes between the two.
+/// kIsWhole: of the parallelogram, else of the triangle.
+template <bool kIsWhole>
+inline FewTriangles::Crossing FewTriangles::cross(const Shape& shape, const Rays& rays) noexcept {
+  const Lanes cosine = inner(rays.direction, shape.plane.at, Lanes(0));
   const Lanes over = Lanes(-1) / cosine;
-  const Lanes t = inner(rays.origin, triangle.plane.at, Lanes(triangle.plane.beside)) * over;
+  const Lanes t = inner(rays.origin, shape.plane.at, Lanes(shape.plane.beside)) * over;
   const Vec3s<8> point = {fused(rays.direction.x, t, rays.origin.x),
                           fused(rays.direction.y, t, rays.origin.y),
                           fused(rays.direction.z, t, rays.origin.z)};
   const auto barycentric = [&](const Affine& of) { return inner(point, of.at, Lanes(of.beside)); };
-  const Lanes b1 = barycentric(triangle.barycentric[0]);
-  const Lanes b2 = barycentric(triangle.barycentric[1]);
-  const Lanes b0 = Lanes(1) - b1 - b2;
+  const Lanes b1 = barycentric(shape.barycentric[0]);
+  const Lanes b2 = barycentric(shape.barycentric[1]);
+  const Lanes sum = b1 + b2;
   const Lanes near = rays.scale * abs(over);
   const auto beyond = [&](Lanes b, float slack) { return fused(near, Lanes(slack), b); };
-  return {min(min(beyond(b0, triangle.slack[0]), beyond(b1, triangle.slack[1])),
-              min(beyond(b2, triangle.slack[2]), t)),
-          t};
+  if constexpr (kIsWhole) {
+    const auto inside = [](Lanes b) { return min(b, Lanes(1) - b); };
+    return {min(min(beyond(inside(b1), shape.slack[0]), beyond(inside(b2), shape.slack[1])), t), t,
+            sum};
+  } else {
+    return {min(min(beyond(b1, shape.slack[0]), beyond(b2, shape.slack[1])),
+                min(beyond(Lanes(1) - sum, shape.slack[2]), t)),
+            t, sum};
+  }
 }
 
 unsigned FewTriangles::intersect8(const RayPacket& packet, unsigned active,
                                   HitPacket& hits) const noexcept {
   const Rays rays(packet, center_, radius_m_);
   Lanes nearest = load<8>(packet.t_max);
-  Ints<8> triangle(-1);
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    const Crossing at = cross(triangles_[i], rays);
+  Lanes sum(0);
+  Ints<8> shape(-1);
+  const auto take = [&](const Crossing& at, std::size_t i) {
     const Mask<8> nearer = (at.least > Lanes(0)) & (at.t < nearest);
     nearest = select(nearer, at.t, nearest);
-    triangle = select(nearer, Ints<8>(static_cast<std::int32_t>(i)), triangle);
+    sum = select(nearer, at.sum, sum);
+    shape = select(nearer, Ints<8>(static_cast<std::int32_t>(i)), shape);
+  };
+  for (std::size_t i = 0; i < parallelograms_; ++i) {
+    take(cross<true>(shapes_[i], rays), i);
   }
-  const unsigned met = active & (~(triangle < Ints<8>(0))).bits();
+  for (std::size_t i = parallelograms_; i < shapes_.size(); ++i) {
+    take(cross<false>(shapes_[i], rays), i);
+  }
+  const unsigned met = active & (~(shape < Ints<8>(0))).bits();
+  const unsigned opposite = (sum > Lanes(1)).bits();
   for (unsigned rest = met; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    const Name name = names_[static_cast<std::size_t>(triangle.v[k])];
+    const Name name = names_[static_cast<std::size_t>(shape.v[k])][opposite >> k & 1U];
     hits.instance[k] = kNoInstance;
     hits.geometry[k] = name.geometry;
     hits.primitive[k] = name.primitive;
@@ -137,9 +191,14 @@ unsigned FewTriangles::occluded8(const RayPacket& packet, unsigned active) const
   const Rays rays(packet, center_, radius_m_);
   const Lanes end = load<8>(packet.t_max);
   unsigned open = active;
-  for (std::size_t i = 0; i < triangles_.size() && open != 0; ++i) {
-    const Crossing at = cross(triangles_[i], rays);
+  const auto take = [&](const Crossing& at) {
     open &= ~((at.least > Lanes(0)) & (at.t < end)).bits();
+  };
+  for (std::size_t i = 0; i < parallelograms_ && open != 0; ++i) {
+    take(cross<true>(shapes_[i], rays));
+  }
+  for (std::size_t i = parallelograms_; i < shapes_.size() && open != 0; ++i) {
+    take(cross<false>(shapes_[i], rays));
   }
   return active & ~open;
 }

@@ -21,7 +21,7 @@ class FilterSampler {
   bool is_box() const noexcept { return settings_.type == FilterType::kBox; }
   /// Nowhere negative: offsets are (2 x - 1) * radius_px(), x drawn from table(), and weights 1.
   bool is_positive() const noexcept { return settings_.type != FilterType::kMitchell; }
-  Distribution1D::Table table() const noexcept { return table_.table(); }
+  DistributionTable table() const noexcept { return table_.table(); }
   /// The filter itself, one axis, x in pixels; not normalised.
   float evaluate(float x) const noexcept;
   /// The same over its integral [1/px]: weight of light at x in the value of the pixel at 0.

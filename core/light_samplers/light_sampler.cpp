@@ -36,25 +36,10 @@ LightSampler::LightSampler(const SceneData& scene, const Environment* environmen
   }
 }
 
-/// Probability with which the tree is asked; far lights share the rest evenly. In proportion to
-/// what both sides could send to the point, unshadowed; but as neither knows what stands in
-/// between, the weaker one gets kLeast, down to where it could send no more than kFaint of the
-/// whole.
 float LightSampler::prob_tree(Vec3 point, Vec3 normal_world) const noexcept {
-  constexpr float kLeast = 0.4F;
-  constexpr float kFaint = 0.01F;
-  if (far_count_ == 0) {
-    return 1;
-  }
-  const float local = scene_.light_tree.importance(point, normal_world);
-  if (!(local > 0)) {
-    return 0;
-  }
-  const float share = local / (local + irradiance_far_);
-  const float least = kLeast * std::min(share / kFaint, 1.0F);
-  // Never quite 1: sharing samples relies on a far light being found wherever it is seen.
-  const float most = 1 - std::max(kLeast * std::min((1 - share) / kFaint, 1.0F), 0x1p-20F);
-  return std::clamp(share, least, most);
+  return far_count_ == 0
+             ? 1.0F
+             : prob_tree(Floats<1>(scene_.light_tree.importance(point, normal_world))).v[0];
 }
 
 LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float prob,

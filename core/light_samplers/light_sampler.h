@@ -10,6 +10,7 @@
 
 #include "core/accel/accel.h"
 #include "core/lights/environment.h"
+#include "core/math/lane_math.h"
 #include "core/sampling/distribution.h"
 #include "core/scene/scene_data.h"
 
@@ -66,6 +67,17 @@ class LightSampler {
   bool has_tree_alone() const noexcept {
     return type_ == LightSamplerType::kTree && far_count_ == 0;
   }
+  /// The environment where sample() asks it or the light tree, and nothing else; else null. It is
+  /// then sampled by sky_density().
+  const Environment* sky_beside_tree() const noexcept {
+    return type_ == LightSamplerType::kTree && far_count_ == 1 ? environment_ : nullptr;
+  }
+  SkyDensity sky_density() const noexcept { return sky_; }
+  /// Probability with which sample() asks the tree at several points.
+  template <std::size_t N>
+  Floats<N> prob_tree(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
+    return prob_tree(scene_.light_tree.importance(point, normal_world));
+  }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
 
   /// Density with which sample() gives the direction to a point of triangle light `light`.
@@ -89,6 +101,8 @@ class LightSampler {
                         Vec3 normal_world) const noexcept;
 
  private:
+  template <std::size_t N>
+  Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
   float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
   /// Probability with which sample() picks the environment; 0 without one.
   float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
@@ -113,5 +127,21 @@ class LightSampler {
   std::size_t far_count_ = 0;       ///< directional lights and the environment
   float irradiance_far_ = 0;  ///< of them all, unshadowed, mean over surfaces of all directions
 };
+
+/// Far lights share what is left evenly. In proportion to what both sides could send to the point,
+/// unshadowed; but as neither knows what stands in between, the weaker one gets kLeast, down to
+/// where it could send no more than kFaint of the whole.
+template <std::size_t N>
+Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
+  const Floats<N> least(0.4F);
+  const Floats<N> per_faint(1 / 0.01F);
+  const Floats<N> one(1);
+  const Floats<N> share = irradiance_local / (irradiance_local + Floats<N>(irradiance_far_));
+  const Floats<N> low = least * min(share * per_faint, one);
+  // Never quite 1: sharing samples relies on a far light being found wherever it is seen.
+  const Floats<N> high =
+      one - max(least * min((one - share) * per_faint, one), Floats<N>(0x1p-20F));
+  return select(irradiance_local > Floats<N>(0), min(max(share, low), high), Floats<N>(0));
+}
 
 }  // namespace core

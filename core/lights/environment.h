@@ -90,6 +90,11 @@ class Environment {
     return {texels_.data(), width_, height_, constant_, cos_rotation_, sin_rotation_};
   }
 
+  /// What sample() draws from where there is a map, over (u, v).
+  const Distribution2D& distribution(SkyDensity density) const noexcept {
+    return distribution_[static_cast<std::size_t>(density)];
+  }
+
   /// Integral of luminance over the sphere [W/m^2].
   float power_luminance() const noexcept { return power_luminance_; }
   bool is_black() const noexcept { return !(power_luminance_ > 0); }
@@ -104,9 +109,6 @@ class Environment {
   EnvironmentSample sample_sun(Vec2 u, SkyDensity density) const noexcept;
   float pdf_map(Vec2 uv, float sin_theta, SkyDensity density) const noexcept;
   void blur() const;
-  const Distribution2D& distribution(SkyDensity density) const noexcept {
-    return distribution_[static_cast<std::size_t>(density)];
-  }
 
   Rgb constant_;
   int width_ = 0;  ///< 0: constant

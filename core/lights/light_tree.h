@@ -45,6 +45,9 @@ class LightTree {
   /// The tree's estimate of the irradiance that all of its lights together send to `point`,
   /// unshadowed [W/m^2, luminance]; 0: nothing can arrive.
   float importance(Vec3 point, Vec3 normal_world) const noexcept;
+  /// The same for several points at once.
+  template <std::size_t N>
+  Floats<N> importance(Vec3s<N> point, Vec3s<N> normal_world) const noexcept;
 
   /// Does pick_few() serve?
   bool is_few() const noexcept { return groups_.size() == 1; }
@@ -115,6 +118,9 @@ class LightTree {
   }
   static Floats<4> importance(const Group& group, Vec3 point, Vec3 normal) noexcept;
   template <std::size_t N>
+  static std::array<Floats<N>, kWidth> importances(const Group& group, Vec3s<N> point,
+                                                   Vec3s<N> normal_world) noexcept;
+  template <std::size_t N>
   static LightNodes<N> node(const Group& g, std::size_t k) noexcept;
 
   std::vector<Group> groups_;
@@ -136,17 +142,33 @@ LightNodes<N> LightTree::node(const Group& g, std::size_t k) noexcept {
 }
 
 template <std::size_t N>
+auto LightTree::importances(const Group& group, Vec3s<N> point, Vec3s<N> normal_world) noexcept
+    -> std::array<Floats<N>, kWidth> {
+  std::array<Floats<N>, kWidth> out;
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    out[k] = group.power[k] > 0 ? light_importance(node<N>(group, k), point, normal_world)
+                                : Floats<N>(0);
+  }
+  return out;
+}
+
+template <std::size_t N>
+Floats<N> LightTree::importance(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
+  if (groups_.empty()) {
+    return Floats<N>(0);
+  }
+  const auto weights = importances(groups_[0], point, normal_world);
+  return (weights[0] + weights[1]) + (weights[2] + weights[3]);
+}
+
+template <std::size_t N>
 LightTree::Picks<N> LightTree::pick_few(Vec3s<N> point, Vec3s<N> normal_world,
                                         Floats<N> u) const noexcept {
   const Group& group = groups_[0];
   if (is_alone(group)) {
     return {Ints<N>(static_cast<std::int32_t>(group.child[0])), Floats<N>(1)};
   }
-  Floats<N> weights[kWidth];
-  for (std::size_t k = 0; k < kWidth; ++k) {
-    weights[k] = group.power[k] > 0 ? light_importance(node<N>(group, k), point, normal_world)
-                                    : Floats<N>(0);
-  }
+  const auto weights = importances(group, point, normal_world);
   const Floats<N> sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
   Floats<N> rest = u * sum;
   Mask<N> found = Mask<N>::of(0);

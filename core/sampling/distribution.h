@@ -9,14 +9,11 @@
 
 namespace core {
 
-/// Density proportional to non-negative weights over equal cells of [0,1).
-class Distribution1D {
- public:
-  Distribution1D() = default;
-  /// weights: finite, >= 0. All zero: uniform.
-  explicit Distribution1D(const std::vector<float>& weights);
-  /// sample() then starts near its cell instead of searching for it, one step away on average.
-  void add_guide();
+/// A density over equal cells of [0,1), as it is read.
+struct DistributionTable {
+  const float* cdf = nullptr;            ///< size + 1 values from 0 to 1
+  const std::uint32_t* guide = nullptr;  ///< [i]: the cell of i / size; null: search for cells
+  int size = 0;
 
   struct Sample {
     float x = 0;
@@ -25,25 +22,32 @@ class Distribution1D {
   };
   Sample sample(float u) const noexcept;
   float pdf_unit(float x) const noexcept;
-  float prob_cell(std::size_t cell) const noexcept;
-  std::size_t size() const noexcept { return cdf_.empty() ? 0 : cdf_.size() - 1; }
-  /// Sum of the weights.
-  double total() const noexcept { return total_; }
+  float prob_cell(std::size_t cell) const noexcept { return cdf[cell + 1] - cdf[cell]; }
+  /// The last cell that begins at u or before.
+  std::size_t cell_of(float u) const noexcept;
+};
 
-  /// What sample() reads, for those who draw many at once; with a guide.
-  struct Table {
-    const float* cdf;
-    const std::uint32_t* guide;
-    int size;
-  };
-  Table table() const noexcept { return {cdf_.data(), guide_.data(), static_cast<int>(size())}; }
+/// Density proportional to non-negative weights over equal cells of [0,1).
+class Distribution1D {
+ public:
+  using Sample = DistributionTable::Sample;
+  Distribution1D() = default;
+  /// weights: finite, >= 0. All zero: uniform.
+  explicit Distribution1D(const std::vector<float>& weights);
+  /// sample() then starts near its cell instead of searching for it, one step away on average.
+  void add_guide();
+
+  Sample sample(float u) const noexcept { return table().sample(u); }
+  float pdf_unit(float x) const noexcept { return table().pdf_unit(x); }
+  float prob_cell(std::size_t cell) const noexcept { return cdf_[cell + 1] - cdf_[cell]; }
+  std::size_t size() const noexcept { return cdf_.empty() ? 0 : cdf_.size() - 1; }
+  DistributionTable table() const noexcept {
+    return {cdf_.data(), guide_.empty() ? nullptr : guide_.data(), static_cast<int>(size())};
+  }
 
  private:
-  std::size_t cell_of(float u) const noexcept;
-
-  std::vector<float> cdf_;            ///< size + 1 values from 0 to 1
-  std::vector<std::uint32_t> guide_;  ///< [i]: the cell of i / size; empty without
-  double total_ = 0;
+  std::vector<float> cdf_;
+  std::vector<std::uint32_t> guide_;
 };
 
 /// Density over the unit square: rows by their sums, then within the row.
@@ -63,8 +67,17 @@ class Distribution2D {
   float pdf_unit(Vec2 uv) const noexcept;
   std::size_t bytes() const noexcept;
 
+  DistributionTable marginal() const noexcept { return marginal_.table(); }
+  /// Rows lie one behind the other: the cdf of each has size + 1 values, its guide size.
+  DistributionTable row(std::size_t row) const noexcept {
+    const auto w = static_cast<std::size_t>(width_);
+    return {&cdfs_[row * (w + 1)], &guides_[row * w], width_};
+  }
+
  private:
-  std::vector<Distribution1D> rows_;
+  int width_ = 0;
+  std::vector<float> cdfs_;
+  std::vector<std::uint32_t> guides_;
   Distribution1D marginal_;
 };
 

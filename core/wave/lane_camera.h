@@ -8,6 +8,7 @@
 #include "core/film/due_sample.h"
 #include "core/film/filter.h"
 #include "core/math/lane_math.h"
+#include "core/sampling/distribution_lanes.h"
 #include "core/wave/lane_sampler.h"
 
 namespace core {
@@ -42,7 +43,7 @@ class LaneCamera {
       const bool is_box = filter_.is_box();
       const Floats<N> radius(filter_.radius_px());
       const auto offset = [&](Floats<N> t) {
-        const Floats<N> at = is_box ? t : sample(filter_.table(), t);
+        const Floats<N> at = is_box ? t : TableLanes<N>{filter_.table()}.sample(t).x;
         return (at + at - Floats<N>(1)) * radius;
       };
       x = x + offset(u.x);
@@ -71,32 +72,6 @@ class LaneCamera {
   }
 
  private:
-  /// Distribution1D::sample()
-  template <std::size_t N>
-  static Floats<N> sample(const Distribution1D::Table& table, Floats<N> u) {
-    const auto* guide = reinterpret_cast<const std::int32_t*>(table.guide);
-    const Floats<N> n(static_cast<float>(table.size));
-    const Ints<N> one(1);
-    const Ints<N> last(table.size - 1);
-    const Ints<N> start = truncated(u * n);
-    Ints<N> cell = gather(guide, select(last < start, last, start));
-    const auto step = [&](Mask<N> wrong, Ints<N> by) {
-      cell = select(wrong, cell + by, cell);
-      return wrong.any();
-    };
-    while (step((Ints<N>(0) < cell) & (gather(table.cdf, cell) > u), Ints<N>(-1))) {
-    }
-    while (step((cell < last) & (gather(table.cdf, cell + one) <= u), one)) {
-    }
-    const Floats<N> low = gather(table.cdf, cell);
-    const Floats<N> width = gather(table.cdf, cell + one) - low;
-    const Floats<N> within = select(width > Floats<N>(0), (u - low) / width, Floats<N>(0.5F));
-    Floats<N> x = min((to_floats(cell) + within) / n, Floats<N>(kOneMinusEpsilon));
-    for (Mask<N> over = cell < truncated(x * n); over.any(); over = cell < truncated(x * n)) {
-      x = select(over, floats_of(bits_of(x) - one), x);
-    }
-    return x;
-  }
   template <std::size_t N>
   static void through_pinhole(const Camera::Pinhole& p, Floats<N> x_px, Floats<N> y_px,
                               CameraRayLanes<N>& out) {

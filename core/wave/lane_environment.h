@@ -1,8 +1,9 @@
-/// Environment::radiance() and background() in lanes.
+/// Environment in lanes: its radiance, and light samples of skies without a sun.
 #pragma once
 
 #include "core/lights/environment.h"
 #include "core/math/lane_math.h"
+#include "core/sampling/distribution_lanes.h"
 
 namespace core {
 
@@ -12,13 +13,54 @@ struct MapPoints {
   Floats<N> u, v, sin_theta;
 };
 
+/// EnvironmentSample
+template <std::size_t N>
+struct SkyLanes {
+  Vec3s<N> wi_world;
+  Vec3s<N> radiance;
+  Floats<N> pdf_solid_angle;
+};
+
 class LaneEnvironment {
  public:
   /// environment: may be null, then nothing here is called.
   explicit LaneEnvironment(const Environment* environment) {
     if (environment != nullptr) {
       map_ = environment->map();
+      distribution_ = &environment->distribution(SkyDensity::kCompensated);
     }
+  }
+
+  /// By SkyDensity::kCompensated, at surfaces that face `normal`.
+  template <std::size_t N>
+  SkyLanes<N> sample(Vec3s<N> normal, Vec2s<N> u) const {
+    if (map_.width == 0) {
+      const Vec3s<N> local = cosine_hemisphere(u);
+      return {frame_from_normal(normal).to_world(local), constant<N>(),
+              local.z * Floats<N>(kInvPi)};
+    }
+    const auto at = sample_square(*distribution_, u);
+    Floats<N> sin_phi;
+    Floats<N> cos_phi;
+    Floats<N> sin_theta;
+    Floats<N> cos_theta;
+    sincos(Floats<N>(kTwoPi) * (at.uv.x - Floats<N>(0.5F)), sin_phi, cos_phi);
+    sincos(Floats<N>(kPi) * at.uv.y, sin_theta, cos_theta);
+    const Floats<N> x = sin_theta * cos_phi;
+    const Floats<N> z = sin_theta * sin_phi;
+    const Floats<N> c(map_.cos_rotation);
+    const Floats<N> s(map_.sin_rotation);
+    return {{x * c + z * s, cos_theta, z * c - x * s},
+            texels(at.column, at.row),
+            over_sphere(at.pdf_unit, sin_theta)};
+  }
+  /// Density of sample() at a direction d, which meets the map in `at`.
+  template <std::size_t N>
+  Floats<N> pdf_solid_angle(Vec3s<N> normal, Vec3s<N> d, const MapPoints<N>& at) const {
+    if (map_.width == 0) {
+      return max(dot(normal, d), Floats<N>(0)) * Floats<N>(kInvPi);
+    }
+    return over_sphere(pdf_square(*distribution_, Vec2s<N>{at.u, at.v}), at.sin_theta);
   }
 
   template <std::size_t N>
@@ -63,6 +105,12 @@ class LaneEnvironment {
   }
 
  private:
+  /// A density over the unit square of the map, as one over solid angle.
+  template <std::size_t N>
+  static Floats<N> over_sphere(Floats<N> pdf_unit, Floats<N> sin_theta) {
+    const Floats<N> zero(0);
+    return select(sin_theta > zero, pdf_unit / (Floats<N>(2 * kPi * kPi) * sin_theta), zero);
+  }
   template <std::size_t N>
   Vec3s<N> constant() const {
     return Vec3s<N>(Vec3{map_.constant.r, map_.constant.g, map_.constant.b});
@@ -112,6 +160,7 @@ class LaneEnvironment {
   }
 
   Environment::Map map_;
+  const Distribution2D* distribution_ = nullptr;
 };
 
 }  // namespace core

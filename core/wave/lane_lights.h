@@ -1,7 +1,7 @@
 /// LightSampler::sample() in lanes.
 ///
-/// Triangles without a texture in trees of few lights, and no far lights, are sampled side by side,
-/// whatever else lane by lane.
+/// Side by side: triangles without a texture in trees of few lights, and no far lights; a sky
+/// without a sun, beside any tree. Whatever else lane by lane.
 #pragma once
 
 #include <bit>
@@ -11,6 +11,7 @@
 #include "core/math/lane_math.h"
 #include "core/sampling/warp.h"
 #include "core/scene/scene_data.h"
+#include "core/wave/lane_environment.h"
 
 namespace core {
 
@@ -27,12 +28,16 @@ struct LightLanes {
 
 class LaneLights {
  public:
-  LaneLights(const SceneData& scene, const LightSampler& lights) : scene_(scene), lights_(lights) {
+  LaneLights(const SceneData& scene, const LightSampler& lights)
+      : scene_(scene), lights_(lights), sky_(lights.sky_beside_tree()) {
     for (const TriangleLight& t : scene.triangle_lights) {
       has_texture_ = has_texture_ || t.textured;
     }
     has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() && !has_texture_ &&
                scene.light_tree.size() == scene.triangle_lights.size();
+    const Environment* sky = lights.sky_beside_tree();
+    has_sky_ =
+        sky != nullptr && !sky->has_sun() && lights.sky_density() == SkyDensity::kCompensated;
   }
 
   /// Of the lanes in `asked`; in the others anything.
@@ -43,9 +48,37 @@ class LaneLights {
       return from_few(point, normal, u_pick, u);
     }
     LightLanes<N> out{};
-    for (unsigned alone = asked.bits(); alone != 0; alone &= alone - 1) {
+    unsigned alone = asked.bits();
+    if (has_sky_) {
+      const Floats<N> by_tree = lights_.prob_tree(point, normal);
+      alone &= (u_pick < by_tree).bits();
+      const SkyLanes<N> seen = sky_.sample(normal, u);
+      out.wi_world = seen.wi_world;
+      out.radiance = seen.radiance;
+      out.pdf_solid_angle = (Floats<N>(1) - by_tree) * seen.pdf_solid_angle;
+      out.is_far = Mask<N>::of((1U << N) - 1);
+    }
+    for (; alone != 0; alone &= alone - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(alone));
       set(out, k, lights_.sample(point.lane(k), normal.lane(k), u_pick.v[k], {u.x.v[k], u.y.v[k]}));
+    }
+    return out;
+  }
+
+  /// LightSampler::pdf_environment(), of the lanes in `asked`; at: where the directions d meet the
+  /// map.
+  template <std::size_t N>
+  Floats<N> pdf_environment(Mask<N> asked, Vec3s<N> d, const MapPoints<N>& at, Vec3s<N> point,
+                            Vec3s<N> normal) const {
+    if (has_sky_) {
+      return (Floats<N>(1) - lights_.prob_tree(point, normal)) *
+             sky_.pdf_solid_angle(normal, d, at);
+    }
+    Floats<N> out(0);
+    for (unsigned rest = asked.bits(); rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      out.v[k] = lights_.pdf_environment(d.lane(k), {at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
+                                         point.lane(k), normal.lane(k));
     }
     return out;
   }
@@ -126,6 +159,8 @@ class LaneLights {
   const LightSampler& lights_;
   bool has_texture_ = false;
   bool has_few_ = false;
+  LaneEnvironment sky_;
+  bool has_sky_ = false;
 };
 
 }  // namespace core

@@ -204,13 +204,9 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
   }
   Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky_.background(at) + sun : Vec3s<N>{};
   if (spread.any()) {
-    Floats<N> pdf_light(0);
-    for (unsigned rest = spread.bits(); rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      pdf_light.v[k] = scalar_.lights().pdf_environment(
-          paths.direction.get(first + k), {at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
-          paths.last_origin.get(first + k), paths.last_normal.get(first + k));
-    }
+    const Floats<N> pdf_light = lights_.pdf_environment(spread, load<N>(paths.direction, first), at,
+                                                        load<N>(paths.last_origin, first),
+                                                        load<N>(paths.last_normal, first));
     radiance =
         select(spread, (sky_.radiance(at) + sun) * mis_weight(pdf_bsdf, pdf_light), radiance);
   }

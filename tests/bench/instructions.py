@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Instructions of a sample, counted by callgrind, where times are too noisy.
 
-    instructions.py PROGRAM [--functions N] [SCENE...]     PROGRAM: instructions_bench
+    instructions.py PROGRAM [--functions N] [--split N] [SCENE...]     PROGRAM: instructions_bench
 
 SCENE: a built-in one, or GLTF,HDR; else cornell-box, many-lights and interior. The count is the
 difference of two renders of 8 and 24 samples, so that loading cancels. --functions lists those
-that take most. Needs valgrind.
+that take most; --split sets fixed splitting. Needs valgrind.
 """
 
 import argparse
@@ -18,12 +18,12 @@ SAMPLES = (8, 24)
 SCENES = ("cornell-box", "many-lights", "interior")
 
 
-def run(program, scene, samples, folder):
+def run(program, scene, samples, split, folder):
     """Instructions by function, and what the program says."""
     out = pathlib.Path(folder, f"{samples}.out")
     done = subprocess.run(
         ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", program, scene,
-         str(samples)], capture_output=True, text=True, check=True)
+         str(samples), *split], capture_output=True, text=True, check=True)
     said = subprocess.run(["callgrind_annotate", "--threshold=100", str(out)],
                           capture_output=True, text=True, check=True).stdout
     counts = {}
@@ -40,11 +40,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program")
     parser.add_argument("--functions", type=int, default=0, metavar="N")
+    parser.add_argument("--split", type=int, metavar="N")
     parser.add_argument("scenes", nargs="*")
     options = parser.parse_intermixed_args()
+    split = [str(options.split)] if options.split else []
     for scene in options.scenes or SCENES:
         with tempfile.TemporaryDirectory() as folder:
-            (few, _), (many, said) = (run(options.program, scene, n, folder) for n in SAMPLES)
+            (few, _), (many, said) = (run(options.program, scene, n, split, folder) for n in SAMPLES)
         samples = int(said.split()[0]) * (SAMPLES[1] - SAMPLES[0])
         each = {name: (count - few.get(name, 0)) / samples for name, count in many.items()}
         rays = said.split(", ")[1].strip()

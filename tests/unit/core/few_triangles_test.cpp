@@ -122,6 +122,30 @@ TEST(FewTriangles, MeetWhatEmbreeMeets) {
   EXPECT_LE(different, 2);  // rays through an edge, to rounding
 }
 
+/// What a ray from the middle of the cube towards each point of its faces meets, beside Embree.
+TEST(FewTriangles, HalvesOfParallelogramsKeepTheirNames) {
+  test_support::Random random(7);
+  Meshes meshes = cube({0, 0, 0});
+  meshes.positions[0][7].x += 0.01F;  // three faces are no parallelograms
+  const auto geometries = meshes.geometries();
+  const core::FewTriangles few(geometries);
+  const auto embree = core::Accel::build(geometries, {}, {}, 1);
+  ASSERT_TRUE(embree);
+  int different = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    Ray ray;
+    ray.direction =
+        test_support::random_hemisphere(random) * (random.uniform() < 0.5F ? -1.0F : 1.0F);
+    core::HitPacket a{};
+    core::RawHit b;
+    different += intersect(few, ray, a) && (*embree)->intersect(ray, b) &&
+                         a.geometry[3] == b.geometry && a.primitive[3] == b.primitive
+                     ? 0
+                     : 1;
+  }
+  EXPECT_LE(different, 2);  // rays through an edge, to rounding
+}
+
 /// Rays from within, half of them along a face, that leave through an edge or a corner.
 int escapes(const Meshes& meshes, Vec3 at) {
   test_support::Random random(4);

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Instructions of a sample, counted by callgrind, where times are too noisy.
 
-    instructions.py PROGRAM [--functions N] [--split N] [SCENE...]     PROGRAM: instructions_bench
+    instructions.py PROGRAM [--functions N] [--split N] [SCENE...]   PROGRAM: instructions_bench
 
-SCENE: a built-in one, or GLTF,HDR; else cornell-box, many-lights and interior. The count is the
-difference of two renders of 8 and 24 samples, so that loading cancels. --functions lists those
-that take most; --split sets fixed splitting. Needs valgrind.
+SCENE: a built-in one, GLTF, GLTF,HDR or GLTF,white; else cornell-box, many-lights and interior. The
+count is the difference of two renders of 8 and 24 samples, so that loading cancels. --functions
+lists those that take most; --split sets fixed splitting. Needs valgrind.
 """
 
 import argparse
@@ -46,7 +46,8 @@ def main():
     split = [str(options.split)] if options.split else []
     for scene in options.scenes or SCENES:
         with tempfile.TemporaryDirectory() as folder:
-            (few, _), (many, said) = (run(options.program, scene, n, split, folder) for n in SAMPLES)
+            (few, _), (many, said) = (
+                run(options.program, scene, n, split, folder) for n in SAMPLES)
         samples = int(said.split()[0]) * (SAMPLES[1] - SAMPLES[0])
         each = {name: (count - few.get(name, 0)) / samples for name, count in many.items()}
         rays = said.split(", ")[1].strip()

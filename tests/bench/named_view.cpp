@@ -1,5 +1,6 @@
 #include "tests/bench/named_view.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/check.h"
@@ -10,8 +11,8 @@
 namespace bench {
 
 core::View named_view(const std::string& name, int width, int height) {
-  const std::size_t comma = name.find(',');
-  if (comma == std::string::npos) {
+  const std::size_t comma = std::min(name.find(','), name.size());
+  if (name.find('.') == std::string::npos) {
     return builtin_view(name, width, height);
   }
   auto description = test_support::load_asset(name.substr(0, comma));
@@ -19,7 +20,12 @@ core::View named_view(const std::string& name, int width, int height) {
   auto scene = core::Scene::build(std::move(*description), 2);
   CHECK(scene);
   core::View view = test_support::view_of(*scene, width, height);
-  view.environment = test_support::load_sky(name.substr(comma + 1));
+  const std::string sky = name.substr(std::min(comma + 1, name.size()));
+  if (sky == "white") {
+    view.environment = *core::Environment::create(nullptr, {});
+  } else if (!sky.empty()) {
+    view.environment = test_support::load_sky(sky);
+  }
   return view;
 }
 

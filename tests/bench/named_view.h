@@ -7,8 +7,8 @@
 
 namespace bench {
 
-/// name: a built-in scene, or GLTF,HDR: the file from where all of it is seen, under the map. Stops
-/// the program where there is no such scene or file.
+/// name: a built-in scene, or a file: GLTF, GLTF,HDR under a map, GLTF,white under a white sky.
+/// Stops the program where there is no such scene or file.
 core::View named_view(const std::string& name, int width, int height);
 
 }  // namespace bench

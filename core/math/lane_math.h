@@ -147,6 +147,37 @@ Floats<N> atan2(Floats<N> y, Floats<N> x) {
   return select(y < zero, -angle, angle);
 }
 
+/// Pre: x positive and normal. Source: Moshier's Cephes library, log2f; errors below 3e-7 of 1 + |x|.
+template <std::size_t N>
+Floats<N> log2(Floats<N> x) {
+  constexpr std::int32_t kSqrtHalf = 0x3f3504f3;  // bits of sqrt(1/2)
+  const Ints<N> above = bits_of(x) - Ints<N>(kSqrtHalf);
+  const Ints<N> exponent = Ints<N>(above.v >> 23);
+  const Floats<N> f =
+      floats_of(Ints<N>((above.v & 0x7fffff) + kSqrtHalf)) - Floats<N>(1);  // in [-0.29, 0.41]
+  const Floats<N> f2 = f * f;
+  Floats<N> series(7.0376836292e-2F);
+  for (const float c : {-1.1514610310e-1F, 1.1676998740e-1F, -1.2420140846e-1F, 1.4249322787e-1F,
+                        -1.6668057665e-1F, 2.0000714765e-1F, -2.4999993993e-1F, 3.3333331174e-1F}) {
+    series = series * f + Floats<N>(c);
+  }
+  const Floats<N> natural = f + (f * f2 * series - Floats<N>(0.5F) * f2);
+  return to_floats(exponent) + natural * Floats<N>(1.44269504F);
+}
+/// std::floor. Pre: below 2^31 in size.
+template <std::size_t N>
+Ints<N> floor_of(Floats<N> x) {
+  const Ints<N> towards_zero = truncated(x);
+  return select(x < to_floats(towards_zero), towards_zero - Ints<N>(1), towards_zero);
+}
+/// i, moved into [0, count).
+template <std::size_t N>
+Ints<N> within(Ints<N> i, Ints<N> count) {
+  const Ints<N> last = count - Ints<N>(1);
+  const Ints<N> low = select(i < Ints<N>(0), Ints<N>(0), i);
+  return select(last < low, last, low);
+}
+
 /// core/sampling/warp.h
 template <std::size_t N>
 Vec3s<N> cosine_hemisphere(Vec2s<N> u) {

@@ -68,6 +68,7 @@ class Texture {
 
   int width() const noexcept { return levels_[0].width; }
   int height() const noexcept { return levels_[0].height; }
+  int level_count() const noexcept { return static_cast<int>(levels_.size()); }
   std::size_t bytes() const noexcept;
   /// Has the finest level's texel no colour, whatever its alpha?
   bool is_black(int x, int y) const noexcept {

@@ -79,8 +79,8 @@ class LaneEnvironment {
     if (map_.width == 0) {
       return constant<N>();
     }
-    return texels(within(truncated(at.u * width<N>()), map_.width),
-                  within(truncated(at.v * height<N>()), map_.height));
+    return texels(within(truncated(at.u * width<N>()), Ints<N>(map_.width)),
+                  within(truncated(at.v * height<N>()), Ints<N>(map_.height)));
   }
 
   template <std::size_t N>
@@ -97,8 +97,8 @@ class LaneEnvironment {
     const Floats<N> down = y - to_floats(row);
     const Ints<N> x0 = around(column);
     const Ints<N> x1 = around(column + one);
-    const Ints<N> y0 = within(row, map_.height);
-    const Ints<N> y1 = within(row + one, map_.height);
+    const Ints<N> y0 = within(row, Ints<N>(map_.height));
+    const Ints<N> y1 = within(row + one, Ints<N>(map_.height));
     const Vec3s<N> upper = mix(texels(x0, y0), texels(x1, y0), right);
     const Vec3s<N> lower = mix(texels(x0, y1), texels(x1, y1), right);
     return mix(upper, lower, down);
@@ -123,23 +123,12 @@ class LaneEnvironment {
   Floats<N> height() const {
     return Floats<N>(static_cast<float>(map_.height));
   }
-  template <std::size_t N>
-  static Ints<N> floor_of(Floats<N> x) {
-    const Ints<N> towards_zero = truncated(x);
-    return select(x < to_floats(towards_zero), towards_zero - Ints<N>(1), towards_zero);
-  }
-  template <std::size_t N>
-  static Ints<N> within(Ints<N> i, int count) {
-    const Ints<N> last(count - 1);
-    const Ints<N> low = select(i < Ints<N>(0), Ints<N>(0), i);
-    return select(last < low, last, low);
-  }
   /// Columns go round.
   template <std::size_t N>
   Ints<N> around(Ints<N> i) const {
     const Ints<N> count(map_.width);
     const Ints<N> up = select(i < Ints<N>(0), i + count, i);
-    return within(select(up < count, up, up - count), map_.width);
+    return within(select(up < count, up, up - count), Ints<N>(map_.width));
   }
   template <std::size_t N>
   static Vec3s<N> mix(Vec3s<N> a, Vec3s<N> b, Floats<N> t) {

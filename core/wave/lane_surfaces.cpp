@@ -3,63 +3,10 @@
 #include <array>
 #include <bit>
 
+#include "core/wave/lane_maps.h"
+
 namespace core {
 namespace {
-
-/// A shading normal the viewer can see; as in core/materials/shade.cpp.
-template <std::size_t N>
-Vec3s<N> facing(Vec3s<N> n, Vec3s<N> wo) {
-  const Floats<N> least(1e-3F);
-  const Floats<N> cos_o = dot(n, wo);
-  const Mask<N> away = ~(cos_o >= least);
-  return away.any() ? select(away, normalize_or(n + wo * (least - cos_o), wo), n) : n;
-}
-
-template <std::size_t N>
-using Corners = std::array<Vec3s<N>, 3>;
-
-/// core/scene/surface_point.cpp
-template <std::size_t N>
-Vec3s<N> barycentrics(const Corners<N>& p, Vec3s<N> n, const SegmentLanes<N>& ray) {
-  const Floats<N> zero(0);
-  const Vec3s<N> q = cross(ray.origin - p[0], ray.direction);
-  const Floats<N> d = dot(n, ray.direction);
-  const auto clamped = [&](Floats<N> b) { return clamp01(select(b == b, b, zero)); };
-  Floats<N> b1 = clamped(-dot(p[2] - p[0], q) / d);
-  Floats<N> b2 = clamped(dot(p[1] - p[0], q) / d);
-  const Floats<N> sum = b1 + b2;
-  const Mask<N> outside = sum > Floats<N>(1);
-  b1 = select(outside, b1 / sum, b1);
-  b2 = select(outside, b2 / sum, b2);
-  const Mask<N> grazing = d == zero;
-  b1 = select(grazing, zero, b1);
-  b2 = select(grazing, zero, b2);
-  return {Floats<N>(1) - b1 - b2, b1, b2};
-}
-
-template <std::size_t N>
-Vec3s<N> blend(const Corners<N>& p, Vec3s<N> b) {
-  return p[0] * b.x + p[1] * b.y + p[2] * b.z;
-}
-
-/// core/scene/surface_point.cpp
-template <std::size_t N>
-Floats<N> bulge(const Corners<N>& p, const Corners<N>& n, Vec3s<N> b, Floats<N> side) {
-  const auto edge = [&](std::size_t i, std::size_t j) {
-    return max(side * dot(n[j] - n[i], p[j] - p[i]), Floats<N>(0));
-  };
-  return Floats<N>(0.5F) *
-         (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
-}
-
-/// A vector of each row, and the float behind it.
-template <std::size_t N>
-Vec3s<N> gather(const float* const (&rows)[N], Floats<N>& behind) {
-  Floats<N> columns[4];
-  transpose(rows, columns);
-  behind = columns[3];
-  return {columns[0], columns[1], columns[2]};
-}
 
 bool is_foreign(const Material& m) {
   const bool blends = m.has_alpha && m.factors.alpha_mode != AlphaMode::kMask;
@@ -67,9 +14,9 @@ bool is_foreign(const Material& m) {
          m.factors.anisotropy > 0;
 }
 
-constexpr float kNothing[16] = {};
-
 }  // namespace
+
+LaneSurfaces::~LaneSurfaces() = default;
 
 template <std::size_t N>
 struct LaneSurfaces::Rows {
@@ -100,7 +47,9 @@ struct LaneSurfaces::Rows {
 LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
   for (const Material& m : scene.materials) {
     const BsdfParameters& b = m.plain;
-    const Rgb e = m.is_emissive ? m.factors.emissive : Rgb{};
+    // Where a texture makes it, lanes take the triangles alone that it leaves dark.
+    const Rgb e = m.is_emissive && m.emissive.texture == nullptr ? m.factors.emissive : Rgb{};
+    maps_.push_back(LaneMaps::of(m));
     materials_.push_back({{b.base_color.r, b.base_color.g, b.base_color.b, b.metallic,  //
                            b.roughness, b.alpha_x, b.f0.r, b.f0.g,                      //
                            b.f0.b, b.f90, e.r, e.g, e.b, 0, 0, 0}});
@@ -108,11 +57,20 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
   for (const PlacedMesh& placed : scene.placed) {
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
-    const bool is_textured = m.has_texture || !mesh.colors.empty();
-    const Kind kind = is_foreign(m) ? Kind::kForeign : is_textured ? Kind::kTextured : Kind::kPlain;
-    placed_.push_back({mesh.positions.data(), mesh.normals.empty() ? nullptr : mesh.normals.data(),
-                       mesh.indices.data(), &materials_[mesh.material], placed.first_light, kind,
-                       m.has_alpha, m.factors.double_sided});
+    const bool is_plain = !m.has_texture && mesh.colors.empty();
+    const bool maps = is_mapped(m) && mesh.colors.empty();
+    const Kind kind = is_foreign(m) ? Kind::kForeign
+                      : is_plain    ? Kind::kPlain
+                      : maps        ? Kind::kMapped
+                                    : Kind::kTextured;
+    const auto* uv =
+        maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
+    const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
+    placed_.push_back({mesh.positions.data(), data(mesh.normals), mesh.indices.data(),
+                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
+                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
+                       m.has_alpha, m.factors.double_sided,
+                       m.is_emissive && m.emissive.texture != nullptr});
   }
 }
 
@@ -121,30 +79,46 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
                         MetLanes<N>& out) const {
   Rows<N> rows;
   unsigned plain = 0;
+  unsigned mapped = 0;
   unsigned textured = 0;
   out.foreign = 0;
+  const auto instance_of = [this](const RawHit& hit) {
+    return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
+  };
+  const auto entry_of = [this](const PlacedInstance* instance, const RawHit& hit) -> const Entry& {
+    return placed_[(instance == nullptr ? 0 : instance->first_placed) + hit.geometry];
+  };
   for (unsigned rest = on; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const unsigned bit = 1U << k;
     const RawHit& hit = hits[k];
-    const PlacedInstance* instance =
-        hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
-    const Entry& mesh = placed_[(instance == nullptr ? 0 : instance->first_placed) + hit.geometry];
+    const PlacedInstance* instance = instance_of(hit);
+    const Entry& mesh = entry_of(instance, hit);
     if (mesh.kind == Kind::kForeign ||
         (mesh.may_be_hole &&
          scene_.coverage(hit, {segments.origin.lane(k), segments.direction.lane(k)}) < 1)) {
       out.foreign |= bit;
-    } else if (mesh.kind == Kind::kTextured) {
+    } else if (mesh.kind == Kind::kTextured || (mesh.shines_by_texture && shines(mesh, hit))) {
       textured |= bit;
     } else {
-      plain |= bit;
+      (mesh.kind == Kind::kPlain ? plain : mapped) |= bit;
       add_triangle(rows, k, mesh, hit, instance == nullptr ? nullptr : &instance->to_world);
     }
   }
-  if (plain != 0) {
-    meet_plain(segments, rows, out);
-  } else {
+  if ((plain | mapped) == 0) {
     out.surface = SurfaceLanes<N>();
+  } else {
+    const TriangleLanes<N> triangles = meet_plain(segments, rows, out);
+    if (mapped != 0) {
+      MapRows<N> maps;
+      for (unsigned rest = mapped; rest != 0; rest &= rest - 1) {
+        const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+        const PlacedInstance* instance = instance_of(hits[k]);
+        add_maps(maps, k, entry_of(instance, hits[k]), hits[k],
+                 instance == nullptr ? nullptr : &instance->to_world);
+      }
+      textured |= mapped & ~apply_maps(segments, triangles, maps, Mask<N>::of(mapped), out).bits();
+    }
   }
   for (; textured != 0; textured &= textured - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(textured));
@@ -185,8 +159,28 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
 }
 
 template <std::size_t N>
-void LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
-                              MetLanes<N>& out) const {
+void LaneSurfaces::add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
+                            const Transform* to_world) {
+  rows.set(k, *mesh.maps);
+  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
+  for (std::size_t c = 0; c < 3 && mesh.uv != nullptr; ++c) {
+    rows.u[c][k] = mesh.uv[v[c]].x;
+    rows.v[c][k] = mesh.uv[v[c]].y;
+  }
+  for (std::size_t c = 0; c < 3 && mesh.tangents != nullptr; ++c) {
+    const Vec4& t = mesh.tangents[v[c]];
+    rows.tangents[c][k] = &t.x;
+    if (to_world != nullptr) {
+      const Vec3 moved = to_world->vector({t.x, t.y, t.z});
+      rows.turned[c][k] = {moved.x, moved.y, moved.z, t.w};
+      rows.tangents[c][k] = &rows.turned[c][k].x;
+    }
+  }
+}
+
+template <std::size_t N>
+TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
+                                          MetLanes<N>& out) {
   const Floats<N> zero(0);
   const Floats<N> one(1);
   const Vec3s<N> wo = -segments.direction;
@@ -240,6 +234,13 @@ void LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const Rows<N>& ro
   out.light = load<N>(rows.light);
   out.distance_m = length(out.position - segments.origin);
   out.cone_width_m = segments.cone_width_m + segments.cone_spread_rad * out.distance_m;
+  return {p, n, b, geometric, shading, twice_area, side, load<N>(rows.mirror)};
+}
+
+/// By a texture that is not black there.
+bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
+  return mesh.first_light == kNoLight ||
+         !is_black(scene_.triangle_lights[mesh.first_light + hit.primitive].radiance);
 }
 
 template <std::size_t N>

@@ -58,6 +58,17 @@ TEST(WaveLanes, SineAndCosineErrLessThanTwoInTenMillion) {
   EXPECT_LT(worst, 2e-7);
 }
 
+TEST(WaveLanes, LogarithmsErrLessThanThreeInTenMillion) {
+  double worst = 0;
+  for (int i = 0; i <= 200'000; ++i) {
+    const float x = std::exp2(static_cast<float>(i) * (60.0F / 200'000) - 30);
+    const double exact = std::log2(static_cast<double>(x));
+    const double found = static_cast<double>(core::log2(Floats<8>(x)).v[5]);
+    worst = std::max(worst, std::fabs(found - exact) / (1 + std::fabs(exact)));
+  }
+  EXPECT_LT(worst, 3e-7);
+}
+
 TEST(WaveLanes, AnglesOfDirectionsErrLessThanFourInTenMillion) {
   double worst = 0;
   for (int i = -50'000; i <= 50'000; ++i) {

@@ -147,7 +147,8 @@ Floats<N> atan2(Floats<N> y, Floats<N> x) {
   return select(y < zero, -angle, angle);
 }
 
-/// Pre: x positive and normal. Source: Moshier's Cephes library, log2f; errors below 3e-7 of 1 + |x|.
+/// Pre: x positive and normal. Source: Moshier's Cephes library, log2f; errors below 3e-7 of
+/// 1 + |log2(x)|.
 template <std::size_t N>
 Floats<N> log2(Floats<N> x) {
   constexpr std::int32_t kSqrtHalf = 0x3f3504f3;  // bits of sqrt(1/2)

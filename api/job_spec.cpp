@@ -5,6 +5,7 @@
 #include <span>
 
 #include "api/fields.h"
+#include "api/integrator_row.h"
 #include "api/job_checks.h"
 #include "api/job_rows.h"
 #include "api/limits.h"
@@ -180,14 +181,6 @@ constexpr auto estimator_row() {
           "True: absorption and transparency are factors; false: they end paths at random."));
 }
 
-/// Of integrators that have a map of photons.
-template <typename Row>
-constexpr auto photon_option(std::string_view pointer, Row row) {
-  return option_of(
-      pointer, [](const auto& s) -> const auto& { return s.render.integrator; }, &core::integrators,
-      row);
-}
-
 constexpr auto light_sampler_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.light_sampler; };
   return group(
@@ -263,40 +256,7 @@ const auto& table() {
       shown_if([](const JobSpec& s) { return s.render.ground.type != core::GroundType::kNone; },
                CustomRow<JobSpec>{"ground", &read_ground, &print_ground, &ground_schema}),
       film_row(),
-      group("integrator", "How light paths are traced.",
-            choice(
-                "type", [](auto& s) -> auto& { return s.render.integrator; }, &core::integrators,
-                "Algorithm."),
-            number(
-                "max_depth", [](auto& s) -> auto& { return s.render.max_depth; },
-                {0, limits::kMaxDepth},
-                "Scattering events on a path; 0 shows emitters only, 1 adds direct light."),
-            photon_option("/integrator/photons",
-                          number(
-                              "photons", [](auto& s) -> auto& { return s.render.photons.paths; },
-                              {0, limits::kPhotons},
-                              "Particles that leave the lights for each sample of the pixels; 0: "
-                              "as many as the full film has pixels, from 1024 to 262144.")),
-            photon_option("/integrator/radius_m",
-                          number(
-                              "radius_m",
-                              [](auto& s) -> auto& { return s.render.photons.radius_m; }, {0, 1e6},
-                              "Radius within which photons are gathered, metres; sppm: at first. "
-                              "0: three pixels where the camera looks.")),
-            photon_option(
-                "/integrator/alpha",
-                number(
-                    "alpha", [](auto& s) -> auto& { return s.render.photons.alpha; }, {0.1, 1},
-                    "After N samples of each replicate the disk of photons is about "
-                    "N^(alpha - 1) of the first, and so is the bias; the variance falls "
-                    "as N^-alpha. 2/3 lets both fall alike.")),
-            photon_option(
-                "/integrator/final_gather",
-                number(
-                    "final_gather", [](auto& s) -> auto& { return s.render.photons.final_gather; },
-                    {0, limits::kFinalGather},
-                    "Directions in which each path looks up the map one reflection later; 0: the "
-                    "map itself is shown, direct light included."))),
+      integrator_row(),
       estimator_row(),
       group("sampler", "Where random numbers come from.",
             choice(

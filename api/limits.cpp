@@ -31,6 +31,8 @@ constexpr std::array kLimits = {
     LimitRow{"split_count", limits::kSplitCount, "Continuations of a path that is split."},
     LimitRow{"photons", limits::kPhotons, "Particles for each sample of the pixels."},
     LimitRow{"final_gather", limits::kFinalGather, "Directions in which a path gathers photons."},
+    LimitRow{"record_rays", limits::kRecordRays, "Paths over the hemisphere of a record."},
+    LimitRow{"records", limits::kRecords, "Records of irradiance of each replicate."},
     LimitRow{"light_candidates", limits::kLightCandidates, "Light samples of which one is taken."},
     LimitRow{"light_block", limits::kLightBlock,
              "Side in pixels of squares that share light samples."},

@@ -60,6 +60,17 @@ class Bsdf {
   float delta_share() const noexcept;
   /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.
   Rgb albedo() const noexcept { return albedo_; }
+  /// Share of an even light from wo's side that the diffuse lobe there reflects along wo, under
+  /// what lies above it.
+  Rgb diffuse_albedo() const noexcept {
+    return diffuse_.albedo * ((specular_ ? cover_.open_wo : 1.0F) * delta_share());
+  }
+  /// The same surface without that lobe; densities stay.
+  Bsdf without_diffuse() const noexcept {
+    Bsdf rest = *this;
+    rest.diffuse_.albedo = {};
+    return rest;
+  }
 
  private:
   /// In the order in which sample() divides u_lobe: lobes that spread first, smooth ones last.

@@ -8,7 +8,7 @@
 
 #include "core/camera/camera.h"
 #include "core/film/film.h"
-#include "core/integrators/photon_pass.h"
+#include "core/integrators/prepass.h"
 #include "core/lights/environment.h"
 #include "core/samplers/path_sampler.h"
 #include "core/sampling/shared_samples.h"
@@ -76,12 +76,12 @@ class Integrator {
   virtual bool has_chains() const noexcept { return false; }
   /// Adds what `mutations` light paths would.
   virtual void trace_chain(const ChainStart&, std::uint64_t& /*rays*/, CameraSplats&) const {}
-  /// Null: samples need no photons.
-  virtual std::unique_ptr<PhotonPass> start_photons(int /*sample*/) const { return nullptr; }
+  /// Null: samples need none.
+  virtual std::unique_ptr<Prepass> start_prepass(int /*sample*/) const { return nullptr; }
   /// Each part once, by any thread. rays: counts those traced.
-  virtual void trace_photons(PhotonPass&, int /*part*/, std::uint64_t& /*rays*/) const {}
-  /// As trace(), where samples need photons; pass: of this sample, built.
-  virtual PathSample gather(const Camera::CameraRay&, const PathSampler&, const PhotonPass&,
+  virtual void run_prepass(Prepass&, int /*part*/, std::uint64_t& /*rays*/) const {}
+  /// As trace(), where samples need a pass before; it is ready, and serves this sample.
+  virtual PathSample gather(const Camera::CameraRay&, const PathSampler&, const Prepass&,
                             std::uint64_t&) const noexcept {
     return {};
   }

@@ -36,7 +36,7 @@ namespace {
 /// Particles that one thread follows in one go.
 constexpr int kPartPaths = 1024;
 
-class Photons final : public PhotonPass {
+class Photons final : public Prepass {
  public:
   Photons(int first, int paths, float radius) : radius_m(radius), sample_(first) {
     for (int from = 0; from < paths; from += kPartPaths) {
@@ -46,7 +46,10 @@ class Photons final : public PhotonPass {
   }
   int sample() const noexcept override { return sample_; }
   int part_count() const noexcept override { return static_cast<int>(ends_.size()); }
-  void build() override { map = PhotonMap(parts, radius_m); }
+  bool build() override {
+    map = PhotonMap(parts, radius_m);
+    return true;
+  }
 
   int begin(int part) const { return part * kPartPaths; }
   int end(int part) const { return ends_[static_cast<std::size_t>(part)]; }
@@ -84,10 +87,10 @@ class PhotonTracer final : public Integrator {
                    std::uint64_t&) const noexcept override {
     return {};  // samples come with photons
   }
-  std::unique_ptr<PhotonPass> start_photons(int sample) const override;
-  void trace_photons(PhotonPass& pass, int part, std::uint64_t& rays) const override;
+  std::unique_ptr<Prepass> start_prepass(int sample) const override;
+  void run_prepass(Prepass& pass, int part, std::uint64_t& rays) const override;
   PathSample gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
-                    const PhotonPass& pass, std::uint64_t& rays) const noexcept override;
+                    const Prepass& pass, std::uint64_t& rays) const noexcept override;
 
  private:
   void follow_particle(PathState& path, std::vector<Photon>& out) const;
@@ -138,14 +141,14 @@ float PhotonTracer::usual_radius_m(const SceneData& scene, const Camera& camera,
   return kPixels * *middle;
 }
 
-std::unique_ptr<PhotonPass> PhotonTracer::start_photons(int sample) const {
+std::unique_ptr<Prepass> PhotonTracer::start_prepass(int sample) const {
   const int pass = sample / settings_.replicates;
   const auto factor =
       is_progressive_ ? static_cast<float>(sppm_radius(settings_.photons.alpha, pass)) : 1.0F;
   return std::make_unique<Photons>(sample, paths_, first_radius_m_ * factor);
 }
 
-void PhotonTracer::trace_photons(PhotonPass& pass, int part, std::uint64_t& rays) const {
+void PhotonTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) const {
   auto& photons = static_cast<Photons&>(pass);
   // One set of points for all particles of a map, another for each map.
   PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kPhotonStream,
@@ -171,7 +174,7 @@ void PhotonTracer::follow_particle(PathState& path, std::vector<Photon>& out) co
 }
 
 PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
-                                const PhotonPass& pass, std::uint64_t& rays) const noexcept {
+                                const Prepass& pass, std::uint64_t& rays) const noexcept {
   TracedPath path{start_path(camera_ray, sampler, rays)};
   follow(path, static_cast<const Photons&>(pass));
   return path.out;

@@ -3,6 +3,8 @@
 #include <array>
 
 #include "core/base/check.h"
+#include "core/settings/cache_rules.h"
+#include "core/settings/photon_rules.h"
 #include "core/settings/registry.h"
 
 namespace core {
@@ -37,6 +39,9 @@ constexpr std::array<std::string_view, 6> kSppmOptions = {
 constexpr std::array<std::string_view, 6> kPhotonMapOptions = {
     "/integrator/max_depth",    "/integrator/photons", "/integrator/radius_m",
     "/integrator/final_gather", "/sampler/type",       "/sampler/replicates"};
+constexpr std::array<std::string_view, 6> kCacheOptions = {
+    "/integrator/max_depth", "/integrator/tolerance", "/integrator/rays",
+    "/integrator/records",   "/sampler/type",         "/sampler/replicates"};
 
 constexpr std::array kIntegrators = {
     IntegratorEntry{.name = "path",
@@ -98,7 +103,7 @@ constexpr std::array kIntegrators = {
                     .make = &make_photon_tracer,
                     .accepts = kPhotonMapOptions,
                     .disperses = false,
-                    .photons = true},
+                    .prepass_bytes = &photon_bytes},
     IntegratorEntry{.name = "sppm",
                     .summary = "Stochastic progressive photon mapping: photons from the lights, "
                                "gathered within a radius that shrinks from sample to sample; "
@@ -108,7 +113,17 @@ constexpr std::array kIntegrators = {
                     .make = &make_photon_tracer,
                     .accepts = kSppmOptions,
                     .disperses = false,
-                    .photons = true},
+                    .prepass_bytes = &photon_bytes},
+    IntegratorEntry{.name = "irradiance-cache",
+                    .summary = "Irradiance caching: diffuse indirect light interpolated between "
+                               "records, which are placed where it changes; all other light as "
+                               "by path. Smooth interiors soon without noise, blurred for good.",
+                    .bias = "biased",
+                    .error = ErrorValidity::kNone,
+                    .make = &make_irradiance_cache,
+                    .accepts = kCacheOptions,
+                    .prepass_bytes = &cache_bytes,
+                    .keeps_prepass = true},
     // Chosen before a picture is begun (core/render/choose_integrator.h), so that there is nothing
     // of its own to make; what either of the two needs room for has it here.
     IntegratorEntry{.name = kAutomaticIntegrator,

@@ -14,6 +14,7 @@ std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_light_tracer(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_metropolis(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_irradiance_cache(const IntegratorInput& input);
 /// sppm and photon-map.
 std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input);
 

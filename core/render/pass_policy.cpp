@@ -26,7 +26,7 @@ PassPolicy::PassPolicy(const RenderSettings& settings, const StopRules& stop, in
       replicates_(settings.replicates),
       unit_(sample_unit(settings)),
       samples_max_(whole_sets(samples_limit, unit_)),
-      one_by_one_(integrator_has_photons(settings)),
+      one_by_one_(integrator_has_prepass(settings)),
       asked_(false) {
   if (stop.samples_per_pixel) {
     const int asked = rounded_samples(settings, *stop.samples_per_pixel);

@@ -59,7 +59,7 @@ class PassPolicy {
   int replicates_;
   int unit_;
   int samples_max_;
-  bool one_by_one_;  ///< samples need photons: every tile has one before the next begins
+  bool one_by_one_;  ///< samples need a prepass: every tile has one before the next begins
   bool asked_;       ///< samples_max() is what the job asked for
 };
 

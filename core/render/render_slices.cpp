@@ -20,6 +20,11 @@ LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
   return light;
 }
 
+bool RenderTask::can_lend() const {
+  const IntegratorEntry* row = find_integrator(impl_->settings().integrator);
+  return row == nullptr || !row->keeps_prepass;
+}
+
 SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
   const Impl& m = *impl_;
   SliceWork work;
@@ -41,7 +46,7 @@ SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
     if (has_pixels) {
       const int window = shared_window(m.settings());
       const int end = (work.slice.last_sample + window - 1) / window * window;
-      work.slice.last_sample = integrator_has_photons(m.settings())
+      work.slice.last_sample = integrator_has_prepass(m.settings())
                                    ? slice.first_sample + 1
                                    : std::min(slice.last_sample, end);
       work.state = std::move(state);
@@ -57,15 +62,15 @@ SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
 
 void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
-  if (slice.kind == SliceKind::kPhotons) {
-    m.run_photons(slice);
+  if (slice.kind == SliceKind::kPrepass) {
+    m.run_part(slice);
     return;
   }
   SliceWork work = prepare(slice, m.slice_seconds);
-  const bool looks_up_photons =
-      slice.kind == SliceKind::kPicture && work.chunk < 0 && integrator_has_photons(m.settings());
+  const bool has_prepass =
+      slice.kind == SliceKind::kPicture && work.chunk < 0 && integrator_has_prepass(m.settings());
   const std::stop_token stop = m.stop_source.get_token();
-  if (looks_up_photons ? m.gather(work.state, stop) : render_slice(*m.renderer, work, stop)) {
+  if (has_prepass ? m.gather(work.state, stop) : render_slice(*m.renderer, work, stop)) {
     accept(std::move(work));
   } else {
     give_back(slice);

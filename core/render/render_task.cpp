@@ -81,14 +81,14 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
   if (phase == Phase::kPiloting) {
     return find_slice_of(SliceKind::kPilot);
   }
-  if (phase == Phase::kTracing && place == Place::kHere) {
-    if (photons.parts_out == photons.pass->part_count()) {
+  if (phase == Phase::kPrepass && place == Place::kHere) {
+    if (prepass.parts_out == prepass.pass->part_count()) {
       return std::nullopt;
     }
     ++in_flight;
-    return Slice{photons.parts_out++, 0, 0, SliceKind::kPhotons};
+    return Slice{prepass.parts_out++, 0, 0, SliceKind::kPrepass};
   }
-  if (phase == Phase::kRendering && needs_photons()) {
+  if (phase == Phase::kRendering && needs_prepass()) {
     return std::nullopt;
   }
   auto slice = find_slice_of(SliceKind::kPicture);
@@ -100,9 +100,9 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
 }
 
 /// Before the pass that takes every tile beyond pass.base.
-bool RenderTask::Impl::needs_photons() const {
-  return integrator_has_photons(settings()) && pass.base < policy.barrier(pass) &&
-         (photons.pass == nullptr || photons.pass->sample() != pass.base);
+bool RenderTask::Impl::needs_prepass() const {
+  return integrator_has_prepass(settings()) && pass.base < policy.barrier(pass) &&
+         (prepass.pass == nullptr || !prepass.pass->serves(pass.base));
 }
 
 void RenderTask::Impl::note_clock() {
@@ -144,10 +144,10 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
     pass.base = pass.target;
     pass.base_is_whole = true;
     pass_base.clear();
-  } else if (phase == Phase::kTracing) {
-    due.step = photons.parts_done == photons.pass->part_count() ? Step::kMap : Step::kNone;
-  } else if (needs_photons()) {
-    due.step = Step::kTrace;
+  } else if (phase == Phase::kPrepass) {
+    due.step = prepass.parts_done == prepass.pass->part_count() ? Step::kBuild : Step::kNone;
+  } else if (needs_prepass()) {
+    due.step = Step::kPrepass;
     due.samples = pass.base;
   }
   phase = due.step == Step::kNone ? phase : Phase::kDeciding;
@@ -200,11 +200,11 @@ void RenderTask::Impl::advance(Due due) {
       case Step::kPlan:
         due = begin_epoch(due.samples);
         break;
-      case Step::kTrace:
-        due = begin_photons(due.samples);
+      case Step::kPrepass:
+        due = begin_prepass(due.samples);
         break;
-      case Step::kMap:
-        due = make_map();
+      case Step::kBuild:
+        due = build_prepass();
         break;
       case Step::kEnd:
         end(std::move(due));
@@ -305,6 +305,9 @@ RenderTask::~RenderTask() = default;
 
 std::optional<Slice> RenderTask::take(Place place) {
   Impl& m = *impl_;
+  if (place == Place::kElsewhere && !can_lend()) {
+    return std::nullopt;
+  }
   Impl::Due due;
   {
     MutexLock lock(m.mutex);

@@ -6,7 +6,7 @@
 /// tile gets to the same sample count before a decision (stop, look at the error), so the film at
 /// the end does not depend on threads. Where sampling is adaptive, an epoch begins at some of them:
 /// pilot slices come first, then the plan is made and every tile gets its part. Where camera paths
-/// look up photons, every pass is one sample, and slices that trace its photons come before it.
+/// need a prepass, every pass is one sample, and the slices of the prepass come before it.
 /// PassPolicy says what comes when; the task keeps the tiles, the clock and the order of calls. The
 /// owner of the threads calls take() and run(); run() tells the sink.
 #pragma once
@@ -19,7 +19,7 @@
 
 #include "core/base/result.h"
 #include "core/film/film.h"
-#include "core/integrators/photon_pass.h"
+#include "core/integrators/prepass.h"
 #include "core/render/progress.h"
 #include "core/render/view.h"
 #include "core/settings/settings.h"
@@ -29,7 +29,7 @@ namespace core {
 enum class SliceKind {
   kPicture,
   kPilot,   ///< samples are of the pilot stream
-  kPhotons  ///< the part of the photons that `tile` says
+  kPrepass  ///< the part of the prepass that `tile` says
 };
 
 struct Slice {
@@ -77,11 +77,11 @@ class Renderer {
                             std::stop_token) const {
     return true;
   }
-  /// Null: samples need no photons. As Integrator::start_photons().
-  virtual std::unique_ptr<PhotonPass> start_photons(int) const { return nullptr; }
-  virtual void trace_photons(PhotonPass&, int /*part*/, std::uint64_t& /*rays*/) const {}
-  /// As render() for the sample that follows state.samples, whose photons these are.
-  virtual bool gather(TileState&, const PhotonPass&, std::stop_token) const { return true; }
+  /// Null: samples need none. As Integrator::start_prepass().
+  virtual std::unique_ptr<Prepass> start_prepass(int) const { return nullptr; }
+  virtual void run_prepass(Prepass&, int /*part*/, std::uint64_t& /*rays*/) const {}
+  /// As render() for the sample that follows state.samples, which the pass serves.
+  virtual bool gather(TileState&, const Prepass&, std::stop_token) const { return true; }
 };
 
 struct TaskOptions {
@@ -116,8 +116,11 @@ class RenderTask {
   /// Renders and commits a slice that take() gave. The last one of a pass takes the decisions.
   void run(const Slice& slice);
 
+  /// Can slices be rendered elsewhere? Not where a prepass serves all samples: every process would
+  /// have to make all of it anew.
+  bool can_lend() const;
   /// What a slice of take() needs, cut to some CPU seconds. accept() or give_back() has to follow.
-  /// Pre: not of photons.
+  /// Pre: not of a prepass.
   SliceWork prepare(const Slice& slice, double seconds) const;
   /// Commits what became of it, as run() does.
   void accept(SliceWork done);

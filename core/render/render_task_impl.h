@@ -46,13 +46,13 @@ inline int slice_length(double pixels, int samples, double cpu_seconds, double s
   return std::max(1, static_cast<int>(std::min(seconds / each, 1e6)));
 }
 
-/// Phases: rendering passes, piloting before an epoch, tracing photons before a pass, deciding (one
+/// Phases: rendering passes, piloting before an epoch, a prepass before a pass, deciding (one
 /// thread does, and no slice is out), over. Every function takes the lock once at most; what is
 /// REQUIRES(mutex) never calls out.
 struct RenderTask::Impl {
-  enum class Phase { kRendering, kPiloting, kTracing, kDeciding, kOver };
+  enum class Phase { kRendering, kPiloting, kPrepass, kDeciding, kOver };
   /// What the deciding thread does next.
-  enum class Step { kNone, kPass, kPlan, kTrace, kMap, kEnd };
+  enum class Step { kNone, kPass, kPlan, kPrepass, kBuild, kEnd };
   struct Due {
     Step step = Step::kNone;
     int samples = 0;
@@ -74,8 +74,8 @@ struct RenderTask::Impl {
   };
 
   /// Those of sample pass.base, where samples need any.
-  struct PhotonWork {
-    std::shared_ptr<PhotonPass> pass;
+  struct PrepassWork {
+    std::shared_ptr<Prepass> pass;
     int parts_out = 0;  ///< handed out
     int parts_done = 0;
     std::uint64_t rays = 0;
@@ -99,7 +99,7 @@ struct RenderTask::Impl {
   Pass pass GUARDED_BY(mutex);
   std::vector<Tile> tiles GUARDED_BY(mutex);
   std::size_t cursor GUARDED_BY(mutex) = 0;  // the tile that is asked first
-  PhotonWork photons GUARDED_BY(mutex);
+  PrepassWork prepass GUARDED_BY(mutex);
   std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
   Stopwatch clock GUARDED_BY(mutex);
   ProgressMeter meter GUARDED_BY(mutex);
@@ -109,7 +109,7 @@ struct RenderTask::Impl {
   const RenderSettings& settings() const { return renderer->view().settings; }
   std::optional<Slice> find_slice(Place place) REQUIRES(mutex);
   std::optional<Slice> find_slice_of(SliceKind kind) REQUIRES(mutex);
-  bool needs_photons() const REQUIRES(mutex);
+  bool needs_prepass() const REQUIRES(mutex);
   int pilot_target() const REQUIRES(mutex) {
     return film->has_pilot() ? pilot_samples_at(pass.planned_to) : 0;
   }
@@ -120,10 +120,10 @@ struct RenderTask::Impl {
   Due complete(const Slice& slice, int last, std::optional<TileState> before) EXCLUDES(mutex);
 
   LightBatch light_of(int unit, int last_sample) const;
-  void run_photons(const Slice& slice) EXCLUDES(mutex);
+  void run_part(const Slice& slice) EXCLUDES(mutex);
   bool gather(TileState& state, std::stop_token stop) EXCLUDES(mutex);
-  Due begin_photons(int sample) EXCLUDES(mutex);
-  Due make_map() EXCLUDES(mutex);
+  Due begin_prepass(int sample) EXCLUDES(mutex);
+  Due build_prepass() EXCLUDES(mutex);
   void advance(Due due) EXCLUDES(mutex);
   void settle_splats() EXCLUDES(mutex);
   Due decide(const Due& due) EXCLUDES(mutex);

@@ -83,14 +83,14 @@ class PictureRenderer final : public Renderer {
   bool render(TileState& state, int last_sample, std::stop_token stop) const override;
   bool render_light(PixelRect unit, LightBatch& light, std::stop_token stop) const override;
   bool render_pilot(TileState& state, int last_sample, std::stop_token stop) const override;
-  std::unique_ptr<PhotonPass> start_photons(int sample) const override {
-    return planned_.integrator->start_photons(sample);
+  std::unique_ptr<Prepass> start_prepass(int sample) const override {
+    return planned_.integrator->start_prepass(sample);
   }
-  void trace_photons(PhotonPass& pass, int part, std::uint64_t& rays) const override {
+  void run_prepass(Prepass& pass, int part, std::uint64_t& rays) const override {
     prepare_tracing_thread();
-    planned_.integrator->trace_photons(pass, part, rays);
+    planned_.integrator->run_prepass(pass, part, rays);
   }
-  bool gather(TileState& state, const PhotonPass& photons, std::stop_token stop) const override;
+  bool gather(TileState& state, const Prepass& pass, std::stop_token stop) const override;
   bool render_meter(int chunk, MeterChunk& state, int last_sample,
                     std::stop_token stop) const override {
     prepare_tracing_thread();
@@ -335,9 +335,9 @@ bool PictureRenderer::render_light(PixelRect unit, LightBatch& light, std::stop_
   return true;
 }
 
-bool PictureRenderer::gather(TileState& state, const PhotonPass& photons,
-                             std::stop_token stop) const {
-  DCHECK(photons.sample() == state.samples);
+bool PictureRenderer::gather(TileState& state, const Prepass& pass, std::stop_token stop) const {
+  const int first_sample = state.samples;
+  DCHECK(pass.serves(first_sample));
   prepare_tracing_thread();
   const double cpu_start = thread_cpu_seconds();
   const RenderSettings& settings = view_.settings;
@@ -348,13 +348,13 @@ bool PictureRenderer::gather(TileState& state, const PhotonPass& photons,
   if (state.samples == 0) {
     put_labels(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
   }
-  bool whole = fill_tile(state, rule, photons.sample() + 1, stop, [&](int x, int y, int s) {
+  bool whole = fill_tile(state, rule, first_sample + 1, stop, [&](int x, int y, int s) {
     const Start from = start(sampler, x, y, s);
-    PathSample sample = planned_.integrator->gather(from.ray, sampler, photons, state.rays);
+    PathSample sample = planned_.integrator->gather(from.ray, sampler, pass, state.rays);
     finish(sample, from.weight, state.rejected_samples);
     return sample;
   });
-  whole = whole && count_mattes(state, rule, photons.sample(), stop);
+  whole = whole && count_mattes(state, rule, first_sample, stop);
   state.cpu_seconds += thread_cpu_seconds() - cpu_start;
   return whole;
 }

@@ -267,7 +267,7 @@ std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
   std::string bytes;
   append(bytes, &head, 1);
   for (const SliceWork& each : work) {
-    CHECK(each.slice.kind != SliceKind::kPhotons);
+    CHECK(each.slice.kind != SliceKind::kPrepass);
     const TileState& s = each.state;
     const std::size_t plans = part == WorkPart::kInput ? s.plan.size() : 0;
     const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };

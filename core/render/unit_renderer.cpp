@@ -11,19 +11,21 @@
 namespace core {
 
 struct UnitRenderer::Photons {
-  std::shared_ptr<PhotonPass> pass;
+  std::shared_ptr<Prepass> pass;
+  int parts = 0;
   int parts_out = 0;
   int parts_done = 0;
   bool is_built = false;
   bool is_given_up = false;
 };
 
-std::shared_ptr<const PhotonPass> UnitRenderer::photons(int sample, std::uint64_t& rays) {
+std::shared_ptr<const Prepass> UnitRenderer::photons(int sample, std::uint64_t& rays) {
   std::shared_ptr<Photons> mine;
   {
     const MutexLock lock(mutex_);
-    if (photons_ == nullptr || photons_->pass->sample() != sample) {
-      photons_ = std::make_shared<Photons>(Photons{.pass = renderer_->start_photons(sample)});
+    if (photons_ == nullptr || !photons_->pass->serves(sample)) {
+      photons_ = std::make_shared<Photons>(Photons{.pass = renderer_->start_prepass(sample)});
+      photons_->parts = photons_->pass->part_count();
     }
     mine = photons_;
   }
@@ -44,24 +46,28 @@ std::shared_ptr<const PhotonPass> UnitRenderer::photons(int sample, std::uint64_
 }
 
 void UnitRenderer::trace_parts(Photons& photons, std::uint64_t& rays) {
-  const int parts = photons.pass->part_count();
   while (true) {
     bool is_last = false;
     int part = 0;
     {
       const MutexLock lock(mutex_);
-      if (photons.parts_out == parts) {
+      if (photons.parts_out == photons.parts) {
         return;
       }
       part = photons.parts_out++;
     }
-    renderer_->trace_photons(*photons.pass, part, rays);
+    renderer_->run_prepass(*photons.pass, part, rays);
     {
       const MutexLock lock(mutex_);
-      is_last = ++photons.parts_done == parts;
+      is_last = ++photons.parts_done == photons.parts;
     }
     if (is_last) {
-      photons.pass->build();
+      // Rounds after the first, where there are any, are this thread's alone.
+      while (!photons.pass->build()) {
+        for (int each = 0; each < photons.pass->part_count(); ++each) {
+          renderer_->run_prepass(*photons.pass, each, rays);
+        }
+      }
       const MutexLock lock(mutex_);
       photons.is_built = true;
       built_.notify_all();
@@ -71,7 +77,7 @@ void UnitRenderer::trace_parts(Photons& photons, std::uint64_t& rays) {
 
 bool UnitRenderer::render_one(SliceWork& work, const std::stop_token& stop) {
   const bool is_meter = work.chunk >= 0;
-  if (is_meter || !integrator_has_photons(renderer_->view().settings)) {
+  if (is_meter || !integrator_has_prepass(renderer_->view().settings)) {
     return render_slice(*renderer_, work, stop);
   }
   const double cpu_start = thread_cpu_seconds();

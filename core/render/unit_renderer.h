@@ -6,7 +6,7 @@
 #include <stop_token>
 
 #include "core/base/mutex.h"
-#include "core/integrators/photon_pass.h"
+#include "core/integrators/prepass.h"
 #include "core/render/slice_work.h"
 
 namespace core {
@@ -29,7 +29,7 @@ class UnitRenderer {
                     const std::stop_token& stop) const;
   void trace_parts(Photons& photons, std::uint64_t& rays);
   /// Those of a sample; takes part in making them.
-  std::shared_ptr<const PhotonPass> photons(int sample, std::uint64_t& rays);
+  std::shared_ptr<const Prepass> photons(int sample, std::uint64_t& rays);
 
   const std::shared_ptr<const Renderer> renderer_;
   Mutex mutex_;

@@ -6,9 +6,11 @@
 ///   group   number  use                                   drawn in
 ///   camera  x y     position on the film                  render/renderer render/split_pilot
 ///                                                         wave/wave_tracer integrators/mlt
+///                                                         integrators/cached_irradiance
 ///                                                         render/feature_pass
 ///   camera  z w     position on the lens                  render/renderer render/split_pilot
 ///                                                         wave/wave_tracer integrators/mlt
+///                                                         integrators/cached_irradiance
 ///                                                         render/feature_pass
 ///   light   x       which light                           integrators/path integrators/direct
 ///                                                         integrators/bdpt integrators/irradiance
@@ -38,6 +40,7 @@
 ///                                                         integrators/irradiance
 ///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
+///                                                         integrators/cached_irradiance
 ///                                                         integrators/catcher
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer render/feature_pass

@@ -112,6 +112,7 @@ class PathSampler {
                        static_cast<std::uint32_t>(x);
     const auto s = static_cast<std::uint32_t>(sample);
     const std::uint32_t replicate = first_replicate_ + s % replicates_;
+    replicate_ = replicate;
     if (type_ == SamplerType::kSobol) [[likely]] {
       index_ = s / replicates_;
       base_ = hash_combine(hash_combine(seed_, pixel), replicate);
@@ -165,6 +166,8 @@ class PathSampler {
     return (std::uint64_t{0xb4a2} << 32) | count;
   }
 
+  /// Of the seed, of the sample that it was started for.
+  int replicate() const noexcept { return static_cast<int>(replicate_); }
   /// What sobol numbers are made from, for those who draw them for many paths at once.
   SamplerType type() const noexcept { return type_; }
   std::uint64_t base() const noexcept { return base_; }
@@ -209,6 +212,7 @@ class PathSampler {
   std::uint64_t base_ = 0;   ///< names the set that the sample belongs to
   std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1;
                              ///< zsobol: along the curve
+  std::uint32_t replicate_ = 0;
   PrimaryNumbers* chain_ = nullptr;  ///< null: numbers are those of a point set
 };
 

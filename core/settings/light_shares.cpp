@@ -93,7 +93,7 @@ std::optional<LightShare> light_share(std::string_view layer) {
 
 bool keeps_share(const IntegratorEntry& integrator, const LightShare& share) {
   if (share.is_irradiance) {
-    return !integrator.photons;
+    return integrator.prepass_bytes == nullptr;
   }
   return share.strategy ? integrator.strategies : integrator.shares;
 }

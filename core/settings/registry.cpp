@@ -357,16 +357,16 @@ bool integrator_splats(const RenderSettings& settings) {
   return entry != nullptr && entry->splats;
 }
 
-bool integrator_has_photons(const RenderSettings& settings) {
+bool integrator_has_prepass(const RenderSettings& settings) {
   const IntegratorEntry* entry = find_integrator(settings.integrator);
-  return entry != nullptr && entry->photons;
+  return entry != nullptr && entry->prepass_bytes != nullptr;
 }
 
 PixelErrors pixel_errors(const RenderSettings& settings) {
   const bool shares =
       settings.light_sampler == LightSamplerType::kRestir && settings.light_block > 1;
   return settings.sampler == SamplerType::kZsobol || shares || integrator_splats(settings) ||
-                 integrator_has_photons(settings)
+                 integrator_has_prepass(settings)
              ? PixelErrors::kCorrelated
              : PixelErrors::kIndependent;
 }

@@ -53,10 +53,14 @@ struct IntegratorEntry {
   Options accepts;
   bool splats = false;      ///< light paths add to any pixel: errors of pixels are correlated
   bool disperses = true;    ///< false: scenes with dispersion are refused
-  bool photons = false;     ///< camera paths look up photons, of each sample anew
   bool media = false;       ///< false: scenes with media that scatter are refused
   bool shares = false;      ///< keeps shares of the picture's light in layers of their own
   bool strategies = false;  ///< also of its strategies
+  /// Most that what camera paths look up takes, where a pass before them makes it
+  /// (core/integrators/prepass.h); null: there is none.
+  std::uint64_t (*prepass_bytes)(const RenderSettings& settings) = nullptr;
+  /// That pass is made once, for all samples, so that workers take no jobs; false: for each anew.
+  bool keeps_prepass = false;
   /// Its own defaults, over those of RenderSettings; null: it has none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
@@ -194,8 +198,8 @@ int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
 
 /// Do light paths add to pixels anywhere?
 bool integrator_splats(const RenderSettings& settings);
-/// Do camera paths look up photons?
-bool integrator_has_photons(const RenderSettings& settings);
+/// Do camera paths look up what a pass before them has made?
+bool integrator_has_prepass(const RenderSettings& settings);
 
 /// Does the estimation correlate the errors of neighbouring pixels?
 PixelErrors pixel_errors(const RenderSettings& settings);

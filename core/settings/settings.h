@@ -151,6 +151,13 @@ struct PhotonSettings {
   int final_gather = 1;    ///< photon-map: directions in which the map is looked up; 0: here
 };
 
+/// Integrator `irradiance-cache`.
+struct CacheSettings {
+  float tolerance = 0.25F;  ///< error of interpolation that is allowed, as a share
+  int rays = 256;           ///< paths over the hemisphere of each record
+  int records = 1 << 15;    ///< of each replicate, at most
+};
+
 enum class FogType { kHomogeneous };
 
 /// A medium around everything, within the sphere around the scene. Coefficients at height 0 [1/m].
@@ -223,6 +230,7 @@ struct RenderSettings {
   int block_candidates = 1;  ///< restir: light samples of each path, of which one is shared
   AdaptiveSettings adaptive;
   PhotonSettings photons;
+  CacheSettings cache;
   std::optional<FogSettings> fog;
   MeterSettings meter;
   BackgroundSettings background;

@@ -68,7 +68,9 @@ void RenderRun::note_start() {
 }
 
 bool RenderRun::run_slice() {
-  if (local_ != nullptr && local_->busy.fetch_add(1) >= local_->max) {
+  // What workers do not take, all threads here do.
+  const bool is_shared = local_ != nullptr && task_.can_lend();
+  if (is_shared && local_->busy.fetch_add(1) >= local_->max) {
     --local_->busy;
     return false;
   }
@@ -81,7 +83,7 @@ bool RenderRun::run_slice() {
       task_.run(*slice);
     }
   });
-  if (local_ != nullptr) {
+  if (is_shared) {
     --local_->busy;
   }
   return ran;

@@ -9,7 +9,6 @@
 #include "core/lights/made_environment.h"
 #include "core/render/allocation.h"
 #include "core/render/choose_integrator.h"
-#include "core/settings/photon_rules.h"
 #include "core/settings/registry.h"
 #include "server/store/files.h"
 #include "server/store/film_file.h"
@@ -26,8 +25,9 @@ namespace {
 /// that threads work on, blocks of the film file.
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
-std::uint64_t bytes_of_photons(const core::RenderSettings& settings) {
-  return core::integrator_has_photons(settings) ? core::photon_bytes(settings) : 0;
+std::uint64_t bytes_of_prepass(const core::RenderSettings& settings) {
+  const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
+  return row != nullptr && row->prepass_bytes != nullptr ? row->prepass_bytes(settings) : 0;
 }
 
 std::uint64_t work_bytes(const core::Film& film) {
@@ -58,7 +58,7 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
                                 std::optional<core::Vec3> view_direction) const {
   const core::Film film(spec.render);
   JobMemory memory{.film_bytes = film.bytes(),
-                   .work_bytes = work_bytes(film) + bytes_of_photons(spec.render) +
+                   .work_bytes = work_bytes(film) + bytes_of_prepass(spec.render) +
                                  core::made_environment_bytes(spec.environment)};
   const auto hold = [&memory](const SceneService::Memory& needed) {
     memory.shared_bytes.emplace(needed.name, needed.bytes);

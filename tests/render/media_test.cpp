@@ -296,7 +296,8 @@ TEST(Media, AreRefusedWhereTheyAreNotRendered) {
   };
   core::View view = ball(milk(0.9F, 1));
   EXPECT_EQ(message(view), "");
-  for (const char* name : {"direct", "bdpt", "light-trace", "mlt", "sppm", "photon-map"}) {
+  for (const char* name :
+       {"direct", "bdpt", "light-trace", "mlt", "sppm", "photon-map", "irradiance-cache"}) {
     view.settings.integrator = name;
     EXPECT_NE(message(view).find("media that scatter"), std::string::npos) << name;
   }

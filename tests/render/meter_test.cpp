@@ -245,7 +245,7 @@ TEST(IrradianceLayer, ShowsWhatFallsOnTheFirstSurface) {
 TEST(IrradianceLayer, IsKeptByWhateverHasCameraPaths) {
   const core::LightShare share = *core::light_share("irradiance");
   for (const core::IntegratorEntry& row : core::integrators()) {
-    EXPECT_EQ(core::keeps_share(row, share), !row.photons) << row.name;
+    EXPECT_EQ(core::keeps_share(row, share), row.prepass_bytes == nullptr) << row.name;
   }
 }
 

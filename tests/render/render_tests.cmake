@@ -5,6 +5,7 @@ set(RENDER_TEST_SOURCES
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp
+  irradiance_cache_test.cpp
   irradiance_test.cpp
   media_test.cpp
   meter_test.cpp

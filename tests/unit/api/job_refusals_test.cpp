@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{R"("integrator":{"type":"ray-march"})", "/integrator/type",
              "Unknown value 'ray-march'; expected one of: path, direct, "
-             "light-trace, bdpt, mlt, photon-map, sppm, auto"},
+             "light-trace, bdpt, mlt, photon-map, sppm, irradiance-cache, auto"},
         Case{R"("integrator":"path")", "/integrator", "expected an object, got a string"},
         Case{R"("sampler":{"type":"dice"})", "/sampler/type",
              "Unknown value 'dice'; expected one of: independent, antithetic, "
@@ -217,6 +217,12 @@ INSTANTIATE_TEST_SUITE_P(
              "applies to type 'photon-map' only"},
         Case{R"("integrator":{"type":"photon-map","alpha":0.5})", "/integrator/alpha",
              "applies to type 'sppm' only"},
+        Case{R"("integrator":{"type":"path","records":100})", "/integrator/records",
+             "applies to type 'irradiance-cache' only"},
+        Case{R"("integrator":{"type":"irradiance-cache","tolerance":0})", "/integrator/tolerance",
+             "0 is outside [0.05, 1]"},
+        Case{R"("integrator":{"type":"irradiance-cache","rays":15})", "/integrator/rays",
+             "15 is outside [16, 65536]"},
         Case{R"("integrator":{"type":"sppm","alpha":2})", "/integrator/alpha",
              "2 is outside [0.1, 1]"},
         Case{R"("light_sampler":{"type":"ris","block":2})", "/light_sampler/block",

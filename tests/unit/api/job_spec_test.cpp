@@ -19,7 +19,7 @@ api::JobSpec spec_of(const std::string& body) {
   return parsed ? parsed->spec : api::JobSpec{};
 }
 
-TEST(JobSpec, OptionsOfPhotonsAreThoseOfTheirIntegrators) {
+TEST(JobSpec, OptionsOfPhotonsAndRecordsAreThoseOfTheirIntegrators) {
   const auto seen = [](const std::string& integrator) {
     const api::JobSpec spec = spec_of(R"({"scene":"x","integrator":)" + integrator + "}");
     EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec)) << integrator;
@@ -29,6 +29,9 @@ TEST(JobSpec, OptionsOfPhotonsAreThoseOfTheirIntegrators) {
             R"({"type":"sppm","max_depth":16,"photons":5000,"radius_m":0.25,"alpha":0.5})");
   EXPECT_EQ(seen(R"({"type":"photon-map","radius_m":0.25,"final_gather":0})"),
             R"({"type":"photon-map","max_depth":16,"photons":0,"radius_m":0.25,"final_gather":0})");
+  EXPECT_EQ(seen(R"({"type":"irradiance-cache","tolerance":0.5,"rays":64})"),
+            R"({"type":"irradiance-cache","max_depth":16,"tolerance":0.5,"rays":64,)"
+            R"("records":32768})");
   EXPECT_EQ(seen(R"({"type":"bdpt"})"), R"({"type":"bdpt","max_depth":16})");
 }
 

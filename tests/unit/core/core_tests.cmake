@@ -18,6 +18,7 @@ set(CORE_TEST_SOURCES
   oidn_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp
+  irradiance_cache_test.cpp
   photon_map_test.cpp
   render_task_target_test.cpp
   render_task_test.cpp

@@ -124,6 +124,9 @@ class JobRequestIntegrator(TypedDict):
     radius_m: NotRequired[float]
     alpha: NotRequired[float]
     final_gather: NotRequired[int]
+    tolerance: NotRequired[float]
+    rays: NotRequired[int]
+    records: NotRequired[int]
 
 
 class JobRequestEstimatorMis(TypedDict):
@@ -489,6 +492,9 @@ class JobSpecIntegrator(TypedDict):
     radius_m: NotRequired[float]
     alpha: NotRequired[float]
     final_gather: NotRequired[int]
+    tolerance: NotRequired[float]
+    rays: NotRequired[int]
+    records: NotRequired[int]
 
 
 class JobSpecEstimatorMis(TypedDict):
@@ -1264,6 +1270,9 @@ class JobDefaultsIntegrator(TypedDict):
     radius_m: NotRequired[float]
     alpha: NotRequired[float]
     final_gather: NotRequired[int]
+    tolerance: NotRequired[float]
+    rays: NotRequired[int]
+    records: NotRequired[int]
 
 
 class JobDefaultsEstimatorMis(TypedDict):

@@ -210,6 +210,18 @@ export interface JobRequest {
      * shown, direct light included. Default: 1.
      */
     final_gather?: number;
+    /**
+     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
+     * takes about four times as many records. Default: 0.25.
+     */
+    tolerance?: number;
+    /** Paths over the hemisphere of each record. Default: 1024. */
+    rays?: number;
+    /**
+     * Most records of each replicate. Where there are none, other light than direct light is path
+     * traced. Default: 32768.
+     */
+    records?: number;
   };
   /** How paths are made and combined. */
   estimator?: {
@@ -710,6 +722,18 @@ export interface JobSpec {
      * shown, direct light included.
      */
     final_gather?: number;
+    /**
+     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
+     * takes about four times as many records.
+     */
+    tolerance?: number;
+    /** Paths over the hemisphere of each record. */
+    rays?: number;
+    /**
+     * Most records of each replicate. Where there are none, other light than direct light is path
+     * traced.
+     */
+    records?: number;
   };
   /** How paths are made and combined. */
   estimator: {
@@ -1618,6 +1642,18 @@ export interface JobDefaults {
      * shown, direct light included.
      */
     final_gather?: number;
+    /**
+     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
+     * takes about four times as many records.
+     */
+    tolerance?: number;
+    /** Paths over the hemisphere of each record. */
+    rays?: number;
+    /**
+     * Most records of each replicate. Where there are none, other light than direct light is path
+     * traced.
+     */
+    records?: number;
   };
   /** How paths are made and combined. */
   estimator: {

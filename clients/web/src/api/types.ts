@@ -215,7 +215,7 @@ export interface JobRequest {
      * takes about four times as many records. Default: 0.25.
      */
     tolerance?: number;
-    /** Paths over the hemisphere of each record. Default: 1024. */
+    /** Paths over the hemisphere of each record. Default: 256. */
     rays?: number;
     /**
      * Most records of each replicate. Where there are none, other light than direct light is path

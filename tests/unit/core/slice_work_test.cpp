@@ -127,14 +127,36 @@ TEST(SliceWork, MakesTheSameFilmWithFittedCoefficientsAndSharedSamples) {
   EXPECT_EQ(digest_of_lent(shared, 16), digest_of_local(shared, 16));
 }
 
-TEST(SliceWork, MakesTheSameFilmWithEveryIntegrator) {
+TEST(SliceWork, MakesTheSameFilmWithEveryIntegratorThatIsLent) {
   for (const core::IntegratorEntry& row : core::integrators()) {
+    if (row.keeps_prepass) {
+      continue;
+    }
     core::View view = small_view();
     view.settings = core::default_settings(row.name);
     view.settings.film = small_view().settings.film;
     view.settings.film.crop = core::PixelRect{10, 5, 50, 30};
     EXPECT_EQ(digest_of_lent(view, 3), digest_of_local(view, 3)) << row.name;
   }
+}
+
+TEST(SliceWork, OfAPrepassForAllSamplesIsNotLent) {
+  core::View view = small_view();
+  view.settings = core::default_settings("irradiance-cache");
+  view.settings.film = small_view().settings.film;
+  view.settings.cache.rays = 16;
+  view.settings.cache.tolerance = 1;
+  auto film = std::make_shared<core::Film>(view.settings);
+  QuietSink sink;
+  core::RenderTask task(renderer_of(view), film, samples(2), sink);
+  EXPECT_FALSE(task.can_lend());
+  EXPECT_FALSE(task.take(core::RenderTask::Place::kElsewhere));
+  core::run_to_end(task, 1);
+  EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
+  EXPECT_TRUE(core::RenderTask(renderer_of(small_view()),
+                               std::make_shared<core::Film>(small_view().settings), samples(2),
+                               sink)
+                  .can_lend());
 }
 
 TEST(SliceWork, MakesTheSameFilmWithAMeter) {

@@ -26,6 +26,7 @@ struct Plan {
   int height = 54;
   double seconds = 4;
   std::string scene;  ///< empty: all
+  std::string only;   ///< integrators whose names begin so
 };
 
 struct Case {
@@ -103,8 +104,8 @@ void print(const Case& one, const Plan& plan) {
               "CPU s", "relMSE", "without 1 %", one.reference, reference.samples,
               reference.cpu_seconds);
   for (const core::IntegratorEntry& row : core::integrators()) {
-    if (row.name == "direct") {
-      continue;  // another picture
+    if (row.name == "direct" || row.name.rfind(plan.only, 0) != 0) {
+      continue;  // `direct` makes another picture
     }
     const Run run = render(view, row.name, plan.seconds, 1);
     const std::vector<double> sorted = errors(run, reference);
@@ -116,17 +117,19 @@ void print(const Case& one, const Plan& plan) {
 
 }  // namespace
 
-// [--seconds N] [--scene NAME]
+// [--seconds N] [--scene NAME] [--only NAME]
 int main(int argc, char** argv) {
   Plan plan;
-  for (int i = 1; i + 1 < argc; i += 2) {
+  for (int i = 1; i < argc; i += 2) {
     const std::string_view flag = argv[i];
-    if (flag == "--seconds") {
+    if (flag == "--seconds" && i + 1 < argc) {
       plan.seconds = std::stod(argv[i + 1]);
-    } else if (flag == "--scene") {
+    } else if (flag == "--scene" && i + 1 < argc) {
       plan.scene = argv[i + 1];
+    } else if (flag == "--only" && i + 1 < argc) {
+      plan.only = argv[i + 1];
     } else {
-      std::fprintf(stderr, "usage: integrators_bench [--seconds N] [--scene NAME]\n");
+      std::fprintf(stderr, "usage: integrators_bench [--seconds N] [--scene NAME] [--only NAME]\n");
       return 2;
     }
   }

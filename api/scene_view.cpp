@@ -73,6 +73,8 @@ std::string_view light_type(core::PunctualType type) {
       return "point";
     case core::PunctualType::kSpot:
       return "spot";
+    case core::PunctualType::kProfile:
+      return "profile";
   }
   return "";
 }
@@ -85,9 +87,10 @@ const View<core::PunctualLightDescription>& light_view() {
       "SceneLight",
       "A punctual light of the file.",
       {{"name", shape::text(), [](const Light& l) -> Json { return l.name; }},
-       {"type", shape::one_of({"directional", "point", "spot"}),
+       {"type", shape::one_of({"directional", "point", "spot", "profile"}),
         [](const Light& l) -> Json { return light_type(l.type); }},
-       {"intensity", shape::triple("W/sr, or W/m2 if directional; linear RGB."),
+       {"intensity",
+        shape::triple("W/sr, or W/m2 if directional, or a factor of a light profile; linear RGB."),
         [](const Light& l) {
           return triple_json({l.intensity.r, l.intensity.g, l.intensity.b});
         }}}};

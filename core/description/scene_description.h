@@ -18,6 +18,8 @@
 
 namespace core {
 
+class IesProfile;
+
 enum class TextureWrap : std::uint8_t { kRepeat, kMirroredRepeat, kClampToEdge };
 
 /// A sampled image as a material sees it.
@@ -132,17 +134,20 @@ struct ObjectDescription {
   std::uint32_t instances = 1;       ///< several: EXT_mesh_gpu_instancing
 };
 
-enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot };
+enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot, kProfile };
 
-/// KHR_lights_punctual. Shines along -z of to_world. Units: one candela is 1 W/sr, one lux 1 W/m^2.
+/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Shines along -z of to_world. Units: one
+/// candela is 1 W/sr, one lux 1 W/m^2.
 struct PunctualLightDescription {
   std::string name;
   std::string group;  ///< of lights; empty: its name
   PunctualType type = PunctualType::kPoint;
-  Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional)
+  Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional); of
+                              ///< the profile color * multiplier
   float range_m = 0;          ///< 0: infinite
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853982F;
+  int profile = -1;  ///< into SceneDescription::profiles
   Transform to_world;
 };
 
@@ -165,6 +170,7 @@ struct SceneDescription {
   std::vector<ObjectDescription> objects;      ///< by id; empty: one for each instance
   std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file; empty: of `meshes`
   std::vector<PunctualLightDescription> lights;
+  std::vector<std::shared_ptr<const IesProfile>> profiles;
   /// The scene's own light from all around, as Environment::create() takes it: RGB floats; or null.
   std::shared_ptr<const Image> environment;
   std::vector<CameraDescription> cameras;

@@ -62,7 +62,7 @@ EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_position,
     s.is_delta_position = true;
     s.ray.origin = p->position;
     s.ray.direction = p->sample_direction(u_direction);
-    s.radiance = p->intensity * p->cone(dot(s.ray.direction, p->direction));
+    s.radiance = p->intensity * p->shape(s.ray.direction);
     return s;
   }
   if (p != nullptr) {
@@ -104,7 +104,7 @@ EmissionPdf EmissionSampler::pdf(std::uint32_t light, Vec3 direction_world) cons
     out.pdf_solid_angle = 1;
   } else {
     out.pdf_area = 1;
-    out.pdf_solid_angle = p->cone(dot(direction_world, p->direction)) / p->cone_integral_sr();
+    out.pdf_solid_angle = p->pdf_solid_angle(direction_world);
   }
   return out;
 }

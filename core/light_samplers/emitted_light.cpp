@@ -19,7 +19,7 @@ std::vector<float> light_powers(const SceneData& scene, const Environment* envir
   }
   for (const PunctualLight& p : scene.punctual_lights) {
     powers.push_back(luminance(p.intensity) *
-                     (p.type == PunctualType::kDirectional ? section : p.cone_integral_sr()));
+                     (p.type == PunctualType::kDirectional ? section : p.shape_integral_sr()));
   }
   if (environment != nullptr) {
     powers.push_back(environment->power_luminance() * section);

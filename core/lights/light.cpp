@@ -30,6 +30,23 @@ Cap spot_cap(const PunctualLight& light) noexcept {
 
 }  // namespace
 
+PunctualLight punctual_light(const PunctualLightDescription& description,
+                             const IesProfile* profile) {
+  PunctualLight light;
+  light.type = description.type;
+  light.position = description.to_world.t;
+  light.direction = normalize_or(-description.to_world.z, {0, 0, -1});
+  light.intensity = description.intensity;
+  light.range_m = description.range_m;
+  light.cos_inner = std::cos(description.inner_cone_rad);
+  light.cos_outer = std::cos(description.outer_cone_rad);
+  light.profile = profile;
+  const Frame frame = frame_from_normal_tangent(-light.direction, description.to_world.x);
+  light.up = frame.s;
+  light.side = description.to_world.determinant() < 0 ? -frame.t : frame.t;
+  return light;
+}
+
 Rgb PunctualLight::arriving(Vec3 to, Vec3& wi_world, float& distance_m) const noexcept {
   if (type == PunctualType::kDirectional) {
     wi_world = -direction;
@@ -45,7 +62,7 @@ Rgb PunctualLight::arriving(Vec3 to, Vec3& wi_world, float& distance_m) const no
   wi_world = d * (1 / distance_m);
   float factor = 1 / squared;
   factor *= range_factor(squared);
-  factor *= cone(dot(direction, -wi_world));
+  factor *= shape(-wi_world);
   return intensity * factor;
 }
 
@@ -54,20 +71,35 @@ float PunctualLight::range_factor(float distance_squared) const noexcept {
   return clamp01(1 - q * q);
 }
 
-float PunctualLight::cone(float cosine) const noexcept {
+float PunctualLight::shape(Vec3 direction_world) const noexcept {
+  if (type == PunctualType::kProfile) {
+    return profile->candela(to_profile(direction_world));
+  }
   if (type != PunctualType::kSpot) {
     return 1;
   }
-  const float t = clamp01((cosine - cos_outer) * spot_scale(*this));
+  const float t = clamp01((dot(direction, direction_world) - cos_outer) * spot_scale(*this));
   return t * t;
 }
 
-float PunctualLight::cone_integral_sr() const noexcept {
+float PunctualLight::shape_integral_sr() const noexcept {
+  if (type == PunctualType::kProfile) {
+    return static_cast<float>(profile->lumens());
+  }
   const Cap cap = spot_cap(*this);
   return type == PunctualType::kSpot ? kTwoPi * (cap.rim + cap.full) : 4 * kPi;
 }
 
+float PunctualLight::pdf_solid_angle(Vec3 direction_world) const noexcept {
+  return type == PunctualType::kProfile ? profile->pdf_solid_angle(to_profile(direction_world))
+                                        : shape(direction_world) / shape_integral_sr();
+}
+
 Vec3 PunctualLight::sample_direction(Vec2 u) const noexcept {
+  if (type == PunctualType::kProfile) {
+    const Vec3 d = profile->sample(u);
+    return up * d.x + side * d.y - direction * d.z;
+  }
   if (type != PunctualType::kSpot) {
     return uniform_sphere(u);
   }

@@ -54,6 +54,28 @@ double orientation_cost(const LightBounds& b, Vec3 parent_diagonal, int axis) {
 
 }  // namespace
 
+LightBounds light_bounds(const PunctualLight& light) {
+  LightBounds b;
+  b.box.add(light.position);
+  b.power = luminance(light.intensity);
+  b.axis = light.direction;
+  b.cos_theta_e = -1;
+  if (light.type == PunctualType::kSpot) {
+    b.cos_theta_e = light.cos_outer - 1e-4F;
+  } else if (light.type == PunctualType::kProfile) {
+    // A cone beyond a right angle would weigh by cosines below 0: it is all directions then.
+    const float edge = light.profile->cos_reach() - 1e-4F;
+    b.cos_theta_e = edge > 0 ? edge : -1.0F;
+    // The mean intensity where there is any.
+    b.power *= light.shape_integral_sr() / (kTwoPi * (1 - b.cos_theta_e));
+  }
+  if (b.cos_theta_e == -1) {
+    b.axis = {0, 0, 1};
+    b.cos_theta_o = -1;
+  }
+  return b;
+}
+
 LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
   if (!(a.power > 0)) {
     return b;

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/lights/light.h"
 #include "core/lights/light_importance.h"
 #include "core/math/bounds.h"
 #include "core/math/vec.h"
@@ -27,6 +28,9 @@ struct LightBounds {
   float power = 0;        ///< luminance times area (or 4 pi for points)
   bool two_sided = false;
 };
+
+/// Of a punctual light that is not directional.
+LightBounds light_bounds(const PunctualLight& light);
 
 class LightTree {
  public:

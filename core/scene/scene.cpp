@@ -21,6 +21,9 @@ std::size_t memory_of(const SceneData& data) {
   for (const auto& texture : data.textures) {
     bytes += texture->bytes();
   }
+  for (const auto& profile : data.profiles) {
+    bytes += profile->bytes();
+  }
   return bytes;
 }
 

@@ -347,14 +347,14 @@ class Builder {
       if (is_black(d.intensity)) {
         continue;
       }
-      PunctualLight light;
-      light.type = d.type;
-      light.position = d.to_world.t;
-      light.direction = normalize_or(-d.to_world.z, {0, 0, -1});
-      light.intensity = d.intensity;
-      light.range_m = d.range_m;
-      light.cos_inner = std::cos(d.inner_cone_rad);
-      light.cos_outer = std::cos(d.outer_cone_rad);
+      const IesProfile* const profile =
+          d.type == PunctualType::kProfile
+              ? from_.profiles[static_cast<std::size_t>(d.profile)].get()
+              : nullptr;
+      if (profile != nullptr && !(profile->lumens() > 0)) {
+        continue;
+      }
+      PunctualLight light = punctual_light(d, profile);
       light.group = light_group(to_.light_groups, d.group.empty() ? d.name : d.group);
       to_.punctual_lights.push_back(light);
     }
@@ -366,14 +366,9 @@ class Builder {
       if (light.type == PunctualType::kDirectional) {
         break;
       }
-      LightBounds b;
-      b.box.add(light.position);
-      b.axis = light.type == PunctualType::kSpot ? light.direction : Vec3{0, 0, 1};
-      b.cos_theta_o = light.type == PunctualType::kSpot ? 1.0F : -1.0F;
-      b.cos_theta_e = light.type == PunctualType::kSpot ? light.cos_outer - 1e-4F : -1.0F;
-      b.power = luminance(light.intensity);
-      bounds.push_back(b);
+      bounds.push_back(light_bounds(light));
     }
+    to_.profiles = from_.profiles;
     to_.light_tree = LightTree(bounds);
   }
 

@@ -34,6 +34,7 @@ class SceneData {
   std::unique_ptr<Accel> accel;
   std::vector<TriangleLight> triangle_lights;
   std::vector<PunctualLight> punctual_lights;
+  std::vector<std::shared_ptr<const IesProfile>> profiles;  ///< of punctual lights
   LightTree light_tree;  ///< over triangle lights, then point and spot lights
   Vec3 center;           ///< bounding sphere
   float radius_m = 0;

@@ -334,6 +334,7 @@ class SceneWriter {
     }
     Json lights = Json::array();
     for (const PunctualLightDescription& light : scene_.lights) {
+      CHECK(light.type != PunctualType::kProfile);
       const float strength = max_component(light.intensity);
       Json json = {{"name", light.name}, {"intensity", strength}};
       json["color"] = array_of(strength > 0 ? light.intensity / strength : Rgb(1));

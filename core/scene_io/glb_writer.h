@@ -50,7 +50,7 @@ class GlbWriter {
 
 /// Everything in `scene` that glTF can hold, materials with their KHR extensions. 8-bit images
 /// of 1, 3 or 4 channels become PNGs. Instances become nodes; nodes of cameras and lights carry
-/// their names. Pre: scene is valid and its images have 8 bits.
+/// their names. Pre: scene is valid, its images have 8 bits and no light a profile.
 Bytes write_glb(const SceneDescription& scene);
 
 }  // namespace core

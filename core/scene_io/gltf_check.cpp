@@ -182,6 +182,15 @@ GltfTables read_tables(const Json& root) {
       image.uri = uri->get<std::string>();
     }
   }
+  if (const Json* profiles = extension(root, "EXT_lights_ies")) {
+    for (const Json& json : profiles->at("lights")) {
+      GltfProfile& profile = tables.profiles.emplace_back();
+      profile.view = index_or_none(json, "bufferView");
+      if (const auto uri = json.find("uri"); uri != json.end()) {
+        profile.uri = uri->get<std::string>();
+      }
+    }
+  }
   return tables;
 }
 

@@ -8,6 +8,7 @@
 #include "core/scene_io/gltf_check.h"
 #include "core/scene_io/gltf_container.h"
 #include "core/scene_io/gltf_environment.h"
+#include "core/scene_io/gltf_ies.h"
 #include "core/scene_io/gltf_images.h"
 #include "core/scene_io/gltf_materials.h"
 #include "core/scene_io/gltf_meshes.h"
@@ -172,6 +173,9 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   if (auto status = number_objects(*model, checked->tables, scene); !status) {
     return status.error();
   }
+  if (auto status = read_profiles(*source, scene); !status) {
+    return status.error();
+  }
   GltfMeshes meshes(*model, *source, options, *variant, scene);
   if (auto status = place_nodes(*model, *source, meshes, options, *animated, scene); !status) {
     return status.error();
@@ -214,6 +218,9 @@ Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
   }
   for (const GltfImage& image : checked->tables.images) {
     add(image.uri);
+  }
+  for (const GltfProfile& profile : checked->tables.profiles) {
+    add(profile.uri);
   }
   return uris;
 }

@@ -64,6 +64,7 @@ class NodePlacer {
         continue;
       }
       place_light(node);
+      place_profile(node);
       if (auto status = place_mesh(node); !status) {
         return status;
       }
@@ -117,6 +118,21 @@ class NodePlacer {
     light.range_m = static_cast<float>(in.range);
     light.inner_cone_rad = static_cast<float>(in.spot.innerConeAngle);
     light.outer_cone_rad = static_cast<float>(in.spot.outerConeAngle);
+    light.to_world = transform_of(node);
+    light.group = group_of(node);
+  }
+
+  void place_profile(int node) {
+    const auto* extension = find_extension(node_at(node).extensions, "EXT_lights_ies");
+    if (extension == nullptr) {
+      return;
+    }
+    PunctualLightDescription& light = scene_.lights.emplace_back();
+    light.name = node_at(node).name;
+    light.type = PunctualType::kProfile;
+    light.intensity =
+        value_rgb(*extension, "color", Rgb(1)) * value_number(*extension, "multiplier", 1);
+    light.profile = value_integer(*extension, "light", 0);
     light.to_world = transform_of(node);
     light.group = group_of(node);
   }

@@ -190,6 +190,12 @@ constexpr std::array kLight = {numbers("color", 3, 0, 1),
                                string("name")};
 constexpr std::array kSpot = {number("innerConeAngle", 0, 1.5707964),
                               number("outerConeAngle", 0, 1.5707964)};
+constexpr std::array kProfiles = {objects("lights", "profile", kRequired)};
+constexpr std::array kProfile = {string("uri"), index("bufferView", "bufferViews"),
+                                 string("mimeType", false, "application/x-ies-lm-63"),
+                                 string("name")};
+constexpr std::array kNodeProfile = {index("light", "light profiles", kRequired),
+                                     number("multiplier", 0, kBig), numbers("color", 3, 0, 1)};
 constexpr std::array kImageLights = {objects("lights", "imageLight", kRequired)};
 constexpr std::array kImageLight = {string("name"),
                                     numbers("rotation", 4, -1.001, 1.001),
@@ -287,6 +293,7 @@ constexpr std::array kSchemas = {
     Row{"orthographic", kOrthographic},
     Row{"scene", kScene},
     Row{"node", kNode},
+    Row{"node/EXT_lights_ies", kNodeProfile},
     Row{"node/KHR_lights_punctual", kNodeLight},
     Row{"node/KHR_node_visibility", kNodeVisibility},
     Row{"node/EXT_mesh_gpu_instancing", kGpuInstancing},
@@ -303,6 +310,8 @@ constexpr std::array kSchemas = {
     Row{"target", kTarget},
     Row{"target/KHR_animation_pointer", kPointerTarget},
     Row{"animationSampler", kAnimationSampler},
+    Row{"root/EXT_lights_ies", kProfiles},
+    Row{"profile", kProfile},
     Row{"root/EXT_lights_image_based", kImageLights},
     Row{"imageLight", kImageLight},
     Row{"scene/EXT_lights_image_based", kSceneImageLight},
@@ -327,7 +336,8 @@ constexpr std::array kSchemas = {
     Row{"material/KHR_materials_pbrSpecularGlossiness", kSpecGloss},
 };
 
-constexpr std::array<std::string_view, 29> kSupported = {"EXT_lights_image_based",
+constexpr std::array<std::string_view, 30> kSupported = {"EXT_lights_ies",
+                                                         "EXT_lights_image_based",
                                                          "EXT_mesh_gpu_instancing",
                                                          "EXT_meshopt_compression",
                                                          "EXT_texture_webp",

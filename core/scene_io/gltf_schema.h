@@ -35,7 +35,7 @@ struct SchemaMember {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   /// Top-level array that an integer is an index into: "accessors"; or "lights",
-  /// "image-based lights", "variants".
+  /// "light profiles", "image-based lights", "variants".
   std::string_view refers_to = {};
   std::size_t count_min = 0;  ///< of an array or a map
   std::size_t count_max = std::numeric_limits<std::size_t>::max();

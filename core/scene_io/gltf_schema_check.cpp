@@ -67,6 +67,7 @@ class SchemaWalk {
     }
     sizes_["image-based lights"] =
         array_size(Json::json_pointer("/extensions/EXT_lights_image_based/lights"));
+    sizes_["light profiles"] = array_size(Json::json_pointer("/extensions/EXT_lights_ies/lights"));
     sizes_["lights"] = array_size(Json::json_pointer("/extensions/KHR_lights_punctual/lights"));
     sizes_["variants"] =
         array_size(Json::json_pointer("/extensions/KHR_materials_variants/variants"));

@@ -102,6 +102,22 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     }
     source.image_files_[i] = *std::move(bytes);
   }
+  for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
+    const GltfProfile& profile = tables.profiles[i];
+    SharedBytes& file = source.profile_files_.emplace_back();
+    if (!profile.uri) {
+      continue;
+    }
+    auto bytes = source.fetch(*profile.uri, resolve,
+                              "/extensions/EXT_lights_ies/lights/" + std::to_string(i));
+    if (!bytes) {
+      return bytes.error();
+    }
+    if (*bytes == nullptr) {
+      note_missing(*profile.uri);
+    }
+    file = *std::move(bytes);
+  }
   if (!missing.empty()) {
     return missing_files("files that the scene names are missing", missing);
   }
@@ -151,6 +167,14 @@ Result<std::span<const std::byte>> GltfSource::image_file(int index) {
                  "/images/" + std::to_string(index)};
   }
   return std::span<const std::byte>(*it->second);
+}
+
+Result<std::span<const std::byte>> GltfSource::profile_file(int index) {
+  const auto i = static_cast<std::size_t>(index);
+  if (const int view_index = tables_->profiles[i].view; view_index >= 0) {
+    return view(view_index);
+  }
+  return std::span<const std::byte>(*profile_files_[i]);
 }
 
 }  // namespace core

@@ -43,6 +43,9 @@ class GltfSource {
   /// File of an image that was in `needed_images`.
   Result<std::span<const std::byte>> image_file(int index);
 
+  /// File of a light profile. Pre: 0 <= index < profiles.size().
+  Result<std::span<const std::byte>> profile_file(int index);
+
   const GltfTables& tables() const noexcept { return *tables_; }
   DecodeBudget& budget() noexcept { return budget_; }
 
@@ -59,6 +62,7 @@ class GltfSource {
   std::vector<SharedBytes> owned_;                      // keeps buffers_ alive
   std::vector<std::span<const std::byte>> buffers_;     // as long as tables_->buffers
   std::map<int, SharedBytes> image_files_;              // those with a uri
+  std::vector<SharedBytes> profile_files_;              // null: in a view
   std::map<int, std::shared_ptr<Bytes>> decompressed_;  // by view
 };
 

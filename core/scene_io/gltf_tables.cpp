@@ -158,6 +158,16 @@ Status check_image(const GltfTables& tables, std::size_t i) {
   return ok_status();
 }
 
+Status check_profile(const GltfTables& tables, std::size_t i) {
+  const GltfProfile& profile = tables.profiles[i];
+  if (profile.uri.has_value() == (profile.view >= 0)) {
+    return invalid(at("extensions/EXT_lights_ies/lights", i),
+                   profile.uri ? "a light profile has a uri or a bufferView, not both"
+                               : "the light profile has neither a uri nor a bufferView");
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Status check_tables(const GltfTables& tables, const GltfContainer& container) {
@@ -178,6 +188,11 @@ Status check_tables(const GltfTables& tables, const GltfContainer& container) {
   }
   for (std::size_t i = 0; i < tables.images.size(); ++i) {
     if (auto status = check_image(tables, i); !status) {
+      return status;
+    }
+  }
+  for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
+    if (auto status = check_profile(tables, i); !status) {
       return status;
     }
   }

@@ -1,6 +1,6 @@
-/// The parts of a glTF document that name bytes: buffers, views, accessors, images. Filled by
-/// check_gltf(), which makes sure (by check_tables) that every view lies in its buffer and every
-/// accessor in its view.
+/// The parts of a glTF document that name bytes: buffers, views, accessors, images, light profiles.
+/// Filled by check_gltf(), which makes sure (by check_tables) that every view lies in its buffer
+/// and every accessor in its view.
 #pragma once
 
 #include <cstdint>
@@ -95,6 +95,12 @@ struct GltfImage {
   int view = -1;
 };
 
+/// A light profile of EXT_lights_ies.
+struct GltfProfile {
+  std::optional<std::string> uri;
+  int view = -1;
+};
+
 /// A channel of KHR_animation_pointer whose target is a member of the document that may change.
 struct GltfPointer {
   std::size_t animation = 0;
@@ -116,6 +122,7 @@ struct GltfTables {
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<GltfImage> images;
+  std::vector<GltfProfile> profiles;
   std::vector<GltfPointer> pointers;
 };
 

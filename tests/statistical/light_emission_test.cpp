@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -54,6 +55,17 @@ core::SceneDescription textured_scene() {
   return scene;
 }
 
+/// Uneven in both angles, and dark in places.
+std::shared_ptr<const core::IesProfile> uneven_profile() {
+  core::IesProfile::Grid grid;
+  grid.theta_rad = {0.1F, 0.5F, 1.2F, 1.5F};
+  for (const double turn : {0.0, 0.2, 0.5, 1.0}) {
+    grid.phi_rad.push_back(static_cast<float>(2 * kPi * turn));
+  }
+  grid.candela = {1, 5, 2, 0, 4, 0, 0, 3, 2, 7, 1, 0, 1, 5, 2, 0};
+  return std::make_shared<const core::IesProfile>(std::move(grid));
+}
+
 /// A black floor, so that the scene has a bounding sphere, of radius sqrt(2).
 core::SceneDescription punctual_scene(PunctualType type, float range_m = 0) {
   core::SceneDescription scene = test_support::scene_of(
@@ -66,6 +78,10 @@ core::SceneDescription punctual_scene(PunctualType type, float range_m = 0) {
   light.outer_cone_rad = kOuter;
   light.to_world = core::rotation({std::sin(-0.6F), 0, 0, std::cos(-0.6F)});  // down, along -z
   light.to_world.t = {0.5F, 1.5F, 0.5F};
+  if (type == PunctualType::kProfile) {
+    light.profile = 0;
+    scene.profiles = {uneven_profile()};
+  }
   scene.lights.push_back(light);
   return scene;
 }
@@ -108,6 +124,8 @@ std::vector<Lit> lit_scenes() {
       // The integral of ((c - co) / (ci - co))^2 over the falloff and 1 over the cap.
       {"spot", build(punctual_scene(PunctualType::kSpot)), nullptr,
        2 * kPi * 3 * ((ci - co) / 3 + 1 - ci)},
+      {"profile", build(punctual_scene(PunctualType::kProfile)), nullptr,
+       3 * uneven_profile()->lumens()},
       {"directional", build(punctual_scene(PunctualType::kDirectional)), nullptr, 3 * kDisk},
       {"sky", build(dark_scene()), test_support::constant_sky({2, 2, 2}), 2 * 4 * kPi * kDisk},
       {"map", build(dark_scene()),

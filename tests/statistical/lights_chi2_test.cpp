@@ -409,6 +409,44 @@ TEST(LightTree, NoLightThatShinesOnThePointIsLeftOut) {
   }
 }
 
+/// Of profiles, each with light in a cone of its own, in trees with others beside them.
+TEST(LightTree, NoProfileThatShinesOnThePointIsLeftOut) {
+  std::vector<std::unique_ptr<core::IesProfile>> profiles;
+  std::vector<core::PunctualLight> lights;
+  std::vector<core::LightBounds> bounds;
+  Random random(13);
+  for (int i = 0; i < 12; ++i) {
+    core::IesProfile::Grid grid;
+    const float reach = 0.2F * static_cast<float>(1 + i);
+    grid.theta_rad = {0, 0.5F * reach, reach};
+    grid.phi_rad = {0, 6.2831855F};
+    grid.candela = {3, 2, static_cast<float>(i % 2), 3, 2, static_cast<float>(i % 2)};
+    profiles.push_back(std::make_unique<core::IesProfile>(std::move(grid)));
+    core::PunctualLightDescription light;
+    light.type = core::PunctualType::kProfile;
+    light.to_world = core::rotation(
+        {std::sin(0.3F * static_cast<float>(i)), 0, 0, std::cos(0.3F * static_cast<float>(i))});
+    light.to_world.t = {random.uniform(), random.uniform(), random.uniform()};
+    lights.push_back(core::punctual_light(light, profiles.back().get()));
+    bounds.push_back(core::light_bounds(lights.back()));
+  }
+  const core::LightTree tree(bounds);
+  int lit = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 point = {4 * random.uniform() - 2, 4 * random.uniform() - 2,
+                        4 * random.uniform() - 2};
+    for (std::uint32_t light = 0; light < lights.size(); ++light) {
+      Vec3 wi;
+      float distance_m = 0;
+      if (!is_black(lights[light].arriving(point, wi, distance_m))) {
+        ++lit;
+        ASSERT_GT(tree.prob_light(point, {}, light), 0) << light;
+      }
+    }
+  }
+  EXPECT_GT(lit, 50000);
+}
+
 TEST(LightTree, ScalesTo300000Lights) {
   std::vector<core::LightBounds> bounds;
   const core::LightTree tree = tree_of(300000, bounds);

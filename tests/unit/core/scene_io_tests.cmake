@@ -16,5 +16,6 @@ set(SCENE_IO_TEST_SOURCES
   gltf_objects_test.cpp
   gltf_pointer_test.cpp
   gltf_tangent_test.cpp
-  gltf_visibility_test.cpp)
+  gltf_visibility_test.cpp
+  ies_test.cpp)
 set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})

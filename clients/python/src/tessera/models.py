@@ -900,7 +900,7 @@ class SceneLight(TypedDict):
     """A punctual light of the file."""
 
     name: str
-    type: Literal["directional", "point", "spot"]
+    type: Literal["directional", "point", "spot", "profile"]
     intensity: list[float]
 
 

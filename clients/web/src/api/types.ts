@@ -1198,8 +1198,8 @@ export interface SceneCamera {
 /** A punctual light of the file. */
 export interface SceneLight {
   name: string;
-  type: 'directional' | 'point' | 'spot';
-  /** W/sr, or W/m2 if directional; linear RGB. */
+  type: 'directional' | 'point' | 'spot' | 'profile';
+  /** W/sr, or W/m2 if directional, or a factor of a light profile; linear RGB. */
   intensity: [number, number, number];
 }
 

@@ -410,7 +410,7 @@ constexpr std::array kOperations = {
         "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, "
         "r g b, their variances, the sample count. Flag 1: end frame; 2: correlated errors "
         "(zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b and no more, "
-        "at most 65504 (planes=mean); 16: of the denoised image (`?denoise=`), r g b alone.",
+        "at most 65504 (planes=mean); 16: denoised (`?denoise=`): r g b, alpha by 4.",
         "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
     Operation{
         "createComparison", "POST", "/v1/comparisons", "Results", "Compare two images.",

@@ -211,7 +211,7 @@ void check_environment(const JobSpec& spec, Faults& faults) {
   }
 }
 
-void check_catcher(const JobSpec& spec, bool asks_for_denoising, Faults& faults) {
+void check_catcher(const JobSpec& spec, Faults& faults) {
   const core::RenderSettings& render = spec.render;
   constexpr const char* kWith = " does not go with ground 'catcher'";
   if (render.integrator != "path") {
@@ -234,11 +234,6 @@ void check_catcher(const JobSpec& spec, bool asks_for_denoising, Faults& faults)
   }
   if (!render.film.shares.empty()) {
     faults.add("/film/layers", "'" + render.film.shares.front().layer + "'" + kWith);
-  }
-  if (asks_for_denoising && core::is_transparent(render)) {
-    faults.add("/denoise/type",
-               "the noise of a transparent image with ground 'catcher' is in its alpha, which is "
-               "not denoised; give 'none' or another background");
   }
 }
 
@@ -309,10 +304,6 @@ void settle_stage(const Json& request, JobSpec& spec) {
       !is_given("/environment/visible")) {
     spec.render.background.type = core::BackgroundType::kTransparent;
   }
-  if (core::has_catcher(spec.render) && core::is_transparent(spec.render) &&
-      !is_given("/denoise/type")) {
-    spec.denoise.type = core::DenoiserType::kNone;
-  }
   spec.render.film.errors_over_white =
       core::has_catcher(spec.render) && core::is_transparent(spec.render);
 }
@@ -327,7 +318,7 @@ void check_stage(const Json& request, const JobSpec& spec, Faults& faults) {
                                            shown(request.at(type)) + "; give one of them");
   }
   if (core::has_catcher(spec.render)) {
-    check_catcher(spec, spec.denoise.type != core::DenoiserType::kNone, faults);
+    check_catcher(spec, faults);
   }
 }
 

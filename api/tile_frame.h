@@ -4,7 +4,7 @@
 /// f32 relative error, u32 CRC-32 (zlib's) of the payload: 32 bytes. Payload: planes of float32,
 /// row by row: mean r g b, variance of the mean vr vg vb, sample count n, and alpha if flagged. Of
 /// float16 instead: mean r g b alone, and alpha if flagged, at most 65504. Of denoised pictures:
-/// r g b alone, as float32 or, if flagged, float16.
+/// r g b and, if flagged, alpha, as float32 or, if flagged, float16.
 #pragma once
 
 #include <cstddef>

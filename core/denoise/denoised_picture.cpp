@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "core/base/check.h"
@@ -196,9 +197,93 @@ std::vector<TileSums> plain_sums(const FilmSnapshot& film) {
       pixels.insert(pixels.end(), begin,
                     begin + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(tile.width) * r));
     }
-    out.push_back(half_sums(tile, pixels, film.replicates));
+    out.push_back(half_sums(tile, pixels, film.replicates, film.errors_over_white));
   }
   return out;
+}
+
+/// Features of the same surfaces without colour: coverage has none.
+FeaturePicture colorless(const FeaturePicture& features) {
+  FeaturePicture out = features;
+  for (Plane& plane : out.albedo) {
+    std::fill(plane.begin(), plane.end(), 1.0F);
+  }
+  for (Plane& plane : out.emission) {
+    std::fill(plane.begin(), plane.end(), 0.0F);
+  }
+  std::fill(out.albedo_variance.begin(), out.albedo_variance.end(), 0.0F);
+  std::fill(out.emission_variance.begin(), out.emission_variance.end(), 0.0F);
+  return out;
+}
+
+/// Where there is nothing as far as a filter reaches, or nothing but the model, a picture stays as
+/// it is: no denoiser's rounding shows on whatever it is put over.
+void keep_even_places(const FilmSnapshot& film, std::span<const HalfPicture> light,
+                      std::span<const HalfPicture> alpha, std::span<ColorPlanes> light_out,
+                      std::span<ColorPlanes> alpha_out) {
+  SummedArea covered(film.rect.width, film.rect.height);
+  SummedArea open(film.rect.width, film.rect.height);
+  SummedArea lit(film.rect.width, film.rect.height);
+  for_pixels(film.rect, [&](std::size_t i, int x, int y) {
+    const float both = alpha[0].mean[0][i] + alpha[1].mean[0][i];
+    bool is_lit = false;
+    for (std::size_t c = 0; c < 3; ++c) {
+      is_lit = is_lit || light[0].mean[c][i] != 0 || light[1].mean[c][i] != 0;
+    }
+    covered.set(x, y, both > 0 ? 1 : 0);
+    open.set(x, y, both < 2 ? 1 : 0);
+    lit.set(x, y, is_lit ? 1 : 0);
+  });
+  for_pixels(film.rect, [&](std::size_t i, int x, int y) {
+    const PixelRect window = window_around(x, y, kWeightGap, film.rect.width, film.rect.height);
+    const bool is_empty = covered.sum(window) == 0;
+    const bool is_full = open.sum(window) == 0;
+    const bool is_black = lit.sum(window) == 0;
+    for (std::size_t h = 0; h < 2; ++h) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        alpha_out[h][c][i] = is_empty || is_full ? alpha[h].mean[c][i] : alpha_out[h][c][i];
+        light_out[h][c][i] = is_empty && is_black ? 0 : light_out[h][c][i];
+      }
+    }
+  });
+}
+
+Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeaturePicture* features,
+                                        const Denoiser& denoiser, const ParallelFor& parallel,
+                                        std::span<const HalfPicture> light,
+                                        FilteredHalves light_out) {
+  const std::array alpha = {half_picture(film, 0, HalfPart::kAlpha),
+                            half_picture(film, 1, HalfPart::kAlpha)};
+  const auto surfaces =
+      features != nullptr ? std::make_unique<FeaturePicture>(colorless(*features)) : nullptr;
+  auto alpha_out = denoiser.denoise(alpha, surfaces.get(), parallel);
+  if (!alpha_out) {
+    return alpha_out.error();
+  }
+  keep_even_places(film, light, alpha, light_out.planes, alpha_out->planes);
+  const std::array halves = {half_picture(film, 0, HalfPart::kOverWhite),
+                             half_picture(film, 1, HalfPart::kOverWhite)};
+  for (std::size_t h = 0; h < 2; ++h) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+        light_out.planes[h][c][i] += 1 - alpha_out->planes[h][c][i];
+      }
+    }
+  }
+  MadeDenoised made = {
+      denoised_picture(film, halves, light_out.planes), std::move(light_out.by), {}};
+  DenoisedPicture& out = made.picture;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const float full = 0.5F * (alpha_out->planes[0][0][i] + alpha_out->planes[1][0][i]);
+    const float plain = 0.5F * (alpha[0].mean[0][i] + alpha[1].mean[0][i]);
+    out.full_alpha.push_back(full);
+    out.mixed_alpha.push_back(full + out.weight[i] * (plain - full));
+    for (std::size_t c = 0; c < 3; ++c) {
+      out.full[c][i] -= 1 - out.full_alpha[i];
+      out.mixed[c][i] -= 1 - out.mixed_alpha[i];
+    }
+  }
+  return made;
 }
 
 }  // namespace
@@ -226,7 +311,7 @@ double DenoisedPicture::bound(DenoiseMode mode, double alpha) const {
 }
 
 std::size_t DenoisedPicture::bytes() const noexcept {
-  constexpr std::size_t kPlanes = 15;
+  constexpr std::size_t kPlanes = 17;
   return full[0].size() * kPlanes * sizeof(float) +
          plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(TileEnergy));
 }
@@ -271,13 +356,16 @@ Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* fea
   if (!filtered) {
     return filtered.error();
   }
+  if (film.errors_over_white) {
+    return denoise_over_white(film, features, denoiser, parallel, halves, *std::move(filtered));
+  }
   return MadeDenoised{
       denoised_picture(film, halves, filtered->planes), std::move(filtered->by), {}};
 }
 
 std::uint64_t denoising_bytes(std::uint64_t pixels) {
   // Planes of halves and of what is made of them; sums over areas; terms; and the result.
-  constexpr std::uint64_t kPlaneBytes = 60 * sizeof(float);
+  constexpr std::uint64_t kPlaneBytes = 80 * sizeof(float);
   constexpr std::uint64_t kSumBytes = 10 * sizeof(double);
   return pixels * (kPlaneBytes + kSumBytes);
 }

@@ -31,6 +31,10 @@ struct DenoisedPicture {
   ColorPlanes full;            ///< F
   ColorPlanes mixed;           ///< G
   Plane weight;                ///< w: share of the plain picture
+  /// Denoised coverage of `full` and `mixed` where the film's errors are over white: D is then that
+  /// of light and alpha, each denoised alone, before white. Else empty: the film's own counts.
+  Plane full_alpha;
+  Plane mixed_alpha;
   /// Relative error of `mixed` and `full`, pooled over kDenoisedWindow.
   Plane mixed_error;
   Plane full_error;
@@ -44,6 +48,9 @@ struct DenoisedPicture {
 
   const ColorPlanes& planes(DenoiseMode mode) const {
     return mode == DenoiseMode::kFull ? full : mixed;
+  }
+  const Plane& alpha(DenoiseMode mode) const {
+    return mode == DenoiseMode::kFull ? full_alpha : mixed_alpha;
   }
   const std::vector<TileEnergy>& tiles(DenoiseMode mode) const {
     return mode == DenoiseMode::kFull ? full_tiles : mixed_tiles;

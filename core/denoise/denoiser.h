@@ -28,8 +28,11 @@ struct HalfPicture {
   Plane variance;
 };
 
+/// What of a film's half a picture shows: its light; its alpha, grey; or its light before white.
+enum class HalfPart { kLight, kAlpha, kOverWhite };
+
 /// Pre: every pixel has samples of that half.
-HalfPicture half_picture(const FilmSnapshot& film, int half);
+HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part = HalfPart::kLight);
 
 /// What the surfaces are like that a picture shows, from samples that are in neither half.
 struct FeaturePicture {

@@ -110,9 +110,21 @@ std::vector<double> variance_of_neighbours(const std::vector<double>& y, int wid
   return out;
 }
 
+Rgb shown(const HalfValue& value, HalfPart part) {
+  switch (part) {
+    case HalfPart::kLight:
+      break;
+    case HalfPart::kAlpha:
+      return Rgb(value.alpha);
+    case HalfPart::kOverWhite:
+      return value.mean + Rgb(1 - value.alpha);
+  }
+  return value.mean;
+}
+
 }  // namespace
 
-HalfPicture half_picture(const FilmSnapshot& film, int half) {
+HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part) {
   HalfPicture out;
   const int width = out.width = film.rect.width;
   const int height = out.height = film.rect.height;
@@ -129,11 +141,12 @@ HalfPicture half_picture(const FilmSnapshot& film, int half) {
     for (int px = 0; px < width; ++px) {
       const std::size_t i = at(width, px, py);
       const HalfValue value = half_value(film, i, half);
+      const Rgb mean = shown(value, part);
       for (int c = 0; c < 3; ++c) {
-        out.mean[static_cast<std::size_t>(c)][i] = value.mean[c];
-        color[static_cast<std::size_t>(c)].set(px, py, static_cast<double>(value.mean[c]));
+        out.mean[static_cast<std::size_t>(c)][i] = mean[c];
+        color[static_cast<std::size_t>(c)].set(px, py, static_cast<double>(mean[c]));
       }
-      y[i] = static_cast<double>(luminance(value.mean));
+      y[i] = static_cast<double>(luminance(mean));
       counts[i] = value.count;
       const Spread spread = spread_of(film, i, half);
       squares.set(px, py, spread.squares);
@@ -142,7 +155,7 @@ HalfPicture half_picture(const FilmSnapshot& film, int half) {
   }
   const PixelRect whole = {0, 0, width, height};
   std::vector<double> variance(film.pixel_count());
-  if (degrees.sum(whole) > 0) {
+  if (degrees.sum(whole) > 0 && part == HalfPart::kLight) {  // whose spread the film keeps
     const double everywhere = squares.sum(whole) / degrees.sum(whole);
     for (int py = 0; py < height; ++py) {
       for (int px = 0; px < width; ++px) {

@@ -63,10 +63,18 @@ api::TileFrame denoised_frame(const core::DenoisedPicture& picture, core::Denois
   frame.rect = tile;
   frame.revision = picture.revision;
   frame.flags = api::kTileDenoised;
+  std::vector<const core::Plane*> planes;
   for (const core::Plane& plane : picture.planes(mode)) {
+    planes.push_back(&plane);
+  }
+  if (!picture.alpha(mode).empty()) {
+    frame.flags |= api::kTileAlpha;
+    planes.push_back(&picture.alpha(mode));
+  }
+  for (const core::Plane* plane : planes) {
     for (int y = tile.y - picture.rect.y; y < tile.y - picture.rect.y + tile.height; ++y) {
       const auto row =
-          plane.begin() + std::ptrdiff_t{y} * picture.rect.width + (tile.x - picture.rect.x);
+          plane->begin() + std::ptrdiff_t{y} * picture.rect.width + (tile.x - picture.rect.x);
       frame.planes.insert(frame.planes.end(), row, row + tile.width);
     }
   }

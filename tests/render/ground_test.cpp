@@ -7,9 +7,12 @@
 #include <functional>
 #include <span>
 
+#include "core/denoise/denoised_picture.h"
+#include "core/denoise/statistical.h"
 #include "core/integrators/catcher.h"
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
+#include "tests/support/statistics.h"
 
 namespace {
 
@@ -46,6 +49,63 @@ std::shared_ptr<const core::Environment> sky() {
   });
 }
 
+/// What stands on the ground, and the sky around it.
+struct Subject {
+  const char* name;
+  core::SceneDescription scene;
+  std::shared_ptr<const core::Environment> sky;
+};
+
+core::PunctualLightDescription spot_from_above() {
+  core::PunctualLightDescription spot;
+  spot.type = core::PunctualType::kSpot;
+  spot.intensity = {40, 44, 50};
+  spot.inner_cone_rad = 0.6F;
+  spot.outer_cone_rad = 0.9F;
+  spot.to_world.z = normalize(Vec3{-1, 3, 1});
+  spot.to_world.x = normalize(cross(Vec3{0, 1, 0}, spot.to_world.z));
+  spot.to_world.y = cross(spot.to_world.z, spot.to_world.x);
+  spot.to_world.t = {-1.5F, 5, 1.5F};
+  return spot;
+}
+
+/// Gold that throws light on the ground, and a coat over red; glass that bends it; and a lamp of
+/// the model's own in front of a mirror, under a spot.
+std::vector<Subject> subjects() {
+  core::MaterialDescription gold = test_support::lambert({1, 0.8F, 0.4F});
+  gold.metallic = 1;
+  gold.roughness = 0.3F;
+  core::MaterialDescription coated = test_support::lambert({0.8F, 0.1F, 0.1F});
+  coated.specular = 1;
+  coated.roughness = 0.8F;
+  coated.clearcoat = 1;
+  core::MaterialDescription glass;
+  glass.base_color = {0.9F, 1, 0.9F};
+  glass.metallic = 0;
+  glass.roughness = 0.2F;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  core::MaterialDescription mirror;
+  mirror.metallic = 1;
+  mirror.roughness = 0;
+  using test_support::quad;
+  using test_support::sphere;
+  std::vector<Subject> out = {
+      {"glossy",
+       test_support::scene_of({gold, coated}, {sphere({0.8F, 0.7F, 0}, 0.7F, 12, false, 0),
+                                               sphere({-0.8F, 0.6F, 0.3F}, 0.6F, 12, false, 1)}),
+       sky()},
+      {"glass", test_support::scene_of({glass}, {sphere({0, 1, 0}, 1, 12, false, 0)}), sky()},
+      {"lamp",
+       test_support::scene_of({test_support::emitter({3, 2, 1}), mirror},
+                              {sphere({0.3F, 0.5F, 0.6F}, 0.25F, 8, false, 0),
+                               quad({-1.2F, 0.1F, -0.8F}, {2.4F, 0, 0}, {0, 1.8F, 0}, 1)}),
+       nullptr}};
+  out[1].scene.lights = model().lights;
+  out[2].scene.lights = {spot_from_above()};
+  return out;
+}
+
 /// From above, so that the ground fills the picture.
 core::View view_of(core::SceneDescription scene, GroundType kind) {
   core::View view;
@@ -60,15 +120,14 @@ core::View view_of(core::SceneDescription scene, GroundType kind) {
   return view;
 }
 
-core::View bare_view() {
-  core::SceneDescription scene = model();
+core::View bare_view(core::SceneDescription scene = model()) {
   scene.instances.clear();
   scene.meshes.clear();
   return view_of(std::move(scene), GroundType::kNone);
 }
 
-core::View transparent_catcher() {
-  core::View view = view_of(model(), GroundType::kCatcher);
+core::View transparent_catcher(core::SceneDescription scene = model()) {
+  core::View view = view_of(std::move(scene), GroundType::kCatcher);
   view.settings.background.type = BackgroundType::kTransparent;
   view.settings.film.errors_over_white = true;
   return view;
@@ -119,6 +178,23 @@ double largest_z(const HalvesOfPixel& first, const HalvesOfPixel& second) {
   return most;
 }
 
+/// The picture of a catcher over that of the bare ground; the others plant faults: alpha_scale in
+/// the whole of it, light_scale where the ground is seen.
+HalvesOfPixel over(const Picture& caught, const Picture& bare, float alpha_scale = 1,
+                   float light_scale = 1) {
+  return [&, alpha_scale, light_scale](std::size_t i) {
+    Halves out;
+    for (int half = 0; half < 2; ++half) {
+      const core::HalfValue c = core::half_value(caught.snapshot, i, half);
+      const float light = c.alpha < 1 ? light_scale : 1.0F;
+      out[static_cast<std::size_t>(half)] =
+          c.mean * light +
+          core::half_value(bare.snapshot, i, half).mean * (1 - alpha_scale * c.alpha);
+    }
+    return out;
+  };
+}
+
 /// P(|t| > 6.5) with 32 degrees is 2.6e-7; over 108 blocks and channels 3e-5.
 constexpr double kTooFar = 6.5;
 
@@ -126,20 +202,27 @@ TEST(Catcher, OverTheBareGroundIsTheModelOnTheRealGround) {
   const Picture real = render(view_of(model(), GroundType::kNone), 1, 256);
   const Picture caught = render(transparent_catcher(), 2, 256);
   const Picture bare = render(bare_view(), 3, 256);
-  const auto composite = [&](float alpha_scale) {
-    return [&, alpha_scale](std::size_t i) {
-      Halves out;
-      for (int half = 0; half < 2; ++half) {
-        const core::HalfValue c = core::half_value(caught.snapshot, i, half);
-        out[static_cast<std::size_t>(half)] =
-            c.mean + core::half_value(bare.snapshot, i, half).mean * (1 - alpha_scale * c.alpha);
-      }
-      return out;
-    };
-  };
-  EXPECT_LT(largest_z(composite(1), halves(real)), kTooFar);
-  EXPECT_GT(largest_z(composite(0.9F), halves(real)), kTooFar) << "a planted fault";
+  EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar);
+  EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar) << "a planted fault";
   EXPECT_EQ(caught.progress.rejected_samples, 0U);
+}
+
+TEST(Catcher, OfGlossGlassAndLampsOverTheBareGroundIsThemOnTheRealGround) {
+  for (const Subject& subject : subjects()) {
+    const auto render_of = [&subject](core::View view, std::uint64_t seed) {
+      view.environment = subject.sky;
+      return render(std::move(view), seed, 256);
+    };
+    const Picture real = render_of(view_of(subject.scene, GroundType::kNone), 1);
+    const Picture caught = render_of(transparent_catcher(subject.scene), 2);
+    const Picture bare = render_of(bare_view(subject.scene), 3);
+    EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << subject.name;
+    EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar)
+        << subject.name << ": a planted fault";
+    EXPECT_GT(largest_z(over(caught, bare, 1, 0.5F), halves(real)), kTooFar)
+        << subject.name << ": what the model throws on the ground is there";
+    EXPECT_EQ(caught.progress.rejected_samples, 0U) << subject.name;
+  }
 }
 
 TEST(Catcher, BeforeTheColourOfTheBareGroundIsTheModelOnTheRealGround) {
@@ -237,6 +320,92 @@ TEST(Catcher, ItsIntervalHoldsTheErrorOfPictures) {
   EXPECT_GT(squares, 0.9 * low);
   EXPECT_LT(squares, 1.1 * high);
   EXPECT_LT(high, 9 * squares) << "and says something";
+}
+
+/// Of denoised light and alpha, before white: what a picture is off by, squared, over the light.
+struct Off {
+  std::vector<double> claimed;
+  std::vector<double> real;
+};
+
+double squared(Rgb v) { return static_cast<double>(v.r * v.r + v.g * v.g + v.b * v.b); }
+
+/// Student's t of the differences over pictures.
+double t_of(const Off& off) {
+  test_support::Moments d;
+  for (std::size_t i = 0; i < off.real.size(); ++i) {
+    d.add(off.claimed[i] - off.real[i]);
+  }
+  return d.mean / d.standard_error();
+}
+
+TEST(Catcher, DenoisedLightAndAlphaAreAsWrongAsTheyClaim) {
+  constexpr int kTile = 32;
+  constexpr int kPictures = 16;
+  const auto view_for = [](std::uint64_t seed) {
+    core::View view = transparent_catcher();
+    view.settings.film.width = kTile;
+    view.settings.film.height = kTile;
+    view.settings.seed = seed;
+    return view;
+  };
+  const Picture truth = test_support::render(view_for(99), 1024);
+  const auto before_white = [](Rgb light, float alpha) { return light + Rgb(1 - alpha); };
+  Off honest;
+  Off grainy;
+  double plain = 0;
+  double denoised = 0;
+  for (int i = 0; i < kPictures; ++i) {
+    const Picture seen = test_support::render(view_for(static_cast<std::uint64_t>(i)), 4);
+    const auto made =
+        core::denoise(seen.snapshot, nullptr, core::StatisticalDenoiser(), core::parallel_for(2));
+    ASSERT_TRUE(made);
+    const core::DenoisedPicture& picture = made->picture;
+    double signal = 0;
+    double squares = 0;
+    double with_plain_alpha = 0;
+    for (std::size_t p = 0; p < seen.snapshot.pixel_count(); ++p) {
+      const core::HalfValue v = core::pixel_value(truth.snapshot, p);
+      const Rgb expected = before_white(v.mean, v.alpha);
+      const float alpha = core::pixel_value(seen.snapshot, p).alpha;
+      signal += alpha > 0 ? squared(expected) : 0;  // others do not count
+      const Rgb light = {picture.full[0][p], picture.full[1][p], picture.full[2][p]};
+      squares += squared(before_white(light, picture.full_alpha[p]) - expected);
+      with_plain_alpha += squared(before_white(light, alpha) - expected);
+    }
+    const double claimed = picture.interval(core::DenoiseMode::kFull, 0.95).relative_rmse;
+    honest.claimed.push_back(claimed * claimed);
+    honest.real.push_back(squares / signal);
+    grainy.claimed.push_back(claimed * claimed);
+    grainy.real.push_back(with_plain_alpha / signal);
+    denoised += squares / signal;
+    plain += std::pow(seen.progress.error.relative_rmse, 2);
+  }
+  // P(|t| > 6) with 15 degrees is 2.4e-5.
+  EXPECT_LT(std::fabs(t_of(honest)), 6);
+  EXPECT_LT(t_of(grainy), -6) << "a planted fault: its alpha keeps its grain";
+  EXPECT_LT(denoised, 0.8 * plain) << "and it is denoised";
+}
+
+TEST(Catcher, DenoisedPlacesWithoutShadowStayEmpty) {
+  core::SceneDescription scene = model();
+  scene.materials[0] = test_support::lambert({0, 0, 0});
+  scene.materials[1] = test_support::lambert({0, 0, 0});
+  core::View view = transparent_catcher(std::move(scene));
+  view.environment = nullptr;
+  view.settings.film.width = 96;
+  view.settings.film.height = 96;
+  const Picture picture = render(view, 1, 4);
+  const auto made =
+      core::denoise(picture.snapshot, nullptr, core::StatisticalDenoiser(), core::parallel_for(2));
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->picture.full_alpha[0], 0);
+  EXPECT_EQ(made->picture.full[0][0], 0);
+  float most = 0;
+  for (const float alpha : made->picture.mixed_alpha) {
+    most = std::max(most, alpha);
+  }
+  EXPECT_NEAR(most, 1, 1e-3F);
 }
 
 TEST(Sweep, FillsThePictureBehindTheModel) {

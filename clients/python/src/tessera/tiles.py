@@ -3,7 +3,7 @@
 A frame is a 32-byte header, little endian: bytes `T S R 1`, u32 payload bytes, u32 revision, u16 x,
 y, width, height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32,
 row by row: r g b, their variances, the sample count, and alpha if flagged; of denoised frames r g b
-alone.
+and, if flagged, alpha.
 """
 
 from __future__ import annotations
@@ -76,9 +76,9 @@ class _Header(NamedTuple):
     crc: int
 
     def planes(self) -> int:
-        if self.flags & (_END | _DENOISED):
-            return 0 if self.flags & _END else 3
-        return 8 if self.flags & _ALPHA else 7
+        if self.flags & _END:
+            return 0
+        return (3 if self.flags & _DENOISED else 7) + (1 if self.flags & _ALPHA else 0)
 
     def check(self) -> None:
         if self.magic != b"TSR1":
@@ -119,7 +119,7 @@ def _decode(header: _Header, payload: bytes) -> Tile | EndFrame:
     denoised = bool(header.flags & _DENOISED)
     if denoised:
         unknown = np.full((4, *shape[1:]), np.nan, dtype=np.float32)
-        planes = np.concatenate([planes, unknown])
+        planes = np.concatenate([planes[:3], unknown, planes[3:]])
     return Tile(
         x=header.x,
         y=header.y,
@@ -131,7 +131,7 @@ def _decode(header: _Header, payload: bytes) -> Tile | EndFrame:
         mean=np.ascontiguousarray(np.moveaxis(planes[0:3], 0, -1)),
         variance=np.ascontiguousarray(np.moveaxis(planes[3:6], 0, -1)),
         samples=planes[6],
-        alpha=planes[7] if header.flags & _ALPHA and not denoised else None,
+        alpha=planes[7] if header.flags & _ALPHA else None,
         denoised=denoised,
     )
 

@@ -128,9 +128,9 @@ class LightSampler {
   float irradiance_far_ = 0;  ///< of them all, unshadowed, mean over surfaces of all directions
 };
 
-/// Far lights share what is left evenly. In proportion to what both sides could send to the point,
-/// unshadowed; but as neither knows what stands in between, the weaker one gets kLeast, down to
-/// where it could send no more than kFaint of the whole.
+/// Far lights share the rest evenly. In proportion to what both sides could send to the point,
+/// unshadowed; but as neither knows what stands in between, the weaker one gets 0.4, down to where
+/// it could send no more than a hundredth of the whole.
 template <std::size_t N>
 Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
   const Floats<N> least(0.4F);

@@ -84,7 +84,7 @@ test('a placed camera stands in the address and outlives a reload', { timeout: 1
     assert.ok(!/pose=/.test(hashOf(page)));
     await canTurn(page);
     await page.locator('.stage').focus();
-    await page.keyboard.press('ArrowLeft'); // One: of several the first stands there at times.
+    await page.keyboard.press('ArrowLeft'); // Of several, the address may show the first.
     const link = await until('the pose', () => /pose=/.test(hashOf(page)) && hashOf(page));
     const asked = previewsOf(page);
     await page.reload();

@@ -287,8 +287,8 @@ TEST(Waves, SeeMapsOfTheSkyAndLeaveHiddenOnesOut) {
   EXPECT_LT(differing(view), 0.01);
 }
 
-/// A ball whose textures repeat and turn, under wrap modes of each kind, as an instance or not, and
-/// one that is seen from afar; bytes and floats.
+/// Balls whose textures are turned and repeated, with bytes and with floats, under every wrap mode;
+/// one is so fine that coarse levels are read.
 core::View textured(float normal_scale = 0.7F) {
   core::SceneDescription scene = test_support::cornell();
   test_support::Random random(3);

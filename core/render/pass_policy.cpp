@@ -55,6 +55,20 @@ int PassPolicy::next_target(const Pass& pass) const {
   return std::min(pass_end(pass.target, samples_max_, replicates_, unit_), barrier(pass));
 }
 
+int PassPolicy::far_target(const Pass& pass) const {
+  if (one_by_one_ || has_clock()) {
+    return next_target(pass);
+  }
+  const int near = barrier(pass);
+  if (stop_.relative_error || stop_.denoised_error) {
+    return near;
+  }
+  // The first picture comes as soon as it does without other machines.
+  const int octave = next_look(pass.base, replicates_, unit_, 1);
+  const int far = pass.base > 0 ? next_look(octave, replicates_, unit_, 1) : octave;
+  return std::max(near, std::min({far, samples_max_, pass.planned_to}));
+}
+
 bool PassPolicy::looks_at(int samples) const {
   return samples >= samples_max_ || next_look(samples - 1, replicates_, unit_) == samples;
 }

@@ -86,7 +86,9 @@ void RenderTask::accept(SliceWork done) {
   } else if (slice.kind == SliceKind::kPilot) {
     m.film->keep(slice.tile, std::move(done.state));
   } else if (slice.tile < m.film->tile_count()) {
-    before = m.film->tile(slice.tile);
+    if (m.policy_now().has_clock()) {
+      before = m.film->tile(slice.tile);
+    }
     done.state.cpu_seconds += done.light.cpu_seconds;
     m.sink.on_tile(slice.tile, m.film->commit(slice.tile, std::move(done.state), done.light));
   } else {

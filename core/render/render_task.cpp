@@ -93,7 +93,7 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
   }
   auto slice = find_slice_of(SliceKind::kPicture);
   while (!slice && pass.target < policy.barrier(pass)) {
-    pass.target = policy.next_target(pass);
+    pass.target = place == Place::kElsewhere ? policy.far_target(pass) : policy.next_target(pass);
     slice = find_slice_of(SliceKind::kPicture);
   }
   return slice;
@@ -333,7 +333,7 @@ double RenderTask::seconds_to_hand_out() const {
   MutexLock lock(m.mutex);
   const bool is_pilot = m.phase == Impl::Phase::kPiloting;
   const int target =
-      is_pilot ? m.pilot_target() : std::max(m.pass.target, m.policy.barrier(m.pass));
+      is_pilot ? m.pilot_target() : std::max(m.pass.target, m.policy.far_target(m.pass));
   double done = 0;
   double waiting = 0;
   for (const Impl::Tile& tile : m.tiles) {

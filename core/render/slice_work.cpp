@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include <zlib.h>
+
 #include "core/base/check.h"
 #include "core/base/sha256.h"
 #include "core/render/pass_plan.h"
@@ -19,8 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
 
-constexpr std::string_view kMagic = "TSRWORK2";
-constexpr std::size_t kHashBytes = 64;
+constexpr std::string_view kMagic = "TSRWORK3";
 
 struct Head {
   std::array<char, 8> magic{};
@@ -72,9 +73,23 @@ Error refused(std::string detail) {
   return Error{ErrorCode::kInvalidArgument, "not a usable piece of work: " + std::move(detail), ""};
 }
 
+std::uint32_t checksum(std::string_view bytes) {
+  return static_cast<std::uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
 template <typename Value>
 void append(std::string& bytes, const Value* values, std::size_t count) {
   bytes.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
+}
+
+/// Of the slice's arrays, without sums of splats.
+std::size_t array_bytes(const SliceWork& work, std::size_t plans) {
+  const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+  const TileState& s = work.state;
+  return bytes(s.pixels) + bytes(s.aux) + plans * sizeof(PixelPlan) + bytes(s.pilot) +
+         bytes(s.fit) + bytes(s.shares) + bytes(s.labels) + bytes(s.mattes) +
+         bytes(work.meter.sums);
 }
 
 class Reader {
@@ -175,24 +190,26 @@ Status check_meter(const SliceWork& given, const RenderSettings& settings, const
              : Status(refused("it has no such sums of a meter"));
 }
 
-Status check_light(std::span<const SliceWork> given, const RenderSettings& settings,
-                   std::span<const SliceWork> done) {
-  std::uint64_t paths = 0;
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const LightBatch& before = given[i].light;
-    const LightBatch& after = done[i].light;
-    if (after.unit != before.unit || !(done[i].unit == given[i].unit) ||
-        after.first_sample != before.first_sample || after.last_sample != before.last_sample ||
-        !has_gone_on(before, after) || (i > 0 && !after.sums.empty())) {
-      return refused("it is of other light paths than were asked for");
-    }
-    const auto area = static_cast<std::uint64_t>(given[i].unit.width) *
-                      static_cast<std::uint64_t>(given[i].unit.height);
-    paths += area * static_cast<std::uint64_t>(before.last_sample - before.first_sample);
+/// Of one slice; paths: those that its light is from are added.
+Status check_light(const SliceWork& given, const SliceWork& done, bool is_first,
+                   std::uint64_t& paths) {
+  const LightBatch& before = given.light;
+  const LightBatch& after = done.light;
+  if (after.unit != before.unit || !(done.unit == given.unit) ||
+      after.first_sample != before.first_sample || after.last_sample != before.last_sample ||
+      !has_gone_on(before, after) || (!is_first && !after.sums.empty())) {
+    return refused("it is of other light paths than were asked for");
   }
+  const auto area =
+      static_cast<std::uint64_t>(given.unit.width) * static_cast<std::uint64_t>(given.unit.height);
+  paths += area * static_cast<std::uint64_t>(before.last_sample - before.first_sample);
+  return ok_status();
+}
+
+Status check_sums(const RenderSettings& settings, const std::string& sums, std::uint64_t paths) {
   const PixelRect all = {0, 0, settings.film.width, settings.film.height};
   const std::vector<PixelRect> tiles = tile_rects(settings.film.crop.value_or(all));
-  return are_sums_of(splat_layout(settings, tiles), done.front().light.sums, paths)
+  return are_sums_of(splat_layout(settings, tiles), sums, paths)
              ? ok_status()
              : Status(refused("its sums are none that light paths bring"));
 }
@@ -260,73 +277,94 @@ bool render_slice(const Renderer& renderer, SliceWork& work, std::stop_token sto
   return renderer.render_light(work.unit, work.light, std::move(stop));
 }
 
-std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
+WorkWriter::WorkWriter(WorkPart part, std::size_t slices) : part_(part), left_(slices) {
   Head head;
   std::copy_n(kMagic.begin(), head.magic.size(), head.magic.begin());
-  head.slices = static_cast<std::uint32_t>(work.size());
-  std::string bytes;
-  append(bytes, &head, 1);
-  for (const SliceWork& each : work) {
-    CHECK(each.slice.kind != SliceKind::kPrepass);
-    const TileState& s = each.state;
-    const std::size_t plans = part == WorkPart::kInput ? s.plan.size() : 0;
-    const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
-    const SliceHead slice = {each.slice.tile,
-                             each.slice.first_sample,
-                             each.slice.last_sample,
-                             static_cast<std::int32_t>(each.slice.kind),
-                             s.rect,
-                             s.samples,
-                             s.span,
-                             s.pilot_samples,
-                             count(s.pixels.size()),
-                             count(s.aux.size()),
-                             count(plans),
-                             count(s.pilot.size()),
-                             count(s.fit.size()),
-                             count(s.shares.size()),
-                             count(s.labels.size()),
-                             count(s.mattes.size()),
-                             s.rejected_samples,
-                             s.rays,
-                             s.cpu_seconds,
-                             each.light.unit,
-                             each.unit,
-                             each.light.first_sample,
-                             each.light.last_sample,
-                             each.chunk,
-                             each.meter.samples,
-                             count(each.light.sums.size()),
-                             count(each.meter.sums.size()),
-                             0,
-                             each.light.rejected_samples,
-                             each.light.rays,
-                             each.light.cpu_seconds,
-                             each.meter.rejected_samples,
-                             each.meter.rays,
-                             each.meter.cpu_seconds};
-    append(bytes, &slice, 1);
-    append(bytes, s.pixels.data(), s.pixels.size());
-    append(bytes, s.aux.data(), s.aux.size());
-    append(bytes, s.plan.data(), plans);
-    append(bytes, s.pilot.data(), s.pilot.size());
-    append(bytes, s.fit.data(), s.fit.size());
-    append(bytes, s.shares.data(), s.shares.size());
-    append(bytes, s.labels.data(), s.labels.size());
-    append(bytes, s.mattes.data(), s.mattes.size());
-    append(bytes, each.light.sums.data(), each.light.sums.size());
-    append(bytes, each.meter.sums.data(), each.meter.sums.size());
+  head.slices = static_cast<std::uint32_t>(slices);
+  append(bytes_, &head, 1);
+}
+
+void WorkWriter::add(const SliceWork& work) {
+  CHECK(work.slice.kind != SliceKind::kPrepass);
+  const TileState& s = work.state;
+  const std::size_t plans = part_ == WorkPart::kInput ? s.plan.size() : 0;
+  const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
+  const SliceHead slice = {work.slice.tile,
+                           work.slice.first_sample,
+                           work.slice.last_sample,
+                           static_cast<std::int32_t>(work.slice.kind),
+                           s.rect,
+                           s.samples,
+                           s.span,
+                           s.pilot_samples,
+                           count(s.pixels.size()),
+                           count(s.aux.size()),
+                           count(plans),
+                           count(s.pilot.size()),
+                           count(s.fit.size()),
+                           count(s.shares.size()),
+                           count(s.labels.size()),
+                           count(s.mattes.size()),
+                           s.rejected_samples,
+                           s.rays,
+                           s.cpu_seconds,
+                           work.light.unit,
+                           work.unit,
+                           work.light.first_sample,
+                           work.light.last_sample,
+                           work.chunk,
+                           work.meter.samples,
+                           count(work.light.sums.size()),
+                           count(work.meter.sums.size()),
+                           0,
+                           work.light.rejected_samples,
+                           work.light.rays,
+                           work.light.cpu_seconds,
+                           work.meter.rejected_samples,
+                           work.meter.rays,
+                           work.meter.cpu_seconds};
+  if (bytes_.size() == sizeof(Head)) {  // Others are as large; sums of splats are in the first.
+    bytes_.reserve(sizeof(Head) + left_ * (sizeof slice + array_bytes(work, plans)) +
+                   work.light.sums.size() + sizeof(std::uint32_t));
   }
-  return bytes + sha256_hex(bytes.data(), bytes.size());
+  append(bytes_, &slice, 1);
+  append(bytes_, s.pixels.data(), s.pixels.size());
+  append(bytes_, s.aux.data(), s.aux.size());
+  append(bytes_, s.plan.data(), plans);
+  append(bytes_, s.pilot.data(), s.pilot.size());
+  append(bytes_, s.fit.data(), s.fit.size());
+  append(bytes_, s.shares.data(), s.shares.size());
+  append(bytes_, s.labels.data(), s.labels.size());
+  append(bytes_, s.mattes.data(), s.mattes.size());
+  append(bytes_, work.light.sums.data(), work.light.sums.size());
+  append(bytes_, work.meter.sums.data(), work.meter.sums.size());
+  --left_;
+}
+
+std::string WorkWriter::finish() {
+  CHECK(left_ == 0);
+  const std::uint32_t sum = checksum(bytes_);
+  append(bytes_, &sum, 1);
+  return std::move(bytes_);
+}
+
+std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
+  WorkWriter writer(part, work.size());
+  for (const SliceWork& each : work) {
+    writer.add(each);
+  }
+  return writer.finish();
 }
 
 Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
   Head head;
-  if (bytes.size() < sizeof head + kHashBytes || !bytes.starts_with(kMagic)) {
-    return refused("it does not begin with TSRWORK2");
+  if (bytes.size() < sizeof head + sizeof(std::uint32_t) || !bytes.starts_with(kMagic)) {
+    return refused("it does not begin with TSRWORK3");
   }
-  const std::string_view hashed = bytes.substr(0, bytes.size() - kHashBytes);
-  if (sha256_hex(hashed.data(), hashed.size()) != bytes.substr(hashed.size())) {
+  const std::string_view hashed = bytes.substr(0, bytes.size() - sizeof(std::uint32_t));
+  std::uint32_t sum = 0;
+  std::memcpy(&sum, bytes.data() + hashed.size(), sizeof sum);
+  if (checksum(hashed) != sum) {
     return refused("the checksum at its end does not fit");
   }
   Reader reader(hashed);
@@ -385,20 +423,25 @@ std::string content_digest(std::vector<SliceWork> done) {
     each.state.rays = 0;
   }
   const std::string bytes = encode_work(done, WorkPart::kResult);
-  return bytes.substr(bytes.size() - kHashBytes);
+  return sha256_hex(bytes.data(), bytes.size());
 }
 
-Status check_result(std::span<const SliceWork> given, const RenderSettings& settings,
-                    std::span<SliceWork> done) {
-  if (done.size() != given.size()) {
+Status check_result(std::size_t slices, const std::function<SliceWork(std::size_t)>& given,
+                    const RenderSettings& settings, std::span<SliceWork> done) {
+  if (done.size() != slices) {
     return refused("it has another number of slices");
   }
-  Status checked = check_light(given, settings, done);
-  for (std::size_t i = 0; checked && i < given.size(); ++i) {
-    checked = check_tile(given[i], settings, done[i]);
-    checked = checked ? check_meter(given[i], settings, done[i]) : checked;
+  std::uint64_t paths = 0;
+  for (std::size_t i = 0; i < slices; ++i) {
+    const SliceWork before = given(i);
+    Status checked = check_light(before, done[i], i == 0, paths);
+    checked = checked ? check_tile(before, settings, done[i]) : checked;
+    checked = checked ? check_meter(before, settings, done[i]) : checked;
+    if (!checked) {
+      return checked;
+    }
   }
-  return checked;
+  return check_sums(settings, done.front().light.sums, paths);
 }
 
 }  // namespace core

@@ -177,11 +177,11 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const std::s
     slices = unit.slices;
     tell();
   }
-  std::vector<SliceWork> work;
+  core::WorkWriter writer(core::WorkPart::kInput, slices.size());
   for (const core::Slice& slice : slices) {
-    work.push_back(run->prepare(slice));
+    writer.add(run->prepare(slice));
   }
-  return core::encode_work(work, core::WorkPart::kInput);
+  return writer.finish();
 }
 
 core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run,
@@ -191,11 +191,9 @@ core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run
   if (!work) {
     return work;
   }
-  std::vector<SliceWork> given;
-  for (const core::Slice& slice : slices) {
-    given.push_back(run.prepare(slice));
-  }
-  const auto checked = core::check_result(given, run.task().renderer().view().settings, *work);
+  const auto checked = core::check_result(
+      slices.size(), [&](std::size_t i) { return run.prepare(slices[i]); },
+      run.task().renderer().view().settings, *work);
   return checked ? std::move(work) : core::Result<std::vector<SliceWork>>(checked.error());
 }
 

@@ -19,8 +19,8 @@ constexpr double kUnitSecondsLeast = 0.1;
 /// A result waits for another worker's so long: that one may be at a unit of its own, and each
 /// takes 5 s of a worker half as fast as the mean. One that is stopped or cut off holds no job up.
 constexpr std::chrono::duration<double> kVerifyWait{4 * kUnitSecondsMost};
-/// Tiles of a unit: some megabytes of a result.
-constexpr int kSlicesMax = 32;
+/// Of the film: to bring a result takes a twentieth of the longest unit's time on 1 Gbit/s.
+constexpr double kUnitBytesMost = kUnitSecondsMost / 20 * 125e6;
 /// Each unit is a share of what is left of the pass, so that the last ones are short and end at
 /// about the same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
 constexpr int kShareOfRest = 2;
@@ -204,7 +204,10 @@ bool WorkBoard::plan_one(int slots) {
     const double seconds =
         std::clamp(run->task().seconds_to_hand_out() / shares, kUnitSecondsLeast, kUnitSecondsMost);
     // What the first slices take is not known.
-    const int most = std::clamp(run->film()->tile_count() / shares, 1, kSlicesMax);
+    const core::Film& film = *run->film();
+    const int fitting =
+        static_cast<int>(kUnitBytesMost * film.tile_count() / static_cast<double>(film.bytes()));
+    const int most = std::max(1, std::min(film.tile_count() / shares, fitting));
     RenderRun::Lent lent = run->lend(seconds, static_cast<std::size_t>(most));
     if (lent.slices.empty()) {
       continue;

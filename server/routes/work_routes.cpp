@@ -138,10 +138,15 @@ Response result(const RouteContext& context, Request& request) {
   if (board == nullptr) {
     return without_queue(request);
   }
-  auto lease = context.memory.take(0, "the result");
+  const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
+  auto lease = context.memory.take(std::min(declared, kResultBytesMax), "the result");
   std::string body;
+  if (lease) {
+    body.reserve(static_cast<std::size_t>(std::min(declared, kResultBytesMax)));
+  }
   const bool is_whole = request.body_reader->read([&](std::string_view piece) {
-    if (lease && lease->grow(piece.size())) {
+    const bool is_known = body.size() + piece.size() <= declared;
+    if (lease && (is_known || lease->grow(piece.size()))) {
       body.append(piece);
       return true;
     }

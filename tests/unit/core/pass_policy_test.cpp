@@ -46,6 +46,24 @@ TEST(PassPolicy, TilesRunAheadToTheNextLook) {
   EXPECT_EQ(by.barrier(pass), 100);
 }
 
+TEST(PassPolicy, ElsewherePassesAreAsFewAsTheLooksAllow) {
+  Pass pass;
+  const auto far = [&pass](const StopRules& stop, int from) {
+    pass.base = pass.target = from;
+    return policy(stop).far_target(pass);
+  };
+  EXPECT_EQ(far(samples(100), 0), 2) << "a first picture";
+  EXPECT_EQ(far(samples(100), 2), 8);
+  EXPECT_EQ(far(samples(100), 8), 32);
+  EXPECT_EQ(far(samples(100), 32), 100);
+  EXPECT_EQ(far(error_target(0.01), 64), 80) << "it may end there";
+  StopRules clock = samples(1000);
+  clock.seconds = 10;
+  EXPECT_EQ(far(clock, 64), 72) << "less is lost when the clock runs out";
+  pass.planned_to = 40;
+  EXPECT_EQ(far(samples(100), 32), 40);
+}
+
 TEST(PassPolicy, WithAClockPassesComeOneByOne) {
   StopRules stop = samples(1000);
   stop.seconds = 10;

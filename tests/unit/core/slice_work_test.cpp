@@ -7,8 +7,8 @@
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
-#include "core/base/sha256.h"
 #include "core/render/unit_renderer.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
@@ -72,7 +72,8 @@ Film lent_film(
     EXPECT_TRUE(elsewhere.render(*sent, {}));
     auto done = core::decode_work(core::encode_work(*sent, WorkPart::kResult));
     EXPECT_TRUE(done);
-    const auto checked = core::check_result(given, view.settings, *done);
+    const auto checked = core::check_result(
+        given.size(), [&](std::size_t i) { return given[i]; }, view.settings, *done);
     EXPECT_TRUE(checked) << checked.error().message;
     spoil(done->front());
     task.accept(*std::move(done));
@@ -204,7 +205,8 @@ class SliceResult : public ::testing::Test {
   }
   bool is_taken() {
     SliceWork copy = done_;
-    return core::check_result({&given_, 1}, view_.settings, {&copy, 1}).has_value();
+    return core::check_result(1, [this](std::size_t) { return given_; }, view_.settings, {&copy, 1})
+        .has_value();
   }
 
   core::View view_ = small_view();
@@ -260,8 +262,10 @@ TEST_F(SliceResult, IsRefusedWhereItsBytesAreCutOrChanged) {
   EXPECT_FALSE(core::decode_work(changed));
   // A length that fits nothing, under a checksum that fits: what is cut is the array.
   for (std::size_t cut : {1U, 64U, 1000U}) {
-    std::string shorter = bytes.substr(0, bytes.size() - 64 - cut);
-    shorter += core::sha256_hex(shorter.data(), shorter.size());
+    std::string shorter = bytes.substr(0, bytes.size() - sizeof(std::uint32_t) - cut);
+    const auto sum = static_cast<std::uint32_t>(
+        crc32_z(0, reinterpret_cast<const Bytef*>(shorter.data()), shorter.size()));
+    shorter.append(reinterpret_cast<const char*>(&sum), sizeof sum);
     EXPECT_FALSE(core::decode_work(shorter)) << cut;
   }
 }

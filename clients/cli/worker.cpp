@@ -230,9 +230,10 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
   if (result) {
     deliver(held, *result, server);
   } else {
-    // Dropped by the server, or by the end of the grace time: no fault.
-    const bool was_stopped = held.stop.stop_requested();
-    hand_back(held.name, was_stopped ? "" : result.error().message, server);
+    // Dropped by the server, by the end of the grace time, or with its job: no fault.
+    const bool is_dropped =
+        held.stop.stop_requested() || result.error().code == ErrorCode::kNotFound;
+    hand_back(held.name, is_dropped ? "" : result.error().message, server);
   }
   unit.done();
   const std::lock_guard lock(mutex_);

@@ -111,7 +111,8 @@ class Worker {
   void do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server);
   /// Empty: it could not be rendered. Errors: why it is handed back.
   core::Result<std::string> render(Held& held, const std::string& input, ApiClient& server);
-  void deliver(const Held& held, const std::string& result, ApiClient& server);
+  /// False: it was stopped before the server had said what becomes of the result.
+  bool deliver(const Held& held, const std::string& result, ApiClient& server);
   void hand_back(const std::string& name, const std::string& fault, ApiClient& server) const;
   /// Returns how long to wait until the next one.
   double report(ApiClient& server);
@@ -227,9 +228,7 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
     held_.push_back(&held);
   }
   const auto result = render(held, input->body, server);
-  if (result) {
-    deliver(held, *result, server);
-  } else {
+  if (!result || !deliver(held, *result, server)) {
     // Dropped by the server, by the end of the grace time, or with its job: no fault.
     const bool is_dropped =
         held.stop.stop_requested() || result.error().code == ErrorCode::kNotFound;
@@ -266,20 +265,21 @@ core::Result<std::string> Worker::render(Held& held, const std::string& input, A
   }
 }
 
-void Worker::deliver(const Held& held, const std::string& result, ApiClient& server) {
+bool Worker::deliver(const Held& held, const std::string& result, ApiClient& server) {
   while (!held.stop.stop_requested()) {
     const auto put = server.put("/v1/work/units/" + held.name + "/results/" + id_, result,
                                 "application/octet-stream");
     if (put || put.error().code == ErrorCode::kNotFound ||
         put.error().code == ErrorCode::kConflict) {
-      return;  // It is in the film, or nobody needs it any more.
+      return true;  // It is in the film, or nobody needs it any more.
     }
     if (put.error().code != ErrorCode::kUnavailable) {
       std::fprintf(stderr, "tessera worker: %s\n", put.error().message.c_str());
-      return;
+      return true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
+  return false;
 }
 
 void Worker::hand_back(const std::string& name, const std::string& fault, ApiClient& server) const {

@@ -77,20 +77,13 @@ def sealed(data):
     return data + zlib.crc32(data).to_bytes(4, "little")
 
 
-class LyingProxy(http.server.ThreadingHTTPServer):
-    """Stands between a worker and its server, and changes each result by one bit of one pixel."""
+class Proxy(http.server.ThreadingHTTPServer):
+    """Stands between a worker and its server; says by changed() what becomes of results."""
 
     def __init__(self, server_port):
         self.server_port_behind = server_port
         super().__init__(("127.0.0.1", 0), self.Handler)
         threading.Thread(target=self.serve_forever, daemon=True).start()
-
-    @staticmethod
-    def changed(result):
-        head = 16 + 200  # core/render/slice_work.h; then comes the mean of the first pixel.
-        data = bytearray(result[:-4])
-        data[head] ^= 1
-        return sealed(bytes(data))
 
     class Handler(http.server.BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
@@ -98,7 +91,10 @@ class LyingProxy(http.server.ThreadingHTTPServer):
         def forward(self):
             body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
             if "/results/" in self.path:
-                body = LyingProxy.changed(body)
+                body = self.server.changed(body)
+            if body is None:
+                self.send_error(503)
+                return
             link = http.client.HTTPConnection("127.0.0.1", self.server.server_port_behind,
                                               timeout=PATIENCE_S)
             skipped = ("host", "content-length", "expect", "connection")
@@ -117,6 +113,27 @@ class LyingProxy(http.server.ThreadingHTTPServer):
 
         def log_message(self, *_):
             pass
+
+
+class LyingProxy(Proxy):
+    """Changes each result by one bit of one pixel."""
+
+    def changed(self, result):
+        head = 16 + 200  # core/render/slice_work.h; then comes the mean of the first pixel.
+        data = bytearray(result[:-4])
+        data[head] ^= 1
+        return sealed(bytes(data))
+
+
+class BusyProxy(Proxy):
+    """Lets no result through; `refused` is set by the first one."""
+
+    def __init__(self, server_port):
+        self.refused = threading.Event()
+        super().__init__(server_port)
+
+    def changed(self, _):
+        self.refused.set()
 
 
 class Worker:

@@ -13,7 +13,16 @@ import time
 import unittest
 
 import nats_keys
-from farm import Broker, Farm, HandWorker, LyingProxy, clean_environ, free_port, sealed
+from farm import (
+    Broker,
+    BusyProxy,
+    Farm,
+    HandWorker,
+    LyingProxy,
+    clean_environ,
+    free_port,
+    sealed,
+)
 from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
 
 # Long enough to be interrupted, on a fast machine too: whole seconds of one thread.
@@ -149,13 +158,28 @@ class WorkersTest(FarmTest):
         self.check_film(farm, job["id"], body)
         self.assertEqual(idle.end(), 0)
 
-
     def test_what_is_not_done_in_the_grace_time_is_handed_back(self):
         farm = self.farm(lease=600)
         worker = farm.add_worker("--grace", "0")
         body = long_job(seed=2)
         job = farm.server.submit(body)
         farm.wait_for_worker(worker.id, lambda w: w["leases"] > 0 and w["units"] > 0, "a lease")
+        self.assertEqual(worker.stop(), 0)
+        self.assertEqual(worker.complaints, "")
+        left = farm.listed()[worker.id]
+        self.assertEqual((left["leases"], left["faults"]), (0, 0))
+        farm.add_worker()
+        self.check_film(farm, job["id"], body)
+
+    def test_a_result_that_the_server_does_not_take_is_handed_back_at_the_end(self):
+        farm = self.farm(lease=600)
+        proxy = BusyProxy(farm.server.port)
+        self.addCleanup(proxy.server_close)
+        self.addCleanup(proxy.shutdown)
+        worker = farm.add_worker("--grace", "0", port=proxy.server_address[1])
+        body = job_body(samples=8)
+        job = farm.server.submit(body)
+        self.assertTrue(proxy.refused.wait(PATIENCE_S))
         self.assertEqual(worker.stop(), 0)
         self.assertEqual(worker.complaints, "")
         left = farm.listed()[worker.id]

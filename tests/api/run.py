@@ -81,7 +81,8 @@ def main():
         classes.setdefault(type(test), []).append(test)
     passed = failed = 0
     with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        running = [pool.submit(run_class, tests) for tests in classes.values()]
+        # From the last name: the farms wait longest, and then nothing else is left to do.
+        running = [pool.submit(run_class, tests) for tests in reversed(classes.values())]
         for done in concurrent.futures.as_completed(running):
             said, good, bad = done.result()
             print(said, end="", flush=True)

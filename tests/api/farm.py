@@ -168,16 +168,20 @@ class Worker:
 
 
 class Farm:
-    """close() ends all that is left."""
+    """close() ends all that is left.
+
+    verify: share of the units; a unit to be verified waits 10 s for a worker that is stopped.
+    """
 
     def __init__(self, *flags, workers=0, key=None, lease=60, broker=None, place=None, data=None,
-                 checkpoint=0.2):
+                 checkpoint=0.2, verify=0):
         self.broker = broker or Broker()
         place = place or Place()
         # A fixed port: workers find a coordinator that was started again.
         self.server = Server("--queue", self.broker.url, "--lease", str(lease), "--port",
-                             str(free_port()), "--checkpoint", str(checkpoint), *flags, key=key,
-                             data=data, host=place.host, preexec=place.enter)
+                             str(free_port()), "--checkpoint", str(checkpoint), "--verify",
+                             str(verify), *flags, key=key, data=data, host=place.host,
+                             preexec=place.enter)
         self.workers = []
         self.server.start()
         for _ in range(workers):

@@ -242,7 +242,7 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
 
 core::Result<std::string> Worker::render(Held& held, const std::string& input, ApiClient& server) {
   try {
-    auto work = core::decode_work(input);
+    auto work = core::decode_work(input, core::WorkPart::kInput);
     if (!work) {
       return work.error();
     }

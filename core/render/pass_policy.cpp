@@ -66,7 +66,10 @@ int PassPolicy::far_target(const Pass& pass) const {
   // The first picture comes as soon as it does without other machines.
   const int octave = next_look(pass.base, replicates_, unit_, 1);
   const int far = pass.base > 0 ? next_look(octave, replicates_, unit_, 1) : octave;
-  return std::max(near, std::min({far, samples_max_, pass.planned_to}));
+  const int end = std::min(samples_max_, pass.planned_to);
+  // What is left after it would be a short pass.
+  const bool is_last = far >= end || (pass.base > 0 && far >= end - far);
+  return std::max(near, is_last ? end : far);
 }
 
 bool PassPolicy::looks_at(int samples) const {

@@ -38,7 +38,8 @@ class PassPolicy {
   /// Where the pass ends that follows pass.target; pass.target at the barrier.
   int next_target(const Pass& pass) const;
   /// The same where tiles travel to other machines and back for each pass: as few passes as the
-  /// looks allow that may end the job, and four times the samples where none may.
+  /// looks allow that may end the job, and four times the samples where none may, at the end up to
+  /// eight times.
   int far_target(const Pass& pass) const;
   bool looks_at(int samples) const;
   /// The first count at or above `samples` at which an error target may end the job.

@@ -21,7 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
 
-constexpr std::string_view kMagic = "TSRWORK3";
+constexpr std::string_view kMagic = "TSRWORK4";
 
 struct Head {
   std::array<char, 8> magic{};
@@ -56,7 +56,7 @@ struct SliceHead {
   std::int32_t meter_samples = 0;
   std::uint32_t splat_bytes = 0;
   std::uint32_t meter_sums = 0;
-  std::uint32_t zero = 0;
+  std::uint32_t is_new = 0;
   std::uint64_t light_rejected_samples = 0;
   std::uint64_t light_rays = 0;
   double light_cpu_seconds = 0;
@@ -81,6 +81,12 @@ std::uint32_t checksum(std::string_view bytes) {
 template <typename Value>
 void append(std::string& bytes, const Value* values, std::size_t count) {
   bytes.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
+}
+
+/// No sample has come into the tile: all values of its arrays are those they begin with.
+bool is_new(const TileState& s) {
+  return s.samples == 0 && s.pilot_samples == 0 && s.plan.empty() && s.pilot.empty() &&
+         s.fit.empty();
 }
 
 /// Of the slice's arrays, without sums of splats.
@@ -121,6 +127,14 @@ class Reader {
  private:
   std::string_view rest_;
 };
+
+/// Of the tile; false: there is not as much.
+bool take_arrays(Reader& reader, const SliceHead& slice, TileState& s) {
+  return reader.take(s.pixels, slice.pixels) && reader.take(s.aux, slice.aux) &&
+         reader.take(s.plan, slice.plan) && reader.take(s.pilot, slice.pilot) &&
+         reader.take(s.fit, slice.fit) && reader.take(s.shares, slice.shares) &&
+         reader.take(s.labels, slice.labels) && reader.take(s.mattes, slice.mattes);
+}
 
 bool is_sane(const ReplicatePixel& p) {
   return std::isfinite(p.mean_r) && std::isfinite(p.mean_g) && std::isfinite(p.mean_b) &&
@@ -287,7 +301,9 @@ WorkWriter::WorkWriter(WorkPart part, std::size_t slices) : part_(part), left_(s
 void WorkWriter::add(const SliceWork& work) {
   CHECK(work.slice.kind != SliceKind::kPrepass);
   const TileState& s = work.state;
-  const std::size_t plans = part_ == WorkPart::kInput ? s.plan.size() : 0;
+  const bool is_input = part_ == WorkPart::kInput;
+  const bool is_left_out = is_input && is_new(s);
+  const std::size_t plans = is_input ? s.plan.size() : 0;
   const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
   const SliceHead slice = {work.slice.tile,
                            work.slice.first_sample,
@@ -316,7 +332,7 @@ void WorkWriter::add(const SliceWork& work) {
                            work.meter.samples,
                            count(work.light.sums.size()),
                            count(work.meter.sums.size()),
-                           0,
+                           is_left_out ? 1U : 0U,
                            work.light.rejected_samples,
                            work.light.rays,
                            work.light.cpu_seconds,
@@ -324,18 +340,21 @@ void WorkWriter::add(const SliceWork& work) {
                            work.meter.rays,
                            work.meter.cpu_seconds};
   if (bytes_.size() == sizeof(Head)) {  // Others are as large; sums of splats are in the first.
-    bytes_.reserve(sizeof(Head) + left_ * (sizeof slice + array_bytes(work, plans)) +
+    bytes_.reserve(sizeof(Head) +
+                   left_ * (sizeof slice + (is_left_out ? 0 : array_bytes(work, plans))) +
                    work.light.sums.size() + sizeof(std::uint32_t));
   }
   append(bytes_, &slice, 1);
-  append(bytes_, s.pixels.data(), s.pixels.size());
-  append(bytes_, s.aux.data(), s.aux.size());
-  append(bytes_, s.plan.data(), plans);
-  append(bytes_, s.pilot.data(), s.pilot.size());
-  append(bytes_, s.fit.data(), s.fit.size());
-  append(bytes_, s.shares.data(), s.shares.size());
-  append(bytes_, s.labels.data(), s.labels.size());
-  append(bytes_, s.mattes.data(), s.mattes.size());
+  if (!is_left_out) {
+    append(bytes_, s.pixels.data(), s.pixels.size());
+    append(bytes_, s.aux.data(), s.aux.size());
+    append(bytes_, s.plan.data(), plans);
+    append(bytes_, s.pilot.data(), s.pilot.size());
+    append(bytes_, s.fit.data(), s.fit.size());
+    append(bytes_, s.shares.data(), s.shares.size());
+    append(bytes_, s.labels.data(), s.labels.size());
+    append(bytes_, s.mattes.data(), s.mattes.size());
+  }
   append(bytes_, work.light.sums.data(), work.light.sums.size());
   append(bytes_, work.meter.sums.data(), work.meter.sums.size());
   --left_;
@@ -356,10 +375,10 @@ std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
   return writer.finish();
 }
 
-Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
+Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part) {
   Head head;
   if (bytes.size() < sizeof head + sizeof(std::uint32_t) || !bytes.starts_with(kMagic)) {
-    return refused("it does not begin with TSRWORK3");
+    return refused("it does not begin with TSRWORK4");
   }
   const std::string_view hashed = bytes.substr(0, bytes.size() - sizeof(std::uint32_t));
   std::uint32_t sum = 0;
@@ -376,13 +395,20 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes) {
   for (SliceWork& each : work) {
     SliceHead slice;
     TileState& s = each.state;
-    if (!reader.take(&slice, 1) || !reader.take(s.pixels, slice.pixels) ||
-        !reader.take(s.aux, slice.aux) || !reader.take(s.plan, slice.plan) ||
-        !reader.take(s.pilot, slice.pilot) || !reader.take(s.fit, slice.fit) ||
-        !reader.take(s.shares, slice.shares) || !reader.take(s.labels, slice.labels) ||
-        !reader.take(s.mattes, slice.mattes) || !reader.take(each.light.sums, slice.splat_bytes) ||
+    if (!reader.take(&slice, 1) || (slice.is_new == 0 && !take_arrays(reader, slice, s)) ||
+        !reader.take(each.light.sums, slice.splat_bytes) ||
         !reader.take(each.meter.sums, slice.meter_sums)) {
       return refused("it is cut off");
+    }
+    if (slice.is_new != 0) {
+      if (part == WorkPart::kResult) {
+        return refused("a slice has no pixels");
+      }
+      s.pixels.resize(slice.pixels);
+      s.aux.resize(slice.aux);
+      s.shares.resize(slice.shares);
+      s.labels.resize(slice.labels);
+      s.mattes.resize(slice.mattes);
     }
     if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
         slice.kind != static_cast<std::int32_t>(SliceKind::kPilot)) {

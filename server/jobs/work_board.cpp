@@ -187,7 +187,7 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const std::s
 core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run,
                                                             const std::vector<core::Slice>& slices,
                                                             std::string_view result) const {
-  auto work = core::decode_work(result);
+  auto work = core::decode_work(result, core::WorkPart::kResult);
   if (!work) {
     return work;
   }

@@ -56,6 +56,8 @@ TEST(PassPolicy, ElsewherePassesAreAsFewAsTheLooksAllow) {
   EXPECT_EQ(far(samples(100), 2), 8);
   EXPECT_EQ(far(samples(100), 8), 32);
   EXPECT_EQ(far(samples(100), 32), 100);
+  EXPECT_EQ(far(samples(64), 8), 64) << "no short pass at the end";
+  EXPECT_EQ(far(samples(65), 8), 32);
   EXPECT_EQ(far(error_target(0.01), 64), 80) << "it may end there";
   StopRules clock = samples(1000);
   clock.seconds = 10;

@@ -3,6 +3,7 @@
 #include "core/render/slice_work.h"
 
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 
@@ -67,10 +68,10 @@ Film lent_film(
     if (given.empty()) {
       continue;
     }
-    auto sent = core::decode_work(core::encode_work(given, WorkPart::kInput));
+    auto sent = core::decode_work(core::encode_work(given, WorkPart::kInput), WorkPart::kInput);
     EXPECT_TRUE(sent);
     EXPECT_TRUE(elsewhere.render(*sent, {}));
-    auto done = core::decode_work(core::encode_work(*sent, WorkPart::kResult));
+    auto done = core::decode_work(core::encode_work(*sent, WorkPart::kResult), WorkPart::kResult);
     EXPECT_TRUE(done);
     const auto checked = core::check_result(
         given.size(), [&](std::size_t i) { return given[i]; }, view.settings, *done);
@@ -256,18 +257,32 @@ TEST_F(SliceResult, OfFewerPixelsIsRefused) {
 
 TEST_F(SliceResult, IsRefusedWhereItsBytesAreCutOrChanged) {
   const std::string bytes = core::encode_work({&done_, 1}, WorkPart::kResult);
-  EXPECT_TRUE(core::decode_work(bytes));
+  EXPECT_TRUE(core::decode_work(bytes, WorkPart::kResult));
   std::string changed = bytes;
   changed[200] = static_cast<char>(changed[200] ^ 1);
-  EXPECT_FALSE(core::decode_work(changed));
+  EXPECT_FALSE(core::decode_work(changed, WorkPart::kResult));
   // A length that fits nothing, under a checksum that fits: what is cut is the array.
   for (std::size_t cut : {1U, 64U, 1000U}) {
     std::string shorter = bytes.substr(0, bytes.size() - sizeof(std::uint32_t) - cut);
     const auto sum = static_cast<std::uint32_t>(
         crc32_z(0, reinterpret_cast<const Bytef*>(shorter.data()), shorter.size()));
     shorter.append(reinterpret_cast<const char*>(&sum), sizeof sum);
-    EXPECT_FALSE(core::decode_work(shorter)) << cut;
+    EXPECT_FALSE(core::decode_work(shorter, WorkPart::kResult)) << cut;
   }
+}
+
+TEST_F(SliceResult, OfATileWithoutSamplesIsSmallAsInputAndRefusedAsResult) {
+  const std::string bytes = core::encode_work({&given_, 1}, WorkPart::kInput);
+  EXPECT_LT(bytes.size(), 300U);
+  const auto input = core::decode_work(bytes, WorkPart::kInput);
+  ASSERT_TRUE(input);
+  const auto& sent = input->front().state.pixels;
+  ASSERT_EQ(sent.size(), given_.state.pixels.size());
+  EXPECT_EQ(std::memcmp(sent.data(), given_.state.pixels.data(), sent.size() * sizeof sent[0]), 0);
+  EXPECT_EQ(input->front().state.aux.size(), given_.state.aux.size());
+  EXPECT_FALSE(core::decode_work(bytes, WorkPart::kResult));
+  const std::string later = core::encode_work({&done_, 1}, WorkPart::kInput);
+  EXPECT_GT(later.size(), done_.state.pixels.size() * sizeof(core::ReplicatePixel));
 }
 
 }  // namespace

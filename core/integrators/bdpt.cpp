@@ -137,7 +137,7 @@ PartialSums BidirectionalPathTracer::after_light(const Subpath& path, const Emis
   double direct = 0;  // in solid angle, or of the pick alone
   if (light.is_delta_position || light.is_delta_direction) {
     direct = static_cast<double>(
-        lights_.prob_delta(light.light, vertex.origin(), vertex.light_normal()));
+        lights_.prob_light(light.light, vertex.origin(), vertex.light_normal()));
     direct *= light.is_delta_position ? static_cast<double>(dot(d, d)) : 1.0;
   } else if (is_triangle) {
     direct = static_cast<double>(lights_.pdf_triangle(

@@ -94,6 +94,8 @@ struct IntegratorInput {
   const Environment* environment;  ///< null: black
   const RenderSettings& settings;
   const Camera* camera = nullptr;  ///< for integrators with light paths: of the view
+  /// path: light samples choose distances in media too (core/integrators/path_media.h).
+  bool aims_in_media = false;
 };
 
 /// As the settings name it. Pre: the name is a row of integrators().

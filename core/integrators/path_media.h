@@ -2,8 +2,11 @@
 /// instantiates them.
 #pragma once
 
+#include <optional>
+
 #include "core/integrators/path_tracer.h"
 #include "core/samplers/dimensions.h"
+#include "core/sampling/equiangular.h"
 #include "core/transport/intersect.h"
 #include "core/transport/medium_sample.h"
 #include "core/transport/scatter.h"
@@ -11,13 +14,16 @@
 
 namespace core {
 
-/// Scatterings in media do not count as bounces, for milk has hundreds where a room has two; there
-/// are at most so many for each bounce that max_depth allows. At an albedo of 0.99, which loses
-/// half of the light in 69 scatterings, roulette ends nearly all paths before.
-inline constexpr int kMediumScatterings = 64;
+/// A stretch of a path through a medium, along which light samples choose their own distances too.
+struct MediumAim {
+  MediumStretch stretch;
+  Vec3 from;  ///< where lights are chosen
 
-/// Widening of the ray cone [rad]: that of a rough surface.
-inline constexpr float kMediumConeSpread = 0.1F;
+  Equiangular distances(const PathState& path, Vec3 light) const noexcept {
+    const Fog::Range range = stretch.range();
+    return {path.ray.origin, path.ray.direction, range.begin_m, range.end_m, light};
+  }
+};
 
 template <typename Options>
 bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept {
@@ -33,8 +39,14 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
       }
     }
     MediumSample sample;
+    std::optional<MediumAim> aim;
     if (is_met || path.media.top() == nullptr) {
-      sample = sample_medium(path, solid, is_met ? vertex.distance_m : kFar);
+      const MediumStretch stretch(path, solid, is_met ? vertex.distance_m : kFar);
+      sample = stretch.sample(path);
+      if (can_aim(path, stretch)) {
+        aim.emplace(stretch, stretch.median());
+        add_light_along(path, *aim);
+      }
     }
     if (!survives(path, sample.weight)) {
       return false;
@@ -49,7 +61,7 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
       }
       return is_met;
     }
-    if (!scatter_within(path, *sample.scatterer, sample.distance_m)) {
+    if (!scatter_within(path, sample, aim ? &*aim : nullptr)) {
       return false;
     }
   }
@@ -57,33 +69,28 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
 
 /// Scatters in a medium: a light sample, the next direction, roulette. False: the path is over.
 template <typename Options>
-bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
-                                         float distance_m) const noexcept {
+bool PathTracer<Options>::scatter_within(TracedPath& path, const MediumSample& sample,
+                                         const MediumAim* aim) const noexcept {
+  const Medium& medium = *sample.scatterer;
   const Vec3 before = path.ray.direction;
-  const Vec3 point = path.ray.origin + before * distance_m;
+  const Vec3 point = path.ray.origin + before * sample.distance_m;
   if (!path.out.hit) {
     path.out.hit = true;
     path.out.albedo = {medium.sigma_t.r > 0 ? medium.sigma_s.r / medium.sigma_t.r : 0.0F,
                        medium.sigma_t.g > 0 ? medium.sigma_s.g / medium.sigma_t.g : 0.0F,
                        medium.sigma_t.b > 0 ? medium.sigma_s.b / medium.sigma_t.b : 0.0F};
     path.out.normal_world = -before;
-    path.out.depth_m = distance_m;
+    path.out.depth_m = sample.distance_m;
   }
   if (path.medium_scatterings >= kMediumScatterings * options_.max_depth) {
     return false;
   }
   const Vec4 u_light = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
-  add_light_within(path, medium, point, u_light);
+  add_light_within(path, sample, aim, u_light);
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-  path.ray.origin = point;
-  path.ray.direction = sample_henyey_greenstein(before, medium.g, {u.y, u.z});
-  path.last = {henyey_greenstein(dot(before, path.ray.direction), medium.g), point, {}, 1};
-  path.cone_spread_rad += kMediumConeSpread;
-  path.is_sharp = false;
+  core::scatter_within(path, medium, point, {u.y, u.z});
   path.in_pair = path.last_controlled = path.last_fitted = false;
   path.u_roulette = -1;
-  ++path.depth;
-  ++path.medium_scatterings;
   if (options_.roulette == RouletteType::kNone) {
     return true;
   }
@@ -91,30 +98,90 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const Medium& medium,
 }
 
 template <typename Options>
-void PathTracer<Options>::add_light_within(TracedPath& path, const Medium& medium, Vec3 point,
-                                           Vec4 u) const noexcept {
+void PathTracer<Options>::add_light_within(TracedPath& path, const MediumSample& sample,
+                                           const MediumAim* aim, Vec4 u) const noexcept {
   if (lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
     return;
   }
+  const Vec3 point = path.ray.origin + path.ray.direction * sample.distance_m;
   const LightSample light = samples_lights() ? lights_.sample(point, {}, u.x, {u.y, u.z})
                                              : lights_.sample_delta(point, u.x);
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return;
   }
-  const float phase = henyey_greenstein(dot(path.ray.direction, light.wi_world), medium.g);
+  const float phase =
+      henyey_greenstein(dot(path.ray.direction, light.wi_world), sample.scatterer->g);
   const bool is_shared = !light.is_delta && options_.strategy == Strategy::kMis;
-  const float weight = is_shared ? rule(false).weight(light.pdf_solid_angle, phase) : 1.0F;
-  Ray shadow{point, light.is_far ? light.wi_world : light.target - point, 0,
-             light.is_far ? kFar : 1.0F};
+  float weight = is_shared ? rule(false).weight(light.pdf_solid_angle, phase) : 1.0F;
+  if (aim != nullptr && lights_.is_local(light.light)) {
+    const LightPoint on_light = lights_.point_of(light);
+    const float along = aim->distances(path, on_light.place).pdf_m(sample.distance_m) *
+                        lights_.pdf_measure(on_light, aim->from, {});
+    weight *=
+        rule(false).weight(aim->stretch.at(sample.distance_m).pdf_m * on_light.pdf_measure, along);
+  }
+  const Ray shadow{point, light.is_far ? light.wi_world : light.target - point, 0,
+                   light.is_far ? kFar : 1.0F};
+  credit_medium_light(
+      path, shadow,
+      path.beta * colors(path).values(light.radiance) * (phase * weight / light.pdf_solid_angle),
+      light.light);
+}
+
+/// Adds what a light sample within a medium brings if nothing is in the way of `shadow`.
+template <typename Options>
+void PathTracer<Options>::credit_medium_light(TracedPath& path, const Ray& shadow, Rgb value,
+                                              std::uint32_t light) const noexcept {
   MediumStack media = path.media;
   Visibility seen = visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors(path));
   if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
     return;
   }
-  credit(path,
-         path.beta * colors(path).values(light.radiance) * seen.transmittance *
-             (phase * weight / light.pdf_solid_angle),
-         path.bounces() + 1, [&] { return scene_.group_of_light(light.light); });
+  credit(path, value * seen.transmittance, path.bounces() + 1,
+         [&] { return scene_.group_of_light(light); });
+}
+
+/// Do light samples choose their own distances? Not within smooth boundaries, which hide lights.
+template <typename Options>
+bool PathTracer<Options>::can_aim(const TracedPath& path,
+                                  const MediumStretch& stretch) const noexcept {
+  return aims_in_media_ && stretch.scatters() && samples_lights() && lights_.has_local() &&
+         path.medium_scatterings < kMediumScatterings * options_.max_depth &&
+         (stretch.is_fog() || path.media.top()->is_clear);
+}
+
+/// A light sample for the whole stretch, at a distance chosen for the light. With those of
+/// distances at which the path scatters it shares, by their densities over distances and lights,
+/// what samples of the phase function leave to light samples.
+template <typename Options>
+void PathTracer<Options>::add_light_along(TracedPath& path, const MediumAim& aim) const noexcept {
+  const Vec4 u = path.sampler.get_4d(stretch_group(path.depth));
+  const LightPoint light = lights_.point_of(lights_.sample(aim.from, {}, u.x, {u.y, u.z}));
+  if (!lights_.is_local(light.light)) {
+    return;
+  }
+  const Equiangular distances = aim.distances(path, light.place);
+  if (!distances.is_possible()) {
+    return;
+  }
+  const float distance_m = distances.sample(u.w);
+  const MediumStretch::Place at = aim.stretch.at(distance_m);
+  const LightView view = lights_.view(light, at.point);
+  if (!(view.solid_angle > 0)) {
+    return;
+  }
+  const Medium& medium = aim.stretch.medium();
+  const float phase = henyey_greenstein(dot(path.ray.direction, view.wi_world), medium.g);
+  const float pdf_along = distances.pdf_m(distance_m) * light.pdf_measure;
+  const float pdf_there = lights_.pdf_measure(light, at.point, {});
+  float weight = rule(false).weight(pdf_along, at.pdf_m * pdf_there);
+  if (!view.is_delta && options_.strategy == Strategy::kMis) {
+    weight *= rule(false).weight(pdf_there / view.solid_angle, phase);
+  }
+  credit_medium_light(path, {at.point, lights_.target(light, view) - at.point, 0, 1},
+                      path.beta * medium.sigma_s * at.passed * colors(path).values(view.radiance) *
+                          (at.density * phase * weight * view.solid_angle / pdf_along),
+                      light.light);
 }
 
 }  // namespace core

@@ -15,6 +15,10 @@
 
 namespace core {
 
+class MediumStretch;
+struct MediumAim;
+struct MediumSample;
+
 /// A path and what it has found.
 struct TracedPath : PathState {
   PathSample out{};
@@ -51,6 +55,7 @@ class PathTracer final : public Integrator {
                 sky_density(input.settings)),
         options_(input.settings),
         ledger_(input),
+        aims_in_media_(input.aims_in_media),
         shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
                        samples_lights()) {
     if (input.settings.fog) {
@@ -144,8 +149,14 @@ class PathTracer final : public Integrator {
   /// Extends the path to its next surface, through what is in between. False: the path is over.
   bool reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
   bool reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept;
-  bool scatter_within(TracedPath& path, const Medium& medium, float distance_m) const noexcept;
-  void add_light_within(TracedPath& path, const Medium& medium, Vec3 point, Vec4 u) const noexcept;
+  bool scatter_within(TracedPath& path, const MediumSample& sample,
+                      const MediumAim* aim) const noexcept;
+  void add_light_within(TracedPath& path, const MediumSample& sample, const MediumAim* aim,
+                        Vec4 u) const noexcept;
+  bool can_aim(const TracedPath& path, const MediumStretch& stretch) const noexcept;
+  void add_light_along(TracedPath& path, const MediumAim& aim) const noexcept;
+  void credit_medium_light(TracedPath& path, const Ray& shadow, Rgb value,
+                           std::uint32_t light) const noexcept;
   void add_environment(TracedPath& path) const noexcept;
   void add_emission(TracedPath& path, const PathVertex& vertex) const noexcept;
   void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled,
@@ -165,6 +176,7 @@ class PathTracer final : public Integrator {
   Options options_;
   [[no_unique_address]] typename Options::Ledger ledger_;
   std::optional<Fog> fog_;
+  bool aims_in_media_;
   bool shares_lights_;
 };
 

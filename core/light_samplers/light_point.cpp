@@ -14,7 +14,7 @@ LightPoint LightSampler::point_of(const LightSample& sample) const noexcept {
   }
   const bool is_triangle = sample.light < triangles_;
   out.light = sample.light;
-  out.place = is_triangle ? sample.place : sample.wi_world;
+  out.place = is_triangle ? sample.place : (sample.is_far ? sample.wi_world : sample.target);
   out.radiance = sample.radiance;
   out.pdf_measure = is_triangle ? sample.prob_light / scene_.triangle_lights[sample.light].area_m2
                                 : sample.pdf_solid_angle;
@@ -66,6 +66,15 @@ Vec3 LightSampler::target(const LightPoint& light, const LightView& view) const 
     return offset_ray(light.place, dot(n, view.wi_world) > 0 ? -n : n);
   }
   return view.is_far ? Vec3{} : scene_.punctual_lights[light.light - triangles_].position;
+}
+
+float LightSampler::pdf_measure(const LightPoint& light, Vec3 point,
+                                Vec3 normal_world) const noexcept {
+  if (!(view(light, point).solid_angle > 0)) {
+    return 0;
+  }
+  const float prob = prob_light(light.light, point, normal_world);
+  return light.light < triangles_ ? prob / scene_.triangle_lights[light.light].area_m2 : prob;
 }
 
 float LightSampler::pdf_solid_angle(const LightPoint& light, const LightView& view, Vec3 point,

@@ -170,21 +170,7 @@ LightSample LightSampler::sample_delta(Vec3 point, float u_pick) const noexcept 
 
 float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_world,
                                  float distance_m, float cos_light) const noexcept {
-  float prob = 0;
-  switch (type_) {
-    case LightSamplerType::kUniform:
-      prob = 1 / static_cast<float>(light_count_);
-      break;
-    case LightSamplerType::kPower:
-      prob = power_.prob_cell(light);
-      break;
-    case LightSamplerType::kRis:
-    case LightSamplerType::kRestir:
-    case LightSamplerType::kTree:
-      prob =
-          prob_tree(point, normal_world) * scene_.light_tree.prob_light(point, normal_world, light);
-      break;
-  }
+  const float prob = prob_light(light, point, normal_world);
   const float area = scene_.triangle_lights[light].area_m2;
   return area > 0 ? prob * area_to_solid_angle(1 / area, distance_m * distance_m, cos_light) : 0.0F;
 }
@@ -223,7 +209,7 @@ float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_the
                   : 0.0F;
 }
 
-float LightSampler::prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {
+float LightSampler::prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {
   if (type_ == LightSamplerType::kUniform) {
     return 1 / static_cast<float>(light_count_);
   }

@@ -36,7 +36,7 @@ struct LightSample {
 /// everywhere: area on triangles [m^2], solid angle for the environment, counting for delta lights.
 struct LightPoint {
   std::uint32_t light = kNoLight;  ///< as in LightSample
-  Vec3 place;                      ///< on the triangle; of the environment: direction, unit
+  Vec3 place;                      ///< of far lights: direction, unit
   Rgb radiance;                    ///< emitted; delta lights: unused
   float pdf_measure = 0;           ///< at the point that it was drawn for; 0: nothing was sampled
 };
@@ -79,6 +79,9 @@ class LightSampler {
     return prob_tree(scene_.light_tree.importance(point, normal_world));
   }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
+  /// Lights at a place: all but the environment and directional ones.
+  bool has_local() const noexcept { return light_count_ > far_count_; }
+  bool is_local(std::uint32_t light) const noexcept { return light < light_count_ - far_count_; }
 
   /// Density with which sample() gives the direction to a point of triangle light `light`.
   /// cos_light > 0: between the light's normal and the direction back.
@@ -89,13 +92,16 @@ class LightSampler {
   /// The same; uv, sin_theta: where the direction meets the map (Environment::pdf_solid_angle()).
   float pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
                         Vec3 normal_world) const noexcept;
-  /// Probability with which sample() picks a punctual light; light: as in LightSample.
-  float prob_delta(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
+  /// Probability with which sample() picks a light; light: as in LightSample.
+  float prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
   LightPoint point_of(const LightSample& sample) const noexcept;
   LightView view(const LightPoint& light, Vec3 point) const noexcept;
   /// Where a shadow ray to it ends: LightSample::target.
   Vec3 target(const LightPoint& light, const LightView& view) const noexcept;
+  /// Density with which sample() gives a light that is not far at `point`, in the light's measure;
+  /// 0 where it does not shine on the point.
+  float pdf_measure(const LightPoint& light, Vec3 point, Vec3 normal_world) const noexcept;
   /// Density over solid angle with which sample() gives it at `point`. Not for delta lights.
   float pdf_solid_angle(const LightPoint& light, const LightView& view, Vec3 point,
                         Vec3 normal_world) const noexcept;

@@ -20,26 +20,33 @@ Fog::Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept
       radius_m_(radius_m),
       falloff_(settings.height_falloff) {}
 
-Fog::Span Fog::span(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
+float Fog::density(Vec3 point) const noexcept {
+  return std::min(std::exp(-falloff_ * point.y), kDensest);
+}
+
+Fog::Range Fog::range(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
   const Vec3 from = origin - center_;
   const float along = -dot(from, direction);
   const float off2 = length_squared(from + direction * along);
   const float half2 = radius_m_ * radius_m_ - off2;
-  Span out;
   if (!(half2 > 0)) {
-    return out;
+    return {};
   }
   const float half = std::sqrt(half2);
-  out.begin = std::max(along - half, 0.0F);
-  out.end = std::max(std::min(along + half, distance_m), out.begin);
-  out.density = std::min(std::exp(-falloff_ * (origin.y + direction.y * out.begin)), kDensest);
+  const float begin = std::max(along - half, 0.0F);
+  return {begin, std::max(std::min(along + half, distance_m), begin)};
+}
+
+Fog::Span Fog::span(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
+  Span out{.range = range(origin, direction, distance_m)};
+  out.density = density(origin + direction * out.range.begin_m);
   out.slope = -falloff_ * direction.y;
   return out;
 }
 
 float Fog::depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
   const Span s = span(origin, direction, distance_m);
-  const float length = s.end - s.begin;
+  const float length = s.range.end_m - s.range.begin_m;
   const float exponent = s.slope * length;
   if (std::fabs(exponent) < kStraight) {
     return s.density * length;
@@ -52,7 +59,7 @@ float Fog::distance(Vec3 origin, Vec3 direction, float depth_m) const noexcept {
   const float scaled = depth_m / s.density;
   const float exponent = s.slope * scaled;
   const float length = std::fabs(exponent) < kStraight ? scaled : std::log1p(exponent) / s.slope;
-  return std::min(s.begin + length, s.end);
+  return std::min(s.range.begin_m + length, s.range.end_m);
 }
 
 }  // namespace core

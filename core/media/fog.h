@@ -25,14 +25,21 @@ class Fog {
   float depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
   /// How far along the ray the depth is reached. Pre: it is less than depth() of the whole ray.
   float distance(Vec3 origin, Vec3 direction, float depth_m) const noexcept;
+  /// What the coefficients are multiplied by at a point within the sphere.
+  float density(Vec3 point) const noexcept;
+  /// The part of a ray that lies within the sphere [m].
+  struct Range {
+    float begin_m = 0;
+    float end_m = 0;
+  };
+  Range range(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
   Rgb transmittance(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
     return core::transmittance(medium_.sigma_t, depth(origin, direction, distance_m));
   }
 
  private:
   struct Span {
-    float begin = 0;
-    float end = 0;
+    Range range;
     float density = 0;  ///< at its beginning
     float slope = 0;    ///< of the density's logarithm along the ray [1/m]
   };

@@ -43,8 +43,9 @@ Planned planned_integrator(const View& view, const Camera& camera) {
   Planned planned;
   RenderSettings settings = view.settings;
   EstimatorSettings& estimator = settings.estimator;
-  const IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera};
+  IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera};
   const auto make = [&] { return make_integrator(input); };
+  input.aims_in_media = pays_to_aim(input);
   if (estimator.splitting == SplittingType::kMeasured) {
     estimator.splitting = SplittingType::kNone;
     planned.split_count = measured_split_count(camera, *make(), settings);

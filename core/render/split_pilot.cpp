@@ -105,6 +105,28 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
   return out;
 }
 
+bool pays_to_aim(const IntegratorInput& input) {
+  const SceneData& scene = input.scene;
+  const auto& punctual = scene.punctual_lights;
+  const bool has_local = !scene.triangle_lights.empty() ||
+                         std::any_of(punctual.begin(), punctual.end(), [](const PunctualLight& p) {
+                           return p.type != PunctualType::kDirectional;
+                         });
+  const bool has_media = input.settings.fog || (scene.has_scattering && scene.has_clear);
+  if (input.settings.integrator != "path" || !has_local || !has_media) {
+    return false;
+  }
+  RenderSettings settings = input.settings;
+  settings.estimator.splitting = SplittingType::kNone;
+  const auto work = [&](bool aims) {
+    const auto integrator =
+        make_integrator({scene, input.environment, settings, input.camera, aims});
+    const SplitCosts costs = measure_split(*input.camera, *integrator, settings);
+    return (costs.way_variance + costs.branch_variance) * (costs.way_rays + costs.branch_rays);
+  };
+  return work(true) < work(false);
+}
+
 int measured_split_count(const Camera& camera, const Integrator& plain,
                          const RenderSettings& settings) {
   const SplitCosts few = measure_split(camera, plain, settings, kPixelsForRays);

@@ -1,4 +1,5 @@
-/// How many continuations of a path pay: measured by a pilot before the picture begins.
+/// How many continuations of a path pay, and whether light samples of their own distances in media
+/// do: measured by a pilot before the picture begins.
 ///
 /// The pilot takes four paths through each of some pixels, two camera rays with two continuations
 /// each, with random numbers of a stream of its own. Nothing of it goes into the picture, so the
@@ -38,5 +39,10 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
 /// sets are.
 int measured_split_count(const Camera& camera, const Integrator& plain,
                          const RenderSettings& settings);
+
+/// Is variance times rays less if light samples of `path` choose distances in media too? Where a
+/// small light shines into thin fog it is; in the dense, or where most of the light is on surfaces,
+/// it is not.
+bool pays_to_aim(const IntegratorInput& input);
 
 }  // namespace core

@@ -64,6 +64,9 @@
 ///                                                         integrators/bdpt
 ///   vertex  z       Russian roulette of a light path      transport/light_path
 ///                                                         integrators/bdpt
+///   stretch x       which light, for a stretch of medium  integrators/path_media
+///   stretch y z     where on it                           integrators/path_media
+///   stretch w       how far along the stretch             integrators/path_media
 ///   extra   0..     holes along a segment                 transport/intersect
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once
@@ -88,5 +91,8 @@ constexpr int choice_group(int bounce) { return (1 << 20) + bounce; }
 
 /// The group "vertex": of a light path, beyond its start.
 constexpr int vertex_group(int bounce) { return (3 << 20) + bounce; }
+
+/// The group "stretch": of a path's segment in a medium.
+constexpr int stretch_group(int bounce) { return (4 << 20) + bounce; }
 
 }  // namespace core

@@ -12,11 +12,58 @@ struct MediumSample {
   Rgb weight = {1, 1, 1};             ///< transmittance, and scattering coefficient, over density
 };
 
-/// The same for a path from path.ray.origin along its direction, `distance_m` to the next surface.
-/// solid: around the segment; null: it is in none, but in path.fog. Where the coefficients differ
-/// by channel, one channel is picked by throughput, its distance is exponential, and the densities
-/// of all of them count: no channel's weight grows beyond their number.
-/// Source: Wilkie et al., Hero Wavelength Spectral Sampling, 2014, for the weights.
-MediumSample sample_medium(const PathState& path, const Medium* solid, float distance_m) noexcept;
+/// The medium around a path's segment, from path.ray.origin along its direction. Where the
+/// coefficients differ by channel, one channel is picked by throughput, its distance is
+/// exponential, and the densities of all of them count: no channel's weight grows beyond their
+/// number. Source: Wilkie et al., Hero Wavelength Spectral Sampling, 2014, for the weights.
+class MediumStretch {
+ public:
+  /// distance_m: to the next surface. solid: around the segment; null: it is in none, but in
+  /// path.fog. Both must outlive it.
+  MediumStretch(const PathState& path, const Medium* solid, float distance_m) noexcept;
+
+  bool scatters() const noexcept { return depth_m_ > 0 && medium_->scatters(); }
+  const Medium& medium() const noexcept { return *medium_; }  ///< if it scatters
+  bool is_fog() const noexcept { return fog_ != nullptr; }
+  /// path: the same, for its random numbers.
+  MediumSample sample(const PathState& path) const noexcept;
+
+  // The rest is for media that scatter.
+
+  struct Place {
+    Vec3 point;
+    Rgb passed{};       ///< transmittance up to there
+    float density = 1;  ///< which the coefficients are multiplied by
+    float pdf_m = 0;    ///< of sample() [1/m]
+  };
+  Place at(float distance_m) const noexcept;
+  /// Where the medium begins and ends along the segment [m].
+  Fog::Range range() const noexcept;
+  /// Half of the samples that scatter do so before, if the extinction is the mean of the channels'.
+  Vec3 median() const noexcept;
+
+ private:
+  const Medium* medium_ = nullptr;
+  const Fog* fog_ = nullptr;  ///< null: a solid, or nothing
+  Vec3 origin_;
+  Vec3 direction_;
+  float length_m_ = 0;
+  float depth_m_ = 0;
+  Rgb probs_;  ///< of the channels
+};
+
+/// A sample of the whole segment.
+inline MediumSample sample_medium(const PathState& path, const Medium* solid,
+                                  float distance_m) noexcept {
+  return MediumStretch(path, solid, distance_m).sample(path);
+}
+
+/// Scatters at `point` in a medium: the next direction by its phase function, u in [0,1).
+void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) noexcept;
+
+/// Scatterings in media do not count as bounces, for milk has hundreds where a room has two; there
+/// are at most so many for each bounce that max_depth allows. At an albedo of 0.99, which loses
+/// half of the light in 69 scatterings, roulette ends nearly all paths before.
+inline constexpr int kMediumScatterings = 64;
 
 }  // namespace core

@@ -8,6 +8,7 @@ set(RENDER_TEST_SOURCES
   irradiance_cache_test.cpp
   irradiance_test.cpp
   media_test.cpp
+  medium_light_test.cpp
   meter_test.cpp
   mlt_test.cpp
   options_test.cpp

@@ -85,6 +85,7 @@ DRAWS = {
     r"\bkStartGroup\b\)": "start",
     r"\bkAimGroup\b\)": "aim",
     r"\bvertex_group\([^()]*\)\)?": "vertex",
+    r"\bstretch_group\([^()]*\)\)?": "stretch",
     r"\bextra_1d\(": "extra",
 }
 # Documents that people cite; each has to be in the tree.

@@ -270,8 +270,8 @@ function triangle(uri) {
   return { json: JSON.stringify(document), bin };
 }
 
-export function triangleGlb() {
-  const { json: text, bin } = triangle(null);
+/** A document and its buffer in one file. */
+export function glbOf(text, bin) {
   const json = text + ' '.repeat((4 - (text.length % 4)) % 4);
   const head = Buffer.alloc(20);
   head.write('glTF', 0, 'latin1');
@@ -283,6 +283,11 @@ export function triangleGlb() {
   middle.writeUInt32LE(bin.length, 0);
   middle.write('BIN\0', 4, 'latin1');
   return Buffer.concat([head, Buffer.from(json), middle, bin]);
+}
+
+export function triangleGlb() {
+  const { json, bin } = triangle(null);
+  return glbOf(json, bin);
 }
 
 /** The same as two files, the buffer's name needing an escape in the document. */

@@ -1,10 +1,11 @@
 import { useEffect, useState } from 'preact/hooks';
 import { api, explain, imageUrl, RequestError } from '../api/client';
 import { isFinal } from '../api/states';
-import type { Batch, BatchJob, BatchSummary, JobState } from '../api/types';
+import type { Batch, BatchJob, BatchSummary, Job, JobState } from '../api/types';
 import { ago, doneShare } from '../ui/format';
 import { go } from '../ui/router';
-import { sayError } from '../ui/server_state';
+import { display, sayError, serverInfo } from '../ui/server_state';
+import { useStore } from '../ui/store';
 
 const lookMs = 1000;
 const formats = ['png', 'jpg', 'webp', 'exr'] as const;
@@ -51,6 +52,21 @@ function useSeries(id: string) {
   return { batch, fault, renew: () => ask((n) => n + 1) };
 }
 
+/** A job of the series, for what all have in common. */
+function useFirstJob(batch: Batch): Job | null {
+  const [job, setJob] = useState<Job | null>(null);
+  const id = batch.jobs[0]?.id;
+  useEffect(() => {
+    if (!id) return;
+    const abort = new AbortController();
+    api.job(id, abort.signal).then(setJob, (error: unknown) => {
+      if (!abort.signal.aborted) sayError(error);
+    });
+    return () => abort.abort();
+  }, [id]);
+  return job;
+}
+
 export function SeriesView({ id }: { id: string }) {
   const { batch, fault, renew } = useSeries(id);
   if (!batch)
@@ -95,6 +111,13 @@ export function SeriesView({ id }: { id: string }) {
 
 function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void }) {
   const [format, setFormat] = useState<string>('png');
+  const first = useFirstJob(batch);
+  const shown = useStore(display);
+  const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
+  const mayDenoise = offered && first !== null && first.spec.denoise?.type !== 'none';
+  const denoise = mayDenoise && shown.denoised !== false ? 'mixed' : 'off';
+  // EXR is for those who want every layer, which a denoised one has not.
+  const hasLayers = format === 'exr';
   const [sure, setSure] = useState(false);
   const [busy, setBusy] = useState(false);
   const act = async (step: () => Promise<unknown>): Promise<void> => {
@@ -137,15 +160,36 @@ function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void
           ))}
         </select>
       </label>
+      {mayDenoise && !hasLayers && (
+        <label
+          class="check"
+          title="The denoised images, mixed with the plain ones where those are better"
+        >
+          <input
+            type="checkbox"
+            checked={shown.denoised !== false}
+            data-testid="series-denoised"
+            onChange={(e) =>
+              display.set({ ...display.get(), denoised: e.currentTarget.checked })
+            }
+          />
+          Denoised
+        </label>
+      )}
       <a
         class="quiet"
         data-testid="archive"
-        href={`${batch.links.archive}?format=${format}`}
+        href={`${batch.links.archive}?format=${format}&denoise=${hasLayers ? 'off' : denoise}`}
         download
       >
         Download zip
       </a>
-      <a class="quiet" href={batch.links.sheet} target="_blank" rel="noopener">
+      <a
+        class="quiet"
+        href={`${batch.links.sheet}?denoise=${denoise}`}
+        target="_blank"
+        rel="noopener"
+      >
         Contact sheet
       </a>
       <button

@@ -93,12 +93,18 @@ struct Ints {
   Ints() = default;
   Ints(Raw raw) : v(raw) {}
   Ints(std::int32_t x) : v(x - Raw{}) {}
-  friend Ints operator+(Ints a, Ints b) { return a.v + b.v; }
-  friend Ints operator-(Ints a, Ints b) { return a.v - b.v; }
-  friend Ints operator*(Ints a, Ints b) { return a.v * b.v; }
+  // They wrap: lanes that are not in use hold anything.
+  friend Ints operator+(Ints a, Ints b) { return Ints(a.words() + b.words()); }
+  friend Ints operator-(Ints a, Ints b) { return Ints(a.words() - b.words()); }
+  friend Ints operator*(Ints a, Ints b) { return Ints(a.words() * b.words()); }
   friend Ints operator&(Ints a, Ints b) { return a.v & b.v; }
   friend Mask<N> operator==(Ints a, Ints b) { return {a.v == b.v}; }
   friend Mask<N> operator<(Ints a, Ints b) { return {a.v < b.v}; }
+
+ private:
+  using RawWords = typename RawLanes<N>::Words;
+  explicit Ints(RawWords wrapped) : v(reinterpret_cast<Raw>(wrapped)) {}
+  RawWords words() const { return reinterpret_cast<RawWords>(v); }
 };
 
 template <std::size_t N>

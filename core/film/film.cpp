@@ -96,7 +96,9 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
       unit_rects_(has_splats ? units_of(settings, rects_) : rects_),
       tiles_(rects_.size()) {
   for (std::size_t i = 0; i < rects_.size(); ++i) {
-    tiles_[i].state.rect = rects_[i];
+    TileState empty;
+    empty.rect = rects_[i];
+    tiles_[i].state = std::make_shared<const TileState>(std::move(empty));
   }
   if (has_splats) {
     MutexLock lock(mutex_);
@@ -118,11 +120,7 @@ Film::Film(const RenderSettings& settings)
 }
 
 TileState Film::tile(int tile) const {
-  TileState state;
-  {
-    MutexLock lock(mutex_);
-    state = tiles_[static_cast<std::size_t>(tile)].state;
-  }
+  TileState state = *tile_state(tile);
   if (state.pixels.empty()) {
     state.pixels.resize(area(state.rect) * static_cast<std::size_t>(replicates_));
     if (has_aux_) {
@@ -135,10 +133,12 @@ TileState Film::tile(int tile) const {
   return state;
 }
 
-int Film::tile_samples(int tile) const {
+std::shared_ptr<const TileState> Film::tile_state(int tile) const {
   MutexLock lock(mutex_);
-  return tiles_[static_cast<std::size_t>(tile)].state.samples;
+  return tiles_[static_cast<std::size_t>(tile)].state;
 }
+
+int Film::tile_samples(int tile) const { return tile_state(tile)->samples; }
 
 std::uint32_t Film::tile_revision(int tile) const {
   MutexLock lock(mutex_);
@@ -152,12 +152,13 @@ std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
   const TileSums sums = has_splats_
                             ? TileSums{}
                             : core::half_sums(state.rect, state.pixels, replicates_, over_white_);
+  auto next = std::make_shared<const TileState>(std::move(state));
   MutexLock lock(mutex_);
   add_light(light);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
   slot.sums = has_splats_ ? slot.sums : sums;
-  std::swap(slot.state, state);
-  cpu_seconds_beside_ += std::max(state.cpu_seconds - slot.state.cpu_seconds, 0.0);
+  std::swap(slot.state, next);
+  cpu_seconds_beside_ += std::max(next->cpu_seconds - slot.state->cpu_seconds, 0.0);
   slot.counts = counts;
   slot.version = ++version_;
   slot.revision = ++revision_;
@@ -267,9 +268,10 @@ TileState Film::shown_tile(int tile) const {
 }
 
 void Film::keep(int tile, TileState state) {
+  auto next = std::make_shared<const TileState>(std::move(state));
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  std::swap(slot.state, state);
+  std::swap(slot.state, next);
   slot.version = ++version_;
 }
 
@@ -277,8 +279,10 @@ void Film::install_plans(PlanSpan span, std::vector<std::vector<PixelPlan>> plan
   MutexLock lock(mutex_);
   ++plan_epoch_;
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    tiles_[t].state.span = span;
-    std::swap(tiles_[t].state.plan, plans[t]);
+    TileState next = *tiles_[t].state;
+    next.span = span;
+    next.plan = std::move(plans[t]);
+    tiles_[t].state = std::make_shared<const TileState>(std::move(next));
     tiles_[t].version = ++version_;
   }
 }
@@ -348,7 +352,7 @@ void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
   slot.sums = has_splats_ ? slot.sums : sums;
-  slot.state = std::move(state);
+  slot.state = std::make_shared<const TileState>(std::move(state));
   slot.counts = counts;
   slot.version = ++version_;
   slot.revision = tile_revision;
@@ -362,7 +366,7 @@ std::uint64_t Film::rejected_samples() const {
     sum += chunk.rejected_samples;
   }
   for (const Slot& slot : tiles_) {
-    sum += slot.state.rejected_samples;
+    sum += slot.state->rejected_samples;
   }
   return sum;
 }
@@ -374,7 +378,7 @@ std::uint64_t Film::rays() const {
     sum += chunk.rays;
   }
   for (const Slot& slot : tiles_) {
-    sum += slot.state.rays;
+    sum += slot.state->rays;
   }
   return sum;
 }
@@ -386,7 +390,7 @@ double Film::cpu_seconds() const {
     sum += chunk.cpu_seconds;
   }
   for (const Slot& slot : tiles_) {
-    sum += slot.state.cpu_seconds;
+    sum += slot.state->cpu_seconds;
   }
   return sum;
 }
@@ -423,13 +427,13 @@ std::string Film::digest() const {
   hash.add(header, sizeof(header));
   MutexLock lock(mutex_);
   for (const Slot& slot : tiles_) {
-    const std::int32_t tile[] = {slot.state.rect.x, slot.state.rect.y, slot.state.samples};
+    const std::int32_t tile[] = {slot.state->rect.x, slot.state->rect.y, slot.state->samples};
     hash.add(tile, sizeof(tile));
-    hash.add(slot.state.pixels.data(), slot.state.pixels.size() * sizeof(ReplicatePixel));
-    hash.add(slot.state.aux.data(), slot.state.aux.size() * sizeof(AuxPixel));
-    hash.add(slot.state.shares.data(), slot.state.shares.size() * sizeof(Rgb));
-    hash.add(slot.state.labels.data(), slot.state.labels.size() * sizeof(LabelPixel));
-    hash.add(slot.state.mattes.data(), slot.state.mattes.size() * sizeof(MattePixel));
+    hash.add(slot.state->pixels.data(), slot.state->pixels.size() * sizeof(ReplicatePixel));
+    hash.add(slot.state->aux.data(), slot.state->aux.size() * sizeof(AuxPixel));
+    hash.add(slot.state->shares.data(), slot.state->shares.size() * sizeof(Rgb));
+    hash.add(slot.state->labels.data(), slot.state->labels.size() * sizeof(LabelPixel));
+    hash.add(slot.state->mattes.data(), slot.state->mattes.size() * sizeof(MattePixel));
   }
   hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
   for (std::size_t t = 0; t < splats_.tiles.size(); ++t) {

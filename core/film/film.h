@@ -17,6 +17,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -232,17 +233,13 @@ class Film {
     return {crop_, rects_, replicates_, 1 + shares_.size()};
   }
   std::size_t splats_of(int tile) const noexcept;
-  /// Pixels of a row, of a tile and of a snapshot.
-  struct Run {
-    std::size_t from = 0;
-    std::size_t to = 0;
-    std::size_t count = 0;
-  };
-  void add_splatted_shares(std::size_t tile, const Run& run, FilmSnapshot& out) const
-      REQUIRES(mutex_);
+  std::shared_ptr<const TileState> tile_state(int tile) const;
+  /// To the part of a snapshot that lies in the tile.
+  void add_folded_splats(std::size_t tile, FilmSnapshot& out) const REQUIRES(mutex_);
   double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
   struct Slot {
-    TileState state;
+    /// Never null, never changed: who copies it needs no lock.
+    std::shared_ptr<const TileState> state;
     SampleCounts counts;
     TileSums sums;
     std::uint32_t revision = 0;

@@ -4,27 +4,6 @@
 
 namespace core {
 
-void Film::add_splatted_shares(std::size_t tile, const Run& run, FilmSnapshot& out) const {
-  if (!has_splats_ || splats_.tiles[tile].empty()) {
-    return;
-  }
-  const auto r = static_cast<std::size_t>(replicates_);
-  const std::size_t shares = shares_.size();
-  const PixelRect& rect = rects_[tile];
-  const std::size_t plane =
-      static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) * r;
-  for (std::size_t i = 0; i < run.count * r; ++i) {
-    const ReplicatePixel& counted = out.pixels[run.to * r + i];
-    for (std::size_t k = 0; k < shares; ++k) {
-      ReplicatePixel light;
-      light.count = counted.count;
-      fold_splats(light, splats_.tiles[tile][(k + 1) * plane + run.from * r + i],
-                  paths_per_pixel(i % r));
-      out.shares[(run.to * r + i) * shares + k] += {light.mean_r, light.mean_g, light.mean_b};
-    }
-  }
-}
-
 void add_shares(std::span<Rgb> means, std::span<const Rgb> sample, std::uint32_t count) {
   const float w = 1 / static_cast<float>(count);
   for (std::size_t i = 0; i < means.size(); ++i) {

@@ -5,6 +5,79 @@
 #include "core/math/numbers.h"
 
 namespace core {
+namespace {
+
+/// Pixels of a row that a tile and a snapshot have in common.
+struct Run {
+  std::size_t from = 0;  ///< of the tile
+  std::size_t to = 0;    ///< of the snapshot
+  std::size_t count = 0;
+};
+
+template <typename F>
+void for_each_run(const PixelRect& tile, const PixelRect& rect, const F& f) {
+  const int x0 = std::max(tile.x, rect.x);
+  const int x1 = std::min(tile.x + tile.width, rect.x + rect.width);
+  const int y0 = std::max(tile.y, rect.y);
+  const int y1 = std::min(tile.y + tile.height, rect.y + rect.height);
+  const auto at = [](const PixelRect& r, int x, int y) {
+    return static_cast<std::size_t>(y - r.y) * static_cast<std::size_t>(r.width) +
+           static_cast<std::size_t>(x - r.x);
+  };
+  for (int y = y0; y < y1 && x0 < x1; ++y) {
+    f(Run{at(tile, x0, y), at(rect, x0, y), static_cast<std::size_t>(x1 - x0)});
+  }
+}
+
+/// Copies of each pixel: `per_pixel` values of `from` to the same of `to`.
+template <typename T>
+void copy_run(const std::vector<T>& from, std::vector<T>& to, const Run& run,
+              std::size_t per_pixel) {
+  if (!to.empty() && per_pixel > 0) {
+    std::copy_n(&from[run.from * per_pixel], run.count * per_pixel, &to[run.to * per_pixel]);
+  }
+}
+
+void copy_tiles(const std::vector<std::shared_ptr<const TileState>>& states, FilmSnapshot& out) {
+  const auto r = static_cast<std::size_t>(out.replicates);
+  for (const auto& state : states) {
+    if (state->pixels.empty()) {
+      continue;
+    }
+    for_each_run(state->rect, out.rect, [&](const Run& run) {
+      copy_run(state->pixels, out.pixels, run, r);
+      copy_run(state->aux, out.aux, run, 1);
+      copy_run(state->shares, out.shares, run, r * out.share_layers.size());
+      copy_run(state->labels, out.labels, run, 1);
+      copy_run(state->mattes, out.mattes, run, out.matte_kinds.count());
+    });
+  }
+}
+
+}  // namespace
+
+void Film::add_folded_splats(std::size_t tile, FilmSnapshot& out) const {
+  const std::vector<SplatPixel>& splats = splats_.tiles[tile];
+  if (splats.empty() || tiles_[tile].state->pixels.empty()) {
+    return;
+  }
+  const auto r = static_cast<std::size_t>(replicates_);
+  const std::size_t shares = shares_.size();
+  const std::size_t plane = tiles_[tile].state->pixels.size();
+  for_each_run(rects_[tile], out.rect, [&](const Run& run) {
+    for (std::size_t i = 0; i < run.count * r; ++i) {
+      const std::size_t from = run.from * r + i;
+      ReplicatePixel& pixel = out.pixels[run.to * r + i];
+      fold_splats(pixel, splats[from], paths_per_pixel(i % r));
+      for (std::size_t k = 0; k < shares; ++k) {
+        ReplicatePixel light;
+        light.count = pixel.count;
+        fold_splats(light, splats[(k + 1) * plane + from], paths_per_pixel(i % r));
+        out.shares[(run.to * r + i) * shares + k] += {light.mean_r, light.mean_g, light.mean_b};
+      }
+    }
+  });
+}
 
 FilmSnapshot Film::snapshot(PixelRect rect) const {
   FilmSnapshot out;
@@ -30,44 +103,22 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   out.matte_kinds = matte_kinds_;
   out.labels.resize(has_labels_ ? pixels : 0);
   out.mattes.resize(pixels * kinds);
-  MutexLock lock(mutex_);
-  out.revision = revision_;
-  for (const Slot& slot : tiles_) {
-    const PixelRect& t = slot.state.rect;
-    const int x0 = std::max(t.x, rect.x);
-    const int x1 = std::min(t.x + t.width, rect.x + rect.width);
-    const int y0 = std::max(t.y, rect.y);
-    const int y1 = std::min(t.y + t.height, rect.y + rect.height);
-    if (x0 >= x1 || slot.state.pixels.empty()) {
-      continue;
+  std::vector<std::shared_ptr<const TileState>> states;
+  {
+    MutexLock lock(mutex_);
+    out.revision = revision_;
+    for (const Slot& slot : tiles_) {
+      states.push_back(slot.state);
     }
-    for (int y = y0; y < y1; ++y) {
-      const auto from = static_cast<std::size_t>(y - t.y) * static_cast<std::size_t>(t.width) +
-                        static_cast<std::size_t>(x0 - t.x);
-      const auto to = static_cast<std::size_t>(y - rect.y) * static_cast<std::size_t>(rect.width) +
-                      static_cast<std::size_t>(x0 - rect.x);
-      const auto n = static_cast<std::size_t>(x1 - x0);
-      std::copy_n(&slot.state.pixels[from * r], n * r, &out.pixels[to * r]);
-      const auto tile = static_cast<std::size_t>(&slot - tiles_.data());
-      for (std::size_t i = 0; has_splats_ && !splats_.tiles[tile].empty() && i < n * r; ++i) {
-        const std::vector<SplatPixel>& splats = splats_.tiles[tile];
-        fold_splats(out.pixels[to * r + i], splats[from * r + i], paths_per_pixel(i % r));
+    if (has_splats_) {  // sums of the whole film change with every commit
+      copy_tiles(states, out);
+      for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+        add_folded_splats(tile, out);
       }
-      if (has_aux_) {
-        std::copy_n(&slot.state.aux[from], n, &out.aux[to]);
-      }
-      if (k > 0) {
-        std::copy_n(&slot.state.shares[from * r * k], n * r * k, &out.shares[to * r * k]);
-        add_splatted_shares(tile, {from, to, n}, out);
-      }
-      if (has_labels_) {
-        std::copy_n(&slot.state.labels[from], n, &out.labels[to]);
-      }
-      if (kinds > 0) {
-        std::copy_n(&slot.state.mattes[from * kinds], n * kinds, &out.mattes[to * kinds]);
-      }
+      return out;
     }
   }
+  copy_tiles(states, out);
   return out;
 }
 

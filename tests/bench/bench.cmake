@@ -42,5 +42,13 @@ if(TARGET core_scene_io AND TARGET core_image_io)
     tessera_lto)
 endif()
 
+# Speed over threads: of this machine, and simulated.
+if(TARGET core_scene_io AND TARGET core_image_io)
+  add_executable(scaling_bench bench/scaling_bench.cpp bench/named_view.cpp bench/bench_views.cpp
+    render/asset_files.cpp)
+  target_link_libraries(scaling_bench PRIVATE test_support core_scene_io core_image_io core
+    tessera_lto)
+endif()
+
 # Small requests, as many as the server answers.
 add_executable(http_load bench/http_load.cpp)

@@ -8,6 +8,7 @@ import type {
   Job,
   JobList,
   JobState,
+  Meter,
   Pixel,
   Problem,
   Scene,
@@ -149,6 +150,7 @@ export const api = {
     json<Convergence>(`${job(id)}/convergence`, { signal }),
   pixel: (id: string, x: number, y: number, signal?: AbortSignal) =>
     json<Pixel>(`${job(id)}/pixels/${x}/${y}`, { signal }),
+  meter: (id: string, signal?: AbortSignal) => json<Meter>(`${job(id)}/meter`, { signal }),
   compare: (a: string, b: string) =>
     json<Comparison>('/v1/comparisons', { method: 'POST', json: { a, b } }),
   openSession: async (key: string) =>
@@ -162,6 +164,8 @@ export const api = {
       json: { gltf, files },
     }),
 };
+
+export const meterUrl = (id: string): string => `${job(id)}/meter.csv`;
 
 export function imageUrl(
   id: string,

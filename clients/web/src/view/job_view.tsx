@@ -17,10 +17,12 @@ import { Inspector } from './inspector';
 import { JobHeader } from './job_header';
 import { JobSettings } from './job_settings';
 import { absence, sceneTitle } from './job_words';
+import { MeterTable } from './meter_table';
 import { Stage, type Probe } from './stage';
 import { Statistics } from './statistics';
+import { StrategyPyramid } from './strategy_pyramid';
 import { Toolbar } from './toolbar';
-import { modeNamed, needsAllPlanes } from './view_modes';
+import { modeNamed, needsAllPlanes, type Mode } from './view_modes';
 
 /** Opens the job's feed while the component is there and redraws it when the feed changes. */
 export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
@@ -120,6 +122,8 @@ function useProbe(jobId: string): [Probe | null, (probe: Probe | null) => void] 
   return [probe, setProbe];
 }
 
+const showMode = (next: Mode): void => keepChoice('show', next === 'picture' ? '' : next);
+
 export function JobView({ jobId }: { jobId: string }) {
   const feed = useFeed(jobId, 'mean');
   const { state } = feed;
@@ -189,7 +193,7 @@ export function JobView({ jobId }: { jobId: string }) {
           mode={mode}
           film={film}
           tooLarge={state.tooLarge}
-          onMode={(next) => keepChoice('show', next === 'picture' ? '' : next)}
+          onMode={showMode}
         />
         {job && shows(job) && (
           <Later>
@@ -209,6 +213,16 @@ export function JobView({ jobId }: { jobId: string }) {
         {job && shows(job) && (
           <Later>
             <Inspector job={job} film={film} probe={probe} onRelease={() => setProbe(null)} />
+          </Later>
+        )}
+        {job && shows(job) && (
+          <Later>
+            <StrategyPyramid job={job} mode={mode} onMode={showMode} />
+          </Later>
+        )}
+        {job?.spec.meter && (
+          <Later>
+            <MeterTable key={job.id} job={job} />
           </Later>
         )}
         {job && (

@@ -9,8 +9,10 @@ import { useStore } from '../ui/store';
 import { useMix } from './light_mixer';
 import { isLayer, isShare, jobModes, layerModes, type Mode } from './view_modes';
 
-/** The newest revision, taken up now and then while the film grows. */
-function useRevision(job: Job, large: boolean, mode: Mode): number {
+/**
+ * The newest revision, taken up now and then while the film grows; at once where `view` changes.
+ */
+export function useRevision(job: Job, large: boolean, view: string): number {
   const [revision, setRevision] = useState(job.revision ?? 0);
   const latest = useRef(revision);
   latest.current = job.revision ?? 0;
@@ -20,7 +22,7 @@ function useRevision(job: Job, large: boolean, mode: Mode): number {
     if (!running) return;
     const timer = setInterval(() => setRevision(latest.current), large ? 2000 : 5000);
     return () => clearInterval(timer);
-  }, [running, large, mode]);
+  }, [running, large, view]);
   return revision;
 }
 

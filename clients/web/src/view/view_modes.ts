@@ -85,6 +85,18 @@ export const isShare = (name: string): name is Share =>
 export const isPart = (name: string): boolean =>
   isShare(name) && name !== 'irradiance' && !name.endsWith(':unweighted');
 
+/** A layer of `bdpt`: paths of s vertices from the light and t from the camera. */
+export interface Strategy {
+  layer: Share;
+  s: number;
+  t: number;
+  unweighted: boolean;
+}
+export function strategyOf(layer: string): Strategy | null {
+  const [, s, t, bare] = /^st:(\d+),(\d+)(:unweighted)?$/.exec(layer) ?? [];
+  return t ? { layer: layer as Share, s: Number(s), t: Number(t), unweighted: !!bare } : null;
+}
+
 function shareMode(name: Share): ModeInfo {
   if (name === 'irradiance')
     return {
@@ -92,20 +104,20 @@ function shareMode(name: Share): ModeInfo {
       label: 'Irradiance',
       meaning: 'Light that falls on the surfaces, whatever they do with it.',
     };
-  const [kind, which] = [name.slice(0, name.indexOf(':')), name.slice(name.indexOf(':') + 1)];
-  if (kind === 'light')
-    return { mode: name, label: which, meaning: `Light of the group of lights “${which}”.` };
-  if (kind === 'st') {
-    const [lengths, bare] = which.split(':');
-    const [s, t] = lengths.split(',');
+  const strategy = strategyOf(name);
+  if (strategy) {
+    const { s, t, unweighted } = strategy;
     return {
       mode: name,
-      label: `s${s} t${t}${bare ? ' bare' : ''}`,
+      label: `s${s} t${t}${unweighted ? ' bare' : ''}`,
       meaning: `Light of paths with ${s} vertices from the light and ${t} from the camera${
-        bare ? ', without the weight of that strategy' : ''
+        unweighted ? ', without the weight of that strategy' : ''
       }.`,
     };
   }
+  const [kind, which] = [name.slice(0, name.indexOf(':')), name.slice(name.indexOf(':') + 1)];
+  if (kind === 'light')
+    return { mode: name, label: which, meaning: `Light of the group of lights “${which}”.` };
   const more = which.endsWith('-') ? ' and more' : '';
   const count = which.replace('-', '');
   return {

@@ -1,0 +1,84 @@
+import { useEffect, useState } from 'preact/hooks';
+import { api, meterUrl } from '../api/client';
+import type { Job, MeterReading } from '../api/types';
+import { count, measured, number } from '../ui/format';
+import { useRevision } from './server_image';
+
+/** More are in the CSV. */
+const rowsMost = 256;
+
+function useReadings(job: Job): MeterReading[] {
+  const [readings, setReadings] = useState<MeterReading[]>([]);
+  const revision = useRevision(job, false, 'meter');
+  const { id, state } = job;
+  useEffect(() => {
+    if (!revision) return;
+    const abort = new AbortController();
+    api
+      .meter(id, abort.signal)
+      .then(({ points }) => setReadings(points))
+      .catch(() => undefined); // The next revision asks again.
+    return () => abort.abort();
+  }, [id, state, revision]);
+  return readings;
+}
+
+/** What the job's meter has measured: irradiance and illuminance with their 95% intervals. */
+export function MeterTable({ job }: { job: Job }) {
+  const readings = useReadings(job);
+  if (!readings.length) return null;
+  const lux = readings.map((r) => r.illuminance_lux);
+  const mean = lux.reduce((sum, v) => sum + v, 0) / lux.length;
+  return (
+    <section class="card" aria-labelledby="meter-title" data-testid="meter">
+      <header class="card-head">
+        <h2 id="meter-title">Irradiance</h2>
+        <a class="link" href={meterUrl(job.id)} download={`meter-${job.id}.csv`}>
+          CSV
+        </a>
+      </header>
+      {readings.length > 1 && (
+        <p class="hint" data-testid="meter-summary">
+          {count(readings.length)} points: {number(Math.min(...lux))} to{' '}
+          {number(Math.max(...lux))} lux, mean {number(mean)} lux.
+        </p>
+      )}
+      <div class="lab-table meter-table" tabIndex={0} role="group" aria-label="Readings">
+        <table>
+          <thead>
+            <tr>
+              <th scope="col">Position, m</th>
+              <th scope="col">lux</th>
+              <th scope="col">W/m²</th>
+            </tr>
+          </thead>
+          <tbody>
+            {readings.slice(0, rowsMost).map((r, i) => {
+              const [value, half] = measured(r.illuminance_lux, (r.high - r.low) / 2);
+              return (
+                <tr
+                  key={i}
+                  title={
+                    `95% interval ${number(r.low)} to ${number(r.high)} lux; ` +
+                    `${count(r.samples)} paths`
+                  }
+                >
+                  <th scope="row" class="mono">
+                    {r.position.map((v) => number(v)).join(' ')}
+                  </th>
+                  <td class="mono">
+                    {value} <span class="dim">± {half}</span>
+                  </td>
+                  <td class="mono">{number(r.irradiance_w_m2)}</td>
+                </tr>
+              );
+            })}
+          </tbody>
+        </table>
+      </div>
+      {readings.length > rowsMost && (
+        <p class="hint">The first {rowsMost} of them; all are in the CSV.</p>
+      )}
+    </section>
+  );
+}

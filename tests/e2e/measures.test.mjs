@@ -94,7 +94,9 @@ test('readings of a meter stand beside the image as the server has them', async 
   await withPageOf(browser, server, desktop, `#/jobs/${id}`, async (page) => {
     const cells = await until('the table', async () => {
       const all = await page.$$eval('[data-testid=meter] tbody tr', (rows) =>
-        rows.map((row) => [...row.querySelectorAll('td')].map((cell) => parseFloat(cell.innerText))),
+        rows.map((row) =>
+          [...row.querySelectorAll('td')].map((td) => parseFloat(td.innerText.replaceAll('−', '-'))),
+        ),
       );
       return all.length && all;
     });

@@ -238,7 +238,7 @@ class Film {
   void add_folded_splats(std::size_t tile, FilmSnapshot& out) const REQUIRES(mutex_);
   double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
   struct Slot {
-    /// Never null, never changed: who copies it needs no lock.
+    /// Never null, never changed: copying it needs no lock.
     std::shared_ptr<const TileState> state;
     SampleCounts counts;
     TileSums sums;

@@ -1,12 +1,12 @@
 // How a job scales over threads: scaling_bench [SCENE [SAMPLES [WIDTH]]] (cornell-box, 64, 960).
 //
-// Measured: CPU seconds of a sample, and speed over that of one thread, with as many threads as
-// this machine has. Simulated, for more: a task hands out its own slices to virtual threads, one
-// process renders each and notes its CPU seconds, and whoever ends first in virtual time delivers
-// first. What a thread does between two slices (taking one, committing it, decisions at the end of
-// a pass) counts as if one lock were held for all of it, which is more than the task does, but for
-// the tile's copy and its sums: these are timed apart, and each thread makes its own. Memory and
-// caches of large machines are not simulated.
+// Measured: speed over that of one thread, with as many threads as this machine has. Simulated, for
+// more: a task hands out its slices to virtual threads, one process renders each of them and notes
+// its CPU seconds, and the slice that ends first in virtual time is delivered first. What a thread
+// does between two slices (taking one, committing it, decisions at the end of a pass) counts as if
+// one lock were held for all of it, which is more than the task does, but for the tile's copy and
+// its sums: these are timed apart, and each thread makes its own. Memory and caches of large
+// machines are not simulated.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -163,7 +163,7 @@ Simulated simulate(const std::shared_ptr<const core::Renderer>& renderer, int sa
     const double at = run(
         next.at, [&] { return sums_of(*job.film, done.state); }, unlocked.sums,
         [&] { task.accept(std::move(done)); });
-    // Those who waited for work ask again when there may be some.
+    // Idle threads ask again when there may be some.
     for (double& since : idle) {
       since = std::max(since, at);
     }

@@ -14,7 +14,7 @@ export function FirstLook({ job, film }: { job: Job; film: LiveFilm | null }) {
   const [src] = useState(() => {
     if (!job.revision || (film && film.tilesSeen > 0)) return '';
     const { exposure, tone: tonemap } = display.get();
-    // JPEG is made in a quarter of the time of WebP; only WebP has alpha, in a tenth of PNG's bytes.
+    // JPEG is made in a quarter of WebP's time; only WebP has alpha, in a tenth of PNG's bytes.
     const isOpaque = job.spec.background?.type !== 'transparent';
     return imageUrl(job.id, isOpaque ? 'jpg' : 'webp', { exposure, tonemap });
   });

@@ -44,7 +44,7 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
       const MediumStretch stretch(path, solid, is_met ? vertex.distance_m : kFar);
       sample = stretch.sample(path);
       if (can_aim(path, stretch)) {
-        aim.emplace(stretch, stretch.median());
+        aim = MediumAim{stretch, stretch.median()};
         add_light_along(path, *aim);
       }
     }

@@ -91,6 +91,28 @@ double noise_scale(const std::vector<double>& y, const std::vector<double>& vari
   return *nth * degrees / chi2_quantile(kSmoothShare, degrees);
 }
 
+/// Spreads are of camera paths alone. Splats are counts, whose variance goes with the light.
+void add_splat_noise(const std::vector<double>& y, std::vector<double>& variance, int width,
+                     int height) {
+  SummedArea sums(width, height);
+  for (int py = 0; py < height; ++py) {
+    for (int px = 0; px < width; ++px) {
+      sums.set(px, py, y[at(width, px, py)]);
+    }
+  }
+  std::vector<double> light(y.size());
+  for (int py = 0; py < height; ++py) {
+    for (int px = 0; px < width; ++px) {
+      const PixelRect window = window_around(px, py, kSpreadWindow, width, height);
+      light[at(width, px, py)] = std::max(sums.sum(window), 0.0) / (window.width * window.height);
+    }
+  }
+  const double scale = noise_scale(y, light, width, height);
+  for (std::size_t i = 0; i < variance.size(); ++i) {
+    variance[i] = std::max(variance[i], scale * light[i]);
+  }
+}
+
 /// Of the mean luminance, where no pixel has two samples: what neighbours differ by.
 std::vector<double> variance_of_neighbours(const std::vector<double>& y, int width, int height) {
   SummedArea sums(width, height);
@@ -167,8 +189,12 @@ HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part) {
         variance[i] = (own.squares + kPrior * pooled) / (own.degrees + kPrior) / counts[i];
       }
     }
-    const double scale = noise_scale(y, variance, width, height);
-    std::for_each(variance.begin(), variance.end(), [scale](double& v) { v *= scale; });
+    if (film.has_splats) {
+      add_splat_noise(y, variance, width, height);
+    } else {
+      const double scale = noise_scale(y, variance, width, height);
+      std::for_each(variance.begin(), variance.end(), [scale](double& v) { v *= scale; });
+    }
   } else {
     variance = variance_of_neighbours(y, width, height);
   }

@@ -12,6 +12,7 @@ set(CORE_TEST_SOURCES
   film_merge_test.cpp
   film_test.cpp
   flip_test.cpp
+  half_picture_test.cpp
   integrators_test.cpp
   labels_test.cpp
   light_shares_test.cpp

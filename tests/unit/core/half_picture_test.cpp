@@ -1,0 +1,66 @@
+// What a half knows of its noise where particles are splatted onto it.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/denoise/denoiser.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::FilmSnapshot;
+using test_support::Random;
+
+constexpr int kSide = 64;
+constexpr int kSamples = 16;             ///< of a half
+constexpr double kSplatVariance = 0.01;  ///< over the light
+constexpr double kEdgeVariance = 0.25;   ///< of a sample, over the square of the light
+constexpr double kVarianceBeside = 0.0001;
+
+double light_at(int x) { return 0.5 + 0.5 * x / kSide; }
+bool is_edge(int x) { return x == 10 || x == 11; }
+
+/// Camera paths alone have a spread: hardly any, but for an edge. Splats bring noise everywhere.
+FilmSnapshot splatted() {
+  FilmSnapshot film;
+  film.rect = {0, 0, kSide, kSide};
+  film.has_splats = true;
+  Random random(1);
+  for (int i = 0; i < kSide * kSide * 2; ++i) {
+    const int x = i / 2 % kSide;
+    const double mu = light_at(x);
+    const double deviation = mu * std::sqrt(is_edge(x) ? kEdgeVariance : kVarianceBeside);
+    test_support::Moments moments;
+    for (int s = 0; s < kSamples; ++s) {
+      moments.add(mu + deviation * random.normal());
+    }
+    const auto v =
+        static_cast<float>(moments.mean + std::sqrt(kSplatVariance * mu) * random.normal());
+    film.pixels.push_back({v, v, v, 1, static_cast<float>(moments.m2), kSamples});
+  }
+  return film;
+}
+
+/// Mean over a column of the variance of the half's mean, a channel.
+double variance_at(const FilmSnapshot& film, int x) {
+  const core::HalfPicture half = core::half_picture(film, 0);
+  double sum = 0;
+  for (int y = 0; y < kSide; ++y) {
+    sum += static_cast<double>(half.variance[static_cast<std::size_t>(y * kSide + x)]);
+  }
+  return sum / kSide / 3;
+}
+
+TEST(HalfPicture, SplatsHaveTheVarianceOfCountsAndEdgesThatOfTheirSpread) {
+  FilmSnapshot film = splatted();
+  const double beside = variance_at(film, 40) / (kSplatVariance * light_at(40));
+  EXPECT_GT(beside, 0.5);
+  EXPECT_LT(beside, 2);
+  const double of_edge = kEdgeVariance / kSamples * light_at(10) * light_at(10);
+  EXPECT_GT(variance_at(film, 10) / of_edge, 0.5);
+  EXPECT_LT(variance_at(film, 10) / of_edge, 2);
+  film.has_splats = false;  // planted: splats' noise is taken for that of the camera's paths
+  EXPECT_GT(variance_at(film, 10) / of_edge, 10);
+}
+
+}  // namespace

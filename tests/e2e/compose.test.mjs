@@ -183,11 +183,12 @@ test(
     await server.kill();
     await page.locator('.stage').focus();
     await page.keyboard.press('ArrowLeft');
-    await page.getByText('Reconnecting…').waitFor();
+    const notice = page.getByText('Reconnecting…', { exact: true });
+    await notice.waitFor();
     assert.equal(await page.getByText('cannot be made').count(), 0);
     await server.start(Number(new URL(server.url).port));
     await until('the turned preview', () => isOther(page, first));
-    await until('no notice', async () => !(await page.getByText('Reconnecting…').count()));
+    await until('no notice', async () => !(await notice.count()));
     assert.deepEqual(page.faults, []);
     await page.context().close();
   },

@@ -119,6 +119,37 @@ void check_spectral(const core::RenderSettings& render, Faults& faults) {
   }
 }
 
+/// Paths of different times have nothing to share, and a meter has one time.
+void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
+  constexpr std::string_view kOption = "/shutter_seconds";
+  const auto accepts = [kOption](const core::IntegratorEntry& each) {
+    return std::find(each.accepts.begin(), each.accepts.end(), kOption) != each.accepts.end();
+  };
+  if (!(spec.render.shutter_seconds > 0)) {
+    return;
+  }
+  if (!spec.time_seconds) {
+    faults.add(std::string(kOption),
+               "does not go with time_seconds null: in the rest pose nothing moves");
+  }
+  if (!accepts(row)) {
+    std::string others;
+    for (const core::IntegratorEntry& other : core::integrators()) {
+      if (accepts(other)) {
+        others += (others.empty() ? ", but by '" : ", '") + std::string(other.name) + "'";
+      }
+    }
+    faults.add(std::string(kOption),
+               "is not used by integrator '" + std::string(row.name) + "'" + others);
+  }
+  if (spec.render.light_sampler == core::LightSamplerType::kRestir) {
+    faults.add("/light_sampler/type", "'restir' does not go with shutter_seconds");
+  }
+  if (!spec.render.meter.empty()) {
+    faults.add("/meter", "does not go with shutter_seconds");
+  }
+}
+
 /// What is not found along one path alone has no share.
 void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   const core::RenderSettings& render = spec.render;
@@ -269,13 +300,14 @@ void check_options(const JobSpec& spec, Faults& faults) {
   check_error_target(spec.stop, spec, faults);
   check_shares(spec, *row, faults);
   check_spectral(spec.render, faults);
+  check_shutter(spec, *row, faults);
   JobSpec plain;
   plain.render = core::default_settings(row->name, spec.stop.relative_error.has_value());
   const Json seen = to_json(spec);
   const Json usual = to_json(plain);
   for (const std::string_view option : core::integrator_options()) {
     const Json::json_pointer pointer{std::string(option)};
-    if (!seen.contains(pointer)) {
+    if (!seen.contains(pointer) || !usual.contains(pointer)) {
       continue;  // shown where it is accepted, and refused elsewhere when it is read
     }
     const bool is_accepted =

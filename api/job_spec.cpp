@@ -232,6 +232,12 @@ const auto& table() {
       number(
           "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
           "Animation time, seconds; null: the rest pose, which the file's own transforms give."),
+      shown_if([](const JobSpec& s) { return s.render.shutter_seconds > 0; },
+               number(
+                   "shutter_seconds", [](auto& s) -> auto& { return s.render.shutter_seconds; },
+                   {0, 1e6},
+                   "How long the shutter is open, seconds, from time_seconds on: what animations "
+                   "move then, the file's camera too, is blurred. 0: nothing is.")),
       shown_if([](const JobSpec& s) { return s.render.film.motion; },
                number(
                    "motion_seconds", [](auto& s) -> auto& { return s.motion_seconds; }, {-1e6, 1e6},

@@ -120,6 +120,10 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
   app.add_option("--focus", flags.focus_distance_m, "Distance in focus, metres")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
+  app.add_option("--shutter", flags.shutter_seconds,
+                 "Seconds that the shutter is open: what animations move then is blurred (0)")
+      ->check(within(0, 1'000'000))
+      ->type_name("S");
   app.add_option("--variant", flags.variant, "Material variant of the scene, by name")
       ->type_name("NAME");
   app.add_option("--crop", flags.crop, "Render this part of the image only, pixels")
@@ -240,6 +244,9 @@ void put_view(const JobFlags& flags, Json& request) {
   put_number("environment", "rotation_degrees", flags.environment_rotation_degrees);
   if (flags.variant) {
     request["variant"] = *flags.variant;
+  }
+  if (flags.shutter_seconds) {
+    request["shutter_seconds"] = *flags.shutter_seconds;
   }
   if (!flags.crop.empty()) {
     object_at(request, "film")["crop"] = {{"x", flags.crop[0]},

@@ -35,6 +35,7 @@ struct JobFlags {
   std::optional<double> aperture_radius_m;
   std::optional<double> focus_distance_m;
   std::optional<std::string> variant;
+  std::optional<double> shutter_seconds;
   std::vector<int> crop;  ///< x, y, width, height in pixels; or empty
   std::optional<double> environment_rotation_degrees;
   bool is_transparent = false;

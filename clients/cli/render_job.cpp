@@ -158,6 +158,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), nullptr};
   core::GltfOptions options;
   options.time_seconds = job.spec.time_seconds;
+  options.shutter_seconds = job.spec.render.shutter_seconds;
   options.variant = job.spec.variant;
   auto description = load_scene(job.spec.scene, options);
   if (!description) {
@@ -192,6 +193,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
                      .settings = job.spec.render};
   if (const auto seconds = api::later_seconds(job.spec)) {
     options.time_seconds = seconds;
+    options.shutter_seconds = 0;
     options.geometry_only = true;
     auto later = load_scene(job.spec.scene, options);
     if (!later) {

@@ -136,6 +136,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   }
   core::GltfOptions options;
   options.time_seconds = spec.time_seconds;
+  options.shutter_seconds = spec.render.shutter_seconds;
   options.variant = spec.variant;
   const auto resolve = [&files](std::string_view uri) -> core::SharedBytes {
     const auto at = files.find(std::string(uri));
@@ -158,6 +159,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   view.settings = spec.render;
   if (const auto seconds = api::later_seconds(spec)) {
     options.time_seconds = seconds;
+    options.shutter_seconds = 0;
     options.geometry_only = true;
     auto later = core::load_gltf(*files[""], resolve, options);
     if (!later) {

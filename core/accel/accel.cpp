@@ -47,8 +47,14 @@ bool count_memory(void* user, ssize_t bytes, bool /*post*/) {
 
 void attach_mesh(RTCDevice device, RTCScene scene, const AccelGeometry& mesh, std::uint32_t id) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(1 + mesh.later.size()));
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                              mesh.positions.data(), 0, sizeof(Vec3), mesh.positions.size());
+  unsigned slot = 0;
+  for (const std::span<const Vec3> positions : mesh.later) {
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, ++slot, RTC_FORMAT_FLOAT3,
+                               positions.data(), 0, sizeof(Vec3), positions.size());
+  }
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.indices.data(), 0, 3 * sizeof(std::uint32_t),
                              mesh.indices.size() / 3);
@@ -74,7 +80,7 @@ RTCRay to_embree(const Ray& ray) {
   out.dir_x = ray.direction.x;
   out.dir_y = ray.direction.y;
   out.dir_z = ray.direction.z;
-  out.time = 0;
+  out.time = ray.time;
   out.tfar = ray.t_max;
   out.mask = 0xffffffffU;
   out.id = 0;

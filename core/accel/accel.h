@@ -23,6 +23,7 @@ struct Ray {
   Vec3 direction;  ///< need not be unit; t is in its lengths
   float t_min = 0;
   float t_max = 3.4e38F;
+  float time = 0;  ///< share of the open shutter's interval
 };
 
 inline constexpr std::uint32_t kNoInstance = 0xffffffffU;
@@ -35,7 +36,7 @@ struct RawHit {
   std::uint32_t primitive = 0;
 };
 
-/// Eight rays side by side, as Ray from t = 0 on.
+/// Eight rays side by side, as Ray from t = 0 on, at time 0.
 struct alignas(32) RayPacket {
   float origin_x[8], origin_y[8], origin_z[8];
   float direction_x[8], direction_y[8], direction_z[8];
@@ -53,6 +54,9 @@ struct AccelGeometry {
   std::span<const Vec3>
       positions;  ///< with at least 16 readable bytes after the last but one float
   std::span<const std::uint32_t> indices;
+  /// Positions at further, evenly spaced times until 1; between them vertices go straight. Empty:
+  /// nothing moves.
+  std::vector<std::span<const Vec3>> later = {};
 };
 
 struct AccelInstance {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/description/moved_vertices.h"
 #include "core/image_io/image.h"
 #include "core/math/bounds.h"
 #include "core/math/transform.h"
@@ -108,6 +109,9 @@ struct PrimitiveDescription {
   int material = -1;     ///< -1: glTF's default material
   std::uint32_t id = 0;  ///< 1 + its number among the primitives of all meshes of the file; 0: of
                          ///< those here
+  /// Where the vertices are at further, evenly spaced times of an open shutter, its end the last:
+  /// world space. Pre: one instance has the mesh. Empty: it stays.
+  std::vector<MovedVertices> later = {};
 };
 
 struct MeshDescription {
@@ -159,6 +163,7 @@ struct CameraDescription {
   float x_magnification = 1;            ///< orthographic: half the width in metres
   float y_magnification = 1;            ///< orthographic: half the height in metres
   Transform to_world;                   ///< looks along -z, y up
+  std::vector<Transform> later = {};    ///< as of PrimitiveDescription; empty: it stays
 };
 
 struct SceneDescription {

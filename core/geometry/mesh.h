@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/description/moved_vertices.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
 
@@ -23,6 +24,9 @@ struct MeshData {
   std::uint32_t material = 0;
   std::uint32_t primitive = 0;  ///< PrimitiveDescription::id
   bool in_world_space = false;
+  /// Of a mesh in world space that moves while the shutter is open: evenly spaced times until 1,
+  /// padded as `positions` is. Rays of time 0 meet the mesh itself.
+  std::vector<MovedVertices> later;
 
   std::size_t triangle_count() const noexcept { return indices.size() / 3; }
   std::size_t bytes() const noexcept;

@@ -74,9 +74,9 @@ Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
   const Vec4 v = path.sampler.get_4d(dimension_group(0, BounceGroup::kBsdf));
   const Vec3 local = cosine_hemisphere({v.y, v.z});
   path.beta = Rgb(1);
-  path.ray = {};
-  path.ray.origin = origin;
-  path.ray.direction = frame_from_normal(normal).to_world(local);
+  path.ray = {.origin = origin,
+              .direction = frame_from_normal(normal).to_world(local),
+              .time = path.ray.time};
   path.last = {cosine_hemisphere_pdf_solid_angle(local.z), point, normal, 1};
   path.depth = 1;
   path.is_sharp = false;

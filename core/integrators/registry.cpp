@@ -10,7 +10,7 @@
 namespace core {
 namespace {
 
-constexpr std::array<std::string_view, 13> kPathOptions = {
+constexpr std::array<std::string_view, 14> kPathOptions = {
     "/integrator/max_depth",
     "/estimator/strategy",
     "/estimator/mis",
@@ -24,9 +24,10 @@ constexpr std::array<std::string_view, 13> kPathOptions = {
     "/adaptive",
     "/medium",
     "/spectral",
+    "/shutter_seconds",
 };
-constexpr std::array<std::string_view, 4> kDirectOptions = {"/sampler/type", "/sampler/replicates",
-                                                            "/adaptive", "/spectral"};
+constexpr std::array<std::string_view, 5> kDirectOptions = {
+    "/sampler/type", "/sampler/replicates", "/adaptive", "/spectral", "/shutter_seconds"};
 constexpr std::array<std::string_view, 3> kLightTraceOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
 constexpr std::array<std::string_view, 4> kAutomaticOptions = {

@@ -5,6 +5,7 @@
 
 #include "core/accel/accel.h"
 #include "core/camera/camera.h"
+#include "core/camera/moving_camera.h"
 #include "core/film/filter.h"
 #include "core/lights/backdrop.h"
 #include "core/samplers/dimensions.h"
@@ -107,7 +108,7 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
   const FilmSettings& film = view.settings.film;
   const SceneSummary& summary = view.scene->summary();
   const auto camera =
-      Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+      MovingCamera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
   if (!camera) {
     return camera.error();
   }
@@ -134,7 +135,9 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
         const FilterSampler::Offset at = filter.sample({u.x, u.y});
         const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
                               static_cast<float>(y) + 0.5F + at.offset_px.y};
-        const Found found = first_rough_surface(view, camera->ray(film_px, {u.z, u.w}), sampler);
+        const float time = view.settings.shutter_seconds > 0 ? sampler.get_4d(kTimeGroup).x : 0.0F;
+        const Found found =
+            first_rough_surface(view, camera->ray(film_px, {u.z, u.w}, time), sampler);
         if (is_finite(found.albedo + found.normal + found.emission + Rgb(found.depth_m))) {
           albedo.add(found.albedo);
           normal.add(found.normal);

@@ -11,11 +11,13 @@
 #include "core/base/check.h"
 #include "core/base/cpu_time.h"
 #include "core/camera/camera.h"
+#include "core/camera/moving_camera.h"
 #include "core/color/photometry.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"
 #include "core/labels/motion.h"
+#include "core/render/check_view.h"
 #include "core/render/choose_integrator.h"
 #include "core/render/filtered_splats.h"
 #include "core/render/meter.h"
@@ -53,7 +55,7 @@ Planned planned_integrator(const View& view, const Camera& camera) {
     estimator.splitting = SplittingType::kFixed;
   }
   planned.integrator = make();
-  if (view.wave_width > 0) {
+  if (view.wave_width > 0 && !(settings.shutter_seconds > 0)) {
     planned.waves = make_wave_tracer(input, view.wave_width);
   }
   return planned;
@@ -61,9 +63,10 @@ Planned planned_integrator(const View& view, const Camera& camera) {
 
 class PictureRenderer final : public Renderer {
  public:
-  PictureRenderer(View view, const Camera& camera, std::optional<Motion> motion)
+  PictureRenderer(View view, MovingCamera camera, std::optional<Motion> motion)
       : view_(std::move(view)),
-        camera_(camera),
+        moving_camera_(std::move(camera)),
+        camera_(moving_camera_.first()),
         motion_(std::move(motion)),
         filter_(view_.settings.film.filter),
         planned_(planned_integrator(view_, camera_)) {
@@ -122,7 +125,8 @@ class PictureRenderer final : public Renderer {
                     const std::stop_token& stop) const;
 
   View view_;
-  Camera camera_;
+  MovingCamera moving_camera_;
+  Camera camera_;                 ///< when the shutter opens
   std::optional<Motion> motion_;  ///< where the layer is recorded
   FilterSampler filter_;
   Planned planned_;
@@ -144,6 +148,10 @@ PictureRenderer::Start PictureRenderer::start(PathSampler& sampler, int x, int y
   const FilterSampler::Offset at = filter_.sample({u.x, u.y});
   const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
                         static_cast<float>(y) + 0.5F + at.offset_px.y};
+  if (view_.settings.shutter_seconds > 0) {
+    const float time = sampler.get_4d(kTimeGroup).x;
+    return {moving_camera_.ray(film_px, {u.z, u.w}, time), at.weight};
+  }
   return {camera_.ray(film_px, {u.z, u.w}), at.weight};
 }
 
@@ -378,56 +386,6 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
   return whole;
 }
 
-/// Media and shares of the light: does the integrator render them, with these options?
-Status check_light(const View& view, const IntegratorEntry* integrator) {
-  const RenderSettings& settings = view.settings;
-  const SceneData& scene = view.scene->data();
-  const auto refused = [](std::string message, std::string pointer) {
-    return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
-  };
-  const bool has_media = scene.has_scattering || settings.fog;
-  if (integrator == nullptr || (!has_media && settings.film.shares.empty() && !settings.spectral)) {
-    return ok_status();
-  }
-  if (has_media && !integrator->media) {
-    return refused("the scene has media that scatter light, which " + settings.integrator +
-                       " does not render; path does",
-                   "/integrator/type");
-  }
-  for (const LightShare& share : settings.film.shares) {
-    if (!keeps_share(*integrator, share)) {
-      return refused(settings.integrator + " does not keep '" + share.layer + "'", "/film/layers");
-    }
-    const auto& groups = scene.light_groups;
-    if (share.group && std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
-      return refused("'" + *share.group + "' is no group of lights of the scene", "/film/layers");
-    }
-  }
-  const bool is_irradiance =
-      std::any_of(settings.film.shares.begin(), settings.film.shares.end(),
-                  [](const LightShare& share) { return share.is_irradiance; });
-  if (settings.spectral && (is_irradiance || !settings.meter.empty())) {
-    return refused("irradiance is measured in colours", "/spectral");
-  }
-  if (settings.spectral && (settings.estimator.strategy == Strategy::kCosine ||
-                            settings.estimator.strategy == Strategy::kUniform)) {
-    return refused("a strategy for study does not go with wavelengths", "/estimator/strategy");
-  }
-  const std::string reason = has_media           ? "does not go with media that scatter"
-                             : settings.spectral ? "does not go with wavelengths"
-                                                 : "does not go with shares of the light";
-  if (settings.light_sampler == LightSamplerType::kRestir) {
-    return refused("'restir' " + reason, "/light_sampler/type");
-  }
-  if (settings.estimator.control_variate != ControlVariateType::kNone) {
-    return refused("a control variate " + reason, "/estimator/control_variate/type");
-  }
-  if (fit_type(settings) != FitType::kNone) {
-    return refused("'optimal' " + reason, "/estimator/mis/type");
-  }
-  return ok_status();
-}
-
 }  // namespace
 
 Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
@@ -456,6 +414,9 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
     return fits.error();
   }
   const RenderSettings& settings = view.settings;
+  if (const Status fits = check_shutter(settings, integrator); !fits) {
+    return fits.error();
+  }
   if (has_catcher(settings) &&
       (settings.integrator != "path" || settings.estimator.strategy != Strategy::kMis ||
        settings.light_sampler == LightSamplerType::kRestir || settings.fog || settings.spectral ||
@@ -466,12 +427,13 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
                  "/ground/type"};
   }
   const SceneSummary& summary = view.scene->summary();
-  const auto camera =
-      Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+  auto camera =
+      MovingCamera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
   if (!camera) {
     return camera.error();
   }
-  if (camera->type() == CameraType::kPanorama && integrator != nullptr && integrator->splats) {
+  if (camera->first().type() == CameraType::kPanorama && integrator != nullptr &&
+      integrator->splats) {
     // Filters reach over the seam of a panorama and its poles, where splats would be cut.
     return Error{ErrorCode::kInvalidArgument,
                  "'panorama' goes with integrators that follow paths from the camera alone, not " +
@@ -485,10 +447,10 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
     if (!later) {
       return later.error();
     }
-    motion = Motion{view.later, *camera, *later, static_cast<float>(film.width)};
+    motion = Motion{view.later, camera->first(), *later, static_cast<float>(film.width)};
   }
   std::shared_ptr<const Renderer> renderer =
-      std::make_shared<PictureRenderer>(std::move(view), *camera, std::move(motion));
+      std::make_shared<PictureRenderer>(std::move(view), *std::move(camera), std::move(motion));
   return renderer;
 }
 

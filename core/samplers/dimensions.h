@@ -67,6 +67,7 @@
 ///   stretch x       which light, for a stretch of medium  integrators/path_media
 ///   stretch y z     where on it                           integrators/path_media
 ///   stretch w       how far along the stretch             integrators/path_media
+///   time    x       when within the open shutter          render/renderer render/feature_pass
 ///   extra   0..     holes along a segment                 transport/intersect
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once
@@ -94,5 +95,8 @@ constexpr int vertex_group(int bounce) { return (3 << 20) + bounce; }
 
 /// The group "stretch": of a path's segment in a medium.
 constexpr int stretch_group(int bounce) { return (4 << 20) + bounce; }
+
+/// The group "time": of a path, while the shutter is open.
+inline constexpr int kTimeGroup = 5 << 20;
 
 }  // namespace core

@@ -35,7 +35,11 @@ std::size_t environment_bytes(const Image* map) {
 }  // namespace
 
 std::size_t MeshData::bytes() const noexcept {
-  return positions.capacity() * sizeof(Vec3) + indices.capacity() * sizeof(std::uint32_t) +
+  std::size_t moved = 0;
+  for (const MovedVertices& vertices : later) {
+    moved += (vertices.positions.capacity() + vertices.normals.capacity()) * sizeof(Vec3);
+  }
+  return moved + positions.capacity() * sizeof(Vec3) + indices.capacity() * sizeof(std::uint32_t) +
          normals.capacity() * sizeof(Vec3) + tangents.capacity() * sizeof(Vec4) +
          (uv[0].capacity() + uv[1].capacity()) * sizeof(Vec2) + colors.capacity() * sizeof(Vec4) +
          file_vertices.capacity() * sizeof(std::uint32_t);

@@ -10,6 +10,7 @@
 
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
+#include "core/scene/check_geometry.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/textures/colored_blocks.h"
@@ -27,7 +28,7 @@ class Builder {
     if (Status s = add_materials(); !s) {
       return s;
     }
-    if (Status s = check_meshes(); !s) {
+    if (Status s = check_geometry(from_); !s) {
       return s;
     }
     number_objects(from_, to_);
@@ -38,6 +39,7 @@ class Builder {
     add_lights();
     Bounds box = bounds_;
     box.add(ground_bounds_);
+    box.add(moved_bounds_);
     to_.center = box.empty() ? Vec3{} : box.center();
     to_.radius_m = box.empty() ? 0.0F : 0.5F * length(box.diagonal());
     return ok_status();
@@ -165,44 +167,6 @@ class Builder {
             }));
   }
 
-  Status check_meshes() {
-    for (std::size_t i = 0; i < from_.meshes.size(); ++i) {
-      for (std::size_t k = 0; k < from_.meshes[i].primitives.size(); ++k) {
-        const PrimitiveDescription& p = from_.meshes[i].primitives[k];
-        const std::string where =
-            "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
-        const std::size_t n = p.positions.size();
-        const auto fits = [n](std::size_t count) { return count == 0 || count == n; };
-        if (!fits(p.normals.size()) || !fits(p.tangents.size()) || !fits(p.uv[0].size()) ||
-            !fits(p.uv[1].size()) || !fits(p.colors.size())) {
-          return Error{ErrorCode::kInvalidArgument, "attributes differ in length", where};
-        }
-        if (p.indices.size() % 3 != 0 || std::any_of(p.indices.begin(), p.indices.end(),
-                                                     [n](std::uint32_t v) { return v >= n; })) {
-          return Error{ErrorCode::kInvalidArgument, "an index is outside the vertices",
-                       where + "/indices"};
-        }
-        if (std::any_of(p.positions.begin(), p.positions.end(),
-                        [](Vec3 v) { return !is_finite(v); })) {
-          return Error{ErrorCode::kInvalidArgument, "a position is not a finite number",
-                       where + "/attributes/POSITION"};
-        }
-      }
-    }
-    for (std::size_t i = 0; i < from_.instances.size(); ++i) {
-      const InstanceDescription& instance = from_.instances[i];
-      if (instance.mesh < 0 || instance.mesh >= static_cast<int>(from_.meshes.size())) {
-        return Error{ErrorCode::kInvalidArgument, "an instance names a mesh that does not exist",
-                     ""};
-      }
-      const Transform& m = instance.to_world;
-      if (!is_finite(m.x) || !is_finite(m.y) || !is_finite(m.z) || !is_finite(m.t)) {
-        return Error{ErrorCode::kInvalidArgument, "a transform is not finite", ""};
-      }
-    }
-    return ok_status();
-  }
-
   MeshData take(PrimitiveDescription&& p, const Transform* to_world) {
     MeshData mesh;
     mesh.material = p.material < 0 || p.material + 1 >= static_cast<int>(to_.materials.size())
@@ -237,6 +201,11 @@ class Builder {
     }
     mesh.positions.reserve(mesh.positions.size() + 1);
     mesh.positions.push_back(Vec3{});
+    mesh.later = std::move(p.later);
+    for (MovedVertices& moved : mesh.later) {
+      moved.positions.reserve(moved.positions.size() + 1);
+      moved.positions.push_back(Vec3{});
+    }
     return mesh;
   }
 
@@ -303,7 +272,12 @@ class Builder {
   }
 
   static AccelGeometry geometry(const MeshData& mesh) {
-    return {std::span<const Vec3>(mesh.positions.data(), mesh.positions.size() - 1), mesh.indices};
+    const std::size_t count = mesh.positions.size() - 1;
+    AccelGeometry out = {std::span(mesh.positions).first(count), mesh.indices};
+    for (const MovedVertices& moved : mesh.later) {
+      out.later.push_back(std::span(moved.positions).first(count));
+    }
+    return out;
   }
 
   Status build_accel(int threads, std::string_view isa) {
@@ -381,8 +355,13 @@ class Builder {
       (placed == to_.ground ? ground_bounds_ : bounds_)
           .add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
     }
-    if (!material.is_emissive) {
-      return;
+    for (const MovedVertices& moved : mesh.later) {
+      for (std::size_t i = 0; i + 1 < moved.positions.size(); ++i) {
+        moved_bounds_.add(moved.positions[i]);
+      }
+    }
+    if (!material.is_emissive || !mesh.later.empty()) {
+      return;  // light samples have no time: paths find the light of what moves
     }
     to_.placed[placed].first_light = static_cast<std::uint32_t>(to_.triangle_lights.size());
     const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
@@ -478,6 +457,7 @@ class Builder {
   std::size_t placed_triangles_ = 0;
   Bounds bounds_;         ///< of the model
   Bounds ground_bounds_;  ///< of what it stands on
+  Bounds moved_bounds_;   ///< at later times of an open shutter
 };
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "core/math/numbers.h"
@@ -11,11 +12,25 @@ struct Corners {
   std::uint32_t v[3];
 };
 
-Corners corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle) {
+/// Of a vertex of a mesh that moves, straight between its time steps, as Embree has it.
+Vec3 at_time(const MeshData& mesh, std::vector<Vec3> MovedVertices::*values, Vec3 first,
+             std::uint32_t vertex, float time) {
+  const float at = time * static_cast<float>(mesh.later.size());
+  const std::size_t step = std::min(static_cast<std::size_t>(at), mesh.later.size() - 1);
+  const float part = at - static_cast<float>(step);
+  const Vec3 from = step == 0 ? first : (mesh.later[step - 1].*values)[vertex];
+  return from * (1 - part) + (mesh.later[step].*values)[vertex] * part;
+}
+
+Corners corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle,
+                float time) {
   Corners c;
   for (std::size_t k = 0; k < 3; ++k) {
     c.v[k] = mesh.indices[3 * std::size_t{triangle} + k];
-    const Vec3 p = mesh.positions[c.v[k]];
+    Vec3 p = mesh.positions[c.v[k]];
+    if (!mesh.later.empty()) {
+      p = at_time(mesh, &MovedVertices::positions, p, c.v[k], time);
+    }
     c.p[k] = to_world == nullptr ? p : to_world->point(p);
   }
   return c;
@@ -69,6 +84,22 @@ float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
   return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
 }
 
+/// A vector of the mesh at time 0, carried along by its triangle.
+Vec3 carried(Vec3 way, const Corners& from, const Corners& to) {
+  const Vec3 e1 = from.p[1] - from.p[0];
+  const Vec3 e2 = from.p[2] - from.p[0];
+  const Vec3 n = cross(e1, e2);
+  const float area_squared = length_squared(n);
+  if (!(area_squared > 0)) {
+    return way;
+  }
+  const Vec3 f1 = to.p[1] - to.p[0];
+  const Vec3 f2 = to.p[2] - to.p[0];
+  const Vec3 up = normalize_or(cross(f1, f2), {0, 0, 0}) * std::sqrt(area_squared);
+  return (f1 * dot(way, cross(e2, n)) + f2 * dot(way, cross(n, e1)) + up * dot(way, n)) *
+         (1 / area_squared);
+}
+
 }  // namespace
 
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
@@ -76,7 +107,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
-  const Corners c = corners(mesh, to_world, hit.primitive);
+  const Corners c = corners(mesh, to_world, hit.primitive, ray.time);
   const Vec3 n = cross(c.p[1] - c.p[0], c.p[2] - c.p[0]);
   const Vec3 b = barycentrics(c, n, ray);
   const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
@@ -90,7 +121,11 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   if (!mesh.normals.empty()) {
     Vec3 corner[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 m = mesh.normals[c.v[k]];
+      Vec3 m = mesh.normals[c.v[k]];
+      if (!mesh.later.empty()) {
+        m = normalize_or(at_time(mesh, &MovedVertices::normals, m, c.v[k], ray.time),
+                         s.normal_geometric);
+      }
       corner[k] = to_world == nullptr ? m : normalize_or(to_world->normal(m), s.normal_geometric);
     }
     s.normal_shading =
@@ -119,8 +154,10 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   }
   if (!mesh.tangents.empty()) {
     const Vec4 t = blend(mesh.tangents, c, b);
-    const Vec3 moved =
-        to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
+    Vec3 moved = to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
+    if (!mesh.later.empty()) {
+      moved = carried(moved, corners(mesh, nullptr, hit.primitive, 0), c);
+    }
     s.tangent = normalize_or(moved, {0, 0, 0});
     s.tangent_sign = (t.w < 0) != mirrored ? -1.0F : 1.0F;
   }
@@ -134,7 +171,7 @@ SceneData::CornerWeights SceneData::corner_weights(const RawHit& hit,
                                                    const Ray& ray) const noexcept {
   const Transform* to_world =
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Corners c = corners(meshes[placed_mesh(hit).mesh], to_world, hit.primitive);
+  const Corners c = corners(meshes[placed_mesh(hit).mesh], to_world, hit.primitive, ray.time);
   return {{c.v[0], c.v[1], c.v[2]}, barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray)};
 }
 
@@ -156,7 +193,7 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   }
   const Transform* to_world =
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Corners c = corners(mesh, to_world, hit.primitive);
+  const Corners c = corners(mesh, to_world, hit.primitive, ray.time);
   const Vec3 b = barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray);
   float alpha = material.factors.base_alpha;
   if (!mesh.colors.empty()) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/scene/shutter.h"
 #include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_check.h"
 #include "core/scene_io/gltf_container.h"
@@ -101,6 +102,12 @@ Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& so
     return moment.error();
   }
   if (!moment->values.empty()) {
+    if (options.shutter_seconds > 0) {
+      warnings.emplace_back(
+          "While the shutter is open, what KHR_animation_pointer animates beside places stays as "
+          "it "
+          "is at its opening.");
+    }
     auto changed = parse_model(with_values(checked.model_json, moment->values));
     if (!changed) {
       return changed.error();
@@ -118,10 +125,8 @@ void keep_warnings_short(std::vector<std::string>& warnings) {
   }
 }
 
-}  // namespace
-
-Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
-                                   const GltfOptions& options) {
+Result<SceneDescription> load_moment(std::span<const std::byte> file, const ResolveUri& resolve,
+                                     const GltfOptions& options) {
   auto container = open_container(file, options.limits);
   if (!container) {
     return container.error();
@@ -188,6 +193,36 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
     scene.environment = *std::move(environment);
   }
   keep_warnings_short(scene.warnings);
+  return scene;
+}
+
+}  // namespace
+
+Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
+                                   const GltfOptions& options) {
+  if (options.shutter_seconds > 0 && !options.time_seconds) {
+    return Error{ErrorCode::kInvalidArgument, "in the rest pose nothing moves", "/shutter_seconds"};
+  }
+  auto scene = load_moment(file, resolve, options);
+  if (!scene || !(options.shutter_seconds > 0) || scene->animations.empty()) {
+    return scene;
+  }
+  GltfOptions then = options;
+  then.geometry_only = true;
+  std::vector<SceneDescription> later;
+  for (int step = 1; step < kShutterSteps; ++step) {
+    then.time_seconds =
+        *options.time_seconds + options.shutter_seconds * step / (kShutterSteps - 1);
+    auto moment = load_moment(file, resolve, then);
+    if (!moment) {
+      return moment.error();
+    }
+    later.push_back(*std::move(moment));
+  }
+  if (const Status opened = open_shutter(*scene, later, options.limits.decoded_bytes_max);
+      !opened) {
+    return opened.error();
+  }
   return scene;
 }
 

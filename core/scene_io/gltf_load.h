@@ -37,6 +37,8 @@ struct GltfLimits {
 
 struct GltfOptions {
   std::optional<double> time_seconds = 0;  ///< animation time; empty: the rest pose
+  /// Above 0: the shutter is open so long, from time_seconds on (core/scene/shutter.h).
+  double shutter_seconds = 0;
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   int scene_index = -1;  ///< -1: the file's own choice

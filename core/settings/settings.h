@@ -235,7 +235,8 @@ struct RenderSettings {
   MeterSettings meter;
   BackgroundSettings background;
   GroundSettings ground;
-  bool spectral = false;  ///< paths carry wavelengths instead of colours
+  bool spectral = false;       ///< paths carry wavelengths instead of colours
+  double shutter_seconds = 0;  ///< how long the shutter is open; what moves then is blurred
   std::uint64_t seed = 0;
 };
 

@@ -6,8 +6,10 @@
 namespace core {
 
 template <typename Colors>
-Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow,
+Visibility visibility(const SceneData& scene, PathState& path, const Ray& towards,
                       MediumStack& media, ClearSurfaces clear, const Colors& colors) noexcept {
+  Ray shadow = towards;
+  shadow.time = path.ray.time;
   ++path.rays;
   Rgb open(1);
   const auto absorb = [&open, &media, &path, &colors](Vec3 from, Vec3 segment) {

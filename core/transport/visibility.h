@@ -22,11 +22,11 @@ enum class ClearSurfaces {
   kBlock  ///< they occlude: for paths that meet them as vertices
 };
 
-/// `shadow` starts inside `media`; its direction is unit and t_max kFar for infinity, else its
-/// direction spans to the end point and t_max is 1. BLEND surfaces transmit 1 - alpha, solids
-/// absorb. The cone and wavelength are the path's.
+/// `towards` starts inside `media`; its direction is unit and t_max kFar for infinity, else its
+/// direction spans to the end point and t_max is 1; its time is the path's. BLEND surfaces transmit
+/// 1 - alpha, solids absorb. The cone and wavelength are the path's.
 template <typename Colors = RgbColors>
-Visibility visibility(const SceneData& scene, PathState& path, const Ray& shadow,
+Visibility visibility(const SceneData& scene, PathState& path, const Ray& towards,
                       MediumStack& media, ClearSurfaces clear = ClearSurfaces::kPass,
                       const Colors& colors = {}) noexcept;
 

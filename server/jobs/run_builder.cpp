@@ -64,7 +64,7 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
     memory.shared_bytes.emplace(needed.name, needed.bytes);
     memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
   };
-  SceneStand stand = {.ground = spec.render.ground};
+  SceneStand stand = {.ground = spec.render.ground, .shutter_seconds = spec.render.shutter_seconds};
   if (stand.ground.type == core::GroundType::kSweep && view_direction) {
     stand.view_direction = *view_direction;
   } else if (stand.ground.type == core::GroundType::kSweep) {
@@ -103,7 +103,7 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
 
 core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
                                              SceneService::Admission admission) const {
-  SceneStand stand = {.ground = spec.render.ground};
+  SceneStand stand = {.ground = spec.render.ground, .shutter_seconds = spec.render.shutter_seconds};
   if (stand.ground.type == core::GroundType::kSweep) {
     // Where its wall stands depends on the camera, which may depend on the model.
     const auto model = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);

@@ -9,6 +9,7 @@
 #include "core/image_io/image_io.h"
 #include "core/lights/made_environment.h"
 #include "core/scene/ground.h"
+#include "core/scene/shutter.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
 #include "server/scenes/scene_facts.h"
@@ -66,6 +67,9 @@ std::string SceneService::cache_key(const std::string& id, std::optional<double>
                                     const SceneStand& stand) {
   std::string key = id + "\n" + (time_seconds ? std::to_string(*time_seconds) : "rest") + "\n" +
                     (variant ? "=" + *variant : "");
+  if (stand.shutter_seconds > 0) {
+    key += "\nopen " + api::number_text(stand.shutter_seconds);
+  }
   const core::GroundSettings& ground = stand.ground;
   if (ground.type == core::GroundType::kNone) {
     return key;
@@ -205,6 +209,7 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
     }
     core::GltfOptions options;
     options.time_seconds = time_seconds;
+    options.shutter_seconds = stand.shutter_seconds;
     options.variant = variant;
     auto scene = build(*document, options, stand);
     if (!scene) {
@@ -382,7 +387,9 @@ SceneService::Memory SceneService::memory_of_scene(const std::string& id,
   if (!row || !*row) {
     return {.name = std::move(name)};  // Who loads it is told.
   }
-  const std::uint64_t bytes = decode_facts((*row)->facts).bytes;
+  // Each mesh that moves is kept at several times: all of them at most so often.
+  const std::uint64_t bytes =
+      decode_facts((*row)->facts).bytes * (stand.shutter_seconds > 0 ? core::kShutterSteps : 1);
   const std::uint64_t load_bytes = load_bytes_of((*row)->facts);
   return {.name = std::move(name),
           .bytes = bytes,

@@ -46,10 +46,11 @@ struct SceneOrigin {
   std::string name = {};  ///< Empty: the one inside the file.
 };
 
-/// What is added to a scene for a job.
+/// What is added to a scene for a job, and how long it is seen.
 struct SceneStand {
   core::GroundSettings ground;
   core::Vec3 view_direction = {0, 0, -1};  ///< as add_ground() takes it
+  double shutter_seconds = 0;              ///< as load_gltf() takes it
 };
 
 class SceneService {

@@ -214,6 +214,24 @@ class Views(ApiTest):
         )
         self.assertTrue(any("motion_seconds" in text for text in idle["warnings"]))
 
+    def test_an_open_shutter_blurs_what_moves(self):
+        scene = self.upload(moving_triangles())
+        request = {**self.request({}, []), "scene": scene, "stop": {"samples_per_pixel": 64}}
+        still = self.server.render(request)
+        shut = self.server.render({**request, "shutter_seconds": 0})
+        opened = self.server.render({**request, "shutter_seconds": 1})
+        self.assertNotIn("shutter_seconds", shut["spec"])
+        self.assertEqual(opened["spec"]["shutter_seconds"], 1)
+        images = [
+            self.server.get(self.path(job, "image.hdr")).body for job in (still, shut, opened)
+        ]
+        self.assertEqual(images[0], images[1])
+        self.assertNotEqual(images[0], images[2])
+        refused = self.server.post(
+            "/v1/jobs", {**request, "shutter_seconds": 1, "integrator": {"type": "mlt"}}
+        )
+        self.assert_problem(refused, 422, "/shutter_seconds")
+
     def test_objects_are_told_alike_again(self):
         job = self.server.render(self.request(looking("perspective"), ["instance"]))
         first = self.server.get(self.path(job, "objects")).json()

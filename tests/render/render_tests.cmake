@@ -15,6 +15,7 @@ set(RENDER_TEST_SOURCES
   photons_test.cpp
   planted_bugs_test.cpp
   restir_test.cpp
+  shutter_test.cpp
   spectral_test.cpp
   truth.cpp)
 # Features of glTF: scenes made in code, through a GLB and the loader, rendered small.

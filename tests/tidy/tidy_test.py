@@ -78,6 +78,7 @@ COLUMNS_MAX = 100
 NUMBERS = "core/samplers/dimensions.h"
 DRAWS = {
     r"\bkCameraGroup\b\)?": "camera",
+    r"\bkTimeGroup\b\)?": "time",
     r"\bBounceGroup::kLight\b\)*": "light",
     r"\bBounceGroup::kBsdf\b\)*": "bsdf",
     r"\bBounceGroup::kVolume\b\)*": "volume",

@@ -157,6 +157,13 @@ INSTANTIATE_TEST_SUITE_P(
              "/estimator/control_variate", "applies to strategies 'mis' and 'light' only"},
         Case{R"("estimator":{"strategy":"bsdf","control_variate":{"type":"analytic"}})",
              "/estimator/control_variate", "applies to strategies 'mis' and 'light' only"},
+        Case{R"("shutter_seconds":-1)", "/shutter_seconds", "-1 is outside [0, 1000000]"},
+        Case{R"("shutter_seconds":1,"time_seconds":null)", "/shutter_seconds",
+             "does not go with time_seconds null: in the rest pose nothing moves"},
+        Case{R"("shutter_seconds":1,"integrator":{"type":"bdpt"})", "/shutter_seconds",
+             "is not used by integrator 'bdpt', but by 'path', 'direct'"},
+        Case{R"("shutter_seconds":1,"light_sampler":{"type":"restir"})", "/light_sampler/type",
+             "'restir' does not go with shutter_seconds"},
         Case{R"("spectral":1)", "/spectral", "expected true or false, got a number"},
         Case{R"("spectral":true,"integrator":{"type":"bdpt"})", "/spectral",
              "true is not used by integrator 'bdpt'; its only value there is false"},
@@ -256,7 +263,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{
             R"("cameras":{})", "/cameras",
             "Unknown field; expected one of: scene, name, labels, priority, seed, camera, variant, "
-            "time_seconds, motion_seconds, "
+            "time_seconds, shutter_seconds, motion_seconds, "
             "medium, class, preview_key, environment, background, ground, film, integrator, "
             "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, "
             "webhook, retention_seconds"}));

@@ -28,6 +28,7 @@ class JobOptions(TypedDict, total=False):
     environment: str | Path | Mapping[str, Any] | None
     variant: str | None
     time_seconds: float | None
+    shutter_seconds: float
     motion_seconds: float
     medium: Mapping[str, Any] | None
     background: str | Mapping[str, Any]

@@ -3,6 +3,7 @@ import type { Server, TypeInfo } from '../api/types';
 import { useStore } from '../ui/store';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, form, refusals, type FormValues } from './form_model';
+import { sceneDetails } from './scene_source';
 
 /** An entry of the server's lists; where only its name is known, the rest is left out. */
 type Choice = Pick<TypeInfo, 'type'> & Partial<TypeInfo>;
@@ -93,6 +94,7 @@ export function AdvancedFields({ info }: { info: Server | null }) {
       '/light_sampler',
       '/adaptive',
       '/film/filter',
+      '/shutter_seconds',
       '/seed',
       '/priority',
       '/name',
@@ -111,6 +113,7 @@ export function AdvancedFields({ info }: { info: Server | null }) {
 
 function AdvancedBody({ info }: { info: Server | null }) {
   const v = useStore(form);
+  const animated = (useStore(sceneDetails)?.animations ?? []).length > 0 || v.shutterSeconds > 0;
   return (
     <div class="advanced-body">
       <ChoiceField
@@ -170,6 +173,23 @@ function AdvancedBody({ info }: { info: Server | null }) {
         choices={named(info?.filters)}
         onValue={(filter) => change({ filter })}
       />
+      {animated && (
+        <Field
+          label="Shutter (s)"
+          pointers={['/shutter_seconds']}
+          hint="How long the shutter is open: what animations move then is blurred. 0 blurs nothing."
+        >
+          {(a) => (
+            <NumberInput
+              {...a}
+              value={v.shutterSeconds}
+              min={0}
+              step="any"
+              onValue={(shutterSeconds) => change({ shutterSeconds })}
+            />
+          )}
+        </Field>
+      )}
       <OptionFields info={info} v={v} />
       <div class="pair">
         <Field label="Seed" pointers={['/seed']}>

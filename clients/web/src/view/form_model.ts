@@ -53,6 +53,7 @@ export interface FormValues {
   pose: Pose | null;
   crop: Crop | null;
   variant: string;
+  shutterSeconds: number;
   environment: EnvironmentMode;
   environmentAsset: string;
   environmentName: string;
@@ -101,6 +102,7 @@ export const initial: FormValues = {
   pose: null,
   crop: null,
   variant: '',
+  shutterSeconds: 0,
   environment: 'scene',
   environmentAsset: '',
   environmentName: '',
@@ -172,6 +174,7 @@ export function requestOf(
   const camera = cameraOf(v);
   if (camera) request.camera = camera;
   if (v.variant) request.variant = v.variant;
+  if (v.shutterSeconds > 0) request.shutter_seconds = v.shutterSeconds;
   if (v.integrator || v.maxDepth !== null)
     request.integrator = {
       ...(v.integrator && { type: v.integrator }),

@@ -298,6 +298,7 @@ const knownPointers = [
   '/scene',
   '/camera',
   '/variant',
+  '/shutter_seconds',
   '/film',
   '/stop',
   '/environment',

@@ -1,0 +1,85 @@
+#include "core/render/check_view.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/film/replicate_fit.h"
+
+namespace core {
+namespace {
+
+Error refused(std::string message, std::string pointer) {
+  return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
+}
+
+}  // namespace
+
+Status check_light(const View& view, const IntegratorEntry* integrator) {
+  const RenderSettings& settings = view.settings;
+  const SceneData& scene = view.scene->data();
+  const bool has_media = scene.has_scattering || settings.fog;
+  if (integrator == nullptr || (!has_media && settings.film.shares.empty() && !settings.spectral)) {
+    return ok_status();
+  }
+  if (has_media && !integrator->media) {
+    return refused("the scene has media that scatter light, which " + settings.integrator +
+                       " does not render; path does",
+                   "/integrator/type");
+  }
+  for (const LightShare& share : settings.film.shares) {
+    if (!keeps_share(*integrator, share)) {
+      return refused(settings.integrator + " does not keep '" + share.layer + "'", "/film/layers");
+    }
+    const auto& groups = scene.light_groups;
+    if (share.group && std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
+      return refused("'" + *share.group + "' is no group of lights of the scene", "/film/layers");
+    }
+  }
+  const bool is_irradiance =
+      std::any_of(settings.film.shares.begin(), settings.film.shares.end(),
+                  [](const LightShare& share) { return share.is_irradiance; });
+  if (settings.spectral && (is_irradiance || !settings.meter.empty())) {
+    return refused("irradiance is measured in colours", "/spectral");
+  }
+  if (settings.spectral && (settings.estimator.strategy == Strategy::kCosine ||
+                            settings.estimator.strategy == Strategy::kUniform)) {
+    return refused("a strategy for study does not go with wavelengths", "/estimator/strategy");
+  }
+  const std::string reason = has_media           ? "does not go with media that scatter"
+                             : settings.spectral ? "does not go with wavelengths"
+                                                 : "does not go with shares of the light";
+  if (settings.light_sampler == LightSamplerType::kRestir) {
+    return refused("'restir' " + reason, "/light_sampler/type");
+  }
+  if (settings.estimator.control_variate != ControlVariateType::kNone) {
+    return refused("a control variate " + reason, "/estimator/control_variate/type");
+  }
+  if (fit_type(settings) != FitType::kNone) {
+    return refused("'optimal' " + reason, "/estimator/mis/type");
+  }
+  return ok_status();
+}
+
+Status check_shutter(const RenderSettings& settings, const IntegratorEntry* integrator) {
+  if (!(settings.shutter_seconds > 0) || integrator == nullptr) {
+    return ok_status();
+  }
+  const Options& accepts = integrator->accepts;
+  if (std::find(accepts.begin(), accepts.end(), "/shutter_seconds") == accepts.end()) {
+    return refused(settings.integrator + " does not render while things move; path does",
+                   "/shutter_seconds");
+  }
+  if (settings.light_sampler == LightSamplerType::kRestir) {
+    return refused(
+        "'restir' does not go with an open shutter: paths of different times share "
+        "no light",
+        "/light_sampler/type");
+  }
+  if (!settings.meter.empty()) {
+    return refused("a meter does not go with an open shutter", "/meter");
+  }
+  return ok_status();
+}
+
+}  // namespace core

@@ -263,6 +263,7 @@ class JobRequest(_JobRequest):
     camera: NotRequired[JobRequestCamera]
     variant: NotRequired[str | None]
     time_seconds: NotRequired[float | None]
+    shutter_seconds: NotRequired[float]
     motion_seconds: NotRequired[float]
     medium: NotRequired[JobRequestMedium | None]
     preview_key: NotRequired[str | None]
@@ -629,6 +630,7 @@ class JobSpec(_JobSpec):
     camera: JobSpecCamera
     variant: str | None
     time_seconds: float | None
+    shutter_seconds: NotRequired[float]
     motion_seconds: NotRequired[float]
     medium: JobSpecMedium | None
     preview_key: str | None
@@ -1406,6 +1408,7 @@ class JobDefaults(_JobDefaults):
     camera: JobDefaultsCamera
     variant: str | None
     time_seconds: float | None
+    shutter_seconds: NotRequired[float]
     motion_seconds: NotRequired[float]
     medium: JobDefaultsMedium | None
     preview_key: str | None

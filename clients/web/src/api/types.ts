@@ -70,6 +70,11 @@ export interface JobRequest {
    */
   time_seconds?: number | null;
   /**
+   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
+   * file's camera too, is blurred. 0: nothing is. Default: 0.
+   */
+  shutter_seconds?: number;
+  /**
    * From time_seconds to the second time of the layer motion, whose file camera counts too; below
    * 0: before. In the rest pose nothing moves. Default: 0.041666666666666664.
    */
@@ -587,6 +592,11 @@ export interface JobSpec {
   variant: string | null;
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
+  /**
+   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
+   * file's camera too, is blurred. 0: nothing is.
+   */
+  shutter_seconds?: number;
   /**
    * From time_seconds to the second time of the layer motion, whose file camera counts too; below
    * 0: before. In the rest pose nothing moves.
@@ -1507,6 +1517,11 @@ export interface JobDefaults {
   variant: string | null;
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
+  /**
+   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
+   * file's camera too, is blurred. 0: nothing is.
+   */
+  shutter_seconds?: number;
   /**
    * From time_seconds to the second time of the layer motion, whose file camera counts too; below
    * 0: before. In the rest pose nothing moves.

@@ -177,7 +177,7 @@ function AdvancedBody({ info }: { info: Server | null }) {
         <Field
           label="Shutter (s)"
           pointers={['/shutter_seconds']}
-          hint="How long the shutter is open: what animations move then is blurred. 0 blurs nothing."
+          hint="How long the shutter is open: what moves then is blurred. 0 blurs nothing."
         >
           {(a) => (
             <NumberInput

@@ -51,7 +51,8 @@ struct Area {
   Range y;
 };
 
-/// Light without the colour of the surfaces, where there are features.
+/// Light without what is seen of emitters and without the colour of the surfaces, where there are
+/// features: edges of emitters are no noise.
 struct Light {
   ColorPlanes mean;
   Plane variance;
@@ -78,20 +79,23 @@ Plane trust_in(const Plane& variance, int width, int height) {
   return out;
 }
 
-Light light_of(const HalfPicture& half, const ColorPlanes* colors) {
+/// features: null, or with the colours of their surfaces.
+Light light_of(const HalfPicture& half, const FeaturePicture* features, const ColorPlanes& colors) {
   Light out = {half.mean, half.variance, {}};
   double sum = 0;
   for (std::size_t i = 0; i < out.variance.size(); ++i) {
-    if (colors != nullptr) {
+    std::array<float, 3> light = {out.mean[0][i], out.mean[1][i], out.mean[2][i]};
+    if (features != nullptr) {
       float squares = 0;
       for (std::size_t c = 0; c < 3; ++c) {
-        const float color = (*colors)[c][i];
-        out.mean[c][i] /= color;
+        const float color = colors[c][i];
+        light[c] /= color;
+        out.mean[c][i] = (out.mean[c][i] - features->emission[c][i]) / color;
         squares += 1 / (color * color);
       }
       out.variance[i] *= squares / 3;
     }
-    sum += static_cast<double>(luminance({out.mean[0][i], out.mean[1][i], out.mean[2][i]}));
+    sum += static_cast<double>(luminance({light[0], light[1], light[2]}));
   }
   const double mean = sum / static_cast<double>(std::max<std::size_t>(out.variance.size(), 1));
   const auto floor = static_cast<float>(3 * kInvisible * error_floor(mean));
@@ -413,7 +417,7 @@ Result<FilteredHalves> StatisticalDenoiser::denoise(std::span<const HalfPicture>
   }
   std::vector<Light> light;
   for (const HalfPicture& half : halves) {
-    light.push_back(light_of(half, features != nullptr ? &colors : nullptr));
+    light.push_back(light_of(half, features, colors));
   }
   const FeatureGuides guide = features != nullptr ? make_guides(*features) : FeatureGuides{};
   std::vector<ColorPlanes> out(halves.size());
@@ -452,7 +456,7 @@ Result<FilteredHalves> StatisticalDenoiser::denoise(std::span<const HalfPicture>
   for (std::size_t h = 0; features != nullptr && h < halves.size(); ++h) {
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < out[h][c].size(); ++i) {
-        out[h][c][i] *= colors[c][i];
+        out[h][c][i] = out[h][c][i] * colors[c][i] + features->emission[c][i];
       }
     }
   }

@@ -4,6 +4,7 @@ set(CORE_TEST_SOURCES
   camera_importance_test.cpp
   camera_test.cpp
   comparison_test.cpp
+  denoise_lamps_test.cpp
   denoise_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp

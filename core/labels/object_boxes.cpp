@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <vector>
 
 #include "core/scene/scene_data.h"
@@ -20,17 +22,36 @@ class Projector {
   Projector(const Camera& camera, int width, int height)
       : camera_(camera), size_px_{static_cast<float>(width), static_cast<float>(height)} {
     eye_ = camera.ray({0.5F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).ray.origin;
+    if (camera.type() == CameraType::kPanorama) {
+      right_ = camera.ray({0.75F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).ray.direction;
+    }
   }
 
   void add(ObjectBox& box, const std::array<Vec3, 3>& corners) const {
     for (const Vec3& p : corners) {
       box.bounds.add(p);
     }
+    const PixelBox here =
+        camera_.type() == CameraType::kPanorama ? all_around(corners) : ahead(corners);
+    if (here.min.x < size_px_.x && here.min.y < size_px_.y && here.max.x > 0 && here.max.y > 0) {
+      PixelBox& all = box.in_view ? *box.in_view : box.in_view.emplace(here);
+      all.min = {std::max(std::min(all.min.x, here.min.x), 0.0F),
+                 std::max(std::min(all.min.y, here.min.y), 0.0F)};
+      all.max = {std::min(std::max(all.max.x, here.max.x), size_px_.x),
+                 std::min(std::max(all.max.y, here.max.y), size_px_.y)};
+    }
+  }
+
+ private:
+  static constexpr float kInf = Bounds::kInf;
+  static constexpr PixelBox kEmpty = {{kInf, kInf}, {-kInf, -kInf}};
+
+  PixelBox ahead(const std::array<Vec3, 3>& corners) const {
     std::array<float, 3> depth{};
     for (std::size_t k = 0; k < 3; ++k) {
       depth[k] = dot(corners[k] - eye_, camera_.forward());
     }
-    PixelBox here{{kInf, kInf}, {-kInf, -kInf}};
+    PixelBox here = kEmpty;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
       if (depth[k] > 0) {
@@ -43,28 +64,71 @@ class Projector {
         add(here, corners[front] + (corners[back] - corners[front]) * way);
       }
     }
-    if (here.min.x < size_px_.x && here.min.y < size_px_.y && here.max.x > 0 && here.max.y > 0) {
-      PixelBox& all = box.in_view ? *box.in_view : box.in_view.emplace(here);
-      all.min = {std::max(std::min(all.min.x, here.min.x), 0.0F),
-                 std::max(std::min(all.min.y, here.min.y), 0.0F)};
-      all.max = {std::min(std::max(all.max.x, here.max.x), size_px_.x),
-                 std::min(std::max(all.max.y, here.max.y), size_px_.y)};
-    }
+    return here;
   }
 
- private:
-  static constexpr float kInf = Bounds::kInf;
+  /// Of a panorama. Straight edges are great circles, whose highest and lowest points may lie
+  /// between their ends; what crosses the half-plane behind the eye reaches both sides of the film,
+  /// and what a pole is in, all of a side.
+  PixelBox all_around(const std::array<Vec3, 3>& corners) const {
+    const Vec3 up = cross(right_, camera_.forward());
+    std::array<Vec3, 3> seen;  // right, up and ahead of the eye
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 d = corners[k] - eye_;
+      seen[k] = {dot(d, right_), dot(d, up), dot(d, camera_.forward())};
+    }
+    PixelBox here = kEmpty;
+    int turns = 0;  // around the vertical
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 a = seen[k];
+      const Vec3 b = seen[(k + 1) % 3];
+      add(here, on_panorama(a));
+      const Vec3 axis = cross(a, b);
+      const Vec3 highest = {-axis.x * axis.y, square(axis.x) + square(axis.z), -axis.y * axis.z};
+      for (const Vec3 p : {highest, -highest}) {
+        if (dot(cross(a, p), axis) > 0 && dot(cross(p, b), axis) > 0) {
+          add(here, on_panorama(p));
+        }
+      }
+      if ((a.x < 0) != (b.x < 0)) {
+        const Vec3 middle = a + (b - a) * (a.x / (a.x - b.x));
+        if (middle.z < 0) {
+          const float y = on_panorama(middle).y;
+          add(here, Vec2{0, y});
+          add(here, Vec2{size_px_.x, y});
+        }
+      }
+      turns += axis.y > 0 ? 1 : -1;
+    }
+    if (std::abs(turns) == 3) {
+      const Vec3 normal = cross(seen[1] - seen[0], seen[2] - seen[0]);
+      const float y = dot(normal, seen[0]) * normal.y > 0 ? 0 : size_px_.y;
+      add(here, Vec2{0, y});
+      add(here, Vec2{size_px_.x, y});
+    }
+    return here;
+  }
 
+  Vec2 on_panorama(Vec3 p) const {
+    constexpr float kPi = std::numbers::pi_v<float>;
+    return {size_px_.x * (0.5F + 0.5F * std::atan2(p.x, p.z) / kPi),
+            size_px_.y * (0.5F - std::atan2(p.y, std::hypot(p.x, p.z)) / kPi)};
+  }
+
+  static void add(PixelBox& box, Vec2 at) {
+    box.min = {std::min(box.min.x, at.x), std::min(box.min.y, at.y)};
+    box.max = {std::max(box.max.x, at.x), std::max(box.max.y, at.y)};
+  }
   void add(PixelBox& box, Vec3 p) const {
     if (const auto at = camera_.project(p, {0.5F, 0.5F})) {
-      box.min = {std::min(box.min.x, at->x), std::min(box.min.y, at->y)};
-      box.max = {std::max(box.max.x, at->x), std::max(box.max.y, at->y)};
+      add(box, *at);
     }
   }
 
   const Camera& camera_;
   Vec2 size_px_;
   Vec3 eye_;
+  Vec3 right_;  ///< of panoramas
 };
 
 void add(ObjectBox& to, const ObjectBox& more) {

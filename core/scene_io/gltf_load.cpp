@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <utility>
 
-#include "core/scene/shutter.h"
 #include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_check.h"
 #include "core/scene_io/gltf_container.h"
@@ -19,6 +18,7 @@
 #include "core/scene_io/gltf_pointer.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/gltf_uri.h"
+#include "core/scene_io/shutter.h"
 
 namespace core {
 namespace {

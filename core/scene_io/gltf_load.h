@@ -37,7 +37,7 @@ struct GltfLimits {
 
 struct GltfOptions {
   std::optional<double> time_seconds = 0;  ///< animation time; empty: the rest pose
-  /// Above 0: the shutter is open so long, from time_seconds on (core/scene/shutter.h).
+  /// Above 0: the shutter is open so long, from time_seconds on (core/scene_io/shutter.h).
   double shutter_seconds = 0;
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"

@@ -9,8 +9,8 @@
 #include "core/image_io/image_io.h"
 #include "core/lights/made_environment.h"
 #include "core/scene/ground.h"
-#include "core/scene/shutter.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/shutter.h"
 #include "core/settings/registry.h"
 #include "server/scenes/scene_facts.h"
 

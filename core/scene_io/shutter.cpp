@@ -1,4 +1,4 @@
-#include "core/scene/shutter.h"
+#include "core/scene_io/shutter.h"
 
 #include <algorithm>
 #include <cstddef>

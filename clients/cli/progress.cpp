@@ -23,6 +23,11 @@ std::string three_digits(double value) {
   return text;
 }
 
+/// Beyond a hundred times the light itself, how much more says nothing.
+std::string percent_text(double relative_error) {
+  return relative_error > 100 ? "over 10000" : three_digits(relative_error * 100);
+}
+
 std::string percent_done(double fraction) {
   return std::to_string(static_cast<int>(std::clamp(fraction, 0.0, 1.0) * 100)) + "%";
 }
@@ -70,14 +75,13 @@ std::string duration_text(double seconds) {
 }
 
 std::string error_text(double relative_error) {
-  return std::isnan(relative_error) ? "unknown" : three_digits(relative_error * 100) + "%";
+  return std::isnan(relative_error) ? "unknown" : percent_text(relative_error) + "%";
 }
 
 std::string interval_text(const ProgressFacts& facts) {
   std::string text = "error " + error_text(facts.relative_error);
   if (!std::isnan(facts.error_low) && !std::isnan(facts.error_high)) {
-    text += " (" + three_digits(facts.error_low * 100) + " to " +
-            three_digits(facts.error_high * 100) + ")";
+    text += " (" + percent_text(facts.error_low) + " to " + percent_text(facts.error_high) + ")";
   }
   return text;
 }

@@ -301,6 +301,9 @@ ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) con
   ErrorInterval out = denoised_error(plain_tiles, tiles(mode), confidence);
   if (!has_intervals) {
     out.low = out.high = std::numeric_limits<double>::quiet_NaN();
+    if (!(out.relative_rmse > 0)) {  // lost in the noise, and no interval to say so
+      out.relative_rmse = out.low;
+    }
   }
   return out;
 }

@@ -39,6 +39,14 @@ TEST(ProgressText, LeavesOutAnErrorThatIsNotKnown) {
   EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
+TEST(ProgressText, OfAnIntervalWithoutAnEndIsShort) {
+  cli::ProgressFacts facts;
+  facts.relative_error = 5.14;
+  facts.error_low = 0;
+  facts.error_high = 1e27;
+  EXPECT_EQ(cli::interval_text(facts), "error 514% (0.000 to over 10000)");
+}
+
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
   cli::ProgressFacts facts;
   facts.fraction = 0.9999;

@@ -381,6 +381,11 @@ TEST(DenoisedPicture, HalvesOfSplattedFilmsHaveNoIntervals) {
   EXPECT_GT(e.relative_rmse, 0);
   EXPECT_TRUE(std::isnan(e.low));
   EXPECT_TRUE(std::isnan(e.high));
+  core::DenoisedPicture lost = honest(film);  // its error is below what the noise lets one see
+  for (core::TileEnergy& tile : lost.full_tiles) {
+    tile.energy = -1;
+  }
+  EXPECT_TRUE(std::isnan(lost.interval(DenoiseMode::kFull, 0.95).relative_rmse));
 }
 
 // The ramp's bias is 0 in its middle, that of stripes that are smoothed is not in every window;

@@ -19,6 +19,7 @@ export function number(v: number | null | undefined, digits = 3): string {
 export function percent(v: number | null | undefined): string {
   if (!known(v)) return dash;
   const p = 100 * v;
+  if (p > 10_000) return 'over 10000%'; // a hundred times the light: how much more says nothing
   const digits = p >= 99.95 ? 0 : p >= 9.995 ? 1 : 2;
   return `${p >= 0.0995 ? p.toFixed(digits) : p.toPrecision(2)}%`;
 }

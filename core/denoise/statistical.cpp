@@ -460,7 +460,7 @@ Result<FilteredHalves> StatisticalDenoiser::denoise(std::span<const HalfPicture>
       }
     }
   }
-  return FilteredHalves{std::move(out), {"statistical", "1", {}, {}}};
+  return FilteredHalves{std::move(out), {"statistical", "2", {}, {}}};
 }
 
 }  // namespace core

@@ -1,5 +1,7 @@
 #include "tests/bench/bench_views.h"
 
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "core/base/check.h"
@@ -10,7 +12,12 @@ namespace bench {
 
 core::View builtin_view(std::string_view name, int width, int height) {
   const core::BuiltinScene* builtin = core::find_builtin_scene(name);
-  CHECK(builtin != nullptr);
+  if (builtin == nullptr) {
+    std::fprintf(stderr,
+                 "no built-in scene is named '%.*s'; `tessera render --scenes` lists them\n",
+                 static_cast<int>(name.size()), name.data());
+    std::exit(2);
+  }
   auto description = core::load_gltf(builtin->make_glb(), {}, {});
   CHECK(description);
   auto scene = core::Scene::build(std::move(*description), 2);

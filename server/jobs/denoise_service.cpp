@@ -89,7 +89,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job
     if (last_.size() >= kLastMost) {
       last_.clear();
     }
-    last_[job_key] = {key, (*made)->view.revision, Clock::now(), (*made)->view.seconds};
+    last_[job_key] = {key, (*made)->view.revision, Clock::now(), (*made)->filter_seconds};
     return SingleFlightCache<Made>::Made{.value = *std::move(made), .bytes = bytes};
   });
 }
@@ -105,7 +105,7 @@ DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
     }
     const std::chrono::duration<double> since = Clock::now() - found->second.made;
     const double pace = std::chrono::duration<double>(kPace).count();
-    if (since.count() >= std::max(pace, kShare * found->second.seconds)) {
+    if (since.count() >= std::max(pace, kShare * found->second.filter_seconds)) {
       return nullptr;
     }
     key = found->second.key;
@@ -128,6 +128,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
                  ""};
   }
   const std::shared_ptr<const core::FeaturePicture> features = features_of(*job);
+  const auto filtering = Clock::now();
   auto denoised = core::denoise_with(type_of(*job), snapshot, features.get(),
                                      core::parallel_for(std::max(jobs_.threads(), 1)));
   const std::string fault = denoised ? denoised->note : denoised.error().message;
@@ -147,7 +148,9 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   view.full = made->picture.interval(core::DenoiseMode::kFull, 0.95);
   view.plain = core::ErrorEstimate(made->picture.plain_tiles).image(0.95);
   view.revision = made->picture.revision;
-  view.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  const auto end = Clock::now();
+  view.seconds = std::chrono::duration<double>(end - begin).count();
+  made->filter_seconds = std::chrono::duration<double>(end - filtering).count();
   lease->shrink_to(made->picture.bytes());
   return with_lease(std::shared_ptr<const Made>(std::move(made)), *std::move(lease));
 }

@@ -2,7 +2,8 @@
 ///
 /// Kept by job and revision, as long as there is memory; never part of a film. While a job renders,
 /// a picture is shown until another is due: not within kPace, nor before rendering has taken
-/// kShare times as long as denoising did, so that all who watch together cost the job 5 % at most.
+/// kShare times as long as denoising did, so that all who watch together cost the job 5 % at most;
+/// features, made once with the first picture, aside.
 #pragma once
 
 #include <chrono>
@@ -28,6 +29,7 @@ class DenoiseService {
   struct Made {
     core::DenoisedPicture picture;
     api::DenoisedView view;
+    double filter_seconds = 0;  ///< without the features
   };
   using Pointer = std::shared_ptr<const Made>;
 
@@ -48,7 +50,7 @@ class DenoiseService {
     std::string key;
     std::uint32_t revision = 0;
     Clock::time_point made;
-    double seconds = 0;
+    double filter_seconds = 0;
   };
 
   core::Result<Pointer> kept(const JobPointer& job, const core::Film& film,

@@ -11,6 +11,7 @@
 #include "core/denoise/statistical.h"
 #include "core/integrators/catcher.h"
 #include "core/settings/registry.h"
+#include "tests/render/asset_files.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
 
@@ -222,6 +223,49 @@ TEST(Catcher, OfGlossGlassAndLampsOverTheBareGroundIsThemOnTheRealGround) {
     EXPECT_GT(largest_z(over(caught, bare, 1, 0.5F), halves(real)), kTooFar)
         << subject.name << ": what the model throws on the ground is there";
     EXPECT_EQ(caught.progress.rejected_samples, 0U) << subject.name;
+  }
+}
+
+/// Made by others: textures, thin glass, many parts; at their own size, on their lowest point.
+TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
+  const auto folder = test_support::assets_folder();
+  if (!folder) {
+    GTEST_SKIP() << "the folder of assets is not there (TESSERA_ASSETS names it)";
+  }
+  const auto sky = test_support::load_sky(*folder / "env" / "venice_sunset_256.hdr");
+  for (const std::string name :
+       {"WaterBottle.glb", "SunglassesKhronos.glb", "2CylinderEngine.glb"}) {
+    auto loaded = test_support::load_asset(*folder / name);
+    ASSERT_TRUE(loaded) << name;
+    const core::Bounds bounds = core::bounds_of(*loaded);
+    const Vec3 center = bounds.center();
+    const float size = length(bounds.diagonal());
+    const auto picture = [&](GroundType built, GroundType seen, bool bare, std::uint64_t seed) {
+      core::SceneDescription scene = *loaded;
+      scene.cameras.clear();
+      const core::GroundSettings ground = {built, bounds.min.y, kGroundColor};
+      core::add_ground(scene, ground);
+      if (bare) {
+        scene.instances.erase(scene.instances.begin(), scene.instances.end() - 1);
+      }
+      core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+      test_support::look_at(view, center + Vec3{0.1F, 1.1F, 0.6F} * size, center, 50);
+      view.environment = sky;
+      view.settings.ground = ground;
+      view.settings.ground.type = seen;
+      view.settings.max_depth = 6;
+      if (seen == GroundType::kCatcher) {
+        view.settings.background.type = BackgroundType::kTransparent;
+        view.settings.film.errors_over_white = true;
+      }
+      return render(std::move(view), seed, 256);
+    };
+    const Picture real = picture(GroundType::kCatcher, GroundType::kNone, false, 1);
+    const Picture caught = picture(GroundType::kCatcher, GroundType::kCatcher, false, 2);
+    const Picture bare = picture(GroundType::kCatcher, GroundType::kNone, true, 3);
+    EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << name;
+    EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar)
+        << name << ": a planted fault";
   }
 }
 

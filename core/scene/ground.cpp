@@ -94,8 +94,9 @@ void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 vi
   Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
   center.y = height;
   const Vec3 level = {view_direction.x, 0, view_direction.z};
-  // From straight above, "behind" is where -z is.
-  const Vec3 along = length(level) > 1e-3F ? normalize(level) : Vec3{0, 0, -1};
+  // From straight above, "behind" is where -z is. A catcher has no "behind".
+  const bool has_behind = settings.type == GroundType::kSweep && length(level) > 1e-3F;
+  const Vec3 along = has_behind ? normalize(level) : Vec3{0, 0, -1};
   const Strip strip = {center, cross(along, Vec3{0, 1, 0}), along};
   std::vector<ProfilePoint> profile;
   if (settings.type == GroundType::kCatcher) {

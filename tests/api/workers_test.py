@@ -89,6 +89,9 @@ class WorkersTest(FarmTest):
                      adaptive={"type": "pilot"}),
             job_body(samples=64, estimator={"control_variate": {"type": "regression"}}),
             job_body(samples=64, light_sampler={"type": "restir"}),
+            # The camera looks neither along an axis nor level.
+            job_body("still-life", 16, ground={"type": "catcher"}),
+            job_body("still-life", 16, ground={"type": "sweep"}),
         ):
             with self.subTest(body=body):
                 job = farm.server.render(body)

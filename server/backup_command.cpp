@@ -7,7 +7,7 @@
 
 #include <fcntl.h>
 
-#include "flags/flags.h"
+#include "api/flags/flags.h"
 #include "server/config.h"
 #include "server/jobs/job_record.h"
 #include "server/store/data_dir.h"

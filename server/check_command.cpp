@@ -11,10 +11,10 @@
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 
+#include "api/flags/flags.h"
 #include "api/json.h"
 #include "core/base/sha256.h"
 #include "core/film/film.h"
-#include "flags/flags.h"
 #include "server/config.h"
 #include "server/jobs/job_record.h"
 #include "server/store/data_dir.h"

@@ -11,8 +11,8 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
+#include "api/flags/flags.h"
 #include "api/limits.h"
-#include "flags/flags.h"
 #include "server/http/text.h"
 
 namespace server {

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-#include "queue/nats_link.h"
+#include "server/queue/nats_link.h"
 
 namespace server {
 namespace {

@@ -11,11 +11,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/flags/flags.h"
 #include "api/json.h"
 #include "api/limits.h"
 #include "api/time_text.h"
 #include "core/base/check.h"
-#include "flags/flags.h"
 #include "server/config.h"
 #include "server/key_view.h"
 #include "server/observe/clock.h"

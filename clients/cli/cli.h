@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "flags/exit_codes.h"
+#include "api/flags/exit_codes.h"
 
 namespace cli {
 

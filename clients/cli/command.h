@@ -6,10 +6,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/flags/flags.h"
 #include "clients/cli/cli.h"
 #include "clients/cli/verb_text.h"
 #include "core/base/result.h"
-#include "flags/flags.h"
 
 namespace cli {
 

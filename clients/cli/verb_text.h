@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "api/flags/flags.h"
 #include "clients/cli/cli.h"
 #include "core/base/result.h"
-#include "flags/flags.h"
 
 namespace cli {
 

@@ -22,7 +22,7 @@
 #include "core/accel/arithmetic.h"
 #include "core/base/build_id.h"
 #include "core/render/slice_work.h"
-#include "queue/units.h"
+#include "server/queue/units.h"
 
 namespace cli {
 namespace {

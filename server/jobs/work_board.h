@@ -24,10 +24,10 @@
 #include "api/worker_view.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
-#include "queue/units.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/work_unit.h"
 #include "server/observe/log.h"
+#include "server/queue/units.h"
 
 namespace server {
 

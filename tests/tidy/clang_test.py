@@ -23,12 +23,10 @@ import sys
 
 VERSION = "14"
 LEFT_OUT = 77
-ROOTS = ("core", "api", "flags", "server", "clients/cli", "app", "tests")
+ROOTS = ("core", "api", "server", "clients/cli", "tests")
 TIDIED = ("core", "api")
-TIDIED_LONG = (*TIDIED, "flags", "server", "clients/cli", "app")
+TIDIED_LONG = (*TIDIED, "server", "clients/cli")
 # The quick checks read so many sources as one: parsing the headers is most of their work.
-TOGETHER = 12
-# Sources that the quick checks read as one, so that the headers are parsed once for all of them.
 TOGETHER = 12
 # Checks that cost little more than to parse the source (about 3 s each).
 QUICK = (

@@ -27,17 +27,17 @@ LAYERS |= {
     "server/store": ["server/store", "server/access.h", "api", "core"],
     "server/scenes": ["server/scenes", "server/store", "server/access.h", "server/observe",
                       "server/http/text.h", "api", "core"],
-    "queue": ["queue", "core/base"],
-    "server/jobs": ["server/jobs", "queue", "server/scenes", "server/store", "server/access.h",
-                    "server/observe", "api", "core"],
+    "server/queue": ["server/queue", "core/base"],
+    "server/jobs": ["server/jobs", "server/queue", "server/scenes", "server/store",
+                    "server/access.h", "server/observe", "api", "core"],
     "server/pictures": ["server/pictures", "server/scenes", "server/observe", "api", "core"],
-    "server/routes": ["server", "queue", "api", "core", "clients/web"],
-    "server": ["server", "queue", "clients/web", "flags", "api", "core"],
-    "clients/cli": ["clients/cli", "queue", "flags", "api", "core"],
-    "flags": ["flags", "core/base"],
-    "app": ["server", "clients/cli", "core/base"],
+    "server/routes": ["server", "api", "core", "clients/web"],
+    "server": ["server", "clients/web", "api", "core"],
+    "clients/cli": ["clients/cli", "server/queue", "api", "core"],
+    "api/flags": ["api/flags", "core/base"],
+    "server/main": ["server", "clients/cli", "core/base"],
     "clients/web": ["clients/web", "core/base"],
-    "tests": ["tests", "clients/cli", "clients/web", "server", "queue", "flags", "api", "core"],
+    "tests": ["tests", "clients/cli", "clients/web", "server", "api", "core"],
 }
 # Folder -> what it never includes although the table above would let it.
 NEVER = {
@@ -56,8 +56,8 @@ RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cl
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "tests"],
     "curl/": ["server/http"],
-    "nlohmann/": ["api", "clients/cli", "flags", "server", "tests", "core/scene_io/gltf_json.h"],
-    "CLI/": ["clients/cli", "flags", "server/config.cpp"],
+    "nlohmann/": ["api", "clients/cli", "server", "tests", "core/scene_io/gltf_json.h"],
+    "CLI/": ["clients/cli", "api/flags", "server/config.cpp"],
     "embree": ["core/accel"],
     "tbb/": ["core/accel"],
     "tiny_gltf.h": ["core/scene_io"],
@@ -66,7 +66,7 @@ CONFINED = {
     "OpenImageIO/": ["core/image_io"],
     "zstd.h": ["core/image_io"],
     "png.h": ["clients/cli/png.cpp"],
-    "nats/": ["queue"],
+    "nats/": ["server/queue"],
     "sqlite3.h": ["server/store", "tests"],
     "gtest/": ["tests"],
 }
@@ -134,9 +134,9 @@ SOURCES = {".h", ".cpp", ".py", ".ts", ".tsx", ".sh"}
 # Folders of installed packages and of what is built.
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
 THIS = "tests/tidy/tidy_test.py"
-ROOTS = ("core", "api", "flags", "queue", "server", "clients/cli", "app", "tests")
+ROOTS = ("core", "api", "server", "clients/cli", "tests")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
-             "clients", "flags", "queue", "app", "tests", "docker", "build"}
+             "clients", "tests", "docker", "build"}
 
 
 def inside(path: str, place: str) -> bool:

@@ -10,7 +10,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "queue/nats_link.h"
+#include "server/queue/nats_link.h"
 
 namespace queue {
 namespace {

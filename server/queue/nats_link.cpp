@@ -1,8 +1,8 @@
-#include "queue/nats_link.h"
+#include "server/queue/nats_link.h"
 
 #include <memory>
 
-#include "queue/handles.h"
+#include "server/queue/handles.h"
 
 namespace queue {
 namespace {

@@ -19,7 +19,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "flags/exit_codes.h"
+#include "api/flags/exit_codes.h"
 
 namespace flags {
 

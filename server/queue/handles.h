@@ -5,7 +5,7 @@
 
 #include <nats/nats.h>
 
-#include "queue/nats_link.h"
+#include "server/queue/nats_link.h"
 
 namespace queue {
 

@@ -1,10 +1,10 @@
-#include "queue/units.h"
+#include "server/queue/units.h"
 
 #include <array>
 #include <thread>
 #include <utility>
 
-#include "queue/handles.h"
+#include "server/queue/handles.h"
 
 namespace queue {
 

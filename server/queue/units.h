@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "core/base/result.h"
-#include "queue/nats_link.h"
+#include "server/queue/nats_link.h"
 
 namespace queue {
 

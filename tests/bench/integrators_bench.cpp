@@ -9,11 +9,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/settings/registry.h"
@@ -27,6 +29,7 @@ struct Plan {
   double seconds = 4;
   std::string scene;  ///< empty: all
   std::string only;   ///< integrators whose names begin so
+  std::string sheet;  ///< JPEG file that takes all images; empty: none
 };
 
 struct Case {
@@ -97,12 +100,14 @@ double mean(const std::vector<double>& sorted, double share) {
   return sum / static_cast<double>(count);
 }
 
-void print(const Case& one, const Plan& plan) {
+/// Prints a scene's table and returns its images, the reference last.
+std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
   const core::View view = view_of(one.scene, plan);
   const Run reference = render(view, one.reference, kReferenceTimes * plan.seconds, 1000);
   std::printf("\n%-14s%10s%10s%12s%14s   reference: %s, %d samples, %.1f s\n", one.scene, "samples",
               "CPU s", "relMSE", "without 1 %", one.reference, reference.samples,
               reference.cpu_seconds);
+  std::vector<std::vector<core::Rgb>> images;
   for (const core::IntegratorEntry& row : core::integrators()) {
     if (row.name == "direct" || row.name.rfind(plan.only, 0) != 0) {
       continue;  // `direct` makes another picture
@@ -112,12 +117,46 @@ void print(const Case& one, const Plan& plan) {
     std::printf("%-14s%10d%10.1f%12.5f%14.5f\n", std::string(row.name).c_str(), run.samples,
                 run.cpu_seconds, mean(sorted, 1), mean(sorted, 0.99));
     std::fflush(stdout);
+    images.push_back(run.pixels);
   }
+  images.push_back(reference.pixels);
+  return images;
+}
+
+/// Writes one row of images for each scene.
+void write_sheet(const std::vector<std::vector<std::vector<core::Rgb>>>& rows, const Plan& plan) {
+  constexpr int kGap = 4;
+  core::FloatImage sheet{static_cast<int>(rows[0].size()) * (plan.width + kGap) - kGap,
+                         static_cast<int>(rows.size()) * (plan.height + kGap) - kGap,
+                         {"R", "G", "B"},
+                         {}};
+  sheet.values.assign(
+      static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3, 1.0F);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    for (std::size_t column = 0; column < rows[row].size(); ++column) {
+      const std::vector<core::Rgb>& pixels = rows[row][column];
+      for (std::size_t i = 0; i < pixels.size(); ++i) {
+        const int x =
+            static_cast<int>(column) * (plan.width + kGap) + static_cast<int>(i) % plan.width;
+        const int y =
+            static_cast<int>(row) * (plan.height + kGap) + static_cast<int>(i) / plan.width;
+        for (int c = 0; c < 3; ++c) {
+          sheet.values[sheet.index(x, y, c)] = pixels[i][c];
+        }
+      }
+    }
+  }
+  const auto bytes = core::encode_image(sheet, core::image_formats()[1], {});
+  CHECK(bytes);
+  std::ofstream file(plan.sheet, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes->data()),
+             static_cast<std::streamsize>(bytes->size()));
+  CHECK(file.good());
 }
 
 }  // namespace
 
-// [--seconds N] [--scene NAME] [--only NAME]
+// [--seconds N] [--scene NAME] [--only NAME] [--size WxH] [--sheet FILE]
 int main(int argc, char** argv) {
   Plan plan;
   for (int i = 1; i < argc; i += 2) {
@@ -128,17 +167,27 @@ int main(int argc, char** argv) {
       plan.scene = argv[i + 1];
     } else if (flag == "--only" && i + 1 < argc) {
       plan.only = argv[i + 1];
+    } else if (flag == "--sheet" && i + 1 < argc) {
+      plan.sheet = argv[i + 1];
+    } else if (flag == "--size" && i + 1 < argc &&
+               std::sscanf(argv[i + 1], "%dx%d", &plan.width, &plan.height) == 2) {
     } else {
-      std::fprintf(stderr, "usage: integrators_bench [--seconds N] [--scene NAME] [--only NAME]\n");
+      std::fprintf(stderr,
+                   "usage: integrators_bench [--seconds N] [--scene NAME] [--only NAME] "
+                   "[--size WxH] [--sheet FILE]\n");
       return 2;
     }
   }
   std::printf("%dx%d, %g CPU seconds a picture, box filter, max_depth 16\n", plan.width,
               plan.height, plan.seconds);
+  std::vector<std::vector<std::vector<core::Rgb>>> rows;
   for (const Case& one : kCases) {
     if (plan.scene.empty() || plan.scene == one.scene) {
-      print(one, plan);
+      rows.push_back(compare(one, plan));
     }
+  }
+  if (!plan.sheet.empty() && !rows.empty()) {
+    write_sheet(rows, plan);
   }
   return 0;
 }

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "clients/cli/api_client.h"
 #include "clients/cli/command.h"
@@ -13,6 +14,7 @@
 #include "clients/cli/submit.h"
 #include "clients/cli/terminal.h"
 #include "clients/cli/upload.h"
+#include "clients/cli/video.h"
 
 namespace cli {
 namespace {
@@ -29,11 +31,12 @@ struct BatchFlags {
   std::string sheet;   ///< .png; empty: none
   std::string format = "png";
   std::string denoise;
+  VideoOptions video;  ///< without output: none
   bool wait = false;
   bool dry_run = false;
   bool json = false;
 
-  bool waits() const { return wait || !output.empty() || !sheet.empty(); }
+  bool waits() const { return wait || !output.empty() || !sheet.empty() || !video.output.empty(); }
 };
 
 core::Result<Json> read_request(const std::string& path) {
@@ -116,6 +119,26 @@ core::Status fetch_pictures(ApiClient& client, const BatchFlags& flags, const st
                         flags.sheet);
 }
 
+/// A video of the finished images in the order of the batch.
+core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& batch) {
+  std::vector<std::string> paths;
+  for (const Json& job : batch.contains("jobs") ? batch["jobs"] : Json::array()) {
+    if (text_at(job, "state") == "finished") {
+      // A video has no alpha.
+      paths.push_back("/v1/jobs/" + encode_url(text_at(job, "id")) +
+                      "/image.png?background=ffffff" +
+                      (flags.denoise.empty() ? "" : "&denoise=" + flags.denoise));
+    }
+  }
+  return write_video(flags.video, paths.size(), [&](std::size_t i) -> core::Result<std::string> {
+    const auto reply = client.get(paths[i]);
+    if (!reply) {
+      return reply.error();
+    }
+    return reply->body;
+  });
+}
+
 void print_batch(const BatchFlags& flags, const Json& batch) {
   if (flags.json) {
     std::printf("%s\n", batch.dump(2).c_str());
@@ -135,6 +158,11 @@ int follow(ApiClient& client, const BatchFlags& flags, const std::string& path) 
   print_batch(flags, *ended);
   if (const auto fetched = fetch_pictures(client, flags, path); !fetched) {
     return complain("batch", fetched.error());
+  }
+  if (!flags.video.output.empty()) {
+    if (const auto made = make_video(client, flags, *ended); !made) {
+      return complain("batch", made.error());
+    }
   }
   return text_at(*ended, "state") == "finished" ? kDone : kFailed;
 }
@@ -178,7 +206,7 @@ int run(const BatchFlags& flags) {
 int batch(const Args& args) {
   CLI::App app(
       "Submits a series of jobs, which a template and a matrix of values make, and prints its id. "
-      "With --wait, -o or --sheet, waits until all jobs have ended.",
+      "With --wait, -o, --sheet or --video, waits until all jobs have ended.",
       "tessera batch");
   BatchFlags flags;
   app.add_option("file", flags.file,
@@ -193,6 +221,13 @@ int batch(const Args& args) {
       ->capture_default_str();
   app.add_option("--sheet", flags.sheet, "PNG to write with all images on one sheet")
       ->type_name("FILE");
+  app.add_option("--video", flags.video.output,
+                 "Video to write (.mp4, .webm), each image a frame; needs ffmpeg")
+      ->type_name("FILE");
+  app.add_option("--fps", flags.video.frames_per_second, "Frames per second of the video")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->type_name("N")
+      ->capture_default_str();
   add_denoise_option(app, flags.denoise);
   app.add_flag("--dry-run", flags.dry_run, "Only check the batch and print the jobs' names");
   app.add_flag("--json", flags.json, "Print the batch as JSON");

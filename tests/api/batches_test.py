@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import sys
 import tempfile
 import threading
 import time
@@ -278,6 +279,39 @@ class Batches(BatchTest):
             self.assertIn("a batch is JSON", said)
 
 
+    def test_the_command_line_makes_a_video_through_ffmpeg(self):
+        """By a program in ffmpeg's place, which writes down what it was given."""
+        with tempfile.TemporaryDirectory() as folder:
+            request = os.path.join(folder, "batch.json")
+            with open(request, "w", encoding="utf-8") as file:
+                json.dump(batch_body({"seed": [1, 2, 3]}), file)
+            program = os.path.join(folder, "ffmpeg")
+            with open(program, "w", encoding="utf-8") as file:
+                file.write(f"#!{sys.executable}\n"
+                           "import sys\n"
+                           "images = sys.stdin.buffer.read().count(b'IHDR')\n"
+                           "if '0.500000' in sys.argv: sys.exit(1)\n"
+                           "with open(sys.argv[-1].removeprefix('file:'), 'w') as file:\n"
+                           "    print(images, *sys.argv[1:-1], file=file)\n")
+            os.chmod(program, 0o755)
+            video = os.path.join(folder, "turn.mp4")
+            server = ["--server", f"http://127.0.0.1:{self.server.port}"]
+            verb = ["batch", request, "--video", video, *server]
+            here = {"PATH": folder}
+            code, _, said = tessera(*verb, "--fps", "12", environ=here)
+            self.assertEqual(code, 0, said)
+            with open(video, encoding="utf-8") as file:
+                words = file.read().split()
+            self.assertEqual(words[0], "3")
+            self.assertEqual(words[words.index("-framerate") + 1], "12.000000")
+            code, _, said = tessera(*verb, "--fps", "0.5", environ=here)
+            self.assertEqual((code, os.path.exists(video)), (1, False))
+            self.assertIn("ffmpeg failed", said)
+            code, _, said = tessera(*verb, environ={"PATH": "/nowhere"})
+            self.assertEqual(code, 1)
+            self.assertIn("a video needs ffmpeg", said)
+
+
 class FewPlaces(BatchTest):
     FLAGS = ("--max-queue", "3")
 
@@ -328,9 +362,10 @@ class Killed(unittest.TestCase):
     SAMPLES = 256
 
     def body(self, **members):
-        template = job_body(samples=self.SAMPLES, film={"width": 64, "height": 48, "layers": []})
-        return batch_body({"camera.orbit.theta_degrees": [150, 180, 210], "seed": [1, 2]},
-                          template=template, **members)
+        # Three variants by twelve views.
+        template = job_body(samples=self.SAMPLES, film={"width": 40, "height": 32, "layers": []})
+        return batch_body({"camera.orbit.theta_degrees": list(range(0, 360, 30)),
+                           "seed": [1, 2, 3]}, template=template, **members)
 
     def run_batch(self, server, webhook=None, interrupt=lambda: None):
         members = {"webhook": {"url": webhook}} if webhook else {}
@@ -355,7 +390,8 @@ class Killed(unittest.TestCase):
         batch_id, digests = self.run_batch(server, receiver.url, kill_twice)
         self.assertEqual(digests, calm)
         batch = server.get(f"/v1/batches/{batch_id}").json()
-        self.assertEqual((batch["state"], len(batch["jobs"])), ("finished", 6))
+        self.assertEqual((batch["state"], len(batch["jobs"])), ("finished", 36))
+        self.assertEqual(len(set(digests)), 36, "each has its own view and seed")
         told = json.loads(receiver.next()[2])
         self.assertEqual(told["data"]["id"], batch_id)
 

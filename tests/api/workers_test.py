@@ -24,6 +24,7 @@ from farm import (
     sealed,
 )
 from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
+from moving import moving_triangles
 
 # Long enough to be interrupted, on a fast machine too: whole seconds of one thread.
 LONG = 64
@@ -101,6 +102,30 @@ class WorkersTest(FarmTest):
             self.assertGreater(listed[worker.id]["units"], 0)
             self.assertGreater(listed[worker.id]["rate"], 0)
             self.assertEqual(listed[worker.id]["faults"], 0)
+
+    def test_workers_blur_what_moves_as_one_process_does(self):
+        farm = self.farm(workers=2)
+        glb = moving_triangles()
+
+        def upload(server):
+            return server.request("POST", "/v1/scenes", glb, {"Content-Type": "model/gltf-binary"})
+
+        upload(farm.server)
+        scene = hashlib.sha256(glb).hexdigest()
+        digests = set()
+        for members in (
+            {"shutter_seconds": 0},
+            {"shutter_seconds": 1},
+            {"shutter_seconds": 1, "ground": {"type": "catcher"}},
+            {"shutter_seconds": 1, "ground": {"type": "sweep"}},
+            {"shutter_seconds": 0.5, "time_seconds": 0.25},
+        ):
+            with self.subTest(**members):
+                body = job_body(scene, 16, **members)
+                job = farm.server.render(body)
+                self.assertEqual(job["film_digest"], Alone.digest(body, upload))
+                digests.add(job["film_digest"])
+        self.assertEqual(len(digests), 5)
 
     def test_workers_render_what_every_integrator_does_but_records_of_all_samples(self):
         farm = self.farm(workers=2)

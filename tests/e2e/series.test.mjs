@@ -5,6 +5,8 @@ import { after, before, test } from 'node:test';
 import {
   accessibilityFaults,
   desktop,
+  drop,
+  glbOf,
   launch,
   phone,
   sceneOf,
@@ -131,6 +133,100 @@ test('the settings of a render are shown, used again and written for other place
     assert.equal(again.camera.vertical_fov_degrees, 30);
   });
 });
+
+/** A triangle that moves by (1, 0, 0) in a second. */
+function movingGlb() {
+  const bin = Buffer.from(
+    new Float32Array([-1, 0, 0, 1, 0, 0, 0, 1.6, 0, 0, 1, 0, 0, 0, 1, 0, 0]).buffer,
+  );
+  const at = [0, 36, 44, 68];
+  const document = {
+    asset: { version: '2.0' },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
+    materials: [{ doubleSided: true }],
+    animations: [
+      {
+        samplers: [{ input: 1, output: 2 }],
+        channels: [{ sampler: 0, target: { node: 0, path: 'translation' } }],
+      },
+    ],
+    buffers: [{ byteLength: bin.length }],
+    bufferViews: [0, 1, 2].map((i) => ({
+      buffer: 0,
+      byteOffset: at[i],
+      byteLength: at[i + 1] - at[i],
+    })),
+    accessors: [
+      { type: 'VEC3', count: 3, min: [-1, 0, 0], max: [1, 1.6, 0] },
+      { type: 'SCALAR', count: 2, min: [0], max: [1] },
+      { type: 'VEC3', count: 2 },
+    ].map((accessor, i) => ({ bufferView: i, componentType: 5126, ...accessor })),
+  };
+  return glbOf(JSON.stringify(document), bin);
+}
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+])
+  test(`an animation becomes blurred frames on a ground on a ${name}`, {
+    skip,
+    timeout: 300_000,
+  }, () =>
+    withPageOf(browser, server, device, '#/jobs', async (page) => {
+      await until('scenes in the list', () => sceneOf(page));
+      await drop(page, [{ name: 'moving.glb', bytes: movingGlb() }]);
+      await until('the upload', async () => /^[0-9a-f]{64}$/.test(await sceneOf(page)));
+      await page.selectOption('[data-testid=size]', 'custom');
+      await page.fill('[data-testid=width]', '48');
+      await page.fill('[data-testid=height]', '32');
+      await page.fill('[data-testid=stop-samples]', '4');
+      await page.selectOption('[data-testid=ground]', 'catcher');
+      await page.click('[data-testid=series-fields] summary');
+      await page.fill('[data-testid=frames]', '3');
+      await page.fill('[data-testid=frames-per-second]', '4');
+      await page.getByText('Advanced settings').click();
+      await page.fill('[data-testid=time-seconds]', '0.25');
+      await page.fill('[data-testid=shutter-seconds]', '0.125');
+      assert.deepEqual(await accessibilityFaults(page), []);
+      const sent = page.waitForRequest(
+        (r) => r.method() === 'POST' && /\/v1\/batches$/.test(r.url()),
+      );
+      await settles(
+        'what is rendered',
+        () => page.getByTestId('submit').textContent(),
+        'Render 3 images',
+      );
+      await page.click('[data-testid=submit]');
+      const { template, matrix } = (await sent).postDataJSON();
+      assert.deepEqual(matrix, { time_seconds: [0.25, 0.5, 0.75] });
+      assert.equal(template.shutter_seconds, 0.125);
+      assert.deepEqual(template.ground, { type: 'catcher' });
+      await page.waitForURL(/#\/series\//);
+      await until('the end', async () => /^Finished/.test(await stateOf(page)));
+      const names = page.locator('.job-card strong');
+      await settles('all frames', () => names.allTextContents(), [
+        'moving 0.25 s',
+        'moving 0.5 s',
+        'moving 0.75 s',
+      ]);
+      // Their settings can be used again.
+      await names.first().click();
+      await page.click('[data-testid=use-again]');
+      const again = page.waitForRequest(
+        (r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()) && !r.postDataJSON().class,
+      );
+      await page.click('[data-testid=submit]');
+      const job = (await again).postDataJSON();
+      assert.deepEqual(
+        [job.time_seconds, job.shutter_seconds, job.ground],
+        [0.25, 0.125, { type: 'catcher' }],
+      );
+    }),
+  );
 
 test('what is wrong with a series is shown at its field', { skip, timeout: 120_000 }, () =>
   withPageOf(browser, server, desktop, '#/jobs', async (page) => {

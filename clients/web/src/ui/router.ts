@@ -7,6 +7,7 @@ export type Route = (
   | { view: 'series'; id: string }
   | { view: 'compose'; scene: string }
   | { view: 'compare'; a: string; b: string }
+  | { view: 'convergence'; ids: string[] }
   | { view: 'lab'; name: string }
   | { view: 'guide'; chapter: string; section: string }
   | { view: 'settings' }
@@ -31,6 +32,8 @@ function parse(whole: string): Route {
   if (head === 'jobs') return first ? { view: 'job', id: first, query } : { view: 'jobs', query };
   if (head === 'series' && first) return { view: 'series', id: first, query };
   if (head === 'compare') return { view: 'compare', a: first, b: second, query };
+  if (head === 'convergence' && first)
+    return { view: 'convergence', ids: first.split(',').filter(Boolean), query };
   if (head === 'compose' && first) return { view: 'compose', scene: first, query };
   if (head === 'lab') return { view: 'lab', name: first, query };
   if (head === 'guide') return { view: 'guide', chapter: first, section: second, query };

@@ -3,7 +3,7 @@ import type { Server, TypeInfo } from '../api/types';
 import { useStore } from '../ui/store';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, form, refusals, type FormValues } from './form_model';
-import { sceneDetails } from './scene_source';
+import { isAnimated, sceneDetails } from './scene_source';
 
 /** An entry of the server's lists; where only its name is known, the rest is left out. */
 type Choice = Pick<TypeInfo, 'type'> & Partial<TypeInfo>;
@@ -94,6 +94,7 @@ export function AdvancedFields({ info }: { info: Server | null }) {
       '/light_sampler',
       '/adaptive',
       '/film/filter',
+      '/time_seconds',
       '/shutter_seconds',
       '/seed',
       '/priority',
@@ -113,7 +114,7 @@ export function AdvancedFields({ info }: { info: Server | null }) {
 
 function AdvancedBody({ info }: { info: Server | null }) {
   const v = useStore(form);
-  const animated = (useStore(sceneDetails)?.animations ?? []).length > 0 || v.shutterSeconds > 0;
+  const animated = isAnimated(useStore(sceneDetails)) || v.shutterSeconds > 0;
   return (
     <div class="advanced-body">
       <ChoiceField
@@ -173,23 +174,7 @@ function AdvancedBody({ info }: { info: Server | null }) {
         choices={named(info?.filters)}
         onValue={(filter) => change({ filter })}
       />
-      {animated && (
-        <Field
-          label="Shutter (s)"
-          pointers={['/shutter_seconds']}
-          hint="How long the shutter is open: what moves then is blurred. 0 blurs nothing."
-        >
-          {(a) => (
-            <NumberInput
-              {...a}
-              value={v.shutterSeconds}
-              min={0}
-              step="any"
-              onValue={(shutterSeconds) => change({ shutterSeconds })}
-            />
-          )}
-        </Field>
-      )}
+      {animated && <TimeFields v={v} />}
       <OptionFields info={info} v={v} />
       <div class="pair">
         <Field label="Seed" pointers={['/seed']}>
@@ -232,5 +217,49 @@ function AdvancedBody({ info }: { info: Server | null }) {
         )}
       </Field>
     </div>
+  );
+}
+
+/** When in the animation the image is taken, and for how long. */
+function TimeFields({ v }: { v: FormValues }) {
+  return (
+    <>
+      <div class="pair">
+        <Field label="Animation time (s)" pointers={['/time_seconds']}>
+          {(a) => (
+            <NumberInput
+              {...a}
+              data-testid="time-seconds"
+              value={v.timeSeconds ?? 0}
+              disabled={v.timeSeconds === null}
+              step="any"
+              onValue={(timeSeconds) => change({ timeSeconds })}
+            />
+          )}
+        </Field>
+        <Field label="Shutter (s)" pointers={['/shutter_seconds']}>
+          {(a) => (
+            <NumberInput
+              {...a}
+              data-testid="shutter-seconds"
+              value={v.shutterSeconds}
+              min={0}
+              step="any"
+              onValue={(shutterSeconds) => change({ shutterSeconds })}
+            />
+          )}
+        </Field>
+      </div>
+      <p class="hint">Whatever moves while the shutter is open is blurred; 0 blurs nothing.</p>
+      <label class="check">
+        <input
+          type="checkbox"
+          data-testid="rest-pose"
+          checked={v.timeSeconds === null}
+          onChange={(e) => change({ timeSeconds: e.currentTarget.checked ? null : 0 })}
+        />
+        Rest pose: no animation
+      </label>
+    </>
   );
 }

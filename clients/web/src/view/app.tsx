@@ -17,6 +17,7 @@ import {
 import { useStore } from '../ui/store';
 import { CompareView } from './compare_view';
 import { ComposeView } from './compose_view';
+import { ConvergenceView } from './convergence_view';
 import { GuideView } from './guide_view';
 import { JobView } from './job_view';
 import { JobsPage } from './jobs_page';
@@ -79,7 +80,7 @@ function TopBar({ current }: { current: Route['view'] }) {
         <a href="#/jobs" aria-current={at('jobs') ?? at('job') ?? at('series')}>
           Renders
         </a>
-        <a href="#/compare" aria-current={at('compare')}>
+        <a href="#/compare" aria-current={at('compare') ?? at('convergence')}>
           Compare
         </a>
         <a href="#/lab" aria-current={at('lab')}>
@@ -245,6 +246,8 @@ function Centre({ at }: { at: Route }) {
       return <ComposeView scene={at.scene} />;
     case 'lab':
       return <LabView name={at.name} query={at.query} />;
+    case 'convergence':
+      return <ConvergenceView ids={at.ids} />;
     case 'compare':
       return <CompareView a={at.a} b={at.b} />;
     default:

@@ -2,8 +2,10 @@ import { useState } from 'preact/hooks';
 import { api, imageUrl, problemOf, RequestError } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Job } from '../api/types';
+import { go } from '../ui/router';
 import { refresh, say, sayError } from '../ui/server_state';
 import { distinct, zipOf } from '../ui/zip';
+import { curvesAtMost } from './convergence_view';
 import { sceneTitle } from './job_words';
 
 /** Requests at a time: browsers open six connections to a host, and the page needs some. */
@@ -90,6 +92,16 @@ export function ChosenJobs({ list, chosen, onChoose, onDone }: ChosenJobsProps) 
         onClick={() => void act(() => download(shown), '')}
       >
         Download zip ({shown.length})
+      </button>
+      <button
+        type="button"
+        class="quiet"
+        data-testid="chosen-convergence"
+        disabled={!shown.length || shown.length > curvesAtMost}
+        title={`Error curves of up to ${curvesAtMost} renders in one plot`}
+        onClick={() => go(`/convergence/${shown.map((j) => j.id).join(',')}`)}
+      >
+        Plot errors ({shown.length})
       </button>
       <button
         type="button"

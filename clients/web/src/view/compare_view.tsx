@@ -230,6 +230,11 @@ function Comparing({ a, b }: { a: string; b: string }) {
           beside={left.job}
           onValue={(id) => go(`/compare/${a}/${id}${tail}`)}
         />
+        {left.job && right.job && (
+          <a class="quiet" href={`#/convergence/${left.job.id},${right.job.id}`}>
+            Plot errors
+          </a>
+        )}
       </header>
       <Missing left={left} right={right} />
       {size && other && !fits && (

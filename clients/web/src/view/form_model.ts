@@ -53,6 +53,8 @@ export interface FormValues {
   pose: Pose | null;
   crop: Crop | null;
   variant: string;
+  /** Null: the rest pose. */
+  timeSeconds: number | null;
   shutterSeconds: number;
   environment: EnvironmentMode;
   environmentAsset: string;
@@ -79,6 +81,9 @@ export interface FormValues {
   /** Of a series; 1: one picture. */
   views: number;
   allVariants: boolean;
+  /** Of an animation; 1: a still image. */
+  frames: number;
+  framesPerSecond: number;
   /** Chosen switches of the estimation: group to option name. */
   options: Record<string, string>;
 }
@@ -102,6 +107,7 @@ export const initial: FormValues = {
   pose: null,
   crop: null,
   variant: '',
+  timeSeconds: 0,
   shutterSeconds: 0,
   environment: 'scene',
   environmentAsset: '',
@@ -125,6 +131,8 @@ export const initial: FormValues = {
   priority: 0,
   views: 1,
   allVariants: false,
+  frames: 1,
+  framesPerSecond: 24,
   options: {},
 };
 
@@ -174,6 +182,7 @@ export function requestOf(
   const camera = cameraOf(v);
   if (camera) request.camera = camera;
   if (v.variant) request.variant = v.variant;
+  if (v.timeSeconds !== 0) request.time_seconds = v.timeSeconds;
   if (v.shutterSeconds > 0) request.shutter_seconds = v.shutterSeconds;
   if (v.integrator || v.maxDepth !== null)
     request.integrator = {

@@ -100,6 +100,7 @@ export function formOf(job: Job, info: Server | null): FormValues {
     useCpuSeconds: stop.cpu_seconds != null,
     cpuSeconds: stop.cpu_seconds ?? initial.cpuSeconds,
     variant: spec.variant ?? '',
+    timeSeconds: spec.time_seconds === undefined ? 0 : spec.time_seconds,
     shutterSeconds: spec.shutter_seconds ?? 0,
     ...cameraOf(spec),
     ...environmentOf(spec),

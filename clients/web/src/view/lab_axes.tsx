@@ -90,11 +90,12 @@ interface FrameProps {
   x: Axis;
   ticks: { at: number; text: string }[];
   name: string;
-  unit: string;
+  /** Name of the horizontal axis. */
+  across: string;
 }
 
-/** Grid and names of the axes; n runs to the right in powers of ten. */
-export function Frame({ width, x, ticks, name, unit }: FrameProps) {
+/** Grid and names of the axes; powers of ten to the right. */
+export function Frame({ width, x, ticks, name, across: axis }: FrameProps) {
   const bottom = height - margin.bottom;
   const right = width - margin.right;
   return (
@@ -122,7 +123,7 @@ export function Frame({ width, x, ticks, name, unit }: FrameProps) {
         </g>
       ))}
       <text x={(margin.left + right) / 2} y={height - 6} text-anchor="middle">
-        n, {unit}
+        {axis}
       </text>
       <text transform={`translate(14 ${bottom / 2}) rotate(-90)`} text-anchor="middle">
         {name}

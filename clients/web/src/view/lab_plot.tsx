@@ -65,7 +65,7 @@ export function ErrorPlot({ series, shown, unit, width }: PlotProps) {
         x={x}
         ticks={decadeTicks(y, 8).map((e) => ({ at: up(y, e), text: power(e) }))}
         name="RMSE"
-        unit={unit}
+        across={`n, ${unit}`}
       />
       <g clip-path="url(#lab-area)">
         {measured.map((s) => (
@@ -170,7 +170,7 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
         x={x}
         ticks={roundTicksOf(y)}
         name="mean ± 2 standard errors"
-        unit={unit}
+        across={`n, ${unit}`}
       />
       {exact.map((e) => (
         <g key={e}>

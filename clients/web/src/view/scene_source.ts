@@ -20,6 +20,7 @@ export const sendFault = new Store<string | null>(null);
 /** What of the last drop was not taken. */
 export const sendNote = new Store<string | null>(null);
 export const sceneDetails = new Store<Scene | null>(null);
+export const isAnimated = (scene: Scene | null): boolean => (scene?.animations ?? []).length > 0;
 
 const isNames = (v: unknown): v is Record<string, string> =>
   typeof v === 'object' && v !== null && Object.values(v).every((n) => typeof n === 'string');
@@ -133,7 +134,7 @@ function leftOut(files: DroppedFile[], used: File[]): string {
 }
 
 export function chooseScene(scene: string): void {
-  change({ scene, camera: '', pose: null, variant: '', allVariants: false });
+  change({ scene, camera: '', pose: null, variant: '', allVariants: false, timeSeconds: 0, frames: 1 });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

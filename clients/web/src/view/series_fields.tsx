@@ -1,14 +1,19 @@
 import { useStore } from '../ui/store';
 import { Field, NumberInput } from './field';
 import { change, form } from './form_model';
-import { sceneDetails } from './scene_source';
+import { isAnimated, sceneDetails } from './scene_source';
 
 const viewsAtMost = 360;
+const framesAtMost = 1000;
 
-/** Many pictures of one model: views around it, and all of its variants. */
+const whole = (value: number, most: number): number =>
+  Math.max(1, Math.min(most, Math.round(value)));
+
+/** Many pictures of one model: views around it, all of its variants, frames of its animation. */
 export function SeriesFields() {
   const v = useStore(form);
-  const variants = useStore(sceneDetails)?.variants ?? [];
+  const scene = useStore(sceneDetails);
+  const variants = scene?.variants ?? [];
   return (
     <details class="advanced" data-testid="series-fields">
       <summary>Series</summary>
@@ -26,9 +31,7 @@ export function SeriesFields() {
               min={1}
               max={viewsAtMost}
               step={1}
-              onValue={(views) =>
-                change({ views: Math.max(1, Math.min(viewsAtMost, Math.round(views))) })
-              }
+              onValue={(views) => change({ views: whole(views, viewsAtMost) })}
             />
           )}
         </Field>
@@ -42,6 +45,35 @@ export function SeriesFields() {
             />
             All {variants.length} variants
           </label>
+        )}
+        {isAnimated(scene) && (
+          <div class="pair">
+            <Field label="Animation frames" pointers={[]}>
+              {(a) => (
+                <NumberInput
+                  {...a}
+                  data-testid="frames"
+                  value={v.frames}
+                  min={1}
+                  max={framesAtMost}
+                  step={1}
+                  onValue={(frames) => change({ frames: whole(frames, framesAtMost) })}
+                />
+              )}
+            </Field>
+            <Field label="Frames per second" pointers={[]}>
+              {(a) => (
+                <NumberInput
+                  {...a}
+                  data-testid="frames-per-second"
+                  value={v.framesPerSecond}
+                  min={1}
+                  step="any"
+                  onValue={(framesPerSecond) => framesPerSecond > 0 && change({ framesPerSecond })}
+                />
+              )}
+            </Field>
+          </div>
         )}
       </div>
     </details>

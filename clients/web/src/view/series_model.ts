@@ -19,10 +19,16 @@ export const turntable = (views: number, from = 0): number[] =>
 
 /** Is more than one picture asked for? */
 export const picturesOf = (v: FormValues, variants: string[]): number =>
-  Math.max(1, v.views) * (v.allVariants && variants.length ? variants.length : 1);
+  Math.max(1, v.views) * Math.max(1, v.frames) * (v.allVariants && variants.length ? variants.length : 1);
+
+const micro = (seconds: number): number => Math.round(seconds * 1e6) / 1e6;
+
+/** Times of an animation's frames; the first is the form's own time. */
+export const frameTimes = (v: FormValues): number[] =>
+  Array.from({ length: v.frames }, (_, i) => micro((v.timeSeconds ?? 0) + i / v.framesPerSecond));
 
 /**
- * The jobs of a series: all views of each variant. request: of one picture. A camera that was
+ * The jobs of a series: all views of each variant at each time. request: of one picture. A camera that was
  * placed by hand keeps its height and distance.
  */
 export function seriesOf(
@@ -50,6 +56,11 @@ export function seriesOf(
     };
     matrix['camera.orbit.theta_degrees'] = turntable(v.views, (theta + 360) % 360);
     parts.push('{theta_degrees}');
+  }
+  if (v.frames > 1) {
+    delete template.time_seconds;
+    matrix.time_seconds = frameTimes(v);
+    parts.push('{time_seconds} s');
   }
   // Braces would be read as places of values.
   const title = v.name.replace(/[{}]/g, '');

@@ -298,6 +298,7 @@ const knownPointers = [
   '/scene',
   '/camera',
   '/variant',
+  '/time_seconds',
   '/shutter_seconds',
   '/film',
   '/stop',

@@ -67,6 +67,15 @@ function useFirstJob(batch: Batch): Job | null {
   return job;
 }
 
+/** May its images be denoised, and shall they be? */
+function useDenoising(batch: Batch): { may: boolean; denoise: 'mixed' | 'off' } {
+  const first = useFirstJob(batch);
+  const wanted = useStore(display).denoised !== false;
+  const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
+  const may = offered && first !== null && first.spec.denoise?.type !== 'none';
+  return { may, denoise: may && wanted ? 'mixed' : 'off' };
+}
+
 export function SeriesView({ id }: { id: string }) {
   const { batch, fault, renew } = useSeries(id);
   if (!batch)
@@ -82,6 +91,17 @@ export function SeriesView({ id }: { id: string }) {
         )}
       </div>
     );
+  return <Series batch={batch} fault={fault} onChange={renew} />;
+}
+
+interface SeriesProps {
+  batch: Batch;
+  fault: string;
+  onChange: () => void;
+}
+
+function Series({ batch, fault, onChange }: SeriesProps) {
+  const denoising = useDenoising(batch);
   return (
     <div class="page" data-testid="series">
       <header class="page-head">
@@ -93,7 +113,7 @@ export function SeriesView({ id }: { id: string }) {
           </p>
         </div>
         <progress max={1} value={batch.progress.fraction} aria-label="Progress of the series" />
-        <SeriesActions batch={batch} onChange={renew} />
+        <SeriesActions batch={batch} denoising={denoising} onChange={onChange} />
       </header>
       {fault && (
         <p class="wrong" role="alert">
@@ -102,20 +122,21 @@ export function SeriesView({ id }: { id: string }) {
       )}
       <ul class="job-grid">
         {batch.jobs.map((job) => (
-          <SeriesCard key={job.id} job={job} />
+          <SeriesCard key={job.id} job={job} denoise={denoising.denoise} />
         ))}
       </ul>
     </div>
   );
 }
 
-function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void }) {
+interface ActionsProps {
+  batch: Batch;
+  denoising: ReturnType<typeof useDenoising>;
+  onChange: () => void;
+}
+
+function SeriesActions({ batch, denoising: { may, denoise }, onChange }: ActionsProps) {
   const [format, setFormat] = useState<string>('png');
-  const first = useFirstJob(batch);
-  const shown = useStore(display);
-  const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
-  const mayDenoise = offered && first !== null && first.spec.denoise?.type !== 'none';
-  const denoise = mayDenoise && shown.denoised !== false ? 'mixed' : 'off';
   // EXR is for those who want every layer, which a denoised one has not.
   const hasLayers = format === 'exr';
   const [sure, setSure] = useState(false);
@@ -160,14 +181,14 @@ function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void
           ))}
         </select>
       </label>
-      {mayDenoise && !hasLayers && (
+      {may && !hasLayers && (
         <label
           class="check"
           title="The denoised images, mixed with the plain ones where those are better"
         >
           <input
             type="checkbox"
-            checked={shown.denoised !== false}
+            checked={denoise !== 'off'}
             data-testid="series-denoised"
             onChange={(e) =>
               display.set({ ...display.get(), denoised: e.currentTarget.checked })
@@ -209,7 +230,7 @@ function SeriesActions({ batch, onChange }: { batch: Batch; onChange: () => void
   );
 }
 
-function SeriesCard({ job }: { job: BatchJob }) {
+function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
   const values = Object.values(job.values).map(String).join(' · ');
   return (
     <li class="job-card">
@@ -217,7 +238,7 @@ function SeriesCard({ job }: { job: BatchJob }) {
         <span class="thumb">
           {job.state === 'finished' ? (
             <img
-              src={imageUrl(job.id, 'png', { max_size: 400 })}
+              src={imageUrl(job.id, 'png', { max_size: 400, denoise })}
               alt=""
               decoding="async"
               loading="lazy"

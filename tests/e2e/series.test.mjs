@@ -325,10 +325,31 @@ for (const [name, device] of [
       const rows = page.locator('[data-testid=compare-settings] tbody tr');
       await settles('what differs', () => rows.allTextContents(), ['seed12']);
       assert.deepEqual(await accessibilityFaults(page), []);
+      // Their errors in one plot, with the numbers of all.
+      await page.getByRole('link', { name: 'Plot errors' }).click();
+      await settles('both curves', () => page.locator('.convergence .lab-fit').count(), 2);
+      await page.getByRole('button', { name: 'CPU seconds' }).click();
+      await page.waitForSelector('[aria-label^="Relative error over CPU seconds"]');
+      assert.deepEqual(await accessibilityFaults(page), []);
+      const saved = async (button) => {
+        const [kept] = await Promise.all([
+          page.waitForEvent('download'),
+          page.getByRole('button', { name: button }).click(),
+        ]);
+        return fs.readFileSync(await kept.path(), 'utf8');
+      };
+      const lines = (await saved('Save CSV')).trim().split('\n');
+      assert.match(lines[0], /^job,name,samples_per_pixel,elapsed_seconds,cpu_seconds/);
+      assert.deepEqual(
+        [...new Set(lines.slice(1).map((line) => line.split(',')[0]))],
+        [a.id, b.id],
+      );
+      assert.match(await saved('Save SVG'), /^<svg [^]*<polyline[^]*<polyline/);
       await page.goto(`${server.url}/#/jobs?find=${encodeURIComponent(tag)}`);
       await settles('both', () => page.locator('.job-card').count(), 2);
       await page.click('[data-testid=choose-many]');
       await page.getByRole('button', { name: 'Select all' }).click();
+      await page.waitForSelector('[data-testid=chosen-convergence]:enabled');
       assert.deepEqual(await accessibilityFaults(page), []);
       const [file] = await Promise.all([
         page.waitForEvent('download'),

@@ -104,11 +104,8 @@ function decades(low: number, high: number): number[] {
     for (const m of steps) out.push(m * 10 ** e);
   const inside = out.filter((v) => v >= low * 0.999 && v <= high * 1.001);
   const tens = inside.filter((v) => Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6);
-  return inside.length <= 5
-    ? inside
-    : tens.length >= 2
-      ? tens
-      : inside.filter((_, i) => i % Math.ceil(inside.length / 5) === 0);
+  const list = inside.length > 5 && tens.length >= 2 ? tens : inside;
+  return list.filter((_, i) => i % Math.ceil(list.length / 5) === 0);
 }
 
 /**
@@ -214,15 +211,17 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
   const x1 = Math.max(xOf(last, axis), Math.min(reach ?? 0, xOf(last, axis) * 30), x0 * 2) * 1.05;
   const lows = points.map((p) => p.low ?? p.relative_rmse).filter((v) => v > 0),
     highs = points.map((p) => p.high ?? p.relative_rmse);
-  const y0 = Math.min(...lows, target ?? Infinity) * 0.8,
-    y1 = Math.max(...highs) * 1.15;
+  // Intervals of the first passes may reach from nothing to any size: the band is cut there.
+  const errors = points.map((p) => p.relative_rmse);
+  const y0 = Math.min(target ?? Infinity, Math.max(Math.min(...lows), Math.min(...errors) / 10)) * 0.8,
+    y1 = Math.min(Math.max(...highs), 10 * Math.max(...errors)) * 1.15;
   const px = (v: number): number =>
     margin.left + ((width - margin.left - margin.right) * Math.log(v / x0)) / Math.log(x1 / x0);
   const py = (v: number): number =>
     margin.top + ((height - margin.top - margin.bottom) * Math.log(y1 / v)) / Math.log(y1 / y0);
   const path = (list: Known[], y: (p: Known) => number): string =>
     list
-      .map((p) => `${px(xOf(p, axis)).toFixed(1)},${py(Math.max(y(p), y0)).toFixed(1)}`)
+      .map((p) => `${px(xOf(p, axis)).toFixed(1)},${py(Math.min(Math.max(y(p), y0), y1)).toFixed(1)}`)
       .join(' ');
   const upper = path(points, (p) => p.high ?? p.relative_rmse);
   const band = `${upper} ${path([...points].reverse(), (p) => p.low ?? p.relative_rmse)}`;

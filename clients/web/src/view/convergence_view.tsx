@@ -13,7 +13,6 @@ import {
   Frame,
   height,
   margin,
-  power,
   up,
   useWidth,
 } from './lab_axes';
@@ -189,6 +188,15 @@ export function ConvergenceView({ ids }: { ids: string[] }) {
   );
 }
 
+/** The intervals, where they say something: first passes may have none that ends. */
+function bandOf(points: Known[], line: (list: Known[], error: (p: Known) => number) => string) {
+  const known = points.filter((p) => p.low && p.high && p.high < 10 * p.low);
+  return `${line(known, (p) => p.high!)} ${line([...known].reverse(), (p) => p.low!)}`;
+}
+
+/** As people read it: 10%, not 10⁻¹. */
+const percentOf = (exponent: number): string => `${Number((10 ** (exponent + 2)).toPrecision(1))}%`;
+
 function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: number }) {
   const { of, axis } = overs[over];
   const drawn = curves.map((c) => ({ ...c, points: c.points.filter((p) => of(p) > 0) }));
@@ -217,19 +225,13 @@ function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: num
       <Frame
         width={width}
         x={x}
-        ticks={decadeTicks(y, 8).map((e) => ({ at: up(y, e), text: power(e) }))}
+        ticks={decadeTicks(y, 8).map((e) => ({ at: up(y, e), text: percentOf(e) }))}
         name="relative error"
         across={axis}
       />
       {drawn.map((c, i) => (
         <g key={c.id} class={`lab-series-${i % curvesAtMost}`}>
-          <polygon
-            class="convergence-band"
-            points={`${line(c.points, (p) => p.high ?? p.relative_rmse)} ${line(
-              [...c.points].reverse(),
-              (p) => p.low || p.relative_rmse,
-            )}`}
-          />
+          <polygon class="convergence-band" points={bandOf(c.points, line)} />
           <polyline class="lab-fit" points={line(c.points, (p) => p.relative_rmse)} />
           {c.points.map((p) => (
             <circle

@@ -52,6 +52,13 @@ function useSeries(id: string) {
   return { batch, fault, renew: () => ask((n) => n + 1) };
 }
 
+/** The pattern of its names without the places of values. */
+const titleOf = ({ name }: Batch): string =>
+  name
+    .replace(/\{[^}]*\}( s\b)?/g, '')
+    .replace(/\s+/g, ' ')
+    .trim();
+
 /** A job of the series, for what all have in common. */
 function useFirstJob(batch: Batch): Job | null {
   const [job, setJob] = useState<Job | null>(null);
@@ -68,8 +75,7 @@ function useFirstJob(batch: Batch): Job | null {
 }
 
 /** May its images be denoised, and shall they be? */
-function useDenoising(batch: Batch): { may: boolean; denoise: 'mixed' | 'off' } {
-  const first = useFirstJob(batch);
+function useDenoising(first: Job | null): { may: boolean; denoise: 'mixed' | 'off' } {
   const wanted = useStore(display).denoised !== false;
   const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
   const may = offered && first !== null && first.spec.denoise?.type !== 'none';
@@ -101,18 +107,27 @@ interface SeriesProps {
 }
 
 function Series({ batch, fault, onChange }: SeriesProps) {
-  const denoising = useDenoising(batch);
+  const first = useFirstJob(batch);
+  const denoising = useDenoising(first);
+  const film = first?.spec.film;
+  const count = `${batch.jobs.length} images`;
+  const title = titleOf(batch);
   return (
     <div class="page" data-testid="series">
       <header class="page-head">
         <div>
-          <h1>{batch.jobs.length} images</h1>
-          <p class="dim" role="status" data-testid="series-state">
-            {stateWords[batch.state]}
-            {!ended(batch.state) && `: ${doneShare(batch.progress.fraction)}`}
+          <h1>{title || count}</h1>
+          <p class="dim">
+            <span role="status" data-testid="series-state">
+              {stateWords[batch.state]}
+              {!ended(batch.state) && `: ${doneShare(batch.progress.fraction)}`}
+            </span>
+            {title && ` · ${count}`}
           </p>
         </div>
-        <progress max={1} value={batch.progress.fraction} aria-label="Progress of the series" />
+        {!ended(batch.state) && (
+          <progress max={1} value={batch.progress.fraction} aria-label="Progress of the series" />
+        )}
         <SeriesActions batch={batch} denoising={denoising} onChange={onChange} />
       </header>
       {fault && (
@@ -120,7 +135,10 @@ function Series({ batch, fault, onChange }: SeriesProps) {
           {fault}
         </p>
       )}
-      <ul class="job-grid">
+      <ul
+        class="job-grid"
+        style={film ? { '--thumb-ratio': `${film.width} / ${film.height}` } : undefined}
+      >
         {batch.jobs.map((job) => (
           <SeriesCard key={job.id} job={job} denoise={denoising.denoise} />
         ))}
@@ -231,7 +249,12 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
 }
 
 function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
-  const values = Object.values(job.values).map(String).join(' · ');
+  // Values that its name does not tell.
+  const values = Object.values(job.values)
+    .map(String)
+    .filter((value) => !job.name.includes(value))
+    .join(' · ');
+  const state = job.state === 'finished' ? '' : job.state;
   return (
     <li class="job-card">
       <a href={`#/jobs/${job.id}`}>
@@ -252,10 +275,7 @@ function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
         </span>
         <strong>{job.name}</strong>
       </a>
-      <p class="dim">
-        {values}
-        {job.state !== 'finished' && ` · ${job.state}`}
-      </p>
+      <p class="dim">{[values, state].filter(Boolean).join(' · ')}</p>
     </li>
   );
 }

@@ -188,6 +188,11 @@ const auto& ground_table() {
                "color", [](auto& s) -> auto& { return s.color; }, kAlbedo,
                "Of its surface, linear Rec.709: also of a catcher, which lights the model from "
                "below.")),
+      when(kIsThere, kElse,
+           number(
+               "reflection", [](auto& s) -> auto& { return s.reflection; }, kAlbedo,
+               "Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered "
+               "surface, which reflects 4% seen from above and more at grazing angles.")),
   };
   return kTable;
 }
@@ -293,7 +298,7 @@ void print_ground(const JobSpec& spec, Json& object) {
 
 Json ground_schema(const JobSpec& defaults) {
   return object_schema(ground_table(), defaults.render.ground,
-                       "Level, diffuse ground that is added to the scene.");
+                       "Level ground that is added to the scene.");
 }
 
 void settle_stage(const Json& request, JobSpec& spec) {

@@ -160,11 +160,15 @@ void add_stage_flags(CLI::App& app, JobFlags& flags) {
       ->type_name("TYPE");
   app.add_option(
          "--ground", flags.ground,
-         "catcher (only its shadow is seen, and the background is transparent), sweep, none")
+         "catcher (only its shadow and reflections are seen, and the background is transparent), "
+         "sweep, none")
       ->type_name("TYPE");
   app.add_option("--ground-height", flags.ground_height,
                  "y of the ground, metres (the model's lowest point)")
       ->type_name("M");
+  app.add_option("--ground-reflection", flags.ground_reflection,
+                 "Weight of a polished coat on the ground: 0 is matte, 1 mirrors the model")
+      ->type_name("0..1");
 }
 
 /// Linear Rec.709 of six hexadecimal digits; empty: they are none.
@@ -210,6 +214,9 @@ core::Status put_stage(const JobFlags& flags, Json& request) {
   }
   if (flags.ground_height) {
     object_at(request, "ground")["height"] = *flags.ground_height;
+  }
+  if (flags.ground_reflection) {
+    object_at(request, "ground")["reflection"] = *flags.ground_reflection;
   }
   return core::ok_status();
 }

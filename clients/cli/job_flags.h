@@ -44,6 +44,7 @@ struct JobFlags {
   std::optional<std::string> background;  ///< a type, or a colour as six digits of sRGB
   std::optional<std::string> ground;
   std::optional<double> ground_height;
+  std::optional<double> ground_reflection;
   std::optional<std::string> integrator;
   std::optional<std::string> sampler;
   std::optional<std::string> light_sampler;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/bsdf/clearcoat_lobe.h"
 #include "core/integrators/registry.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
@@ -13,10 +14,46 @@
 
 namespace core {
 
-Rgb level_irradiance(const Environment& environment, float up) {
+namespace {
+
+ClearcoatLobe smooth_coat(float weight, float mu) {
+  BsdfLayers layers;
+  layers.clearcoat = weight;
+  constexpr float kIsSmooth = 1;  // any: only albedos are asked for
+  return {layers, {0, 0, mu}, kIsSmooth};
+}
+
+/// The integral of 2 mu E(mu) from 0 to mu, E the albedo of a smooth coat. Exact: between the nodes
+/// of its table E is linear in t = sqrt(mu), and the integrand 4 t^3 E dt.
+double coat_reflects(double mu) {
+  constexpr int kLast = kAlbedoNodes - 1;
+  const double end = std::sqrt(mu);
+  double sum = 0;
+  for (int i = 0; i < kLast && i < end * kLast; ++i) {
+    const auto albedo = [](int node) {
+      return static_cast<double>(
+          smooth_coat(1, static_cast<float>(node * node) / (kLast * kLast)).e_wo);
+    };
+    const double from = static_cast<double>(i) / kLast;
+    const double slope = (albedo(i + 1) - albedo(i)) * kLast;
+    const auto primitive = [&](double t) {
+      return std::pow(t, 4) * (albedo(i) - slope * from + 0.8 * slope * t);
+    };
+    sum += primitive(std::min(static_cast<double>(i + 1) / kLast, end)) - primitive(from);
+  }
+  return sum;
+}
+
+}  // namespace
+
+Rgb level_irradiance(const Environment& environment, float up, float coat) {
+  const auto open = [coat](double mu) {
+    return mu > 0 ? mu * mu - (coat > 0 ? static_cast<double>(coat) * coat_reflects(mu) : 0.0)
+                  : 0.0;
+  };
   const Environment::Map map = environment.map();
   if (map.width == 0) {
-    return map.constant * kPi;
+    return map.constant * (kPi * static_cast<float>(open(1)));
   }
   // The integral of the cosine over a texel is exact; the rotation is about the vertical axis.
   double r = 0;
@@ -24,8 +61,7 @@ Rgb level_irradiance(const Environment& environment, float up) {
   double b = 0;
   for (int y = 0; y < map.height; ++y) {
     const auto edge = [&](int row) {
-      const double cosine = static_cast<double>(up) * std::cos(std::numbers::pi * row / map.height);
-      return cosine > 0 ? cosine * cosine : 0.0;
+      return open(static_cast<double>(up) * std::cos(std::numbers::pi * row / map.height));
     };
     const double weight = std::numbers::pi / map.width * std::fabs(edge(y) - edge(y + 1));
     for (int x = 0; x < map.width && weight > 0; ++x) {
@@ -37,26 +73,42 @@ Rgb level_irradiance(const Environment& environment, float up) {
       b += weight * static_cast<double>(texel.b);
     }
   }
+  const float sun = std::max(up * environment.sun_world().y, 0.0F);
   return Rgb{static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)} +
-         environment.sun_irradiance() * std::max(up * environment.sun_world().y, 0.0F);
+         environment.sun_irradiance() * (sun * (1 - smooth_coat(coat, sun).e_wo));
 }
 
-BareGround::BareGround(const SceneData& scene, const Environment* environment, Rgb albedo)
-    : scene_(scene), albedo_(albedo) {
+BareGround::BareGround(const SceneData& scene, const Environment* environment,
+                       const GroundSettings& ground)
+    : scene_(scene), environment_(environment), albedo_(ground.color), coat_(ground.reflection) {
   if (environment != nullptr) {
-    distant_ = {level_irradiance(*environment, 1), level_irradiance(*environment, -1)};
+    distant_ = {level_irradiance(*environment, 1, coat_),
+                level_irradiance(*environment, -1, coat_)};
   }
 }
 
-Rgb BareGround::radiance(Vec3 point, float up) const noexcept {
+Rgb BareGround::radiance(Vec3 point, Vec3 wo_world) const noexcept {
+  const float up = wo_world.y > 0 ? 1.0F : -1.0F;
   Rgb irradiance = distant_[up > 0 ? 0 : 1];
   for (const PunctualLight& light : scene_.punctual_lights) {
     Vec3 wi_world;
     float distance_m = 0;
     const Rgb arriving = light.arriving(point, wi_world, distance_m);
-    irradiance += arriving * std::max(up * wi_world.y, 0.0F);
+    const float mu = std::max(up * wi_world.y, 0.0F);
+    irradiance += arriving * (mu * (1 - smooth_coat(coat_, mu).e_wo));
   }
-  return albedo_ * irradiance * kInvPi;
+  const Rgb diffuse = albedo_ * irradiance * kInvPi;
+  if (!(coat_ > 0)) {
+    return diffuse;
+  }
+  const float mu = std::fabs(wo_world.y);
+  const ClearcoatLobe coat = smooth_coat(coat_, mu);
+  Rgb mirrored;
+  if (environment_ != nullptr) {
+    mirrored = environment_->background({-wo_world.x, wo_world.y, -wo_world.z}) *
+               (coat_ * lerp(0.04F, 1.0F, schlick_weight(mu)));
+  }
+  return diffuse * ((1 - coat.e_wo) / (1 - coat.e_average)) + mirrored;
 }
 
 /// A light sample, which the model may keep away.
@@ -108,10 +160,14 @@ void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& v
   Rgb kept_away;
   if (environment_ != nullptr) {
     const Vec3 direction = path.ray.direction;
-    const float pdf_light =
-        paths_.lights().pdf_environment(direction, vertex.shading.origin, vertex.light_normal);
-    kept_away = path.beta * environment_->radiance(direction) *
-                paths_.options().mis.weight(path.last.pdf_bsdf, pdf_light);
+    if (sample.is_delta) {
+      kept_away = path.beta * environment_->background(direction);
+    } else {
+      const float pdf_light =
+          paths_.lights().pdf_environment(direction, vertex.shading.origin, vertex.light_normal);
+      kept_away = path.beta * environment_->radiance(direction) *
+                  paths_.options().mis.weight(path.last.pdf_bsdf, pdf_light);
+    }
   }
   path.met = &hit;
   paths_.follow(path);
@@ -143,7 +199,7 @@ PathSample CatcherTracer<Options>::trace(const Camera::CameraRay& camera_ray,
     add_direction(path, vertex, bsdf, change);
   }
   const Rgb bounced = change.more + change.blocked;
-  const Rgb bare = bare_.radiance(vertex.point.position, vertex.wo_world.y > 0 ? 1.0F : -1.0F);
+  const Rgb bare = bare_.radiance(vertex.point.position, vertex.wo_world);
   const auto share = [](float part, float whole) { return whole > 0 ? part / whole : 0.0F; };
   if (const std::optional<Rgb> seen = backdrop_.seen(camera_ray.ray.direction)) {
     const Rgb blocked = {share(change.blocked.r, bare.r), share(change.blocked.g, bare.g),

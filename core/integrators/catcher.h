@@ -1,4 +1,5 @@
-/// Shadow catcher: a diffuse ground that the camera sees by what the model does to it alone.
+/// Shadow and reflection catcher: a ground of which the camera sees only the changes that the model
+/// makes to it. It is diffuse, with or without a smooth clear coat.
 ///
 /// With B the radiance of the ground without the model, and the radiance with it
 /// W = B - blocked + bounced, where `blocked` is light of the lights that does not arrive and
@@ -7,9 +8,10 @@
 /// whatever the noise, and where the model changes nothing a and C are 0 without noise: blocked
 /// light is that of the very samples that meet the model. Where the background X is known the
 /// shadow is coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel. B
-/// has a closed form: distant lights are the same everywhere on the ground, punctual ones are sums.
-/// Lights of the model are bounced. Source of the idea: Debevec, Rendering Synthetic Objects into
-/// Real Scenes, SIGGRAPH 1998.
+/// has a closed form: distant lights are the same everywhere on the ground, punctual ones are sums,
+/// and a smooth coat mirrors one direction of the environment. A mirrored part of the model blocks
+/// what the coat would mirror without it. Lights of the model are bounced. Source of the idea:
+/// Debevec, Rendering Synthetic Objects into Real Scenes, SIGGRAPH 1998.
 #pragma once
 
 #include <array>
@@ -18,21 +20,24 @@
 
 namespace core {
 
-/// Radiance of a level diffuse surface under the lights alone.
+/// Radiance of the ground under the lights alone.
 class BareGround {
  public:
-  BareGround(const SceneData& scene, const Environment* environment, Rgb albedo);
-  /// At a point, of the side that a normal of (0, up, 0) is on; up: 1 or -1.
-  Rgb radiance(Vec3 point, float up) const noexcept;
+  BareGround(const SceneData& scene, const Environment* environment, const GroundSettings& ground);
+  /// At a point, of the side that wo_world (unit, to the viewer) is on.
+  Rgb radiance(Vec3 point, Vec3 wo_world) const noexcept;
 
  private:
   const SceneData& scene_;
+  const Environment* environment_;
   Rgb albedo_;
-  std::array<Rgb, 2> distant_;  ///< irradiance from the environment: from above, from below
+  float coat_;
+  std::array<Rgb, 2> distant_;  ///< irradiance below the coat: from above, from below
 };
 
-/// Irradiance of a level surface by the environment: from above (up 1) or below (-1).
-Rgb level_irradiance(const Environment& environment, float up);
+/// Irradiance by the environment of a level surface below a smooth clear coat of this weight: from
+/// above (up 1) or below (-1). 0: without a coat.
+Rgb level_irradiance(const Environment& environment, float up, float coat = 0);
 
 /// Path tracing for jobs with a catcher: from elsewhere than the ground as Options' path tracer.
 template <typename Options>
@@ -42,7 +47,7 @@ class CatcherTracer final : public Integrator {
       : scene_(input.scene),
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
-        bare_(input.scene, input.environment, input.settings.ground.color),
+        bare_(input.scene, input.environment, input.settings.ground),
         paths_(input) {}
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;

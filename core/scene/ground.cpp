@@ -130,7 +130,8 @@ void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 vi
   material.name = "ground";
   material.base_color = settings.color;
   material.metallic = 0;
-  material.specular = 0;  // diffuse alone
+  material.specular = 0;  // diffuse below the coat
+  material.clearcoat = settings.reflection;
   material.double_sided = true;
   scene.meshes.back().primitives[0].material = static_cast<int>(scene.materials.size());
   scene.materials.push_back(std::move(material));

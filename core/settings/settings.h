@@ -207,11 +207,12 @@ struct BackgroundSettings {
 
 enum class GroundType { kNone, kCatcher, kSweep };
 
-/// Something for the model to stand on, horizontal and diffuse.
+/// Something for the model to stand on, horizontal and diffuse, with or without a polished coat.
 struct GroundSettings {
   GroundType type = GroundType::kNone;
   std::optional<float> height_m;  ///< y; empty: the model's lowest point
   Rgb color = {0.8F, 0.8F, 0.8F};
+  float reflection = 0;  ///< weight of a smooth clear coat, in [0,1]
 };
 
 struct RenderSettings {

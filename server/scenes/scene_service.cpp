@@ -75,8 +75,8 @@ std::string SceneService::cache_key(const std::string& id, std::optional<double>
     return key;
   }
   key += "\n" + std::string(core::row_of(core::grounds(), ground.type).name);
-  for (const float number :
-       {ground.height_m.value_or(NAN), ground.color.r, ground.color.g, ground.color.b}) {
+  for (const float number : {ground.height_m.value_or(NAN), ground.color.r, ground.color.g,
+                             ground.color.b, ground.reflection}) {
     key += " " + api::number_text(api::shortest_double(number));
   }
   if (ground.type == core::GroundType::kSweep) {

@@ -51,12 +51,37 @@ class Stage(ApiTest):
         job, rows = self.picture(ground={"type": "sweep"}, background={"type": "transparent"})
         self.assertEqual({pixel[3] for row in rows for pixel in row}, {255})
         self.assertEqual(job["spec"]["ground"],
-                         {"type": "sweep", "height": None, "color": [0.8, 0.8, 0.8]})
+                         {"type": "sweep", "height": None, "color": [0.8, 0.8, 0.8],
+                          "reflection": 0})
         # A second job of another view has a sweep of its own.
         camera = {"orbit": {"theta_degrees": 120, "phi_degrees": 70}}
         _, other = self.picture(ground={"type": "sweep"}, camera=camera,
                                 background={"type": "transparent"})
         self.assertEqual({pixel[3] for row in other for pixel in row}, {255})
+
+    def test_a_polished_catcher_mirrors_the_model_and_keeps_its_scene_apart(self):
+        # From low down, where a clear coat reflects much.
+        camera = {"orbit": {"theta_degrees": 0, "phi_degrees": 80}}
+        pictures = [
+            self.picture(ground={"type": "catcher", "reflection": polish}, camera=camera,
+                         environment={"preset": "studio"})
+            for polish in (0, 1)
+        ]
+        for (job, _), polish in zip(pictures, (0, 1)):
+            self.assertEqual(job["spec"]["ground"]["reflection"], polish)
+        # More of the ground is changed by the model: its image reaches out of its shadow.
+        changed = [
+            sum(pixel[3] > 0 for row in rows for pixel in row) for _, rows in pictures
+        ]
+        self.assertNotEqual(pictures[0][1], pictures[1][1])
+        self.assertGreaterEqual(changed[1], changed[0])
+        self.assert_problem(
+            self.server.post("/v1/jobs", job_body("furnace", ground={"type": "catcher",
+                                                                     "reflection": 1.5})),
+            422, "/ground/reflection")
+        self.assert_problem(
+            self.server.post("/v1/jobs", job_body("furnace", ground={"reflection": 1})),
+            422, "/ground/reflection")
 
     def test_contradictions_are_refused_with_their_place(self):
         for members, pointer in (

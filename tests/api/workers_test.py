@@ -93,6 +93,7 @@ class WorkersTest(FarmTest):
             # The camera looks neither along an axis nor level.
             job_body("still-life", 16, ground={"type": "catcher"}),
             job_body("still-life", 16, ground={"type": "sweep"}),
+            job_body("still-life", 16, ground={"type": "catcher", "reflection": 1}),
         ):
             with self.subTest(body=body):
                 job = farm.server.render(body)
@@ -117,7 +118,7 @@ class WorkersTest(FarmTest):
             {"shutter_seconds": 0},
             {"shutter_seconds": 1},
             {"shutter_seconds": 1, "ground": {"type": "catcher"}},
-            {"shutter_seconds": 1, "ground": {"type": "sweep"}},
+            {"shutter_seconds": 1, "ground": {"type": "sweep", "reflection": 1}},
             {"shutter_seconds": 0.5, "time_seconds": 0.25},
         ):
             with self.subTest(**members):

@@ -172,7 +172,7 @@ for (const [name, device] of [
   ['desktop', desktop],
   ['phone', phone],
 ])
-  test(`an animation becomes blurred frames on a ground on a ${name}`, {
+  test(`an animation becomes blurred frames on a polished ground on a ${name}`, {
     skip,
     timeout: 300_000,
   }, () =>
@@ -185,6 +185,7 @@ for (const [name, device] of [
       await page.fill('[data-testid=height]', '32');
       await page.fill('[data-testid=stop-samples]', '4');
       await page.selectOption('[data-testid=ground]', 'catcher');
+      await page.fill('[data-testid=ground-reflection]', '100');
       await page.click('[data-testid=series-fields] summary');
       await page.fill('[data-testid=frames]', '3');
       await page.fill('[data-testid=frames-per-second]', '4');
@@ -204,7 +205,7 @@ for (const [name, device] of [
       const { template, matrix } = (await sent).postDataJSON();
       assert.deepEqual(matrix, { time_seconds: [0.25, 0.5, 0.75] });
       assert.equal(template.shutter_seconds, 0.125);
-      assert.deepEqual(template.ground, { type: 'catcher' });
+      assert.deepEqual(template.ground, { type: 'catcher', reflection: 1 });
       await page.waitForURL(/#\/series\//);
       await until('the end', async () => /^Finished/.test(await stateOf(page)));
       const names = page.locator('.job-card strong');
@@ -223,7 +224,7 @@ for (const [name, device] of [
       const job = (await again).postDataJSON();
       assert.deepEqual(
         [job.time_seconds, job.shutter_seconds, job.ground],
-        [0.25, 0.125, { type: 'catcher' }],
+        [0.25, 0.125, { type: 'catcher', reflection: 1 }],
       );
     }),
   );

@@ -1,5 +1,7 @@
 // A newcomer's tour: from a server that has just started to a product on a ground, in three variants
 // by twelve views of 1200 x 1200, denoised, downloaded as a zip; in at most twelve actions.
+// TESSERA_TOUR=full renders all of the pixels, with 16 samples each, and tells how long it took; by
+// default the images are small.
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import { after, before, test } from 'node:test';
@@ -21,7 +23,9 @@ let browser;
 // The mock server makes no batches.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
 const actionsMost = 12;
-const side = 16;
+const full = process.env.TESSERA_TOUR === 'full';
+const side = full ? 1200 : 16;
+const patienceMs = full ? 7_200_000 : 120_000;
 
 before(async () => {
   if (skip) return;
@@ -107,10 +111,11 @@ for (const [name, device] of [
 ])
   test(`a product becomes 36 images in at most ${actionsMost} actions on a ${name}`, {
     skip,
-    timeout: 300_000,
+    timeout: full ? 7_500_000 : 300_000,
   }, async (t) => {
     const begin = Date.now();
     const page = await openPage(browser, server, device, '#/jobs', async (fresh) => {
+      if (full) return;
       // What the page asks for, but small.
       await fresh.route(/\/v1\/(jobs|batches)(\?dry_run=1)?$/, async (way) => {
         if (way.request().method() !== 'POST') return way.continue();
@@ -141,14 +146,18 @@ for (const [name, device] of [
     await act(() => page.click('[data-testid=series-fields] summary'));
     await act(() => page.fill('[data-testid=views]', '12'));
     await act(() => page.check('[data-testid=all-variants]'));
+    if (full) await act(() => page.fill('[data-testid=stop-samples]', '16'));
     const button = page.getByTestId('submit');
     await settles('what is rendered', () => button.textContent(), 'Render 36 images');
     await look('form');
     await act(() => button.click());
     await page.waitForURL(/#\/series\//);
-    await until('the end', async () =>
-      /^Finished/.test(await page.textContent('[data-testid=series-state]')),
+    await until(
+      'the end',
+      async () => /^Finished/.test(await page.textContent('[data-testid=series-state]')),
+      patienceMs,
     );
+    t.diagnostic(`rendered after ${((Date.now() - begin) / 1000).toFixed(1)} s`);
     const archive = page.getByTestId('archive');
     const denoise = async () => /denoise=(\w+)/.exec(await archive.getAttribute('href'))[1];
     await settles('denoised without asking', denoise, 'mixed');
@@ -156,7 +165,7 @@ for (const [name, device] of [
     let file;
     await act(async () => {
       [file] = await Promise.all([
-        page.waitForEvent('download'),
+        page.waitForEvent('download', { timeout: patienceMs }),
         archive.click(),
       ]);
     });

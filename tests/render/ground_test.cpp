@@ -2,9 +2,7 @@
 // of the model on the real ground.
 #include "core/scene/ground.h"
 
-#include <array>
 #include <cmath>
-#include <functional>
 #include <span>
 
 #include "core/denoise/denoised_picture.h"
@@ -12,192 +10,31 @@
 #include "core/integrators/catcher.h"
 #include "core/settings/registry.h"
 #include "tests/render/asset_files.h"
+#include "tests/render/catcher_stage.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
 
 namespace {
 
+using catcher_stage::bare_view;
+using catcher_stage::halves;
+using catcher_stage::kGroundColor;
+using catcher_stage::kSide;
+using catcher_stage::kTooFar;
+using catcher_stage::largest_z;
+using catcher_stage::model;
+using catcher_stage::over;
+using catcher_stage::render;
+using catcher_stage::sky;
+using catcher_stage::Subject;
+using catcher_stage::subjects;
+using catcher_stage::transparent_catcher;
+using catcher_stage::view_of;
 using core::BackgroundType;
 using core::GroundType;
 using core::Rgb;
 using core::Vec3;
 using test_support::Picture;
-
-constexpr int kSide = 24;
-constexpr Rgb kGroundColor = {0.7F, 0.6F, 0.5F};
-
-/// A red ball above the ground, and a lamp that belongs to it.
-core::SceneDescription model() {
-  auto scene = test_support::scene_of(
-      {test_support::lambert({0.8F, 0.3F, 0.2F}), test_support::emitter({2, 2, 3})},
-      {test_support::sphere({0, 1, 0}, 1, 12, false, 0),
-       test_support::quad({1.6F, 1, -0.4F}, {0, 0, 0.8F}, {0, 0.8F, 0}, 1)});
-  core::PunctualLightDescription sun;
-  sun.type = core::PunctualType::kDirectional;
-  sun.intensity = {1.5F, 1.4F, 1};
-  // Shines along -z of its frame: from the left, 45 degrees high.
-  sun.to_world.z = normalize(Vec3{-1, 1, 0.2F});
-  sun.to_world.x = normalize(cross(Vec3{0, 1, 0}, sun.to_world.z));
-  sun.to_world.y = cross(sun.to_world.z, sun.to_world.x);
-  scene.lights = {sun};
-  return scene;
-}
-
-std::shared_ptr<const core::Environment> sky() {
-  return test_support::sky_map(16, 8, [](int x, int y) {
-    return y < 4 ? Rgb{0.3F, 0.4F, 0.6F} * static_cast<float>(1 + (x == 3 && y == 2 ? 20 : 0))
-                 : Rgb{0.2F, 0.2F, 0.1F};
-  });
-}
-
-/// What stands on the ground, and the sky around it.
-struct Subject {
-  const char* name;
-  core::SceneDescription scene;
-  std::shared_ptr<const core::Environment> sky;
-};
-
-core::PunctualLightDescription spot_from_above() {
-  core::PunctualLightDescription spot;
-  spot.type = core::PunctualType::kSpot;
-  spot.intensity = {40, 44, 50};
-  spot.inner_cone_rad = 0.6F;
-  spot.outer_cone_rad = 0.9F;
-  spot.to_world.z = normalize(Vec3{-1, 3, 1});
-  spot.to_world.x = normalize(cross(Vec3{0, 1, 0}, spot.to_world.z));
-  spot.to_world.y = cross(spot.to_world.z, spot.to_world.x);
-  spot.to_world.t = {-1.5F, 5, 1.5F};
-  return spot;
-}
-
-/// Gold that throws light on the ground, and a coat over red; glass that bends it; and a lamp of
-/// the model's own in front of a mirror, under a spot.
-std::vector<Subject> subjects() {
-  core::MaterialDescription gold = test_support::lambert({1, 0.8F, 0.4F});
-  gold.metallic = 1;
-  gold.roughness = 0.3F;
-  core::MaterialDescription coated = test_support::lambert({0.8F, 0.1F, 0.1F});
-  coated.specular = 1;
-  coated.roughness = 0.8F;
-  coated.clearcoat = 1;
-  core::MaterialDescription glass;
-  glass.base_color = {0.9F, 1, 0.9F};
-  glass.metallic = 0;
-  glass.roughness = 0.2F;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
-  using test_support::quad;
-  using test_support::sphere;
-  std::vector<Subject> out = {
-      {"glossy",
-       test_support::scene_of({gold, coated}, {sphere({0.8F, 0.7F, 0}, 0.7F, 12, false, 0),
-                                               sphere({-0.8F, 0.6F, 0.3F}, 0.6F, 12, false, 1)}),
-       sky()},
-      {"glass", test_support::scene_of({glass}, {sphere({0, 1, 0}, 1, 12, false, 0)}), sky()},
-      {"lamp",
-       test_support::scene_of({test_support::emitter({3, 2, 1}), mirror},
-                              {sphere({0.3F, 0.5F, 0.6F}, 0.25F, 8, false, 0),
-                               quad({-1.2F, 0.1F, -0.8F}, {2.4F, 0, 0}, {0, 1.8F, 0}, 1)}),
-       nullptr}};
-  out[1].scene.lights = model().lights;
-  out[2].scene.lights = {spot_from_above()};
-  return out;
-}
-
-/// From above, so that the ground fills the picture.
-core::View view_of(core::SceneDescription scene, GroundType kind) {
-  core::View view;
-  core::GroundSettings ground = {GroundType::kCatcher, 0.0F, kGroundColor};
-  core::add_ground(scene, ground);
-  view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
-  test_support::look_at(view, {0.5F, 7, 5}, {0, 0.5F, 0}, 50);
-  view.environment = sky();
-  ground.type = kind;
-  view.settings.ground = ground;
-  view.settings.max_depth = 6;
-  return view;
-}
-
-core::View bare_view(core::SceneDescription scene = model()) {
-  scene.instances.clear();
-  scene.meshes.clear();
-  return view_of(std::move(scene), GroundType::kNone);
-}
-
-core::View transparent_catcher(core::SceneDescription scene = model()) {
-  core::View view = view_of(std::move(scene), GroundType::kCatcher);
-  view.settings.background.type = BackgroundType::kTransparent;
-  view.settings.film.errors_over_white = true;
-  return view;
-}
-
-Picture render(core::View view, std::uint64_t seed, int samples) {
-  view.settings.seed = seed;
-  return test_support::render(view, samples);
-}
-
-using Halves = std::array<Rgb, 2>;
-using HalvesOfPixel = std::function<Halves(std::size_t)>;
-
-HalvesOfPixel halves(const Picture& picture) {
-  return [&picture](std::size_t i) {
-    return Halves{core::half_value(picture.snapshot, i, 0).mean,
-                  core::half_value(picture.snapshot, i, 1).mean};
-  };
-}
-
-/// The largest |z| of differences over blocks of 4 x 4 pixels and channels; each has 16 degrees of
-/// freedom from either picture's halves.
-double largest_z(const HalvesOfPixel& first, const HalvesOfPixel& second) {
-  double most = 0;
-  for (int by = 0; by < kSide; by += 4) {
-    for (int bx = 0; bx < kSide; bx += 4) {
-      std::array<double, 3> difference{};
-      std::array<double, 3> variance{};
-      for (int k = 0; k < 16; ++k) {
-        const auto i = static_cast<std::size_t>((by + k / 4) * kSide + bx + k % 4);
-        const Halves a = first(i);
-        const Halves b = second(i);
-        for (int c = 0; c < 3; ++c) {
-          const auto n = static_cast<std::size_t>(c);
-          const auto at = [c](Rgb v) { return static_cast<double>(v[c]); };
-          difference[n] += 0.5 * (at(a[0]) + at(a[1]) - at(b[0]) - at(b[1]));
-          variance[n] += 0.25 * std::pow(at(a[0]) - at(a[1]), 2);
-          variance[n] += 0.25 * std::pow(at(b[0]) - at(b[1]), 2);
-        }
-      }
-      for (std::size_t n = 0; n < 3; ++n) {
-        if (variance[n] > 0) {
-          most = std::max(most, std::fabs(difference[n]) / std::sqrt(variance[n]));
-        }
-      }
-    }
-  }
-  return most;
-}
-
-/// The picture of a catcher over that of the bare ground; the others plant faults: alpha_scale in
-/// the whole of it, light_scale where the ground is seen.
-HalvesOfPixel over(const Picture& caught, const Picture& bare, float alpha_scale = 1,
-                   float light_scale = 1) {
-  return [&, alpha_scale, light_scale](std::size_t i) {
-    Halves out;
-    for (int half = 0; half < 2; ++half) {
-      const core::HalfValue c = core::half_value(caught.snapshot, i, half);
-      const float light = c.alpha < 1 ? light_scale : 1.0F;
-      out[static_cast<std::size_t>(half)] =
-          c.mean * light +
-          core::half_value(bare.snapshot, i, half).mean * (1 - alpha_scale * c.alpha);
-    }
-    return out;
-  };
-}
-
-/// P(|t| > 6.5) with 32 degrees is 2.6e-7; over 108 blocks and channels 3e-5.
-constexpr double kTooFar = 6.5;
 
 TEST(Catcher, OverTheBareGroundIsTheModelOnTheRealGround) {
   const Picture real = render(view_of(model(), GroundType::kNone), 1, 256);
@@ -226,7 +63,65 @@ TEST(Catcher, OfGlossGlassAndLampsOverTheBareGroundIsThemOnTheRealGround) {
   }
 }
 
-/// Made by others: textures, thin glass, many parts; at their own size, on their lowest point.
+/// From so low that the coat reflects a fifth of the light.
+TEST(Catcher, OfAPolishedGroundOverTheBareGroundIsTheModelOnTheRealGround) {
+  std::vector<Subject> all = subjects();
+  all.push_back({"model", model(), sky()});
+  for (const Subject& subject : all) {
+    const auto render_of = [&subject](core::View view, std::uint64_t seed) {
+      test_support::look_at(view, {0.5F, 2.5F, 6.5F}, {0, 0.5F, 0}, 50);
+      view.environment = subject.sky;
+      return render(std::move(view), seed, 256);
+    };
+    const Picture real = render_of(view_of(subject.scene, GroundType::kNone, 1), 1);
+    const Picture caught = render_of(transparent_catcher(subject.scene, 1), 2);
+    const Picture bare = render_of(bare_view(subject.scene, 1), 3);
+    EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << subject.name;
+    const Picture matte = render_of(transparent_catcher(subject.scene, 0), 2);
+    EXPECT_GT(largest_z(over(matte, bare), halves(real)), kTooFar)
+        << subject.name << ": a planted fault, nothing is mirrored";
+    EXPECT_EQ(caught.progress.rejected_samples, 0U) << subject.name;
+  }
+}
+
+/// Even light L: the coat mirrors F L, and what lies below it reflects albedo (1 - F) L. Source of
+/// F: Schlick 1994.
+TEST(Catcher, TheBarePolishedGroundHasItsClosedFormUnderEvenLight) {
+  const core::SceneDescription nothing;
+  core::View view = view_of(nothing, GroundType::kCatcher, 1);
+  view.environment = test_support::constant_sky({2, 2, 2});
+  const core::BareGround ground(view.scene->data(), view.environment.get(), view.settings.ground);
+  for (const float mu : {1.0F, 0.7F, 0.4F, 0.2F, -0.5F}) {
+    const float f = 0.04F + 0.96F * std::pow(1 - std::fabs(mu), 5.0F);
+    const Rgb seen = ground.radiance({}, {std::sqrt(1 - mu * mu), mu, 0});
+    for (int c = 0; c < 3; ++c) {
+      // The table of albedos has 48 nodes.
+      EXPECT_NEAR(seen[c], 2 * (kGroundColor[c] * (1 - f) + f), 2e-3F) << mu;
+    }
+  }
+}
+
+/// A black ball far above a polished black ground under even light: where its image is mirrored
+/// nothing arrives, and alpha is 1; elsewhere the ground mirrors what it would without the ball.
+TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert({0, 0, 0})}, {test_support::sphere({0, 40, -40}, 4, 12, false, 0)});
+  core::GroundSettings ground = {GroundType::kCatcher, 0.0F, {0, 0, 0}, 1};
+  core::add_ground(scene, ground);
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  // Sees the ball's image in the middle: the mirrored eye looks at the ball.
+  test_support::look_at(view, {0, 10, 10}, {0, 0, 0}, 20);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.ground = ground;
+  view.settings.background.type = BackgroundType::kTransparent;
+  const Picture picture = render(view, 1, 64);
+  constexpr int kMiddle = kSide / 2 * kSide + kSide / 2;
+  EXPECT_NEAR(core::pixel_value(picture.snapshot, kMiddle).alpha, 1, 1e-4F);
+  EXPECT_EQ(core::pixel_value(picture.snapshot, 0).alpha, 0);
+}
+
+/// Made by others: textures, thin glass, many parts; at their own size, on their lowest point, on
+/// matte and on polished ground.
 TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
   const auto folder = test_support::assets_folder();
   if (!folder) {
@@ -240,10 +135,11 @@ TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
     const core::Bounds bounds = core::bounds_of(*loaded);
     const Vec3 center = bounds.center();
     const float size = length(bounds.diagonal());
-    const auto picture = [&](GroundType built, GroundType seen, bool bare, std::uint64_t seed) {
+    const auto picture = [&](GroundType seen, float reflection, bool bare, std::uint64_t seed) {
       core::SceneDescription scene = *loaded;
       scene.cameras.clear();
-      const core::GroundSettings ground = {built, bounds.min.y, kGroundColor};
+      const core::GroundSettings ground = {GroundType::kCatcher, bounds.min.y, kGroundColor,
+                                           reflection};
       core::add_ground(scene, ground);
       if (bare) {
         scene.instances.erase(scene.instances.begin(), scene.instances.end() - 1);
@@ -260,19 +156,21 @@ TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
       }
       return render(std::move(view), seed, 256);
     };
-    const Picture real = picture(GroundType::kCatcher, GroundType::kNone, false, 1);
-    const Picture caught = picture(GroundType::kCatcher, GroundType::kCatcher, false, 2);
-    const Picture bare = picture(GroundType::kCatcher, GroundType::kNone, true, 3);
-    EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << name;
-    EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar)
-        << name << ": a planted fault";
+    for (const float reflection : {0.0F, 1.0F}) {
+      const Picture real = picture(GroundType::kNone, reflection, false, 1);
+      const Picture caught = picture(GroundType::kCatcher, reflection, false, 2);
+      const Picture bare = picture(GroundType::kNone, reflection, true, 3);
+      EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << name << reflection;
+      EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar)
+          << name << reflection << ": a planted fault";
+    }
   }
 }
 
 TEST(Catcher, BeforeTheColourOfTheBareGroundIsTheModelOnTheRealGround) {
   core::View view = view_of(model(), GroundType::kCatcher);
-  const core::BareGround ground(view.scene->data(), view.environment.get(), kGroundColor);
-  view.settings.background = {BackgroundType::kColor, ground.radiance({}, 1)};
+  const core::BareGround ground(view.scene->data(), view.environment.get(), view.settings.ground);
+  view.settings.background = {BackgroundType::kColor, ground.radiance({}, {0, 1, 0})};
   const Picture real = render(view_of(model(), GroundType::kNone), 1, 256);
   const Picture caught = render(view, 2, 256);
   EXPECT_LT(largest_z(halves(caught), halves(real)), kTooFar);
@@ -286,8 +184,9 @@ TEST(Catcher, BeforeTheColourOfTheBareGroundIsTheModelOnTheRealGround) {
 TEST(Catcher, TheBareGroundHasItsClosedForm) {
   const Picture bare = render(bare_view(), 3, 256);
   const core::View view = bare_view();
-  const core::BareGround ground(view.scene->data(), view.environment.get(), kGroundColor);
-  test_support::expect_truth(bare, static_cast<double>(ground.radiance({}, 1).g), 0.002, "ground");
+  const core::BareGround ground(view.scene->data(), view.environment.get(), view.settings.ground);
+  test_support::expect_truth(bare, static_cast<double>(ground.radiance({}, {0, 1, 0}).g), 0.002,
+                             "ground");
 }
 
 TEST(Catcher, WhereTheModelChangesNothingThereIsNoNoise) {

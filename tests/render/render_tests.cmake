@@ -1,5 +1,6 @@
 set(RENDER_TEST_SOURCES
   agreement_test.cpp
+  catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
   fitted_test.cpp

@@ -155,6 +155,11 @@ export interface JobRequest {
      * Default: [0.8,0.8,0.8].
      */
     color?: [number, number, number];
+    /**
+     * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
+     * which reflects 4% seen from above and more at grazing angles. Default: 0.
+     */
+    reflection?: number;
   };
   /** Size, filter and recorded layers. */
   film?: {
@@ -674,6 +679,11 @@ export interface JobSpec {
     height?: number | null;
     /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
     color?: [number, number, number];
+    /**
+     * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
+     * which reflects 4% seen from above and more at grazing angles.
+     */
+    reflection?: number;
   };
   /** Size, filter and recorded layers. */
   film: {
@@ -1599,6 +1609,11 @@ export interface JobDefaults {
     height?: number | null;
     /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
     color?: [number, number, number];
+    /**
+     * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
+     * which reflects 4% seen from above and more at grazing angles.
+     */
+    reflection?: number;
   };
   /** Size, filter and recorded layers. */
   film: {

@@ -213,7 +213,8 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
     highs = points.map((p) => p.high ?? p.relative_rmse);
   // Intervals of the first passes may reach from nothing to any size: the band is cut there.
   const errors = points.map((p) => p.relative_rmse);
-  const y0 = Math.min(target ?? Infinity, Math.max(Math.min(...lows), Math.min(...errors) / 10)) * 0.8,
+  const lowest = Math.max(Math.min(...lows), Math.min(...errors) / 10);
+  const y0 = Math.min(target ?? Infinity, lowest) * 0.8,
     y1 = Math.min(Math.max(...highs), 10 * Math.max(...errors)) * 1.15;
   const px = (v: number): number =>
     margin.left + ((width - margin.left - margin.right) * Math.log(v / x0)) / Math.log(x1 / x0);
@@ -221,7 +222,10 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
     margin.top + ((height - margin.top - margin.bottom) * Math.log(y1 / v)) / Math.log(y1 / y0);
   const path = (list: Known[], y: (p: Known) => number): string =>
     list
-      .map((p) => `${px(xOf(p, axis)).toFixed(1)},${py(Math.min(Math.max(y(p), y0), y1)).toFixed(1)}`)
+      .map((p) => {
+        const within = Math.min(Math.max(y(p), y0), y1);
+        return `${px(xOf(p, axis)).toFixed(1)},${py(within).toFixed(1)}`;
+      })
       .join(' ');
   const upper = path(points, (p) => p.high ?? p.relative_rmse);
   const band = `${upper} ${path([...points].reverse(), (p) => p.low ?? p.relative_rmse)}`;

@@ -203,49 +203,74 @@ function SunFields() {
 function StageFields() {
   const v = useStore(form);
   return (
-    <div class="pair">
-      <Field label="Background" pointers={['/background']}>
-        {(a) => (
-          <>
+    <>
+      <div class="pair">
+        <Field label="Background" pointers={['/background']}>
+          {(a) => (
+            <>
+              <select
+                {...a}
+                data-testid="background"
+                value={v.background}
+                onChange={(e) => change({ background: e.currentTarget.value as Background })}
+              >
+                <option value="environment">Environment</option>
+                <option value="blurred">Blurred environment</option>
+                <option value="color">Colour</option>
+                <option value="transparent">Transparent</option>
+              </select>
+              {v.background === 'color' && (
+                <input
+                  type="color"
+                  aria-label="Colour of the background"
+                  value={v.backgroundColour}
+                  onInput={(e) => change({ backgroundColour: e.currentTarget.value })}
+                />
+              )}
+            </>
+          )}
+        </Field>
+        <Field label="Ground" pointers={['/ground']}>
+          {(a) => (
             <select
               {...a}
-              data-testid="background"
-              value={v.background}
-              onChange={(e) => change({ background: e.currentTarget.value as Background })}
+              data-testid="ground"
+              value={v.ground}
+              onChange={(e) => {
+                const ground = e.currentTarget.value as Ground;
+                change(ground === 'catcher' ? { ground, background: 'transparent' } : { ground });
+              }}
             >
-              <option value="environment">Environment</option>
-              <option value="blurred">Blurred environment</option>
-              <option value="color">Colour</option>
-              <option value="transparent">Transparent</option>
+              <option value="none">None</option>
+              <option value="catcher">Shadow only</option>
+              <option value="sweep">Studio sweep</option>
             </select>
-            {v.background === 'color' && (
+          )}
+        </Field>
+      </div>
+      {v.ground !== 'none' && (
+        <Field
+          label="Ground reflection"
+          pointers={[]}
+          hint="0% is matte; 100% is polished and mirrors the model, most at low angles."
+        >
+          {(a) => (
+            <span class="slider">
               <input
-                type="color"
-                aria-label="Colour of the background"
-                value={v.backgroundColour}
-                onInput={(e) => change({ backgroundColour: e.currentTarget.value })}
+                {...a}
+                type="range"
+                min={0}
+                max={100}
+                step={5}
+                data-testid="ground-reflection"
+                value={Math.round(100 * v.groundReflection)}
+                onInput={(e) => change({ groundReflection: e.currentTarget.valueAsNumber / 100 })}
               />
-            )}
-          </>
-        )}
-      </Field>
-      <Field label="Ground" pointers={['/ground']}>
-        {(a) => (
-          <select
-            {...a}
-            data-testid="ground"
-            value={v.ground}
-            onChange={(e) => {
-              const ground = e.currentTarget.value as Ground;
-              change(ground === 'catcher' ? { ground, background: 'transparent' } : { ground });
-            }}
-          >
-            <option value="none">None</option>
-            <option value="catcher">Shadow only</option>
-            <option value="sweep">Studio sweep</option>
-          </select>
-        )}
-      </Field>
-    </div>
+              <output class="mono">{Math.round(100 * v.groundReflection)}%</output>
+            </span>
+          )}
+        </Field>
+      )}
+    </>
   );
 }

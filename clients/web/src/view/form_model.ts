@@ -69,6 +69,8 @@ export interface FormValues {
   background: Background;
   backgroundColour: string;
   ground: Ground;
+  /** Weight of the ground's clear coat, 0 to 1. */
+  groundReflection: number;
   integrator: string;
   /** Null: the server's default. */
   maxDepth: number | null;
@@ -121,6 +123,7 @@ export const initial: FormValues = {
   background: 'environment',
   backgroundColour: '#ffffff',
   ground: 'none',
+  groundReflection: 0,
   integrator: '',
   maxDepth: null,
   sampler: '',
@@ -196,7 +199,11 @@ export function requestOf(
   if (environment !== undefined) request.environment = environment;
   const background = backgroundOf(v);
   if (background) request.background = background;
-  if (v.ground !== 'none') request.ground = { type: v.ground };
+  if (v.ground !== 'none')
+    request.ground = {
+      type: v.ground,
+      ...(v.groundReflection > 0 && { reflection: v.groundReflection }),
+    };
   const chosen = new Set(Object.values(v.options));
   for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
   return request;

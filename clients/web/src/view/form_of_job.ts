@@ -62,6 +62,7 @@ function stageOf(spec: Job['spec']): Partial<FormValues> {
     background: (background?.type ?? 'environment') as Background,
     ...(background?.color && { backgroundColour: hexOf(background.color) }),
     ground: (ground?.type ?? 'none') as Ground,
+    groundReflection: ground?.reflection ?? 0,
   };
 }
 

@@ -134,7 +134,8 @@ function leftOut(files: DroppedFile[], used: File[]): string {
 }
 
 export function chooseScene(scene: string): void {
-  change({ scene, camera: '', pose: null, variant: '', allVariants: false, timeSeconds: 0, frames: 1 });
+  const still = { timeSeconds: 0, frames: 1 };
+  change({ scene, camera: '', pose: null, variant: '', allVariants: false, ...still });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

@@ -19,7 +19,9 @@ export const turntable = (views: number, from = 0): number[] =>
 
 /** Is more than one picture asked for? */
 export const picturesOf = (v: FormValues, variants: string[]): number =>
-  Math.max(1, v.views) * Math.max(1, v.frames) * (v.allVariants && variants.length ? variants.length : 1);
+  Math.max(1, v.views) *
+  Math.max(1, v.frames) *
+  (v.allVariants && variants.length ? variants.length : 1);
 
 const micro = (seconds: number): number => Math.round(seconds * 1e6) / 1e6;
 
@@ -28,8 +30,8 @@ export const frameTimes = (v: FormValues): number[] =>
   Array.from({ length: v.frames }, (_, i) => micro((v.timeSeconds ?? 0) + i / v.framesPerSecond));
 
 /**
- * The jobs of a series: all views of each variant at each time. request: of one picture. A camera that was
- * placed by hand keeps its height and distance.
+ * The jobs of a series: all views of each variant at each time. request: of one picture. A camera
+ * that was placed by hand keeps its height and distance.
  */
 export function seriesOf(
   v: FormValues,

@@ -136,7 +136,7 @@ function Series({ batch, fault, onChange }: SeriesProps) {
         </p>
       )}
       <ul
-        class="job-grid"
+        class={`job-grid${first?.spec.background?.type === 'transparent' ? ' on-white' : ''}`}
         style={film ? { '--thumb-ratio': `${film.width} / ${film.height}` } : undefined}
       >
         {batch.jobs.map((job) => (

@@ -82,11 +82,12 @@ class JobRequestBackground(TypedDict):
 
 
 class JobRequestGround(TypedDict):
-    """Level, diffuse ground that is added to the scene."""
+    """Level ground that is added to the scene."""
 
     type: NotRequired[str]
     height: NotRequired[float | None]
     color: NotRequired[list[float]]
+    reflection: NotRequired[float]
 
 
 class JobRequestFilmCrop(TypedDict):
@@ -451,11 +452,12 @@ class JobSpecBackground(TypedDict):
 
 
 class JobSpecGround(TypedDict):
-    """Level, diffuse ground that is added to the scene."""
+    """Level ground that is added to the scene."""
 
     type: str
     height: NotRequired[float | None]
     color: NotRequired[list[float]]
+    reflection: NotRequired[float]
 
 
 class JobSpecFilmCrop(TypedDict):
@@ -1230,11 +1232,12 @@ class JobDefaultsBackground(TypedDict):
 
 
 class JobDefaultsGround(TypedDict):
-    """Level, diffuse ground that is added to the scene."""
+    """Level ground that is added to the scene."""
 
     type: str
     height: NotRequired[float | None]
     color: NotRequired[list[float]]
+    reflection: NotRequired[float]
 
 
 class JobDefaultsFilmCrop(TypedDict):

@@ -144,7 +144,7 @@ export interface JobRequest {
     /** Linear Rec.709. Default: [1,1,1]. */
     color?: [number, number, number];
   };
-  /** Level, diffuse ground that is added to the scene. */
+  /** Level ground that is added to the scene. */
   ground?: {
     /** Kind of ground. Default: "none". */
     type?: string;
@@ -671,7 +671,7 @@ export interface JobSpec {
     /** Linear Rec.709. */
     color?: [number, number, number];
   };
-  /** Level, diffuse ground that is added to the scene. */
+  /** Level ground that is added to the scene. */
   ground?: {
     /** Kind of ground. */
     type: string;
@@ -1601,7 +1601,7 @@ export interface JobDefaults {
     /** Linear Rec.709. */
     color?: [number, number, number];
   };
-  /** Level, diffuse ground that is added to the scene. */
+  /** Level ground that is added to the scene. */
   ground?: {
     /** Kind of ground. */
     type: string;

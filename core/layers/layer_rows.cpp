@@ -136,13 +136,20 @@ void write_denoise_bias(const DenoisedLook& look, std::size_t i, float* out) {
 void write_denoise_bias_error(const DenoisedLook& look, std::size_t i, float* out) {
   put(out, look.picture->bias_error, i);
 }
+void write_denoised_with_alpha(const DenoisedLook& look, std::size_t i, float* out) {
+  write_denoised(look, i, out);
+  out[3] = look.picture->alpha(look.mode)[i];
+}
 /// Coverage is that of the plain picture, unless it was denoised too.
 void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
                           std::span<float> out) {
+  if (!look.picture->alpha(look.mode).empty()) {
+    fill_denoised<&write_denoised_with_alpha>(film, look, out);
+    return;
+  }
   fill_denoised<&write_denoised>(film, look, out);
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    const Plane& alpha = look.picture->alpha(look.mode);
-    out[4 * i + 3] = alpha.empty() ? pixel_value(film, i).alpha : alpha[i];
+    out[4 * i + 3] = pixel_value(film, i).alpha;
   }
 }
 

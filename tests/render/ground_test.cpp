@@ -120,8 +120,8 @@ TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
   EXPECT_EQ(core::pixel_value(picture.snapshot, 0).alpha, 0);
 }
 
-/// Made by others: textures, thin glass, many parts; at their own size, on their lowest point, on
-/// matte and on polished ground.
+/// Made by others: textures, thin glass, many parts; at their own size, on their lowest point, on a
+/// diffuse and on a polished ground.
 TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
   const auto folder = test_support::assets_folder();
   if (!folder) {

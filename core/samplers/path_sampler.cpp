@@ -2,7 +2,6 @@
 // small.
 #include "core/samplers/path_sampler.h"
 
-#include "core/samplers/dimensions.h"
 #include "core/samplers/halton.h"
 #include "core/samplers/point_sets.h"
 #include "core/samplers/zsobol.h"
@@ -68,9 +67,10 @@ Vec4 PathSampler::other_4d(int group) const noexcept {
     case SamplerType::kHalton:
       return halton_4d(group, index_, h, h2);
     case SamplerType::kZsobol:
-      return sobol_4d(
-          shuffled_zcurve(index_ / kBlueNoiseSize, h2) * kBlueNoiseSize + index_ % kBlueNoiseSize,
-          h, h2);
+      return arranged(sobol_4d(shuffled_zcurve(index_ / kBlueNoiseSize, h2) * kBlueNoiseSize +
+                                   index_ % kBlueNoiseSize,
+                               h, h2),
+                      group);
     case SamplerType::kIndependent:
     case SamplerType::kSobol:
       break;

@@ -13,7 +13,9 @@
 /// halton            one sequence over all dimensions (core/samplers/halton.h).
 /// sobol             groups of four dimensions are one Owen-scrambled 4-D Sobol sequence, groups
 /// are decorrelated by
-///                   shuffling the index.
+///                   shuffling the index. The first two dimensions, whose prefixes of 2^m points
+///                   have one in each of 2^m rectangles, are y and z in the groups "bsdf",
+///                   and x and y in all others.
 /// zsobol            sets of kBlueNoiseSize points of such a sequence, which the pixels of a tile
 /// share
 ///                   (core/samplers/zsobol.h); sets and tiles are independent, pixels of a tile are
@@ -28,6 +30,7 @@
 #include <immintrin.h>
 
 #include "core/math/vec.h"
+#include "core/samplers/dimensions.h"
 #include "core/samplers/hash.h"
 #include "core/samplers/primary_numbers.h"
 #include "core/settings/settings.h"
@@ -130,7 +133,7 @@ class PathSampler {
     const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
     const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
     if (type_ == SamplerType::kSobol) [[likely]] {
-      return sobol_4d(index_, h, h2);
+      return arranged(sobol_4d(index_, h, h2), group);
     }
     return type_ == SamplerType::kIndependent ? independent_4d(h, h2) : other_4d(group);
   }
@@ -178,6 +181,11 @@ class PathSampler {
             to_unit_float(static_cast<std::uint32_t>(h >> 32)),
             to_unit_float(static_cast<std::uint32_t>(h2)),
             to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
+  }
+
+  /// Dimensions of a Sobol sequence as the numbers of a group.
+  static Vec4 arranged(Vec4 u, int group) noexcept {
+    return is_of_bsdf(group) ? Vec4{u.z, u.x, u.y, u.w} : u;
   }
 
   /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the

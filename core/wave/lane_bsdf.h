@@ -194,6 +194,8 @@ class BsdfLanes {
   }
 
   Mask<N> has_spread() const { return has_spread_; }
+  /// Then sample() does without u_lobe.
+  bool has_one_lobe() const { return is_lambert_all_; }
   Vec3s<N> albedo() const { return albedo_; }
 
  private:

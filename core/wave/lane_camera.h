@@ -29,6 +29,9 @@ class LaneCamera {
   LaneCamera(const Camera& camera, const FilterSampler& filter)
       : camera_(camera), filter_(filter), pinhole_(camera.pinhole()) {}
 
+  /// Of the numbers for rays().
+  Drawn drawn() const { return pinhole_ ? Drawn::kPair : Drawn::kAll; }
+
   /// due: at most N; in the lanes beyond it anything.
   template <std::size_t N>
   CameraRayLanes<N> rays(std::span<const DueSample> due, const Vec4s<N>& u) const {

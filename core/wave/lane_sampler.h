@@ -1,7 +1,7 @@
 /// The random numbers of N paths at once: PathSampler::sobol_4d() in lanes, bit for bit.
 #pragma once
 
-#include "core/math/lanes.h"
+#include "core/math/lane_math.h"
 #include "core/samplers/path_sampler.h"
 
 namespace core {
@@ -100,8 +100,30 @@ Floats<N> to_unit_floats(Words<N> bits) {
   return to_floats(upper) * Floats<N>(0x1p-24F);
 }
 
-/// Four numbers a path of `group`. base, index_reversed: of the PathSamplers, the index with its
-/// bits reversed.
+/// One dimension of a point, its bits reversed, as a number.
+template <std::size_t N>
+Floats<N> scrambled(Words<N> reversed, Words<N> seed) {
+  return to_unit_floats<N>(reverse_bits<N>(scramble_reversed<N>(reversed, seed)));
+}
+
+/// The first two dimensions of sobol_4d() alone, without its table: reversed, the first is the
+/// index, and the second follows from it as in core/samplers/sobol_tables.cpp.
+template <std::size_t N>
+Vec2s<N> sobol_2d(Hashes<N> base, Words<N> index_reversed, int group) {
+  const Hashes<N> h = hash_combine<N>(base, static_cast<std::uint64_t>(group));
+  const Hashes<N> h0 = h.each([](auto x) { return x * 0xd1342543de82ef95ULL; });
+  const Words<N> index = reverse_bits<N>(scramble_reversed<N>(index_reversed, h.low()));
+  Words<N> x = index;
+  x = x ^ ((x >> 1) & Words<N>(0x55555555U));
+  x = x ^ ((x >> 2) & Words<N>(0x33333333U));
+  x = x ^ ((x >> 4) & Words<N>(0x0f0f0f0fU));
+  x = x ^ ((x >> 8) & Words<N>(0x00ff00ffU));
+  x = x ^ ((x >> 16) & Words<N>(0x0000ffffU));
+  return {scrambled<N>(index, h0.high()), scrambled<N>(x, h.high())};
+}
+
+/// Four numbers a path of `group`, by dimension. base, index_reversed: of the PathSamplers, the
+/// index with its bits reversed.
 template <std::size_t N>
 Vec4s<N> sobol_4d(Hashes<N> base, Words<N> index_reversed, int group) {
   const Hashes<N> h = hash_combine<N>(base, static_cast<std::uint64_t>(group));
@@ -124,11 +146,30 @@ Vec4s<N> sobol_4d(Hashes<N> base, Words<N> index_reversed, int group) {
   Floats<N> columns[4];
   transpose(rows, columns);
   const auto number = [](Floats<N> column, Words<N> seed) {
-    const Words<N> x = reinterpret_cast<typename Words<N>::Raw>(column.v);
-    return to_unit_floats<N>(reverse_bits<N>(scramble_reversed<N>(x, seed)));
+    return scrambled<N>(reinterpret_cast<typename Words<N>::Raw>(column.v), seed);
   };
   return {number(columns[0], h0.high()), number(columns[1], h.high()), number(columns[2], h2.low()),
           number(columns[3], h2.high())};
+}
+
+/// Which of the four numbers of a group are drawn.
+enum class Drawn {
+  kAll,
+  kPair,  ///< the two that PathSampler gives the first two dimensions
+};
+
+/// PathSampler::get_4d() with sobol; what is not drawn is 0.
+template <std::size_t N>
+Vec4s<N> sobol_numbers(Hashes<N> base, Words<N> index_reversed, int group, Drawn drawn) {
+  Vec4s<N> u = {0, 0, 0, 0};
+  if (drawn == Drawn::kPair) {
+    const Vec2s<N> pair = sobol_2d<N>(base, index_reversed, group);
+    u.x = pair.x;
+    u.y = pair.y;
+  } else {
+    u = sobol_4d<N>(base, index_reversed, group);
+  }
+  return is_of_bsdf(group) ? Vec4s<N>{u.z, u.x, u.y, u.w} : u;
 }
 
 }  // namespace core

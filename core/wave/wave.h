@@ -4,7 +4,8 @@
 /// before any of them goes on; those that end leave the arrays, the others close up. A path gets
 /// the same random numbers as in PathTracer and what it finds is a function of them alone, equal to
 /// the scalar one's up to rounding: which paths travel together does not matter. Surfaces that the
-/// lanes do not know (glass, layers, holes) hand their path to PathTracer, which ends it.
+/// lanes do not know (glass, layers, holes) hand their path to PathTracer, which gives it back
+/// behind them.
 /// Source of the order of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee
 /// et al., Vectorized Production Path Tracing, 2017.
 #pragma once
@@ -80,6 +81,21 @@ struct WaveShadows {
   std::size_t count = 0;
 };
 
+/// A path that PathTracer gives back; members as in WavePaths.
+struct WaitingPath {
+  int depth = 0;  ///< surfaces met: where it joins the others
+  std::int32_t slot = 0;
+  std::uint64_t base = 0;
+  std::uint32_t index_reversed = 0;
+  Vec3 origin, direction;
+  Vec3 beta;
+  float pdf_bsdf = 0;
+  Vec3 last_origin, last_normal;
+  float cone_width_m = 0;
+  float cone_spread_rad = 0;
+  bool is_sharp = true;
+};
+
 /// PathSample, one array a member; entry i is the i-th path that was added.
 struct WaveResults {
   WaveVec3 radiance;
@@ -109,6 +125,7 @@ class Wave {
   WaveShadows shadows;
   WaveResults results;
   std::vector<PathSampler> samplers;
+  std::vector<WaitingPath> waiting;  ///< empty when the wave has ended
 };
 
 /// Follows the paths of waves. Immutable and shared by all threads.

@@ -14,6 +14,7 @@
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_sampler.h"
 #include "core/wave/lane_surfaces.h"
+#include "core/wave/lone_paths.h"
 #include "core/wave/wave_access.h"
 
 namespace core {
@@ -39,6 +40,7 @@ class LaneTracer final : public WaveTracer {
         share_(1 / static_cast<float>(split_count_)),
         is_sobol_(input.settings.sampler == SamplerType::kSobol),
         scalar_(input),
+        lone_(scalar_, split_count_),
         lights_(scene_, scalar_.lights()),
         sky_(input.environment),
         surfaces_(scene_) {}
@@ -48,7 +50,8 @@ class LaneTracer final : public WaveTracer {
   }
   void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
   void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
-    for (int depth = 0; wave.paths.count > 0; ++depth) {
+    for (int depth = 0; wave.paths.count > 0 || !wave.waiting.empty(); ++depth) {
+      LonePaths::take_back(wave, depth);
       find_hits(wave, depth, rays);
       const std::size_t end = wave.paths.first + wave.paths.count;
       wave.paths.count = 0;
@@ -81,14 +84,14 @@ class LaneTracer final : public WaveTracer {
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
   void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane,
                     int depth) const;
-  void finish_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
-                    std::uint64_t& rays) const;
+  void go_alone(Wave& wave, std::size_t i, const RawHit& met, int depth, std::uint64_t& rays) const;
   void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
   void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf, const Numbers& numbers,
               int depth) const;
   void add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
                          const Numbers& numbers, const Vec4s<N>& u) const;
-  Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group) const;
+  Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group,
+                Drawn drawn = Drawn::kAll) const;
   PathSampler sampler_of(const Wave& wave, std::int32_t slot) const {
     const PathSampler& whole = wave.samplers[slot_of(slot)];
     const int continuation = slot >> kContinuationShift;
@@ -105,6 +108,7 @@ class LaneTracer final : public WaveTracer {
   float share_;      ///< of each
   bool is_sobol_;
   PathTracer<DefaultOptions> scalar_;
+  LonePaths lone_;
   LaneLights lights_;
   LaneEnvironment sky_;
   LaneSurfaces surfaces_;
@@ -119,6 +123,7 @@ void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
   WaveResults& results = wave.results;
   const LaneCamera camera(start.camera, start.filter);
   wave.samplers.assign(due.size(), start.sampler);
+  wave.waiting.reserve(kWavePaths);
   paths.count = due.size();
   paths.first = (kWavePaths - due.size()) / 8 * 8;
   for (std::size_t i = 0; i < due.size(); ++i) {
@@ -132,7 +137,8 @@ void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
   for (std::size_t first = 0; first < due.size(); first += N) {
     const std::size_t to = paths.first + first;
     const auto some = due.subspan(first, std::min(N, due.size() - first));
-    const Vec4s<N> u = draw(wave, Numbers::load(paths, to), (1U << some.size()) - 1, kCameraGroup);
+    const Vec4s<N> u =
+        draw(wave, Numbers::load(paths, to), (1U << some.size()) - 1, kCameraGroup, camera.drawn());
     const CameraRayLanes<N> rays = camera.rays(some, u);
     store(paths.origin, to, rays.origin);
     store(paths.direction, to, rays.direction);
@@ -237,10 +243,10 @@ void LaneTracer<N>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& m
                paths.beta.get(i) * met.emitted.lane(lane) * (weight * share(depth)));
 }
 
-/// Hands a path to the scalar tracer, which follows it from what it has met to its end.
+/// Hands a path to the scalar tracer, which follows it from what it has met.
 template <std::size_t N>
-void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
-                                 std::uint64_t& rays) const {
+void LaneTracer<N>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
+                             std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
   const Vec3 beta = paths.beta.get(i);
@@ -255,7 +261,7 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, i
   path.is_sharp = paths.is_sharp.at[i] != 0;
   path.met = &met;
   path.out.hit = depth > 0;
-  scalar_.follow(path);
+  lone_.follow(wave, path, paths.slot.at[i]);
   const Rgb found = path.out.radiance * share(depth);
   add_radiance(wave.results, slot, {found.r, found.g, found.b});
   if (depth == 0) {
@@ -269,10 +275,10 @@ void LaneTracer<N>::finish_alone(Wave& wave, std::size_t i, const RawHit& met, i
 }
 
 template <std::size_t N>
-Vec4s<N> LaneTracer<N>::draw(const Wave& wave, const Numbers& numbers, unsigned on,
-                             int group) const {
+Vec4s<N> LaneTracer<N>::draw(const Wave& wave, const Numbers& numbers, unsigned on, int group,
+                             Drawn drawn) const {
   if (is_sobol_) {
-    return sobol_4d<N>(numbers.base, numbers.index_reversed, group);
+    return sobol_numbers<N>(numbers.base, numbers.index_reversed, group, drawn);
   }
   Vec4s<N> out = {0, 0, 0, 0};
   for (; on != 0; on &= on - 1) {
@@ -306,7 +312,7 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   surfaces_.meet(segments, hits, met, at.met);
   for (unsigned rest = at.met.foreign; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    finish_alone(wave, first + k, hits[k], depth, rays);
+    go_alone(wave, first + k, hits[k], depth, rays);
   }
   const unsigned on = met & ~at.met.foreign;
   if (on == 0) {
@@ -354,7 +360,8 @@ void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsd
   const Vec4s<N> u_light = draw(wave, numbers, on, dimension_group(depth, BounceGroup::kLight));
   add_light_samples(wave, at, bsdf, numbers, u_light);
 
-  const Vec4s<N> u = draw(wave, numbers, on, dimension_group(depth, BounceGroup::kBsdf));
+  const Vec4s<N> u = draw(wave, numbers, on, dimension_group(depth, BounceGroup::kBsdf),
+                          bsdf.has_one_lobe() ? Drawn::kPair : Drawn::kAll);
   const auto sample = bsdf.sample(u.x, {u.y, u.z});
   Mask<N> alive = at.on & is_not_black(sample.weight);
   const Vec3s<N> wi = at.frame.to_world(sample.wi);

@@ -31,15 +31,35 @@ TEST(WaveLanes, DrawTheNumbersOfTheScalarSampler) {
     index[k] = core::reverse_bits(samplers[k].index());
   }
   for (int group = 0; group < 40; ++group) {
-    const auto eight =
-        core::sobol_4d<8>(core::Hashes<8>::load(base.data()), core::load<8>(index.data()), group);
+    const auto eight = core::sobol_numbers<8>(
+        core::Hashes<8>::load(base.data()), core::load<8>(index.data()), group, core::Drawn::kAll);
     for (std::size_t k = 0; k < 8; ++k) {
-      const auto one =
-          core::sobol_4d<1>(core::Hashes<1>::load(&base[k]), core::load<1>(&index[k]), group);
+      const auto one = core::sobol_numbers<1>(core::Hashes<1>::load(&base[k]),
+                                              core::load<1>(&index[k]), group, core::Drawn::kAll);
       const core::Vec4 u = samplers[k].get_4d(group);
       EXPECT_TRUE(eight.x.v[k] == u.x && eight.y.v[k] == u.y && eight.z.v[k] == u.z &&
                   eight.w.v[k] == u.w);
       EXPECT_TRUE(one.x.v[0] == u.x && one.y.v[0] == u.y && one.z.v[0] == u.z && one.w.v[0] == u.w);
+    }
+  }
+}
+
+TEST(WaveLanes, DrawAPairAsTheFirstTwoDimensionsOfFour) {
+  alignas(32) std::array<std::uint64_t, 8> base{};
+  alignas(32) std::array<std::uint32_t, 8> index{};
+  for (std::size_t k = 0; k < 8; ++k) {
+    base[k] = core::mix_bits(k);
+    index[k] = core::reverse_bits(static_cast<std::uint32_t>(0x9e3779b9U * k));
+  }
+  const auto h = core::Hashes<8>::load(base.data());
+  const auto at = core::load<8>(index.data());
+  for (int group = 0; group < 40; ++group) {
+    const auto all = core::sobol_numbers<8>(h, at, group, core::Drawn::kAll);
+    const auto pair = core::sobol_numbers<8>(h, at, group, core::Drawn::kPair);
+    const bool is_of_bsdf = core::is_of_bsdf(group);
+    for (std::size_t k = 0; k < 8; ++k) {
+      EXPECT_EQ(pair.y.v[k], all.y.v[k]);
+      EXPECT_EQ(is_of_bsdf ? pair.z.v[k] : pair.x.v[k], is_of_bsdf ? all.z.v[k] : all.x.v[k]);
     }
   }
 }

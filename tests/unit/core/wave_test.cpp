@@ -267,6 +267,13 @@ TEST(Waves, HandOverPathsThatMeetGlassAndCoats) {
   EXPECT_LT(differing(balls({glass, solid, coated})), 0.02);
 }
 
+TEST(Waves, TakePathsBackBehindGlassThatSplitThere) {
+  core::MaterialDescription solid = glossy({1, 1, 1}, 0, 0);
+  solid.transmission = 1;
+  solid.thickness = 1;
+  EXPECT_LT(differing(split(balls({solid, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F)}), 4)), 0.02);
+}
+
 TEST(Waves, PassHolesAndBlendedSurfaces) {
   core::MaterialDescription hole = glossy({0.5F, 0.5F, 0.5F}, 0, 0.5F);
   hole.alpha_mode = core::AlphaMode::kMask;
@@ -372,8 +379,9 @@ TEST(Waves, EndWhereDepthDoes) {
 TEST(Waves, KeepTheBitsOfAPathWhateverTravelsWithIt) {
   core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
   glass.transmission = 1;
-  const core::View full =
-      balls({glass, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F), glossy({0.2F, 0.5F, 0.8F}, 0, 0.2F)});
+  core::MaterialDescription solid = glass;
+  solid.thickness = 1;
+  const core::View full = balls({glass, solid, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F)});
   const auto whole = test_support::render(full, 8).snapshot;
   core::View part = full;
   part.settings.film.crop = core::PixelRect{7, 3, 31, 30};

@@ -1,0 +1,31 @@
+/// Paths that leave the lanes at a surface unknown to them, and come back behind it.
+#pragma once
+
+#include "core/integrators/path_tracer.h"
+#include "core/wave/wave_access.h"
+
+namespace core {
+
+class LonePaths {
+ public:
+  LonePaths(const PathTracer<DefaultOptions>& scalar, int split_count)
+      : scalar_(scalar), split_count_(split_count) {}
+
+  /// Follows a path to where lanes can go on with it, and adds it to wave.waiting, or to its end.
+  /// slot: of WavePaths.
+  void follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept;
+
+  /// Adds the paths that wait for this depth to wave.paths, behind those that are there.
+  static void take_back(Wave& wave, int depth) noexcept;
+
+ private:
+  using Surface = DefaultOptions::Surface;
+  bool extend(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
+  void split(Wave& wave, TracedPath& path, const PathVertex& vertex, const Surface& bsdf,
+             std::int32_t slot) const noexcept;
+
+  const PathTracer<DefaultOptions>& scalar_;
+  int split_count_;
+};
+
+}  // namespace core

@@ -199,7 +199,7 @@ JobService::Counts JobService::counts() const {
   }
   counts.queued = book_.queue_length();
   counts.rendering = scheduler_.active_count();
-  counts.cpu_seconds = scheduler_.cpu_seconds();
+  counts.threads = scheduler_.times();
   counts.film_cache_bytes = films_.cached_bytes();
   counts.held_bytes = book_.memory_bytes();
   counts.waits_for_memory = book_.waits_for_memory();

@@ -169,7 +169,7 @@ class JobService {
     std::map<std::string, std::int64_t> by_state;
     int queued = 0;
     int rendering = 0;
-    double cpu_seconds = 0;
+    Scheduler::Times threads;
     std::uint64_t rays = 0;     ///< Since this process began.
     std::uint64_t samples = 0;  ///< The same, over all pixels.
     std::uint64_t film_cache_bytes = 0;

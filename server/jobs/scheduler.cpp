@@ -16,6 +16,12 @@ constexpr std::chrono::milliseconds kAskAgain{20};
 constexpr int kNice = 5;
 constexpr double kExpectedSliceSeconds = 0.02;
 
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
 /// True when a goes before b.
 bool goes_first(Rank a, Rank b) {
   if (a.is_preview != b.is_preview) {
@@ -164,9 +170,9 @@ int Scheduler::active_count() const {
   return static_cast<int>(entries_.size());
 }
 
-double Scheduler::cpu_seconds() const {
+Scheduler::Times Scheduler::times() const {
   const core::MutexLock lock(mutex_);
-  return cpu_seconds_;
+  return times_;
 }
 
 bool Scheduler::goes_before(const Entry& a, const Entry& b) const {
@@ -201,7 +207,11 @@ void Scheduler::work() {
   while (!stopping_) {
     const std::shared_ptr<Entry> entry = pick();
     if (!entry) {
-      if (changed_.wait_for(mutex_, kAskAgain) == std::cv_status::timeout) {
+      const bool has_jobs = !entries_.empty();
+      const auto since = Clock::now();
+      const std::cv_status news = changed_.wait_for(mutex_, kAskAgain);
+      times_.idle_seconds += has_jobs ? seconds_since(since) : 0;
+      if (news == std::cv_status::timeout) {
         for (const auto& starved : entries_) {
           starved->is_starved = false;
         }
@@ -218,14 +228,16 @@ void Scheduler::work() {
     const double begin = core::thread_cpu_seconds();
     const bool ran = entry->source->run_slice();
     const double spent = core::thread_cpu_seconds() - begin;
+    const auto since = Clock::now();
     mutex_.lock();
+    times_.lock_wait_seconds += seconds_since(since);
     --entry->running;
     entry->served_seconds += spent;
     Share& share = shares_[entry->tenant];
     --share.running;
     share.served_seconds += spent;
     leave_share(entry->tenant);
-    cpu_seconds_ += spent;
+    times_.cpu_seconds += spent;
     if (ran) {
       ++entry->completions;
       if (std::exchange(entry->is_starved, false)) {

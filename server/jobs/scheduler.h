@@ -54,8 +54,13 @@ class Scheduler {
 
   int threads() const { return static_cast<int>(threads_.size()); }
   int active_count() const;
-  /// CPU seconds of all slices so far.
-  double cpu_seconds() const;
+  /// Of all threads so far.
+  struct Times {
+    double cpu_seconds = 0;        ///< Of slices.
+    double idle_seconds = 0;       ///< While there were jobs, none of which had a slice to give.
+    double lock_wait_seconds = 0;  ///< After slices, for the scheduler's lock.
+  };
+  Times times() const;
 
  private:
   struct Entry {
@@ -88,7 +93,7 @@ class Scheduler {
   std::vector<std::shared_ptr<Entry>> entries_ GUARDED_BY(mutex_);
   std::map<std::string, Share> shares_ GUARDED_BY(mutex_);  ///< By tenant.
   bool stopping_ GUARDED_BY(mutex_) = false;
-  double cpu_seconds_ GUARDED_BY(mutex_) = 0;
+  Times times_ GUARDED_BY(mutex_);
   std::vector<std::jthread> threads_;
 };
 

@@ -16,7 +16,14 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
   text.gauge("tessera_jobs_without_room", "Jobs that are paused until the disk has room.",
              context.jobs.jobs_without_room());
   text.gauge("tessera_render_threads", "Threads that render.", context.jobs.threads());
-  text.counter("tessera_render_cpu_seconds_total", "CPU time of all slices.", counts.cpu_seconds);
+  text.counter("tessera_render_cpu_seconds_total", "CPU time of all slices.",
+               counts.threads.cpu_seconds);
+  text.counter("tessera_render_idle_seconds_total",
+               "Time that render threads waited for a slice while there were jobs.",
+               counts.threads.idle_seconds);
+  text.counter("tessera_render_lock_wait_seconds_total",
+               "Time that render threads waited for the scheduler's lock.",
+               counts.threads.lock_wait_seconds);
   text.counter("tessera_rays_total", "Rays traced since the process began.",
                static_cast<double>(counts.rays));
   text.counter("tessera_samples_total", "Pixel samples since the process began.",

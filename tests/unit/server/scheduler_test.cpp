@@ -163,6 +163,15 @@ TEST(Scheduler, NewWorkIsFoundWithoutAWakeToo) {
   EXPECT_TRUE(eventually([&] { return source->done() == 2; }));
 }
 
+TEST(Scheduler, ThreadsAreIdleWhileJobsHaveNoSlices) {
+  Scheduler scheduler(2);
+  std::this_thread::sleep_for(milliseconds(60));
+  EXPECT_EQ(scheduler.times().idle_seconds, 0);  // nothing to wait for
+  scheduler.add(std::make_shared<Burner>(0.001, 1), {});
+  EXPECT_TRUE(eventually([&] { return scheduler.times().idle_seconds > 0.1; }));
+  EXPECT_GE(scheduler.times().cpu_seconds, 0.001);
+}
+
 TEST(Scheduler, NothingRunsAfterRemove) {
   Scheduler scheduler(2);
   const auto source = std::make_shared<Burner>(0.001);

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/error_codes.h"
 #include "api/json.h"
 #include "api/limits.h"
 #include "api/values.h"
@@ -21,32 +22,31 @@ constexpr std::size_t kTextBytes = 4096;
 
 constexpr std::array kErrors = {
     ErrorRow{ErrorCode::kBadSyntax, 400, "bad-syntax", "Malformed request"},
-    ErrorRow{ErrorCode::kUnauthorized, 401, "unauthorized", "Access key required"},
+    ErrorRow{kUnauthorized, 401, "unauthorized", "Access key required"},
     ErrorRow{ErrorCode::kForbidden, 403, "forbidden", "Not allowed for this access key"},
     ErrorRow{ErrorCode::kNotFound, 404, "not-found", "Not found"},
     ErrorRow{std::nullopt, 405, "method-not-allowed", "Method not allowed"},
-    ErrorRow{ErrorCode::kNotAcceptable, 406, "not-acceptable", "No acceptable representation"},
+    ErrorRow{kNotAcceptable, 406, "not-acceptable", "No acceptable representation"},
     ErrorRow{std::nullopt, 408, "timeout", "Request timed out"},
     ErrorRow{ErrorCode::kConflict, 409, "conflict", "Not allowed in the current state"},
-    ErrorRow{ErrorCode::kGone, 410, "gone", "Gone: the resource has been removed"},
-    ErrorRow{ErrorCode::kPreconditionFailed, 412, "precondition-failed", "Changed in the meantime"},
+    ErrorRow{kGone, 410, "gone", "Gone: the resource has been removed"},
+    ErrorRow{kPreconditionFailed, 412, "precondition-failed", "Changed in the meantime"},
     ErrorRow{ErrorCode::kTooLarge, 413, "too-large", "Request too large"},
     ErrorRow{std::nullopt, 414, "target-too-long", "Request target too long"},
-    ErrorRow{ErrorCode::kUnsupportedMedia, 415, "unsupported-media", "Unsupported media type"},
-    ErrorRow{ErrorCode::kRangeNotSatisfiable, 416, "range-not-satisfiable",
-             "Range not satisfiable"},
+    ErrorRow{ErrorCode::kUnsupportedFormat, 415, "unsupported-media", "Unsupported media type"},
+    ErrorRow{kRangeNotSatisfiable, 416, "range-not-satisfiable", "Range not satisfiable"},
     ErrorRow{std::nullopt, 417, "expectation-failed", "Expectation failed"},
-    ErrorRow{ErrorCode::kMisdirected, 421, "misdirected", "Unknown host name"},
+    ErrorRow{kMisdirected, 421, "misdirected", "Unknown host name"},
     ErrorRow{ErrorCode::kInvalidArgument, 422, "invalid-argument", "Invalid value"},
     ErrorRow{ErrorCode::kMissingFiles, 424, "missing-files", "Missing scene files"},
-    ErrorRow{ErrorCode::kTooManyRequests, 429, "too-many-requests", "Too many requests"},
+    ErrorRow{kTooManyRequests, 429, "too-many-requests", "Too many requests"},
     ErrorRow{std::nullopt, 431, "headers-too-long", "Headers too long"},
     ErrorRow{ErrorCode::kInternal, 500, "internal", "Internal server error"},
     ErrorRow{std::nullopt, 501, "not-implemented", "Transfer coding not supported"},
     ErrorRow{ErrorCode::kUnavailable, 503, "unavailable", "Service unavailable"},
     ErrorRow{std::nullopt, 505, "wrong-version", "HTTP version not supported"},
     ErrorRow{ErrorCode::kNoSpace, 507, "no-space", "Disk full"},
-    ErrorRow{ErrorCode::kOverQuota, 507, "over-quota", "Storage quota exceeded"},
+    ErrorRow{kOverQuota, 507, "over-quota", "Storage quota exceeded"},
     ErrorRow{ErrorCode::kCancelled, 409, "cancelled", "Cancelled"},
 };
 

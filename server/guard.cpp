@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/error_codes.h"
 #include "api/operations.h"
 #include "server/http/security_headers.h"
 #include "server/http/text.h"
@@ -105,7 +106,7 @@ bool may(const Holder& holder, std::string_view scope) {
 enum class Brought : std::uint8_t { kNothing, kUnknown };
 
 Response unauthorized(const Request& request, Brought brought, std::string detail) {
-  Response response = error_answer(request, core::ErrorCode::kUnauthorized, std::move(detail));
+  Response response = error_answer(request, api::kUnauthorized, std::move(detail));
   response.headers.set("WWW-Authenticate",
                        brought == Brought::kNothing
                            ? "Bearer realm=\"tessera\""
@@ -168,7 +169,7 @@ std::optional<Holder> Guard::holder_of(const Request& request) {
 std::optional<Response> Guard::check_host_and_origin(const Request& request) const {
   const std::string_view host = request.header("Host").value_or("");
   if (!is_known_host(host)) {
-    return error_answer(request, core::ErrorCode::kMisdirected,
+    return error_answer(request, api::kMisdirected,
                         "this server is not known as '" + std::string(without_port(host)) +
                             "'; name it with --hosts or TESSERA_HOSTS");
   }
@@ -241,7 +242,7 @@ std::optional<Response> Guard::count(const Request& request, const Holder& holde
     return std::nullopt;
   }
   Response response = error_answer(
-      request, core::ErrorCode::kTooManyRequests,
+      request, api::kTooManyRequests,
       "the key '" + holder.id + "' may ask " + std::to_string(state.limit) + " times a minute");
   response.headers.set("Retry-After", std::to_string(state.reset_seconds));
   return response;

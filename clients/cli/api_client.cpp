@@ -5,6 +5,8 @@
 #include <httplib.h>
 #include <nlohmann/json.hpp>
 
+#include "api/error_codes.h"
+
 namespace cli {
 namespace {
 
@@ -56,7 +58,7 @@ std::string member(const nlohmann::json& object, const char* name) {
 ErrorCode code_of_status(int status) {
   switch (status) {
     case 401:
-      return ErrorCode::kUnauthorized;
+      return api::kUnauthorized;
     case 404:
       return ErrorCode::kNotFound;
     case 409:

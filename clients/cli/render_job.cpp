@@ -53,7 +53,7 @@ core::Result<core::SceneDescription> load_builtin(const std::string& name,
 core::Result<core::SceneDescription> load_file(const std::string& path,
                                                const core::GltfOptions& options) {
   if (extension_of(path) == "zip") {
-    return Error{ErrorCode::kUnsupportedMedia,
+    return Error{ErrorCode::kUnsupportedFormat,
                  "an archive goes to a server (`tessera submit`); unpack it to render here", path};
   }
   const auto file = read_file(path);

@@ -89,7 +89,7 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
   }
   const bool zip = extension == "zip";
   if (!zip && extension != "glb") {
-    return Error{ErrorCode::kUnsupportedMedia, "a scene is a .glb, .gltf or .zip file", path};
+    return Error{ErrorCode::kUnsupportedFormat, "a scene is a .glb, .gltf or .zip file", path};
   }
   return scene_id_of(
       client.post(scenes_path(path), *bytes, zip ? "application/zip" : "model/gltf-binary"));

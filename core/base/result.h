@@ -12,28 +12,21 @@
 
 namespace core {
 
-/// What went wrong, by what the caller can do about it. api/errors.cpp says how each is answered.
+/// What went wrong, by what the caller can do about it. Layers above add codes of their own with
+/// the numbers that are free here.
 enum class ErrorCode {
-  kBadSyntax,            ///< not JSON at all, a broken query string
-  kUnauthorized,         ///< no key, or one that is not known
-  kForbidden,            ///< the key does not allow it
-  kNotFound,             ///< no such thing, or not visible to the caller
-  kNotAcceptable,        ///< no format that the caller accepts
-  kConflict,             ///< not possible in the current state
-  kGone,                 ///< was there and is not any more
-  kPreconditionFailed,   ///< has changed since the caller read it
-  kTooLarge,             ///< beyond a limit of size
-  kUnsupportedMedia,     ///< a format that is not read
-  kRangeNotSatisfiable,  ///< a range outside of the content
-  kMisdirected,          ///< meant for a server of another name
-  kInvalidArgument,      ///< well-formed, but a value is wrong or not available
-  kMissingFiles,         ///< files that a scene names are missing
-  kTooManyRequests,      ///< a queue or a quota is full; later it may not be
-  kInternal,             ///< a fault of ours or of the machine
-  kUnavailable,          ///< not now; later it may work
-  kNoSpace,              ///< the disk is full
-  kCancelled,            ///< the caller asked to stop; never leaves the process
-  kOverQuota             ///< more than the operator grants. Last: stored jobs hold the numbers
+  kBadSyntax = 0,          ///< the text is not in its format at all: not JSON, a broken query
+  kForbidden = 2,          ///< the caller may not do this
+  kNotFound = 3,           ///< does not exist, or is not visible to the caller
+  kConflict = 5,           ///< not possible in the current state
+  kTooLarge = 8,           ///< beyond a limit of size
+  kUnsupportedFormat = 9,  ///< a file format that is not read
+  kInvalidArgument = 12,   ///< well-formed, but a value is wrong or not available
+  kMissingFiles = 13,      ///< files that a scene names are missing
+  kInternal = 15,          ///< a bug, or a failure of the machine
+  kUnavailable = 16,       ///< not now; a later attempt may succeed
+  kNoSpace = 17,           ///< the disk is full
+  kCancelled = 18          ///< the caller asked to stop; never leaves the process
 };
 
 struct Error {

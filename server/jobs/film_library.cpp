@@ -8,6 +8,7 @@
 
 #include <fcntl.h>
 
+#include "api/error_codes.h"
 #include "core/base/mutex.h"
 #include "server/jobs/job_record.h"
 #include "server/store/files.h"
@@ -44,7 +45,7 @@ core::Result<std::shared_ptr<const StoredFilm>> FilmLibrary::stored(const Job& j
   }
   const JobRecord record = job.record();
   if (record.film == FilmPlace::kEvicted) {
-    return Error{ErrorCode::kGone, "the film was evicted to keep the disk below its limit", ""};
+    return Error{api::kGone, "the film was evicted to keep the disk below its limit", ""};
   }
   if (job.memory_only() || (api::is_final(record.view.state) && record.film == FilmPlace::kNone)) {
     return no_sample_yet();
@@ -59,7 +60,7 @@ core::Result<std::shared_ptr<const StoredFilm>> FilmLibrary::stored(const Job& j
     return Made{.value = std::make_shared<const StoredFilm>(*std::move(film)), .bytes = bytes};
   });
   drop_if_removed(job);
-  return !made && made.error().code == ErrorCode::kGone ? report_damage(job, made.error()) : made;
+  return !made && made.error().code == api::kGone ? report_damage(job, made.error()) : made;
 }
 
 core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& record) {
@@ -67,7 +68,7 @@ core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& reco
   const bool is_kept = api::is_final(record.view.state) && record.film == FilmPlace::kOnDisk;
   if (const auto there = open_file(path, O_RDONLY); !there) {
     return there.error().code != ErrorCode::kNotFound ? there.error()
-           : is_kept ? Error{ErrorCode::kGone, "its file is not there", ""}
+           : is_kept ? Error{api::kGone, "its file is not there", ""}
                      : no_sample_yet();
   }
   auto file = FilmFile::open(path);
@@ -82,11 +83,11 @@ core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& reco
   }
   auto restored = file->restore(*film);
   if (!restored) {
-    return is_kept ? Error{ErrorCode::kGone, restored.error().message, ""} : restored.error();
+    return is_kept ? Error{api::kGone, restored.error().message, ""} : restored.error();
   }
   const auto samples = static_cast<int>(film->sample_counts().max);
   if (record.view.state == api::JobState::kFinished && samples < record.view.progress.samples_max) {
-    return Error{ErrorCode::kGone,
+    return Error{api::kGone,
                  "it has " + std::to_string(samples) + " of " +
                      std::to_string(record.view.progress.samples_max) + " samples",
                  ""};
@@ -120,7 +121,7 @@ Error FilmLibrary::report_damage(const Job& job, const Error& damage) {
                        {{"job", job.id()}, {"detail", damage.message}});
     }
   }
-  return Error{ErrorCode::kGone, "the stored film is lost or damaged: " + damage.message, ""};
+  return Error{api::kGone, "the stored film is lost or damaged: " + damage.message, ""};
 }
 
 core::Result<std::shared_ptr<const core::Film>> FilmLibrary::film(const Job& job) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/error_codes.h"
 #include "api/errors.h"
 #include "api/film_view.h"
 #include "server/jobs/job_service.h"
@@ -106,7 +107,7 @@ Verdict JobService::patch(const JobPointer& job, std::string_view body,
         before = record;
         if (if_versions && std::find(if_versions->begin(), if_versions->end(),
                                      record.view.spec_version) == if_versions->end()) {
-          return Error{ErrorCode::kPreconditionFailed,
+          return Error{api::kPreconditionFailed,
                        "the spec has changed: it is version " +
                            std::to_string(record.view.spec_version) +
                            " now, which If-Match does not name",
@@ -148,7 +149,7 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
   }
   const Rank rank = rank_of(view.spec);
   if (!book_.has_room(rank, builder_.memory_of(view.spec))) {
-    return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
+    return api::make_problem(api::kTooManyRequests, book_.full_text(rank));
   }
   const auto counted = take_quota(job->tenant());
   if (!counted) {
@@ -180,7 +181,7 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
 Verdict JobService::extend(const JobPointer& job, std::string_view body) {
   if (job->state() == JobState::kFinished) {
     // It is read before anything is promised: what is damaged is not rendered again in silence.
-    if (const auto whole = films_.stored(*job); !whole && whole.error().code == ErrorCode::kGone) {
+    if (const auto whole = films_.stored(*job); !whole && whole.error().code == api::kGone) {
       return api::make_problem(ErrorCode::kConflict, whole.error().message);
     }
   }

@@ -3,6 +3,7 @@
 #include <shared_mutex>
 #include <utility>
 
+#include "api/error_codes.h"
 #include "api/errors.h"
 #include "core/error/error_estimate.h"
 #include "server/jobs/job_service.h"
@@ -116,7 +117,7 @@ api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::str
   if (*count + jobs <= options_.quota_jobs) {
     return api::Parsed<std::unique_lock<core::Mutex>>(std::move(held));
   }
-  return api::make_problem(ErrorCode::kTooManyRequests,
+  return api::make_problem(api::kTooManyRequests,
                            "the tenant '" + tenant + "' has " + std::to_string(*count) +
                                " unfinished jobs; at most " + std::to_string(options_.quota_jobs) +
                                " are allowed");
@@ -151,7 +152,7 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   const Rank rank = rank_of(checked->spec);
   JobMemory memory = builder_.memory_of(checked->spec);
   if (!book_.has_room(rank, memory, submission.access.tenant)) {
-    return api::make_problem(ErrorCode::kTooManyRequests, book_.full_text(rank));
+    return api::make_problem(api::kTooManyRequests, book_.full_text(rank));
   }
   const auto counted = take_quota(submission.access.tenant);
   if (!counted) {
@@ -189,7 +190,7 @@ api::Parsed<std::vector<JobPointer>> JobService::submit_together(
   }
   const auto jobs = static_cast<int>(requests.size());
   if (!book_.has_room_for(jobs)) {
-    return api::make_problem(ErrorCode::kTooManyRequests,
+    return api::make_problem(api::kTooManyRequests,
                              "the queue has no room for " + std::to_string(jobs) + " more jobs");
   }
   const auto counted = take_quota(together.access.tenant, jobs);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/error_codes.h"
 #include "server/observe/clock.h"
 #include "server/store/uuid.h"
 
@@ -117,7 +118,7 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
   }
   const core::MutexLock lock(mutex_);
   if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
-    return Error{ErrorCode::kTooManyRequests,
+    return Error{api::kTooManyRequests,
                  std::to_string(kWorkersMax) + " workers are known; no more are let in", ""};
   }
   const auto [found, is_new] = workers_.try_emplace(worker);

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "api/error_codes.h"
 #include "api/errors.h"
 #include "api/job_view.h"
 #include "api/requests.h"
@@ -94,7 +95,7 @@ Response get(const RouteContext& context, Request& request) {
                                         .cache_control = "public, max-age=31536000, immutable"});
   if (response.status == 416) {
     Response problem =
-        error_answer(request, ErrorCode::kRangeNotSatisfiable, "the range lies outside the asset");
+        error_answer(request, api::kRangeNotSatisfiable, "the range lies outside the asset");
     if (const auto range = response.headers.find("Content-Range")) {
       problem.headers.set("Content-Range", *range);
     }
@@ -112,7 +113,7 @@ Response remove(const RouteContext& context, Request& request) {
     return error_answer(request, found.error());
   }
   if (!precondition_holds(request, make_etag(id))) {
-    return error_answer(request, ErrorCode::kPreconditionFailed, "If-Match names another content");
+    return error_answer(request, api::kPreconditionFailed, "If-Match names another content");
   }
   // Nobody can name it between the look and the deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());

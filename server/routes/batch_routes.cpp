@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "api/batch.h"
+#include "api/error_codes.h"
 #include "api/errors.h"
 #include "api/limits.h"
 #include "core/base/sha256.h"
@@ -158,7 +159,7 @@ core::Result<std::vector<JobPointer>> pictured(const std::vector<JobPointer>& jo
     }
   }
   if (!evicted.empty()) {
-    return Error{ErrorCode::kGone, "evicted to make room for others: " + evicted, ""};
+    return Error{api::kGone, "evicted to make room for others: " + evicted, ""};
   }
   return found.empty() ? core::Result<std::vector<JobPointer>>(
                              Error{ErrorCode::kConflict, "no job of the batch has an image", ""})

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/error_codes.h"
 #include "api/errors.h"
 #include "api/job_view.h"
 #include "api/limits.h"
@@ -179,7 +180,7 @@ Asked read_picture(const RouteContext& context, Request& request) {
 Asked read_job(const RouteContext& context, Request& request, bool from_image) {
   if (from_image != (request.body_reader != nullptr)) {
     return {api::make_problem(
-                ErrorCode::kUnsupportedMedia,
+                ErrorCode::kUnsupportedFormat,
                 from_image ? "with from=image the body is an image: send image/png or image/x-exr"
                            : "an image is taken with ?from=image only; send application/json"),
             {}};
@@ -302,8 +303,7 @@ Response patch(const RouteContext& context, Request& request) {
       }
     }
     if (versions->empty()) {
-      return error_answer(request, ErrorCode::kPreconditionFailed,
-                          "If-Match names no ETag of this job");
+      return error_answer(request, api::kPreconditionFailed, "If-Match names no ETag of this job");
     }
   }
   const auto patched = context.jobs.patch(job, request.body, versions, request.access);

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "api/error_codes.h"
 #include "api/lab.h"
 #include "api/limits.h"
 #include "server/routes/answers.h"
@@ -19,7 +20,7 @@ core::Error no_place(const StreamGate& places, const std::string& tenant) {
       places.limit_of_owner() > 0 && of_tenant >= places.limit_of_owner()
           ? "the tenant '" + tenant + "' runs " + std::to_string(of_tenant) + " experiments already"
           : std::to_string(places.limit()) + " experiments run already";
-  return core::Error{core::ErrorCode::kTooManyRequests, why, ""};
+  return core::Error{api::kTooManyRequests, why, ""};
 }
 
 Response run_experiment(const std::shared_ptr<StreamGate>& places, const Request& request) {

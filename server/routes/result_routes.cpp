@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/error_codes.h"
 #include "api/errors.h"
 #include "api/job_view.h"
 #include "api/requests.h"
@@ -66,7 +67,7 @@ Error unknown_format() {
     list += (list.empty() ? "" : ", ") + std::string(format.mime) + " (." +
             std::string(format.extension) + ")";
   }
-  return Error{ErrorCode::kNotAcceptable, "images come as " + list, ""};
+  return Error{api::kNotAcceptable, "images come as " + list, ""};
 }
 
 std::string picture_etag(const Request& request, const Picture& picture, std::uint32_t revision) {
@@ -220,7 +221,7 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
     return error_answer(request, *refused);
   }
   if (const auto there = context.jobs.films().film(*job);
-      !there && there.error().code == ErrorCode::kGone) {
+      !there && there.error().code == api::kGone) {
     return error_answer(request, there.error());
   }
   StreamSlot slot = context.streams.try_enter(request.access.tenant);

@@ -85,7 +85,7 @@ Response create(const RouteContext& context, Request& request) {
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
   const bool is_any = type == "application/octet-stream";  // told apart by its first bytes
   if (!is_scene && !is_zip && !is_any && type != "application/json") {
-    return error_answer(request, ErrorCode::kUnsupportedMedia,
+    return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "\"" + type +
                             "\" is none of model/gltf-binary, model/gltf+json, "
                             "application/zip, application/octet-stream, application/json");

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/error_codes.h"
 #include "api/events.h"
 #include "api/job_view.h"
 #include "api/limits.h"
@@ -71,8 +72,7 @@ Response tiles(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const JobPointer job = *std::get_if<JobPointer>(&found);
-  if (const auto film = context.jobs.films().film(*job);
-      !film && film.error().code == core::ErrorCode::kGone) {
+  if (const auto film = context.jobs.films().film(*job); !film && film.error().code == api::kGone) {
     return error_answer(request, film.error());
   }
   StreamSlot slot = context.streams.try_enter(request.access.tenant);
@@ -139,7 +139,7 @@ Response create_ticket(const RouteContext& context, Request& request) {
   const auto ticket =
       context.tickets.issue(parsed->jobs, {.key = request.principal, .access = request.access});
   if (!ticket) {
-    return error_answer(request, core::ErrorCode::kTooManyRequests, "too many open tickets");
+    return error_answer(request, api::kTooManyRequests, "too many open tickets");
   }
   const double ends = unix_now() + std::chrono::duration<double>(Tickets::kLife).count();
   Response response = json_response(201, api::ticket_json(*ticket, ends, parsed->jobs));

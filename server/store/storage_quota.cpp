@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "api/error_codes.h"
+
 namespace server {
 
 using core::Error;
@@ -87,7 +89,7 @@ Status StorageQuota::check_tenant(const Room& room, std::uint64_t more) const {
   if (taken + more <= limits_.tenant_bytes) {
     return core::ok_status();
   }
-  return Error{ErrorCode::kOverQuota,
+  return Error{api::kOverQuota,
                "this needs " + std::to_string(room.bytes_ + more) + " bytes; the tenant '" +
                    room.tenant_ + "' keeps " + std::to_string(taken - room.bytes_) +
                    " already, and " + std::to_string(limits_.tenant_bytes) +
@@ -107,7 +109,7 @@ Status StorageQuota::check_total(const Room& room, std::uint64_t more) const {
   if (taken + more <= limits_.total_bytes) {
     return core::ok_status();
   }
-  return Error{ErrorCode::kOverQuota,
+  return Error{api::kOverQuota,
                "this needs " + std::to_string(room.bytes_ + more) +
                    " bytes; the server keeps assets of " + std::to_string(taken - room.bytes_) +
                    ", and its limit is " + std::to_string(limits_.total_bytes),

@@ -22,7 +22,8 @@ LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}
 LAYERS |= {
     "api": ["api", "core"],
-    "server/http": ["server/http", "server/access.h", "api/errors.h", "api/problem.h", "core/base"],
+    "server/http": ["server/http", "server/access.h", "api/error_codes.h", "api/errors.h",
+                    "api/problem.h", "core/base"],
     "server/observe": ["server/observe", "server/config.h", "core/base"],
     "server/store": ["server/store", "server/access.h", "api", "core"],
     "server/scenes": ["server/scenes", "server/store", "server/access.h", "server/observe",

@@ -100,7 +100,7 @@ TEST(DecodePng, RefusesTruncatedAndBrokenFiles) {
   std::string other_sum = whole;
   other_sum[other_sum.size() - 13] ^= 1;  // of the last piece of data
   EXPECT_FALSE(cli::decode_png(other_sum));
-  EXPECT_EQ(cli::decode_png("GIF89a and more").error().code, core::ErrorCode::kUnsupportedMedia);
+  EXPECT_EQ(cli::decode_png("GIF89a and more").error().code, core::ErrorCode::kUnsupportedFormat);
   EXPECT_EQ(cli::decode_png(whole.substr(0, 40)).error().code, core::ErrorCode::kInvalidArgument);
   EXPECT_FALSE(cli::decode_png(png(2, 1, 2, std::string("\5\0\0\0\0\0\0", 7))));
   EXPECT_FALSE(cli::decode_png(png(2, 2, 2, std::string(7, '\0'))));

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/error_codes.h"
 #include "tests/unit/server/jobs_fixture.h"
 
 namespace {
@@ -76,7 +77,7 @@ TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsReportedOnceAndNotRenderedAgain) {
   start();
   const auto job = *jobs->find(id, Access::operators());
   for (int i = 0; i < 2; ++i) {
-    EXPECT_EQ(jobs->films().film(*job).error().code, core::ErrorCode::kGone);
+    EXPECT_EQ(jobs->films().film(*job).error().code, api::kGone);
   }
   EXPECT_EQ(jobs->extend(job, R"({"stop": {"samples_per_pixel": 16}})").problem().status, 409);
   const auto told = [](const api::JobView& view) {
@@ -322,7 +323,7 @@ TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
   while (jobs->films().film(*job) && Clock::now() < deadline) {
     std::this_thread::sleep_for(milliseconds(5));
   }
-  EXPECT_EQ(jobs->films().film(*job).error().code, core::ErrorCode::kGone);
+  EXPECT_EQ(jobs->films().film(*job).error().code, api::kGone);
   EXPECT_EQ(jobs->view(*job).state, JobState::kFinished);
 }
 
@@ -346,7 +347,7 @@ TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
   EXPECT_EQ(quota->total()->film_bytes, 0U);
   const auto first = jobs->find(cancelled.front()->id(), Access::operators());
   ASSERT_TRUE(first);
-  EXPECT_EQ(jobs->films().film(**first).error().code, core::ErrorCode::kGone);
+  EXPECT_EQ(jobs->films().film(**first).error().code, api::kGone);
 }
 
 TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/error_codes.h"
 #include "server/store/assets.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"
@@ -54,7 +55,7 @@ TEST_F(Quota, ATenantHasRoomUpToTheLimitAndNotAByteMore) {
   EXPECT_TRUE(room.grow_to(40));
   const auto refused = room.grow_to(41);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, core::ErrorCode::kOverQuota);
+  EXPECT_EQ(refused.error().code, api::kOverQuota);
   EXPECT_NE(refused.error().message.find("'me' keeps 60 already, and 100"), std::string::npos)
       << refused.error().message;
   EXPECT_TRUE(quota.room("other", Kind::kAsset).grow_to(100));

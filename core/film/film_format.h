@@ -1,4 +1,4 @@
-/// A film as a file for elsewhere: application/vnd.tessera.film, version 1. Little endian.
+/// Portable film files: application/vnd.tessera.film, version 1, little endian.
 ///
 // clang-format off
 /// Head, 128 bytes; the offset, then what stands there:
@@ -65,29 +65,29 @@ struct FilmFormatLimits {
   std::uint64_t file_bytes_max = std::uint64_t{4} << 30U;
 };
 
-/// Bytes that write_film() makes of such a film.
+/// Returns the size of the file that write_film() writes.
 std::uint64_t film_file_bytes(const Film& film, const SampleLedger& ledger, std::size_t text_bytes);
 
-/// Receives the file piece by piece; false ends it.
+/// Receives the file in pieces; returns false to stop writing.
 using ByteSink = std::function<bool(std::span<const std::byte>)>;
 
-/// part.film must not change meanwhile. False: the sink refused.
+/// Writes the film. Returns false if the sink stopped it. part.film must not change meanwhile.
 bool write_film(const FilmPart& part, const std::string& text, const ByteSink& sink);
 
-/// What the first kFilmHeadBytes say, checked against the limits and the length of the file: after
-/// this the file is worth being read. Errors: kInvalidArgument (no film, cut, another version,
-/// sizes that do not fit), kTooLarge.
+/// Checks the first kFilmHeadBytes against the limits and the length of the file, before the rest
+/// is read. Errors: kInvalidArgument (not a film, truncated, another version, inconsistent sizes),
+/// kTooLarge.
 Status check_film_head(std::span<const std::byte> head, std::uint64_t file_bytes,
                        const FilmFormatLimits& limits);
 
 struct FilmFileContent {
   FilmPart part;
-  std::string text;  ///< as it was given to write_film(); not interpreted here
+  std::string text;  ///< as given to write_film(); not interpreted here
 };
-/// The film's shares of the light, as its text names them; empty: it names none.
+/// Returns the film's shares of the light as its text names them; empty if it names none.
 using SharesOfText = std::function<std::vector<LightShare>(const std::string& text)>;
-/// Every value is checked: sizes before memory is taken, both checksums, finite means, counts that
-/// fit the ledger. Errors: as check_film_head().
+/// Reads a film and checks every value: sizes before allocation, both checksums, finite means,
+/// counts against the ledger. Errors: as check_film_head().
 Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFormatLimits& limits,
                                   const SharesOfText& shares = nullptr);
 

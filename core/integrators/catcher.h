@@ -1,15 +1,15 @@
-/// Shadow catcher: a diffuse ground that the camera sees by what the model does to it alone.
+/// Shadow catcher: a diffuse ground of which the image shows only the changes that the model makes.
 ///
-/// With B the radiance of the ground without the model, and the radiance with it
-/// W = B - blocked + bounced, where `blocked` is light of the lights that does not arrive and
-/// `bounced` what comes by way of the model: alpha a = blocked / B, as luminances, and the colour,
-/// premultiplied, C = W - (1 - a) B. So C + (1 - a) X is W over a ground that looks like X = B,
-/// whatever the noise, and where the model changes nothing a and C are 0 without noise: blocked
-/// light is that of the very samples that meet the model. Where the background X is known the
-/// shadow is coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel. B
-/// has a closed form: distant lights are the same everywhere on the ground, punctual ones are sums.
-/// Lights of the model are bounced. Source of the idea: Debevec, Rendering Synthetic Objects into
-/// Real Scenes, SIGGRAPH 1998.
+/// Let B be the ground's radiance without the model, and W = B - blocked + bounced its radiance
+/// with the model, where `blocked` is light from the lights that the model occludes and `bounced`
+/// is light that arrives by way of the model. Alpha is a = blocked / B, as luminances, and the
+/// premultiplied colour is C = W - (1 - a) B. Then C + (1 - a) X equals W over a ground that looks
+/// like X = B, whatever the noise; where the model changes nothing, a and C are exactly 0, because
+/// the samples that hit the model themselves estimate the blocked light. If the background X is
+/// known, the shadow takes the colour of the light: W over it is X (1 - blocked / B) + bounced, per
+/// channel. B has a closed form: distant lights are the same everywhere on the ground, and punctual
+/// lights are summed. Light from emitters of the model counts as bounced. Source of the idea:
+/// Debevec, Rendering Synthetic Objects into Real Scenes, SIGGRAPH 1998.
 #pragma once
 
 #include <array>
@@ -18,23 +18,25 @@
 
 namespace core {
 
-/// Radiance of a level diffuse surface under the lights alone.
+/// Computes the radiance of a horizontal diffuse surface lit by the lights alone.
 class BareGround {
  public:
   BareGround(const SceneData& scene, const Environment* environment, Rgb albedo);
-  /// At a point, of the side that a normal of (0, up, 0) is on; up: 1 or -1.
+  /// Returns the radiance at a point, on the side of the normal (0, up, 0); up: 1 or -1.
   Rgb radiance(Vec3 point, float up) const noexcept;
 
  private:
   const SceneData& scene_;
   Rgb albedo_;
-  std::array<Rgb, 2> distant_;  ///< irradiance from the environment: from above, from below
+  std::array<Rgb, 2> distant_;  ///< irradiance from the environment, from above and from below
 };
 
-/// Irradiance of a level surface by the environment: from above (up 1) or below (-1).
+/// Returns the irradiance of a horizontal surface from the environment, from above (up 1) or below
+/// (up -1).
 Rgb level_irradiance(const Environment& environment, float up);
 
-/// Path tracing for jobs with a catcher: from elsewhere than the ground as Options' path tracer.
+/// Path tracer for jobs with a catcher. Paths that leave the ground are traced with the given
+/// Options.
 template <typename Options>
 class CatcherTracer final : public Integrator {
  public:
@@ -48,8 +50,7 @@ class CatcherTracer final : public Integrator {
                    std::uint64_t& rays) const noexcept override;
 
  private:
-  /// What the ground's light is more with the model than without; blocked: what the model keeps
-  /// away.
+  /// The change of the ground's light due to the model. blocked: the light that the model occludes.
   struct Change {
     Rgb more;
     Rgb blocked;

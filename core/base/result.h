@@ -1,7 +1,7 @@
-/// Result<T>: a value or an Error. The only way a recoverable failure leaves a module.
+/// Result<T>: a value or an Error. Every recoverable failure leaves a module this way.
 ///
-/// Our own because C++20 has no std::expected; it keeps the same member names so that it can be
-/// replaced by the standard one later.
+/// C++20 has no std::expected; this class has the same member names, so that it can be replaced by
+/// it later.
 #pragma once
 
 #include <string>
@@ -12,34 +12,35 @@
 
 namespace core {
 
-/// What went wrong, by what the caller can do about it. api/errors.cpp says how each is answered.
+/// Classifies errors by what the caller can do about them. api/errors.cpp maps them to responses.
 enum class ErrorCode {
-  kBadSyntax,            ///< not JSON at all, a broken query string
-  kUnauthorized,         ///< no key, or one that is not known
+  kBadSyntax,            ///< not JSON, or a broken query string
+  kUnauthorized,         ///< no key, or an unknown one
   kForbidden,            ///< the key does not allow it
-  kNotFound,             ///< no such thing, or not visible to the caller
-  kNotAcceptable,        ///< no format that the caller accepts
-  kConflict,             ///< not possible in the current state
-  kGone,                 ///< was there and is not any more
-  kPreconditionFailed,   ///< has changed since the caller read it
-  kTooLarge,             ///< beyond a limit of size
-  kUnsupportedMedia,     ///< a format that is not read
-  kRangeNotSatisfiable,  ///< a range outside of the content
-  kMisdirected,          ///< meant for a server of another name
-  kInvalidArgument,      ///< well-formed, but a value is wrong or not available
-  kMissingFiles,         ///< files that a scene names are missing
-  kTooManyRequests,      ///< a queue or a quota is full; later it may not be
-  kInternal,             ///< a fault of ours or of the machine
-  kUnavailable,          ///< not now; later it may work
-  kNoSpace,              ///< the disk is full
+  kNotFound,             ///< does not exist, or is not visible to the caller
+  kNotAcceptable,        ///< the caller accepts none of the formats
+  kConflict,             ///< impossible in the current state
+  kGone,                 ///< no longer exists
+  kPreconditionFailed,   ///< changed since the caller read it
+  kTooLarge,             ///< exceeds a size limit
+  kUnsupportedMedia,     ///< unsupported format
+  kRangeNotSatisfiable,  ///< range outside of the content
+  kMisdirected,          ///< addressed to a server of another name
+  kInvalidArgument,      ///< well-formed, but a value is wrong or unavailable
+  kMissingFiles,         ///< files that a scene refers to are missing
+  kTooManyRequests,      ///< a queue or quota is full; retry later
+  kInternal,             ///< an internal or machine error
+  kUnavailable,          ///< temporarily unavailable; retry later
+  kNoSpace,              ///< disk full
   kCancelled,            ///< the caller asked to stop; never leaves the process
-  kOverQuota             ///< more than the operator grants. Last: stored jobs hold the numbers
+  kOverQuota  ///< above the operator's limit. Must stay last: stored jobs contain the numbers
 };
 
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
-  std::string message;  ///< One sentence for the caller; says the value seen and what is allowed.
-  std::string where;    ///< JSON pointer or file path the message is about; empty if none.
+  std::string message;  ///< One sentence for the caller, with the actual value and the allowed
+                        ///< ones.
+  std::string where;    ///< JSON pointer or file path that the message refers to; empty if none.
 };
 
 template <typename T>

@@ -250,7 +250,7 @@ struct StopRules {
   std::optional<double> relative_error;
   double confidence = 0.95;
   bool worst_tile = false;
-  std::optional<double> denoised_error;  ///< of the denoised image
+  std::optional<double> denoised_error;  ///< of the mixed denoised image
   std::optional<double> seconds;         ///< rendering time, without pauses and downtime
   std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;

@@ -34,10 +34,10 @@ struct PixelPlan {
   std::uint32_t to = 0;
 };
 
-/// Returns the samples of a half when the film has `samples` on average, with span.from <= samples
-/// <= span.to. Interpolates linearly in whole steps; both ends are multiples of a step. The phase
-/// differs between neighbouring pixels (additive recurrence of Roberts' R2 sequence), so that the
-/// mean stays close to `samples`. x, y: pixel of the full film.
+/// planned_count() returns the samples of a half when the film has `samples` on average, with
+/// span.from <= samples <= span.to. It interpolates linearly in whole steps; both ends are
+/// multiples of a step. The phase differs between neighbouring pixels (additive recurrence of
+/// Roberts' R2 sequence), so that the mean stays close to `samples`. x, y: pixel of the full film.
 struct PlanPosition {
   PlanSpan span;
   int step = 1;  ///< samples added to a half at once

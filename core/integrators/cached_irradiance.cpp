@@ -30,7 +30,7 @@ namespace {
 constexpr int kFirstStep = 32;
 /// Number of points per part.
 constexpr int kPartPoints = 256;
-/// Minimum radius of a record, in pixels as seen by the camera.
+/// Limits of a record's radius, in pixels as seen by the camera, at tolerance 1.
 constexpr float kReachLeastPx = 2;
 constexpr float kReachMostPx = 64;
 /// Minimum fraction of the pixel's light that a surface behind a glossy one needs to get records;

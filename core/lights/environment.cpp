@@ -18,7 +18,7 @@ struct MapPoint {
   float sin_theta = 0;
 };
 
-/// Size of the map that blurred() reads, and concentration of the lobe: a von Mises-Fisher
+/// Size of the map that blurred() reads, and width of the lobe that blurs it: a von Mises-Fisher
 /// distribution, whose standard deviation on the sphere is about 1 / sqrt(concentration) per axis.
 constexpr int kBlurredWidth = 128;
 constexpr int kBlurredHeight = 64;

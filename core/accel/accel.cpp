@@ -19,7 +19,7 @@ struct Accel::Impl {
   std::vector<RTCScene> groups;
   std::uint32_t top_geometries = 0;
   bool has_instances = false;
-  FewTriangles few{{}};  ///< in place of packets
+  FewTriangles few{{}};  ///< replaces packets
   std::atomic<std::ptrdiff_t> bytes{0};
 
   Impl() = default;
@@ -66,7 +66,7 @@ void attach_mesh(RTCDevice device, RTCScene scene, const AccelGeometry& mesh, st
 RTCScene new_scene(RTCDevice device) {
   RTCScene scene = rtcNewScene(device);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  // Robust: edges are watertight, so that closed furnaces leak nothing.
+  // Robust: edges are watertight, so that closed furnaces do not leak.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   return scene;
 }
@@ -89,12 +89,12 @@ RTCRay to_embree(const Ray& ray) {
 }
 
 bool traceable(const Ray& ray) {
-  // Debian's Embree aborts the process on NaN; a sum is finite only when all of it is.
+  // Debian's Embree aborts the process on NaN; the sum is finite only if all terms are.
   const Vec3 sum = ray.origin + ray.direction;
   return std::isfinite(sum.x + sum.y + sum.z) && ray.t_max >= ray.t_min;
 }
 
-/// The rays of a packet that are set and traceable, as Embree's lanes; their bits.
+/// Copies the active, traceable rays of a packet to Embree's lanes; returns their bits.
 unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&valid)[8]) {
   std::memcpy(out.org_x, rays.origin_x, sizeof(rays.origin_x));
   std::memcpy(out.org_y, rays.origin_y, sizeof(rays.origin_y));
@@ -267,7 +267,7 @@ unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept
   alignas(32) int valid[8];
   const unsigned traced = to_embree(rays, active, shadow, valid);
   embree::occluded8(valid, impl_->top, &shadow);
-  met = active & ~traced;  // as with occluded()
+  met = active & ~traced;  // as in occluded()
   for (unsigned k = 0; k < 8; ++k) {
     met |= shadow.tfar[k] < 0 ? (traced & 1U << k) : 0U;
   }
@@ -285,7 +285,7 @@ std::size_t Accel::bytes() const noexcept {
 const char* embree_version() noexcept { return RTC_VERSION_STRING; }
 
 void prepare_tracing_thread() noexcept {
-  // Bits 15 and 6 of MXCSR; the header's macros trip over our sign-conversion warning.
+  // Bits 15 and 6 of MXCSR; the header's macros trigger our sign-conversion warning.
   _mm_setcsr(_mm_getcsr() | 0x8040U);
 }
 

@@ -34,7 +34,7 @@ bool embree_takes(std::string_view isa) {
   const std::string config = "threads=1,set_affinity=0,isa=" + std::string(isa);
   RTCDevice device = rtcNewDevice(config.c_str());
   if (device == nullptr) {
-    static_cast<void>(rtcGetDeviceError(nullptr));  // Its reason; the next one shall not see it.
+    static_cast<void>(rtcGetDeviceError(nullptr));  // clears the error
     return false;
   }
   const bool works = rtcGetDeviceError(device) == RTC_ERROR_NONE;

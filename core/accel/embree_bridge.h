@@ -1,4 +1,4 @@
-/// The differences between Embree 3.13 and 4.3, and nothing else.
+/// Hides the differences between Embree 3.13 and 4.3.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)

@@ -11,8 +11,8 @@ namespace {
 
 using Lanes = Floats<8>;
 
-/// How far beyond its edges a triangle reaches, seen along the ray, as a part of what its
-/// coordinates measure: 16 roundings.
+/// Tolerance beyond the edges of a triangle, seen along the ray, relative to the coordinates: 16
+/// roundings.
 constexpr float kSlack = 0x1p-20F;
 
 Lanes inner(const Vec3s<8>& a, Vec3 b, Lanes beside) {
@@ -73,7 +73,7 @@ FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
   }
 }
 
-/// Moves two triangles that make a parallelogram over to the shapes; false: there are none.
+/// Moves two triangles that form a parallelogram to the shapes. Returns false if there are none.
 bool FewTriangles::pair_up(std::vector<Corners>& triangles) {
   const auto is_at = [](Vec3 a, Vec3 b, float apart) { return length(a - b) <= apart; };
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -107,7 +107,7 @@ FewTriangles::Shape FewTriangles::shape_of(const Vec3 (&corner)[3]) {
   const Vec3 e2 = corner[2] - corner[0];
   const Vec3 n = core::cross(e1, e2);
   const float twice_area = std::hypot(n.x, n.y, n.z);
-  Shape out;  // that nothing meets: no rays cross a plane without a normal
+  Shape out;  // never hit: no ray crosses a plane without a normal
   if (twice_area > 0) {
     const auto affine = [&](Vec3 at) { return Affine{at, -dot(at, corner[0])}; };
     const float scale = kSlack * twice_area;
@@ -121,17 +121,18 @@ FewTriangles::Shape FewTriangles::shape_of(const Vec3 (&corner)[3]) {
   return out;
 }
 
-/// Where rays cross the plane of a shape: within it and in front of them if least > 0.
+/// The intersection of rays with the plane of a shape: inside it and in front of the origin if
+/// least > 0.
 struct FewTriangles::Crossing {
   Lanes least;
   Lanes t;
   Lanes sum;  ///< of the barycentric coordinates: above 1 in the opposite half
 };
 
-/// Seen along the ray, rounding moves the point by some 2^-24 of the coordinates. On the plane that
-/// is more by the cosine, and in barycentric coordinates by their gradients: within as much of an
-/// edge a point belongs to the shapes on both sides of it, so no ray passes between the two.
-/// kIsWhole: of the parallelogram, else of the triangle.
+/// Seen along the ray, rounding moves the point by about 2^-24 of the coordinates; on the plane by
+/// that over the cosine, and in barycentric coordinates by that times their gradients. A point
+/// within this distance of an edge belongs to the shapes on both sides, so no ray passes between
+/// them. kIsWhole: tests the parallelogram, else the triangle.
 template <bool kIsWhole>
 inline FewTriangles::Crossing FewTriangles::cross(const Shape& shape, const Rays& rays) noexcept {
   const Lanes cosine = inner(rays.direction, shape.plane.at, Lanes(0));

@@ -1,9 +1,9 @@
-/// Packets of eight rays against a few dozen triangles, one after another: below what a tree costs.
-/// Two that make a parallelogram are met as one.
+/// FewTriangles: intersects packets of eight rays with a few dozen triangles, one after another,
+/// which costs less than a tree. Two triangles that form a parallelogram are intersected as one.
 ///
-/// A ray meets the plane first; the barycentric coordinates of that point then are two affine
-/// functions of it. Source: Havel and Herout, Yet Faster Ray-Triangle Intersection, IEEE TVCG
-/// 16(3), 2010.
+/// A ray is intersected with the plane first; the barycentric coordinates of that point are then
+/// two affine functions of it. Source: Havel and Herout, Yet Faster Ray-Triangle Intersection, IEEE
+/// TVCG 16(3), 2010.
 #pragma once
 
 #include <array>
@@ -17,28 +17,28 @@ namespace core {
 
 class FewTriangles {
  public:
-  /// Eight rays take some 60 instructions for a triangle or a parallelogram, so a ray takes at most
-  /// 480, where Embree's packets take 910 in a box of 36 triangles (callgrind, cornell-box).
+  /// Eight rays take some 60 instructions per triangle or parallelogram, so a ray takes at most
+  /// 480, while Embree's packets take 910 in a box of 36 triangles (callgrind, cornell-box).
   static constexpr std::size_t kMost = 64;
 
-  /// Of the top level; without triangles where it has more than kMost.
+  /// Stores the triangles of the top level, or none if there are more than kMost.
   explicit FewTriangles(std::span<const AccelGeometry> top_level);
 
   bool empty() const noexcept { return shapes_.empty(); }
-  /// Accel::intersect8() and occluded8(). A ray that is not finite meets nothing.
+  /// As Accel::intersect8() and occluded8(). A ray that is not finite hits nothing.
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
 
  private:
-  /// About center_: value = dot(at, point) + beside.
+  /// An affine function about center_: value = dot(at, point) + beside.
   struct Affine {
     Vec3 at;
     float beside = 0;
   };
   /// A triangle, or the parallelogram of which it is one half.
   struct Shape {
-    Affine plane;           ///< of the distance in lengths of the normal
-    Affine barycentric[2];  ///< of the second and third corner
+    Affine plane;           ///< distance in units of the normal's length
+    Affine barycentric[2];  ///< of the second and third vertex
     float slack[3] = {};    ///< see cross()
   };
   struct Name {
@@ -57,7 +57,7 @@ class FewTriangles {
   Vec3 center_;
   std::vector<Shape> shapes_;  ///< parallelograms first
   std::size_t parallelograms_ = 0;
-  std::vector<std::array<Name, 2>> names_;  ///< of a shape's half, and of the one opposite
+  std::vector<std::array<Name, 2>> names_;  ///< of a shape's half, and of the opposite one
 };
 
 }  // namespace core

@@ -50,7 +50,7 @@ std::string linker_build_id() {
         notes = notes.subspan(all_bytes);
       }
     }
-    return 1;  // The first object is the program itself.
+    return 1;  // the first object is the program itself
   };
   dl_iterate_phdr(visit, &id);
   return id;

@@ -1,4 +1,4 @@
-/// CHECK(x) stops the process when our own code is wrong. Never use it on input from outside.
+/// CHECK(x) aborts the process on a programming error. Never use it to validate input.
 #pragma once
 
 #include <cstdio>

@@ -5,7 +5,7 @@
 
 namespace core {
 
-/// CPU time of the calling thread so far [s].
+/// Returns the CPU time of the calling thread [s].
 inline double thread_cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -1,4 +1,4 @@
-/// Mutex, MutexLock and CondVar: the standard ones with clang thread-safety annotations.
+/// Mutex, MutexLock and CondVar: the standard classes with clang thread-safety annotations.
 #pragma once
 
 #include <condition_variable>
@@ -39,7 +39,7 @@ class SCOPED_CAPABILITY MutexLock {
   Mutex& mutex_;
 };
 
-/// Waits on a Mutex that is already held: `while (!ready) cond.wait_for(mutex, ...)`.
+/// Waits on a Mutex that the caller holds: `while (!ready) cond.wait_for(mutex, ...)`.
 using CondVar = std::condition_variable_any;
 
 }  // namespace core

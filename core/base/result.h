@@ -1,7 +1,7 @@
-/// Result<T>: a value or an Error. The only way a recoverable failure leaves a module.
+/// Result<T>: a value or an Error. Every recoverable failure leaves a module this way.
 ///
-/// Our own because C++20 has no std::expected; it keeps the same member names so that it can be
-/// replaced by the standard one later.
+/// C++20 has no std::expected; this class has the same member names, so that it can be replaced by
+/// it later.
 #pragma once
 
 #include <string>
@@ -31,8 +31,9 @@ enum class ErrorCode {
 
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
-  std::string message;  ///< One sentence for the caller; says the value seen and what is allowed.
-  std::string where;    ///< JSON pointer or file path the message is about; empty if none.
+  std::string message;  ///< One sentence for the caller, with the actual value and the allowed
+                        ///< ones.
+  std::string where;    ///< JSON pointer or file path that the message refers to; empty if none.
 };
 
 template <typename T>

@@ -14,7 +14,7 @@ class Sha256 {
   Sha256(const Sha256&) = delete;
   Sha256& operator=(const Sha256&) = delete;
   void add(const void* data, std::size_t bytes);
-  /// 64 hex digits. Call it once.
+  /// Returns 64 hex digits. Call once.
   std::string hex();
 
  private:

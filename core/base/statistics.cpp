@@ -84,8 +84,8 @@ double incomplete_beta(double a, double b, double x) {
                                    : 1 - front * beta_fraction(b, a, 1 - x) / b;
 }
 
-/// Where f, which increases, is `value`, between low and high.
-/// Source: Numerical Recipes 3rd ed., 9.2.1 (Ridders); each round at least halves the bracket.
+/// Returns where the increasing function f equals `value`, between low and high. Source: Numerical
+/// Recipes 3rd ed., 9.2.1 (Ridders); each round at least halves the bracket.
 template <typename Function>
 double solve(const Function& f, double value, double low, double high) {
   double f_low = f(low) - value;
@@ -96,18 +96,18 @@ double solve(const Function& f, double value, double low, double high) {
     const double f_middle = f(middle) - value;
     const double before = x;
     x = middle - (middle - low) * f_middle / std::sqrt(f_middle * f_middle - f_low * f_high);
-    // NaN: f is `value` in the middle and at an end.
+    // NaN: f equals `value` at the middle and at an end.
     if (f_middle == 0 || std::isnan(x)) {
       return middle;
     }
     const double f_x = f(x) - value;
-    // Far from the middle x has few of its digits yet.
+    // Far from the middle x has few correct digits yet.
     const bool is_same = std::fabs(x - before) <= 4e-16 * std::fabs(x);
     if (f_x == 0 || (is_same && std::fabs(middle) <= 4 * std::fabs(x))) {
       return x;
     }
     const bool is_x_above = f_x > 0;
-    if (is_x_above == (f_middle > 0)) {  // Both on one side: x is nearer.
+    if (is_x_above == (f_middle > 0)) {  // Both are on one side: x is closer.
       (is_x_above ? high : low) = x;
       (is_x_above ? f_high : f_low) = f_x;
     } else {
@@ -139,7 +139,7 @@ double chi2_quantile(double p, double k) {
 
 double f_quantile(double p, double k) {
   if (k >= 30) {
-    // Cube roots of both chi^2 / k are Gaussian with mean 1 - v and variance v.
+    // The cube roots of both chi^2 / k are approximately Gaussian with mean 1 - v and variance v.
     const double v = 2 / (9 * k);
     const double z = normal_quantile(p);
     const double m = (1 - v) * (1 - v);
@@ -153,7 +153,7 @@ double f_quantile(double p, double k) {
 
 double student_t_quantile(double p, double k) {
   const double above = std::min(p, 1 - p);
-  // Minus what lies above t: as exact far out as near zero.
+  // Minus the upper tail: as accurate in the tails as near zero.
   const auto cdf_below_one = [k](double t) {
     return -0.5 * incomplete_beta(k / 2, 0.5, k / (k + t * t));
   };

@@ -1,4 +1,4 @@
-/// Directional albedos of GGX lobes, tabulated when the project is built (albedo_tables_gen.cpp).
+/// Directional albedos of GGX lobes, tabulated at build time (albedo_tables_gen.cpp).
 ///
 /// With F = f0 (1 - w) + f90 w and w = (1 - cos)^5, the directional albedo of the single-scattering
 /// lobe is f0 * (e - e5) + f90 * e5. Nodes: mu = t^2 over t = i/(N-1); perceptual roughness
@@ -19,11 +19,11 @@ struct AlbedoTables {
   float e5[kAlbedoNodes][kAlbedoNodes];  ///< weighted by w
   float e_average[kAlbedoNodes];         ///< 2 * integral of e * mu
   float e5_average[kAlbedoNodes];
-  float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of the next one times
+  float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of glass_outside times
                                                           ///< mu; [ior][roughness]
   float glass_inside_average[kGlassNodes][kGlassNodes];
   /// Reflection plus refraction of a rough dielectric; [ior][roughness][mu]; ior = 1 + 2
-  /// (k/(N-1))^2 seen from outside, and its inverse seen from inside.
+  /// (k/(N-1))^2 seen from outside; the other table has its inverse, seen from inside.
   float glass_outside[kGlassNodes][kGlassNodes][kGlassNodes];
   float glass_inside[kGlassNodes][kGlassNodes][kGlassNodes];
   float sheen[kSheenNodes][kSheenNodes];  ///< [roughness][mu], mu linear
@@ -36,7 +36,7 @@ struct SpecularAlbedo {
   float e5 = 0;
 };
 
-/// mu = cos(theta) in [0,1]; roughness perceptual, in [0,1].
+/// Returns the albedo at mu = cos(theta) in [0,1] and perceptual roughness in [0,1].
 inline SpecularAlbedo specular_albedo(float mu, float roughness) noexcept {
   constexpr float kLast = kAlbedoNodes - 1;
   const float x = std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast;
@@ -61,7 +61,7 @@ inline SpecularAlbedo specular_albedo_average(float roughness) noexcept {
   return {at(kAlbedoTables.e_average), at(kAlbedoTables.e5_average)};
 }
 
-/// Directional albedo of a white sheen.
+/// Returns the directional albedo of a white sheen.
 inline float sheen_albedo(float mu, float roughness) noexcept {
   constexpr float kLast = kSheenNodes - 1;
   const float x = std::clamp(mu, 0.0F, 1.0F) * kLast;
@@ -98,8 +98,8 @@ inline Place place(float mu, float roughness, float ior) noexcept {
 
 }  // namespace glass_detail
 
-/// ior of the denser side over the thinner one, above 1; inside: the direction is in the denser
-/// one.
+/// Returns the albedo of glass. ior: of the denser side over the thinner one, above 1. inside: the
+/// direction is in the denser one.
 inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
   const auto p = glass_detail::place(mu, roughness, ior);
   const auto& table = inside ? kAlbedoTables.glass_inside : kAlbedoTables.glass_outside;
@@ -115,7 +115,7 @@ inline float glass_albedo(float mu, float roughness, float ior, bool inside) noe
   return sum;
 }
 
-/// Its mean over the hemisphere, cosine-weighted.
+/// Returns the cosine-weighted mean of glass_albedo() over the hemisphere.
 inline float glass_albedo_average(float roughness, float ior, bool inside) noexcept {
   const auto p = glass_detail::place(1, roughness, ior);
   const auto& t = inside ? kAlbedoTables.glass_inside_average : kAlbedoTables.glass_outside_average;

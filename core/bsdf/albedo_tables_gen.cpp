@@ -1,5 +1,5 @@
-// Writes the directional-albedo tables as C++ source. Runs when the project is built, so that
-// neither start-up nor the first picture waits for it.
+// Writes the directional-albedo tables as C++ source. Runs at build time, so that start-up and the
+// first image do not wait for it.
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -30,8 +30,8 @@ float alpha_of(int node, int nodes) {
   return std::max(r * r, 1e-4F);
 }
 
-/// Visible normals h, each with its weight in a mean. Narrow lobes lose light where 1 - u.y is of
-/// the order of alpha^2: with u.y = 1 - t^2 the midpoints lie densest there.
+/// Visits visible normals h with their weight in a mean. Narrow lobes lose light where 1 - u.y is
+/// of the order of alpha^2; with u.y = 1 - t^2 the midpoints are densest there.
 template <typename Visit>
 void for_normals(const Ggx& ggx, Vec3 wo, Visit&& visit) {
   for (int b = 0; b < kSide; ++b) {

@@ -9,7 +9,7 @@
 namespace core {
 namespace {
 
-/// Below this GGX width a lobe is a mirror: narrower ones are beyond float.
+/// Lobes below this GGX width are treated as mirrors: narrower ones exceed float precision.
 constexpr float kSmoothAlpha = 5e-4F;
 
 }  // namespace
@@ -20,9 +20,9 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
       has_layers_(layers != nullptr) {
   is_flat_ = ng_.z > 0.9999995F;
   if (p.alpha_x != p.alpha_y) {
-    // The tables know round lobes. One whose width is the quadratic mean has the albedo of the long
-    // one within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15; the roughness across
-    // it would be off by 0.4.
+    // The tables are for isotropic lobes. The lobe with the quadratic mean of the widths has the
+    // same albedo within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15; with the
+    // roughness across the direction the error would be 0.4.
     facets_.roughness = std::sqrt(std::sqrt(0.5F * (square(p.alpha_x) + square(p.alpha_y))));
   }
   if (p.f90 == 0 && p.metallic == 0 && p.transmission == 0 && is_black(p.f0) && layers == nullptr) {
@@ -36,7 +36,7 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   const float metal = p.metallic;
   const float dielectric = 1 - metal;
   const float solid = p.thin ? 0.0F : dielectric * p.transmission;
-  const float cover = dielectric - solid;  // dielectric surface that is not solid glass
+  const float cover = dielectric - solid;  // dielectric that is not solid glass
   const float lambert = dielectric * (1 - p.transmission);
   const bool is_smooth = std::max(p.alpha_x, p.alpha_y) < kSmoothAlpha;
   facets_.is_smooth = is_smooth;
@@ -100,14 +100,14 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
 
 void Bsdf::add_solid(const BsdfParameters& p, float weight, const ThinFilm& film) noexcept {
   const GlassLobe& glass = glass_.emplace(p, facets_, weight, film);
-  // As often as it is: more, and the weights of paths that total reflection keeps inside would grow
-  // at each turn.
+  // Equal to the true probability: with more, the weights of paths kept inside by total reflection
+  // would grow at each bounce.
   prob_[kDiffuse] = glass.diffuse_above();
   prob_[kBelow] = glass.diffuse_below();
   prob_[kGlass] = glass.single() * (weight * std::max(luminance(p.base_color), 0.05F));
 }
 
-/// Clearcoat and sheen: their reflection, and how much less often the layers below are picked.
+/// Adds clearcoat and sheen, and reduces the probabilities of the layers below.
 void Bsdf::add_layers(const BsdfLayers& layers) noexcept {
   float below = 1;
   float prob_coat = 0;
@@ -164,7 +164,7 @@ Rgb Bsdf::straight() const noexcept {
   return sum;
 }
 
-/// Diffuse reflection, and multiple scattering of the other lobes.
+/// Adds diffuse reflection, and multiple scattering of the other lobes.
 void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
   if (!(prob_[kDiffuse] > 0)) {
     return;
@@ -277,7 +277,7 @@ void Bsdf::respect_geometry(BsdfSample& s) const noexcept {
   }
 }
 
-/// Samples a direction of one lobe; the weight only if the lobe is delta. u_lobe: remapped to
+/// Samples a direction of one lobe; sets the weight only if the lobe is delta. u_lobe: remapped to
 /// [0,1).
 bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
   const float prob = prob_[static_cast<std::size_t>(lobe)];
@@ -340,8 +340,8 @@ float Bsdf::prob_delta() const noexcept {
 }
 
 BsdfSample Bsdf::sample_delta(float u_lobe, Vec2 u_dir) const noexcept {
-  // The delta lobes are the last part of the interval that sample() divides; a rough solid
-  // glass under a smooth coat stands after the coat, and is left out.
+  // The delta lobes are the last part of the interval that sample() divides; rough solid glass
+  // under a smooth coat comes after the coat and is skipped.
   const float prob = prob_delta();
   const bool rough_glass =
       !facets_.is_smooth && prob_[kSmoothCoat] > 0 && glass_ && !glass_->is_index_matched();

@@ -1,15 +1,16 @@
 /// Bsdf: the layered glTF surface at one point, seen from one direction.
 ///
 /// Frame: local shading frame, n = (0,0,1) on the viewer's side, so wo.z > 0. wo points to the
-/// viewer, wi to the light; both unit, away from the surface; wi.z < 0 is transmission. Lobes, one
-/// file each: GGX reflection of metal and of a dielectric cover (SpecularLobe), over Lambert and
-/// diffuse transmission (DiffuseLobe, coupled by Cover), thin transmission (ThinLobe) or solid
-/// glass (GlassLobe); above them clearcoat and sheen. All are reciprocal. Directions that the
-/// shading frame puts on one side of the surface and the horizon (Shading::horizon) on the other
-/// are mirrored at the horizon's plane, in evaluation, density and sampling alike, so a lossless
-/// surface stays lossless and nothing leaks through.
+/// viewer, wi to the light; both are unit vectors away from the surface; wi.z < 0 is transmission.
+/// Lobes, one file each: GGX reflection of metal and of a dielectric interface (SpecularLobe), over
+/// Lambertian reflection and diffuse transmission (DiffuseLobe, coupled by Cover), thin
+/// transmission (ThinLobe) or solid glass (GlassLobe); on top of them clearcoat and sheen. All are
+/// reciprocal. Directions on one side of the shading frame but on the other side of the horizon
+/// (Shading::horizon) are mirrored at the horizon plane, in evaluation, density and sampling alike,
+/// so a lossless surface stays lossless and no light leaks through.
 ///
-/// Carries radiance: power that arrives along wo is carried by core/materials/adjoint_bsdf.h.
+/// Describes the transport of radiance; for power that arrives along wo see
+/// core/materials/adjoint_bsdf.h.
 #pragma once
 
 #include <array>
@@ -29,43 +30,45 @@ namespace core {
 
 class Bsdf {
  public:
-  /// wo_local.z > 0; ng_local: geometric normal on wo's side, unit.
-  /// layers: null for a surface without the rarer ones.
+  /// wo_local.z > 0; ng_local: geometric normal on wo's side, unit. layers: null if the surface has
+  /// none of them.
   Bsdf(const BsdfParameters& parameters, Vec3 wo_local, Vec3 ng_local,
        const BsdfLayers* layers = nullptr) noexcept;
 
   BsdfEval evaluate(Vec3 wi_local) const noexcept;
-  /// weight 0 and pdf 0: nothing was sampled (absorbed). u_lobe, u_dir in [0,1).
+  /// Samples a direction. Weight 0 and pdf 0 mean that the path is absorbed. u_lobe, u_dir in
+  /// [0,1).
   BsdfSample sample(float u_lobe, Vec2 u_dir) const noexcept;
-  /// One of the delta lobes, chosen among them alone; weight as if they were the whole.
+  /// Samples one of the delta lobes; the weight is that of the delta lobes alone.
   BsdfSample sample_delta(float u_lobe, Vec2 u_dir) const noexcept;
-  /// Probability with which sample() takes a delta lobe.
+  /// Returns the probability with which sample() takes a delta lobe.
   float prob_delta() const noexcept;
-  /// Probability with which sample() takes a diffuse lobe.
+  /// Returns the probability with which sample() takes a diffuse lobe.
   float prob_diffuse() const noexcept { return prob_[kDiffuse] + prob_[kBelow]; }
-  /// Does any lobe spread over solid angle, so that light sampling makes sense?
+  /// Returns whether any lobe has a density over solid angle, so that light sampling is useful.
   bool has_spread() const noexcept { return has_spread_; }
-  /// Light comes back from everywhere alike, more or less: one Lambert lobe, or rough reflection
-  /// without further layers.
+  /// Returns whether reflection is diffuse-like: one Lambertian lobe, or rough reflection without
+  /// further layers.
   bool is_wide() const noexcept {
     return is_lambert_ || (!transmits() && !has_layers_ && facets_.roughness >= 0.5F);
   }
   bool transmits() const noexcept { return prob_[kThin] + prob_[kGlass] + prob_[kBelow] > 0; }
-  /// Share of light that goes straight through (smooth thin transmission, solids of the index
-  /// around them), for shadow rays.
+  /// Returns the transmittance without deflection (smooth thin transmission, solids with the index
+  /// of their surroundings), for shadow rays.
   Rgb straight() const noexcept;
-  /// Reflectance of the boundary of a solid, if smooth. Pre: sample() has taken it.
+  /// Returns the reflectance of a solid's smooth boundary. Pre: sample() took the boundary.
   Rgb mirrored_by_glass() const noexcept { return glass_->mirrored(facets_); }
-  /// What clearcoat and sheen leave of delta lobes below them.
+  /// Returns the fraction of delta lobes that clearcoat and sheen let through.
   float delta_share() const noexcept;
-  /// Share of light reflected or transmitted from wo, per channel, for the albedo layer.
+  /// Returns the reflected and transmitted fraction of light from wo, per channel, for the albedo
+  /// layer.
   Rgb albedo() const noexcept { return albedo_; }
-  /// Share of an even light from wo's side that the diffuse lobe there reflects along wo, under
-  /// what lies above it.
+  /// Returns the fraction of uniform light from wo's side that the diffuse lobe reflects along wo,
+  /// under the layers above it.
   Rgb diffuse_albedo() const noexcept {
     return diffuse_.albedo * ((specular_ ? cover_.open_wo : 1.0F) * delta_share());
   }
-  /// The same surface without that lobe; densities stay.
+  /// Returns the surface without that lobe; densities stay the same.
   Bsdf without_diffuse() const noexcept {
     Bsdf rest = *this;
     rest.diffuse_.albedo = {};
@@ -73,7 +76,7 @@ class Bsdf {
   }
 
  private:
-  /// In the order in which sample() divides u_lobe: lobes that spread first, smooth ones last.
+  /// In the order in which sample() divides u_lobe: lobes with a density first, delta lobes last.
   enum Lobe { kDiffuse, kBelow, kSheen, kRoughCoat, kSpecular, kThin, kSmoothCoat, kGlass, kLobes };
 
   void add_solid(const BsdfParameters& p, float weight, const ThinFilm& film) noexcept;
@@ -87,8 +90,8 @@ class Bsdf {
 
   Facets facets_;
   Vec3 ng_;
-  bool is_lambert_ = false;  ///< nothing but diffuse_
-  bool is_flat_ = true;      ///< shading normal and horizon agree
+  bool is_lambert_ = false;  ///< diffuse_ is the only lobe
+  bool is_flat_ = true;      ///< shading normal and horizon coincide
   bool has_spread_ = false;
   bool has_layers_ = false;
   std::array<float, kLobes> prob_{};

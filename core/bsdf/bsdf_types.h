@@ -1,4 +1,4 @@
-/// Parameters of BSDFs, and the results of evaluating and sampling them.
+/// Parameters of BSDFs, and the results of evaluation and sampling.
 #pragma once
 
 #include "core/color/rgb.h"
@@ -6,61 +6,61 @@
 
 namespace core {
 
-/// glTF's parameters after textures. Colours in [0,1].
+/// The parameters of glTF after texturing. Colours in [0,1].
 struct BsdfParameters {
   Rgb base_color = {1, 1, 1};
   float metallic = 0;
   float roughness = 1;  ///< perceptual
   float alpha_x = 1;    ///< GGX widths; equal unless anisotropic
   float alpha_y = 1;
-  Rgb f0 = {0.04F, 0.04F, 0.04F};  ///< of the dielectric, KHR_materials_ior and _specular applied
+  Rgb f0 = {0.04F, 0.04F, 0.04F};  ///< of the dielectric, including KHR_materials_ior and _specular
   float f90 = 1;                   ///< of the dielectric
   Rgb specular_color = {
       1, 1,
-      1};  ///< of KHR_materials_specular, not clamped: F0 of solid glass, whose ior is relative
+      1};  ///< KHR_materials_specular, not clamped: for F0 of solid glass, whose ior is relative
   float transmission = 0;
-  bool thin = true;     ///< transmission passes straight through
+  bool thin = true;     ///< transmission without refraction
   float ior = 1.5F;     ///< of the solid relative to its surroundings; may be below 1
   bool inside = false;  ///< wo is in the solid
   Rgb reflection_weight = {
-      1, 1, 1};  ///< of reflection at solid glass, for paths of one wavelength; may be negative
-  Rgb refraction_weight = {1, 1, 1};  ///< of refraction at it
+      1, 1, 1};  ///< of reflection at solid glass for paths with one wavelength; may be negative
+  Rgb refraction_weight = {1, 1, 1};  ///< of refraction at solid glass
 };
 
-/// The rarer layers; a surface without any of them carries none of this.
+/// The less common layers, stored separately so that other surfaces do not carry them.
 struct BsdfLayers {
   float clearcoat = 0;
   float clearcoat_roughness = 0;
-  Vec3 clearcoat_normal = {0, 0, 1};  ///< local; its own normal map
+  Vec3 clearcoat_normal = {0, 0, 1};  ///< local frame; has its own normal map
   Rgb sheen_color;
   float sheen_roughness = 0;
   float iridescence = 0;
   float iridescence_ior = 1.3F;
   float iridescence_thickness_nm = 0;
-  Rgb wavelengths_nm;  ///< of the colours' components; 0: they are red, green and blue
+  Rgb wavelengths_nm;  ///< wavelengths of the colour components; 0: red, green and blue
   float diffuse_transmission = 0;
   Rgb diffuse_transmission_color = {1, 1, 1};
 };
 
 struct BsdfEval {
   Rgb value_cos;              ///< f * |cos theta_i| [1/sr]
-  float pdf_solid_angle = 0;  ///< density of sample() at wi; delta lobes left out
+  float pdf_solid_angle = 0;  ///< density of sample() at wi, without delta lobes
 };
 
 struct BsdfSample {
   Vec3 wi_local;
   Rgb weight;                 ///< f * |cos| / density
-  float pdf_solid_angle = 0;  ///< 0 when is_delta
+  float pdf_solid_angle = 0;  ///< 0 if is_delta
   bool is_delta = false;
-  bool transmitted = false;  ///< wi is on the other side of the geometric plane
-  bool is_mirrored = false;  ///< at the horizon
-  bool is_straight = false;  ///< wi = -wo, as if through a hole: see straight()
-  bool is_glass = false;     ///< of the boundary of a solid
+  bool transmitted = false;  ///< wi is on the other side of the geometric surface
+  bool is_mirrored = false;  ///< at the horizon plane
+  bool is_straight = false;  ///< wi = -wo without deflection: see straight()
+  bool is_glass = false;     ///< from the boundary of a solid
   float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
 };
 
-/// A lobe among the others: probability with which it is sampled, and the share of light that the
-/// layers above it let through where it is smooth.
+/// A lobe's sampling probability, and the fraction that the layers above let through if it is
+/// smooth.
 struct LobeShare {
   float prob = 1;
   float open = 1;

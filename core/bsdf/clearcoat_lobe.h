@@ -1,7 +1,7 @@
-/// ClearcoatLobe: a GGX lobe of F0 0.04 about a normal of its own (KHR_materials_clearcoat).
+/// ClearcoatLobe: a GGX lobe with F0 0.04 and its own normal (KHR_materials_clearcoat).
 ///
-/// Below it, diffuse lobes are coupled by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), specular ones by
-/// the smaller of 1 - E(wo) and 1 - E(wi): both are reciprocal.
+/// Attenuates diffuse lobes below it by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), and specular ones by
+/// the smaller of 1 - E(wo) and 1 - E(wi); both are reciprocal.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct ClearcoatLobe {
   Vec3 normal = {0, 0, 1};
   Ggx ggx;
   bool is_smooth = false;
-  float e_wo = 0;  ///< albedo from wo, weighted
+  float e_wo = 0;  ///< albedo for wo, weighted
   float e_average = 0;
 
   ClearcoatLobe(const BsdfLayers& layers, Vec3 wo, float smooth_alpha) noexcept
@@ -35,7 +35,7 @@ struct ClearcoatLobe {
   }
 
   float weighted(SpecularAlbedo a) const noexcept { return weight * (0.04F * (a.e - a.e5) + a.e5); }
-  /// Albedo from the side of wi.
+  /// Returns the albedo on wi's side.
   float albedo(Vec3 wi) const noexcept {
     const float mu = dot(wi, normal);
     return weighted(specular_albedo(std::max(wi.z > 0 ? mu : -mu, 1e-3F), roughness));
@@ -45,7 +45,7 @@ struct ClearcoatLobe {
   }
   float over_glossy(Vec3 wi) const noexcept { return 1 - std::max(e_wo, albedo(wi)); }
 
-  /// wo, wi as the surface has them, wi.z > 0.
+  /// Adds the lobe; wo, wi in the frame of the surface, wi.z > 0.
   void add(float prob, Vec3 wo, Vec3 wi, BsdfEval& out) const noexcept {
     if (is_smooth) {
       return;

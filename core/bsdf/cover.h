@@ -1,8 +1,8 @@
-/// Cover: the dielectric interface over a diffuse or thin substrate, and how it couples to it.
+/// Cover: the dielectric interface over a diffuse or thin substrate, and its coupling to it.
 ///
-/// A diffuse lobe below it gets light through it twice: (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), E of
-/// the greatest channel, so that the substrate keeps its hue (KHR_materials_specular). Source:
-/// Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
+/// A diffuse lobe below it is attenuated twice: (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), with E of
+/// the largest channel, so that the substrate keeps its hue (KHR_materials_specular). Source: Kulla
+/// and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace core {
 
-/// Share of energy that comes back after two or more bounces between facets.
-/// Source: Kulla and Conty 2017, with F_avg = F0 + (F90 - F0) / 21 for Schlick's Fresnel.
+/// Returns the fraction of energy reflected after two or more bounces between facets. Source: Kulla
+/// and Conty 2017, with F_avg = F0 + (F90 - F0) / 21 for Schlick's Fresnel.
 inline Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) noexcept {
   const Rgb f = f0 + (f90 - f0) * (1.0F / 21.0F);
   const auto channel = [e_average](float x) {
@@ -26,9 +26,9 @@ inline Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) noexcept {
 }
 
 struct Cover {
-  float f0 = 0;  ///< of the greatest channel; unweighted
+  float f0 = 0;  ///< of the largest channel; unweighted
   float f90 = 0;
-  float multiple = 0;  ///< reflected after more than one facet, as a share of multiple scattering
+  float multiple = 0;  ///< fraction of multiple scattering that is reflected
   ThinFilm film;
   Rgb film_f0;
   float open_wo = 1;  ///< 1 - E(wo)
@@ -44,8 +44,7 @@ struct Cover {
         film(over),
         film_f0(p.f0),
         open_wo(1 - albedo(mu, wo)) {
-    // The mean over the hemisphere; of a film by the two points of Gauss's rule for the weight 2
-    // mu.
+    // The mean over the hemisphere; for a film by two-point Gauss quadrature for the weight 2 mu.
     constexpr float kMu[2] = {0.3550510F, 0.8449490F};
     constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
     float mean = 0;
@@ -59,7 +58,7 @@ struct Cover {
     norm = 1 / std::max(1 - mean, 1e-4F);
   }
 
-  /// Reflectance of a facet, which is lost to thin transmission.
+  /// Returns the reflectance of a facet, which thin transmission loses.
   float fresnel(float cos_oh) const noexcept {
     const float plain = lerp(f0, f90, schlick_weight(cos_oh));
     return film.weight > 0
@@ -67,7 +66,7 @@ struct Cover {
                       film.weight)
                : plain;
   }
-  /// Albedo at cosine mu, where that of single scattering is e.
+  /// Returns the albedo at cosine mu, where single scattering has albedo e.
   float albedo(float mu, SpecularAlbedo e) const noexcept {
     float single = f0 * (e.e - e.e5) + f90 * e.e5;
     if (film.weight > 0) {
@@ -75,7 +74,7 @@ struct Cover {
     }
     return single + multiple * (1 - e.e);
   }
-  /// Of a diffuse lobe below.
+  /// Returns the attenuation of a diffuse lobe below.
   float coupling(float mu, SpecularAlbedo e) const noexcept {
     return open_wo * (1 - albedo(mu, e)) * norm;
   }

@@ -1,7 +1,6 @@
-/// DiffuseLobe: Lambert's reflection, and turned over, diffuse transmission, under a cover.
+/// DiffuseLobe: Lambertian reflection, or diffuse transmission if turned over, under a Cover.
 ///
-/// Multiple scattering between the facets of other lobes takes the same directions: Bsdf adds it
-/// to f().
+/// Bsdf adds the multiple scattering of other lobes to f(), because it has the same distribution.
 #pragma once
 
 #include "core/bsdf/cover.h"
@@ -11,9 +10,9 @@ namespace core {
 
 struct DiffuseLobe {
   Rgb albedo;            ///< weighted
-  bool is_even = false;  ///< sampled uniformly: most of it is at grazing angles
+  bool is_even = false;  ///< sampled uniformly, because most of it is at grazing angles
 
-  /// The BSDF where a cover lies above; mu: cosine of wi on its side, e: the cover's albedo there.
+  /// Returns the BSDF under a cover; mu: cosine of wi on its side, e: the cover's albedo there.
   Rgb f_covered(float mu, const Cover& cover, SpecularAlbedo e) const noexcept {
     return f() * cover.coupling(mu, e);
   }
@@ -21,7 +20,7 @@ struct DiffuseLobe {
   float pdf_solid_angle(float mu) const noexcept {
     return is_even ? 0.5F * kInvPi : cosine_hemisphere_pdf_solid_angle(mu);
   }
-  /// z > 0 but for rounding.
+  /// Samples a direction with z > 0, up to rounding.
   Vec3 sample(Vec2 u) const noexcept {
     return is_even ? uniform_hemisphere(u) : cosine_hemisphere(u);
   }

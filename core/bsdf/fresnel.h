@@ -1,4 +1,4 @@
-/// Fresnel reflectance: exact for dielectrics, Schlick's form for glTF's F0 and F90.
+/// Fresnel reflectance: exact for dielectrics, Schlick's approximation for glTF's F0 and F90.
 #pragma once
 
 #include <cmath>
@@ -8,9 +8,9 @@
 
 namespace core {
 
-/// Unpolarised reflectance of a smooth dielectric boundary. cos_i in [0,1] on the incident side;
-/// eta = n_transmitted / n_incident > 0. 1 under total internal reflection.
-/// Source: PBR 4th ed. 9.3.5.
+/// Returns the unpolarised reflectance of a smooth dielectric boundary. cos_i in [0,1] on the
+/// incident side; eta = n_transmitted / n_incident > 0. 1 under total internal reflection. Source:
+/// PBR 4th ed. 9.3.5.
 inline float fresnel_dielectric(float cos_i, float eta) noexcept {
   const float sin2_t = (1 - cos_i * cos_i) / (eta * eta);
   if (sin2_t >= 1) {

@@ -16,7 +16,7 @@ struct Ggx {
   float alpha_x = 1;
   float alpha_y = 1;
 
-  /// Density of microfacet normals h, [1/sr] over projected area.
+  /// Returns the density of microfacet normals h [1/sr] over projected area.
   float d(Vec3 h) const noexcept {
     const float x = h.x / alpha_x;
     const float y = h.y / alpha_y;
@@ -32,7 +32,8 @@ struct Ggx {
   float g1(Vec3 w) const noexcept { return 1 / (1 + lambda(w)); }
   float g2(Vec3 wo, Vec3 wi) const noexcept { return 1 / (1 + lambda(wo) + lambda(wi)); }
 
-  /// A microfacet normal visible from wo (wo.z > 0); density g1(wo) * d(h) * dot(wo, h) / wo.z.
+  /// Samples a microfacet normal visible from wo (wo.z > 0) with density g1(wo) * d(h) * dot(wo, h)
+  /// / wo.z.
   Vec3 sample_visible(Vec3 wo, Vec2 u) const noexcept {
     const Vec3 stretched = normalize(Vec3{wo.x * alpha_x, wo.y * alpha_y, wo.z});
     const float phi = kTwoPi * u.x;

@@ -19,10 +19,10 @@ GlassLobe::GlassLobe(const BsdfParameters& p, const Facets& s, float weight,
   const float ior = std::max(p.ior, 1e-2F);
   eta_ = p.inside ? 1 / ior : ior;
   if (!s.is_smooth && !is_index_matched()) {
-    // Lost energy leaves in proportion to (1 - E) of the side it leaves to, so that each side's
-    // share is reciprocal when (1 - reflected) times the mean loss is n^2 times as large outside as
-    // inside. The outer side reflects the mean of Fresnel's curve (fit of d'Eon, A Hitchhiker's
-    // Guide to Multiple Scattering, 2021).
+    // Lost energy leaves in proportion to (1 - E) of the side it leaves to. Each side is then
+    // reciprocal if (1 - reflected) times the mean loss is n^2 times as large outside as inside.
+    // The outer side reflects the mean of Fresnel's curve (fit of d'Eon, A Hitchhiker's Guide to
+    // Multiple Scattering, 2021).
     const float n = std::max(eta_, 1 / eta_);
     const bool denser = eta_ < 1;
     lost_ = std::max(1 - glass_albedo(s.wo.z, s.roughness, n, denser), 0.0F);
@@ -54,9 +54,9 @@ Rgb GlassLobe::multiple_below(float mu, float roughness) const noexcept {
   return multiple_below_ * (1 - glass_albedo(mu, roughness, std::max(eta_, 1 / eta_), eta_ > 1));
 }
 
-/// Reflectance of a facet of the solid; cos_oh on wo's side. The exact curve from F0 to 1 is
-/// stretched to the material's F0 and F90, alike from both sides; total reflection stays total.
-/// Refraction gets the remainder of the greatest channel, so that it keeps its hue.
+/// Returns the reflectance of a facet of the solid; cos_oh on wo's side. Stretches the exact curve
+/// from F0 to 1 to the material's F0 and F90, equally for both sides; total reflection stays total.
+/// Refraction gets the remainder of the largest channel, so that it keeps its hue.
 Rgb GlassLobe::fresnel(float cos_oh) const noexcept {
   const float exact = fresnel_dielectric(cos_oh, eta_);
   if (!is_bent_ || exact >= 1) {

@@ -1,4 +1,4 @@
-/// Sheen: the Charlie distribution with its shadowing, and tabulated albedos.
+/// Sheen: the Charlie distribution with its shadowing term, and tabulated albedos.
 ///
 /// Sources: Estevez and Kulla, Production Friendly Microfacet Sheen BRDF, 2017;
 /// KHR_materials_sheen.
@@ -31,7 +31,7 @@ inline float lambda(float cos_theta, float alpha) noexcept {
 
 }  // namespace sheen_detail
 
-/// f for a white sheen; wo.z, wi.z > 0; roughness perceptual.
+/// Returns f of a white sheen; wo.z, wi.z > 0; roughness is perceptual.
 inline float sheen_brdf(Vec3 wo, Vec3 wi, float roughness) noexcept {
   const float alpha = std::max(roughness * roughness, 1e-3F);
   const Vec3 h = normalize_or(wo + wi, {0, 0, 1});

@@ -12,7 +12,7 @@ Rgb only(Rgb c, std::size_t i) noexcept {
 SpectralBsdf::SpectralBsdf(const BsdfParameters& parameters, Vec3 wo_local, Vec3 ng_local,
                            const BsdfLayers* layers, const SpectralSurface& at) noexcept
     : prob_(at.prob) {
-  // Rounding never picks a wavelength of probability 0.
+  // Rounding must not pick a wavelength of probability 0.
   const std::size_t last = prob_.b > 0 ? 2 : (prob_.g > 0 ? 1 : 0);
   float u = at.u_pick;
   while (picked_ < last && !(u < prob_[static_cast<int>(picked_)])) {
@@ -48,7 +48,7 @@ BsdfSample SpectralBsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
   if (!disperses_ || is_black(s.weight)) {
     return s;
   }
-  s.is_straight = false;  // straight() leaves it out
+  s.is_straight = false;  // straight() does not include it
   if (!s.is_delta) {
     const BsdfEval eval = evaluate(s.wi_local);
     s.pdf_solid_angle = eval.pdf_solid_angle;
@@ -56,7 +56,7 @@ BsdfSample SpectralBsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
   } else if (s.is_glass && s.transmitted) {
     s.weight = only(s.weight, picked_) / prob_[static_cast<int>(picked_)];
   } else if (s.is_glass) {
-    // A mirror picks reflection with the greatest component of its reflectance.
+    // A mirror picks reflection with the largest component of its reflectance.
     const Rgb here = picked().mirrored_by_glass();
     Rgb each;
     float prob = 0;

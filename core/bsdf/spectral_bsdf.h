@@ -1,9 +1,9 @@
 /// SpectralBsdf: the surface at a path's three wavelengths.
 ///
-/// Where their indices of refraction differ it is a BSDF for each. One of them is picked and gives
-/// the direction; densities are means over the picks, so that each wavelength counts with the
-/// balance heuristic. What one wavelength alone can do, refraction at a smooth boundary, leaves the
-/// others black. Source: Wilkie et al., Hero Wavelength Spectral Sampling, 2014.
+/// If their indices of refraction differ, there is a BSDF for each. One of them is picked to sample
+/// the direction; densities are means over the picks, so that wavelengths are combined by the
+/// balance heuristic. An event that only one wavelength can have, refraction at a smooth boundary,
+/// sets the others to zero. Source: Wilkie et al., Hero Wavelength Spectral Sampling, 2014.
 #pragma once
 
 #include <array>
@@ -13,16 +13,17 @@
 
 namespace core {
 
-/// What is at a surface at each wavelength.
+/// Surface parameters per wavelength.
 struct SpectralSurface {
   Rgb ior = Rgb(1.5F);   ///< of a solid relative to its surroundings
-  Rgb prob = {1, 0, 0};  ///< of picking a wavelength; where indices differ, 0 if none is carried
+  Rgb prob = {1, 0, 0};  ///< of picking a wavelength; if indices differ, 0 for wavelengths not
+                         ///< carried
   float u_pick = 0;      ///< in [0,1)
 };
 
 class SpectralBsdf {
  public:
-  /// As Bsdf; colours of parameters and layers are at the wavelengths.
+  /// As Bsdf; the colours of parameters and layers are values at the wavelengths.
   SpectralBsdf(const BsdfParameters& parameters, Vec3 wo_local, Vec3 ng_local,
                const BsdfLayers* layers, const SpectralSurface& at) noexcept;
 
@@ -37,10 +38,10 @@ class SpectralBsdf {
  private:
   const Bsdf& picked() const noexcept { return *each_[picked_]; }
 
-  std::array<std::optional<Bsdf>, 3> each_;  ///< of those that may be picked
+  std::array<std::optional<Bsdf>, 3> each_;  ///< for wavelengths that may be picked
   std::size_t picked_ = 0;
   Rgb prob_;
-  bool disperses_ = false;  ///< several may be
+  bool disperses_ = false;  ///< more than one may be picked
 };
 
 }  // namespace core

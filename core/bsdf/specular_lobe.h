@@ -1,6 +1,6 @@
-/// SpecularLobe: GGX reflection of metal and of the dielectric cover, with multiple scattering.
+/// SpecularLobe: GGX reflection of metal and of the dielectric interface, with multiple scattering.
 ///
-/// Light that meets further facets leaves diffusely (Kulla and Conty 2017).
+/// Multiple scattering between facets is diffuse (Kulla and Conty 2017).
 #pragma once
 
 #include "core/bsdf/cover.h"
@@ -31,7 +31,8 @@ struct SpecularLobe {
       multiple_color += multiple_scattering(p.base_color, Rgb(1), average.e) * metal;
     }
   }
-  /// Share of light from wo that is reflected once; of a film at the view angle.
+  /// Returns the fraction of light from wo reflected by single scattering; films are evaluated at
+  /// the view angle.
   Rgb albedo(const Facets& s, SpecularAlbedo wo) const noexcept {
     const Rgb plain =
         s.is_smooth ? fresnel_schlick(f0, f90, s.wo.z) : f0 * (wo.e - wo.e5) + f90 * wo.e5;
@@ -52,7 +53,7 @@ struct SpecularLobe {
     return plain * (1 - film.weight) +
            film.fresnel(std::max(cos_oh, 0.0F), film_f0) * (f90 * film.weight);
   }
-  /// BSDF of multiple scattering; e: albedo at wi.
+  /// Returns the BSDF of multiple scattering; e: albedo at wi.
   Rgb multiple(SpecularAlbedo e) const noexcept {
     return multiple_color * (multiple_scale * (1 - e.e));
   }

@@ -16,8 +16,8 @@ float f0_of(float n_transmitted, float n_incident) {
 
 float schlick(float f0, float cos_i) { return f0 + (1 - f0) * schlick_weight(cos_i); }
 
-/// Fourier-transformed colour matching functions at an optical path difference; XYZ to linear
-/// Rec.709.
+/// Returns the Fourier-transformed colour matching functions at an optical path difference; XYZ to
+/// linear Rec.709.
 Rgb sensitivity(float path_nm, Rgb shift) {
   const float phase = kTwoPi * path_nm * 1e-9F;
   const auto gauss = [phase](float value, float position, float variance, float s) {
@@ -36,7 +36,7 @@ Rgb sensitivity(float path_nm, Rgb shift) {
           (0.0556434F * x - 0.2040259F * y + 1.0572252F * z) * k};
 }
 
-/// Sum of a^m cos(m phase) over m from 1 on.
+/// Returns the sum of a^m cos(m phase) over m >= 1.
 float all_orders(float a, float phase) {
   const float real = a * std::cos(phase);
   return (real - a * a) / (1 - 2 * real + a * a);
@@ -46,7 +46,7 @@ float all_orders(float a, float phase) {
 
 Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0,
                       Rgb wavelengths_nm) noexcept {
-  // A vanishing film is no film: its index goes to that of air.
+  // The index of a film of vanishing thickness goes to that of air.
   const float t = clamp01(thickness_nm / 30.0F);
   const float n1 = 1 + (film_ior - 1) * (t * t * (3 - 2 * t));
   const float sin2 = (1 - cos_outer * cos_outer) / (n1 * n1);

@@ -1,6 +1,7 @@
-/// ThinLobe: light through a thin wall, spread as its facets reflect. A facet passes 1 - F.
+/// ThinLobe: transmission through a thin wall, distributed as the reflection of its facets. A facet
+/// transmits 1 - F.
 ///
-/// Light that meets further facets leaves diffusely on the other side.
+/// Multiple scattering between facets leaves diffusely on the other side.
 #pragma once
 
 #include "core/bsdf/cover.h"
@@ -10,9 +11,9 @@ namespace core {
 
 struct ThinLobe {
   Rgb color;     ///< weighted
-  Rgb multiple;  ///< of light that meets further facets, over 1 - E(wi) [1/sr]
+  Rgb multiple;  ///< multiple scattering, over 1 - E(wi) [1/sr]
 
-  /// wi.z < 0.
+  /// Adds the lobe; wi.z < 0.
   void add(const Facets& s, const Cover& cover, float prob, Vec3 wi, BsdfEval& out) const noexcept {
     if (s.is_smooth) {
       return;

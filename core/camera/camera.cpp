@@ -46,7 +46,7 @@ Result<const CameraDescription*> choose(const CameraSettings& settings,
   return cameras.empty() ? nullptr : &cameras.front();
 }
 
-/// Members that such a camera has no use for.
+/// Refuses members that do not apply to the camera's type.
 Status check_type(const CameraSettings& settings, CameraType type) {
   const auto refused = [](std::string message, std::string pointer) {
     return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
@@ -140,7 +140,7 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   if (settings.orthographic_height_m) {
     camera.half_height_ = *settings.orthographic_height_m * 0.5F;
   } else if (is_file_orthographic && camera.is_orthographic()) {
-    // Magnifications are half sizes. Where the film's shape differs, the height is kept, as the
+    // Magnifications are half sizes. If the film's aspect ratio differs, the height is kept, as a
     // perspective camera keeps its vertical field of view.
     camera.half_height_ = file->y_magnification;
   } else if (camera.is_orthographic()) {
@@ -194,7 +194,7 @@ Vec2 Camera::film_position(float x, float y) const noexcept {
   return {0.5F * width_px_ * (x / half_width_ + 1), 0.5F * height_px_ * (1 - y / half_height_)};
 }
 
-/// Pixels over the unit of half_width_, squared.
+/// Pixels per unit of half_width_, squared.
 float Camera::pixels_per_area() const noexcept {
   return width_px_ * height_px_ / (4 * half_width_ * half_height_);
 }
@@ -208,7 +208,7 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
     const float aside = dot(direction, right_);
     const float level = std::sqrt(square(ahead) + square(aside));  // cosine of the latitude
     if (!(level > 0)) {
-      return out;  // a pole: a row of the film, and no point of it
+      return out;  // a pole: a whole row of the film, not a point
     }
     out.film_px = film_position(std::atan2(aside, ahead), std::atan2(dot(direction, up_), level));
     out.pdf_area = 1;
@@ -221,7 +221,7 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
     return out;
   }
   // The ray meets the plane of focus at `at`, which is f (x, y) from the axis of a perspective
-  // camera and (x, y) from that of an orthographic one. For a point of the lens, areas da of that
+  // camera and (x, y) from that of an orthographic one. From a point of the lens, areas da of that
   // plane are solid angles da cos^3 / f^2.
   const bool has_lens = aperture_radius_m_ > 0;
   const float f = has_lens ? focus_distance_m_ : 1.0F;
@@ -230,8 +230,8 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
   out.film_px = film_position(dot(at, right_) / unit, dot(at, up_) / unit);
   const float per_solid_angle = f * f / (cosine * cosine * cosine);
   if (is_orthographic()) {
-    // One point of the film is a point in focus: its rays part over the lens, and the lens moves
-    // with the point.
+    // A point of the film maps to a point in focus: its rays diverge over the lens, and the lens
+    // moves with the point.
     out.pdf_area = pixels_per_area();
     out.pdf_solid_angle = has_lens ? per_solid_angle / lens_area_m2() : 1.0F;
   } else {
@@ -266,7 +266,7 @@ Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept
     on_lens = right_ * d.x + up_ * d.y;
   }
   if (is_orthographic()) {
-    // The ray from a point `on_lens` beside the axis meets the axis in focus.
+    // The ray from a point `on_lens` off the axis meets the axis in focus.
     on_lens = from_eye - forward_ * depth + on_lens * (depth / focus_distance_m_);
   }
   const Vec3 to_camera = on_lens - from_eye;

@@ -1,14 +1,15 @@
-/// Camera: rays through the film, and their importance; perspective and orthographic with a thin
-/// lens, panorama.
+/// Camera: generates rays for film positions, and evaluates their importance. Perspective and
+/// orthographic with a thin lens, and panorama.
 ///
-/// A panorama is equirectangular: its middle is forward(), which is a quarter of its width from
-/// right, its top row is up. The environment map that is seen along +x is the panorama.
+/// A panorama is equirectangular: its centre looks along forward(), `right` is a quarter of its
+/// width to the right of it, and the top row is up. Viewed along +x it matches the layout of an
+/// environment map.
 ///
 /// Importance is normalised per pixel: over the rays of any square pixel of film, importance times
-/// the cosine to forward() integrates to 1. With a reconstruction filter f that integrates to 1
-/// (in pixels) the value of pixel j is the integral of f(film_px - centre of j) * we * cos * L over
-/// the lens and all directions: what a path tracer averages that draws film_px from f.
-/// Source: Veach 1997, 8.2 and 8.3; PBR 3rd ed. 16.1.1.
+/// the cosine to forward() integrates to 1. With a reconstruction filter f that integrates to 1 (in
+/// pixels), the value of pixel j is the integral of f(film_px - centre of j) * we * cos * L over
+/// the lens and all directions. A path tracer that draws film_px from f averages the same. Source:
+/// Veach 1997, 8.2 and 8.3; PBR 3rd ed. 16.1.1.
 #pragma once
 
 #include <optional>
@@ -24,59 +25,61 @@ namespace core {
 
 class Camera {
  public:
-  /// Picks and overrides the file's cameras as the job specifies; a scene without one is framed.
-  /// Errors: kInvalidArgument at "/camera/...".
+  /// Selects a camera of the file and applies the job's overrides; frames the scene if there is
+  /// none. Errors: kInvalidArgument at "/camera/...".
   static Result<Camera> create(const CameraSettings& settings,
                                const std::vector<CameraDescription>& cameras, const Bounds& bounds,
                                int width, int height);
 
   struct CameraRay {
     Ray ray;               ///< direction is unit; t is metres
-    float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 for orthographic
-    float width_m = 0;     ///< width of a pixel at the origin; 0 but for orthographic
+    float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 if orthographic
+    float width_m = 0;     ///< width of a pixel at the origin; 0 unless orthographic
   };
-  /// film: position in pixels of the full film, x to the right, y down. lens in [0,1)^2.
+  /// Returns the ray of a film position in pixels of the full film, x to the right, y down. lens in
+  /// [0,1)^2.
   CameraRay ray(Vec2 film_px, Vec2 lens) const noexcept;
 
-  /// A camera without a lens whose rays begin at one point: through film_px they go along
+  /// A camera without a lens whose rays start at one point. The ray of film_px has direction
   /// forward + right * x + up * y.
   struct Pinhole {
     Vec3 eye, right, up, forward;
-    float half_width = 1, half_height = 1;  ///< of the film, at distance 1
+    float half_width = 1, half_height = 1;  ///< of the film at distance 1
     float width_px = 1, height_px = 1;
     float spread_rad = 0;
   };
-  /// Empty for the others.
+  /// Returns empty for other cameras.
   std::optional<Pinhole> pinhole() const noexcept;
 
-  /// The densities with which one ray per pixel of film, anywhere on it, is ray(); their product is
-  /// we * cos. A pinhole has no area: its position counts as certain (pdf_area 1). Nor do the
-  /// directions of an orthographic camera without a lens spread (pdf_solid_angle 1). The film of a
-  /// panorama is a sphere around its pinhole: its cosine is 1.
+  /// The densities of ray() for one ray per pixel, anywhere on the film; their product is we * cos.
+  /// A pinhole has no area, so its position has probability 1 (pdf_area 1). An orthographic camera
+  /// without a lens has a single direction (pdf_solid_angle 1). The film of a panorama is a sphere
+  /// around its pinhole, so its cosine is 1.
   struct Importance {
-    Vec2 film_px;               ///< may lie outside the film: filters reach there
-    float we = 0;               ///< [1/(m^2 sr)]; 0: outside of the view
+    Vec2 film_px;               ///< may lie outside the film, where filters still reach
+    float we = 0;               ///< [1/(m^2 sr)]; 0 outside the view
     float pdf_area = 0;         ///< of the origin [1/m^2]
     float pdf_solid_angle = 0;  ///< of the direction [1/sr]
   };
-  /// pbrt's We and PDF_We. direction: unit, away from the camera. origin: on the lens
+  /// Returns pbrt's We and PDF_We. direction: unit, away from the camera. origin: on the lens
   /// (orthographic: in its plane).
   Importance importance(Vec3 origin, Vec3 direction) const noexcept;
 
-  /// A point of the scene seen through a point of the lens; pbrt's SampleWi. A particle of power
+  /// A connection from a scene point to a point on the lens; pbrt's SampleWi. A particle of power
   /// beta that leaves `point` with BSDF f adds beta * f * cos * importance.we / pdf_solid_angle to
-  /// the film, if nothing stands between `point` and `origin`.
+  /// the film if `origin` is visible from `point`.
   struct ImportanceSample {
     Vec3 wi_world;  ///< unit, from the point to the camera
     Vec3 origin;    ///< on the lens
     float distance_m = 0;
-    float pdf_solid_angle = 0;  ///< of wi_world at the point; 0: behind the camera
+    float pdf_solid_angle = 0;  ///< of wi_world at the point; 0 behind the camera
     Importance importance;
   };
-  /// lens in [0,1)^2. Without a lens, pdf_solid_angle is that of a lens of unit area, or 1 if the
-  /// camera is orthographic: the quotient is right.
+  /// Samples the lens; lens in [0,1)^2. Without a lens, pdf_solid_angle is that of a lens of unit
+  /// area, or 1 if the camera is orthographic, so the quotient stays correct.
   ImportanceSample sample_wi(Vec3 point, Vec2 lens) const noexcept;
-  /// Where on the film ray() with this lens sees the point; empty behind the camera.
+  /// Returns the film position at which ray() with this lens position sees the point; empty behind
+  /// the camera.
   std::optional<Vec2> project(Vec3 point, Vec2 lens) const noexcept;
 
   CameraType type() const noexcept { return type_; }
@@ -95,7 +98,7 @@ class Camera {
   CameraType type_ = CameraType::kPerspective;
   float width_px_ = 1;
   float height_px_ = 1;
-  /// Of the film, at distance 1 (perspective), in metres (orthographic) or radians (panorama).
+  /// Of the film: at distance 1 (perspective), in metres (orthographic) or in radians (panorama).
   float half_width_ = 1;
   float half_height_ = 1;
   float aperture_radius_m_ = 0;

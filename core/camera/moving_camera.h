@@ -10,19 +10,19 @@ namespace core {
 
 class MovingCamera {
  public:
-  /// Arguments and errors: those of Camera::create().
+  /// Arguments and errors: as Camera::create().
   static Result<MovingCamera> create(const CameraSettings& settings,
                                      const std::vector<CameraDescription>& cameras,
                                      const Bounds& bounds, int width, int height);
 
-  /// When the shutter opens.
+  /// Returns the camera when the shutter opens.
   const Camera& first() const noexcept { return steps_.front(); }
-  /// At `time`, the share of the interval, in [0, 1]: between two steps the lens and the directions
-  /// go straight.
+  /// Returns the ray at `time`, the fraction of the interval in [0, 1]. Interpolates lens and
+  /// directions linearly between steps.
   Camera::CameraRay ray(Vec2 film_px, Vec2 lens, float time) const noexcept;
 
  private:
-  std::vector<Camera> steps_;  ///< evenly spaced; one: it stays
+  std::vector<Camera> steps_;  ///< evenly spaced; one step: no motion
 };
 
 }  // namespace core

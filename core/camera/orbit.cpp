@@ -28,7 +28,7 @@ CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
   const float phi = orbit.phi_degrees * kDegree;
   const Vec3 outward{std::sin(phi) * std::sin(theta), std::cos(phi),
                      std::sin(phi) * std::cos(theta)};
-  // The meridian's direction is a level camera's up, and is also right at the poles.
+  // The meridian's direction is the up direction of a level camera, and also valid at the poles.
   const Vec3 north{-std::cos(phi) * std::sin(theta), std::sin(phi),
                    -std::cos(phi) * std::cos(theta)};
   camera.target = orbit.target.value_or(center);

@@ -16,21 +16,21 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kRegularizer = 0.01;
-/// Noise is pooled over so many pixels to each side: the two sides have 18 squares then, and how
-/// few they are is in the degrees of freedom. Wider windows hold noise of other kinds, of which the
-/// strongest counts most.
+/// Noise is pooled over this many pixels to each side. Both images together then give 18 squares,
+/// which the degrees of freedom account for. Wider windows mix noise of different strength,
+/// dominated by the strongest.
 constexpr int kPoolRadius = 1;
-/// Running means in single precision are this far off, relatively.
+/// Relative error of running means in single precision.
 constexpr double kRounding = 0x1p-21;
-constexpr double kZMax = 38;  // where the normal distribution ends in double precision
+constexpr double kZMax = 38;  // end of the normal distribution's range in double precision
 
-/// Degrees of freedom of a sum of squares, from sum e^2 and sum e^4: as many as terms when they are
-/// Gaussian and alike (E e^4 = 3 sigma^4), 1 when one of them is all of it.
+/// Returns the degrees of freedom of a sum of squares, from sum e^2 and sum e^4: the number of
+/// terms if they are Gaussian and equal (E e^4 = 3 sigma^4), 1 if one term dominates.
 double degrees_of(double squares, double fourths) {
   return fourths > 0 ? std::max(3 * squares * squares / fourths - 2, 1.0) : 1.0;
 }
 
-/// A normal deviate as improbable as Student's t with k degrees of freedom.
+/// Returns the normal deviate with the same probability as Student's t with k degrees of freedom.
 /// Source: Wallace, Bounds on normal approximations to Student's and the chi-square distributions,
 /// 1959.
 double normal_from_t(double t, double k) {
@@ -38,7 +38,7 @@ double normal_from_t(double t, double k) {
   return std::copysign(std::min(z, kZMax), t);
 }
 
-/// Variance of one side's luminance, pixel by pixel.
+/// Variance of one image's luminance, per pixel.
 class SideNoise {
  public:
   explicit SideNoise(const Picture& picture)
@@ -80,7 +80,8 @@ class SideNoise {
     const double count = static_cast<double>(window.width) * static_cast<double>(window.height);
     value.squares = std::max(squares_.sum(window), 0.0);
     value.fourths = std::max(fourths_.sum(window), 0.0);
-    // Half of it as the window has it, half as the pixel's own samples spread: noise ends at edges.
+    // Averages the window's estimate and the spread of the pixel's own samples, because noise
+    // changes abruptly at edges.
     const double spread = spread_.sum(window) / count;
     const double own = picture_.sample_variance.empty()
                            ? 1.0
@@ -94,8 +95,8 @@ class SideNoise {
                             ? 0.0
                             : static_cast<double>(picture_.rounding_variance[i]));
   }
-  /// All samples of the pixel agree, as far as they are known: what its neighbours' noise says is
-  /// not of it.
+  /// Returns whether all known samples of the pixel agree; the noise of its neighbours then does
+  /// not apply.
   bool is_silent(std::size_t i) const {
     if (picture_.half_difference.empty()) {
       return true;
@@ -136,14 +137,14 @@ void measure_difference(const Picture& a, const Picture& b, Comparison& out) {
   out.bias /= values;
 }
 
-/// Variance of a mean over the picture, and the degrees of freedom that it is known with.
+/// Variance of a mean over the image, and its degrees of freedom.
 struct MeanNoise {
   double variance = 0;
   double degrees = 1;
 };
 
-/// Where pixels have errors of their own, their squares add up, which estimates the variance better
-/// than a few replicates do.
+/// If errors of pixels are independent, their squares add up, which estimates the variance better
+/// than a few replicates.
 MeanNoise noise_of_independent(std::span<const Picture* const> sides) {
   double squares = 0;
   double fourths = 0;
@@ -218,7 +219,7 @@ void map_z(const Picture& a, const Picture& b, Comparison& out) {
       const double rounding = left.rounding_variance(i) + right.rounding_variance(i);
       const bool is_random = noise > 0 && !(left.is_silent(i) && right.is_silent(i));
       if (!(noise + rounding > 0) || (!is_random && d * d <= 16 * rounding)) {
-        continue;  // Nothing is random here, and nothing differs.
+        continue;  // no noise and no difference
       }
       const double z = normal_from_t(
           d / std::sqrt(noise + rounding),

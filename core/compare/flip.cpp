@@ -61,7 +61,7 @@ Triple rgb_from_xyz(const Triple& v) {
   return c;
 }
 
-/// XYZ over that of white.
+/// XYZ relative to white.
 Triple relative_xyz(const Triple& rgb) {
   static const Triple kWhite = xyz_from_rgb({1, 1, 1});
   const Triple v = xyz_from_rgb(rgb);
@@ -80,7 +80,7 @@ Triple rgb_from_ycxcz(const Triple& v) {
   return rgb_from_xyz({(v[1] / 500 + y) * kWhite[0], y * kWhite[1], (y - v[2] / 200) * kWhite[2]});
 }
 
-/// CIELAB with the Hunt effect: chroma grows with lightness.
+/// CIELAB with the Hunt effect: chroma increases with lightness.
 Triple hunt_lab_from_rgb(const Triple& rgb) {
   constexpr double kDelta = 6.0 / 29;
   const auto f = [](double t) {
@@ -97,7 +97,7 @@ double color_distance(const Triple& a, const Triple& b) {
   return std::pow(std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]), kColorExponent);
 }
 
-/// The largest distance, between green and blue, becomes 1; most of the scale is for small
+/// Maps the largest distance, between green and blue, to 1; most of the range is for small
 /// differences.
 double redistribute(double distance) {
   static const double kMost =
@@ -116,7 +116,7 @@ class Plane {
   float& operator[](std::size_t i) { return values_[i]; }
   float operator[](std::size_t i) const { return values_[i]; }
 
-  /// Convolution with across(x) * down(y), both odd in length; the border's values go on outside.
+  /// Convolves with across(x) * down(y), both of odd length; border values extend outside.
   Plane filtered(const std::vector<double>& across, const std::vector<double>& down) const {
     return along(across, true).along(down, false);
   }
@@ -173,7 +173,7 @@ void scale(std::vector<double>& kernel, double factor) {
   }
 }
 
-/// Positive weights add up to 1, negative ones to -1.
+/// Scales positive weights to sum to 1, negative ones to -1.
 void normalise_signed(std::vector<double>& kernel) {
   double positive = 0;
   double negative = 0;
@@ -221,7 +221,7 @@ struct Features {
   std::vector<float> point;
 };
 
-/// Norms of the first and second derivative of a Gaussian, in x and y.
+/// Returns the norms of the first and second derivative of a Gaussian, in x and y.
 Features features_of(const Plane& y, double pixels_per_degree, int width, int height) {
   const double sigma = 0.5 * kFeatureWidthDegrees * pixels_per_degree;
   const int radius = static_cast<int>(std::ceil(3 * sigma));
@@ -248,7 +248,7 @@ Features features_of(const Plane& y, double pixels_per_degree, int width, int he
 }
 
 struct Seen {
-  std::vector<Triple> color;  ///< as an eye resolves it, Hunt-adjusted CIELAB
+  std::vector<Triple> color;  ///< filtered by contrast sensitivity, in Hunt-adjusted CIELAB
   Features features;
 };
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<float, 3> kLuminance = {0.2126F, 0.7152F, 0.0722F};
 
-/// A stored number, and the width of what is rounded to it; both linear.
+/// A stored number and its rounding interval; both linear.
 struct Stored {
   float value = 0;
   float step = 0;
@@ -36,10 +36,10 @@ float float_at(const std::byte* at) {
   return value;
 }
 
-/// Whether ten bits of mantissa are all that a float uses: it was a half float in the file.
+/// Returns whether a float uses only ten bits of mantissa: it was a half float in the file.
 bool is_half(float value) { return (std::bit_cast<std::uint32_t>(value) & 0x1fffU) == 0; }
 
-/// Distance of neighbouring half floats around a value.
+/// Returns the spacing of half floats around a value.
 float half_step(float value) {
   int exponent = 0;
   std::frexp(value, &exponent);
@@ -59,7 +59,7 @@ Stored stored_value(const Image& image, std::size_t index, bool halves) {
   return {value, halves ? half_step(value) : 0};
 }
 
-/// Bytes hold colours beside their alpha; films and float files hold products.
+/// Integer files have straight alpha; films and float files have premultiplied alpha.
 float coverage(const Image& image, std::size_t pixel) {
   const auto channels = static_cast<std::size_t>(image.channels);
   if (image.type == PixelType::kF32 || channels % 2 != 0) {
@@ -86,12 +86,12 @@ bool all_halves(const Image& image) {
   return true;
 }
 
-/// A pixel's value is a sum of its replicates' means m_k with weights w_k, which are half of what
-/// their counts are of their halves' counts. With W_k and D_k the means over the picture of w_k and
-/// w_k (m_k - value), sum_k D_k^2 / (1 - W_k) estimates the variance of the picture's mean: without
-/// bias where the replicates' variances are alike and their weights too, and where variances go as
-/// 1 / W_k. Source: MacKinnon, White, Some heteroskedasticity-consistent covariance matrix
-/// estimators, 1985 (HC2), for a weighted mean.
+/// A pixel's value is a sum of its replicates' means m_k with weights w_k, half their fraction of
+/// the counts of their half. With W_k and D_k the means over the image of w_k and w_k (m_k -
+/// value), sum_k D_k^2 / (1 - W_k) estimates the variance of the image's mean: unbiased if the
+/// replicates have equal variances and weights, and also if variances are proportional to 1 / W_k.
+/// Source: MacKinnon, White, Some heteroskedasticity-consistent covariance matrix estimators, 1985
+/// (HC2), for a weighted mean.
 void measure_replicates(const FilmSnapshot& film, Picture& picture) {
   const auto replicates = static_cast<std::size_t>(film.replicates);
   std::vector<double> weights(replicates);
@@ -122,8 +122,7 @@ void measure_replicates(const FilmSnapshot& film, Picture& picture) {
     squared_weights += weight * weight;
     picture.mean_variance += deviations[k] * deviations[k] / (pixels * pixels * (1 - weight));
   }
-  // As many replicates as would have these weights if they were alike, less the one that their mean
-  // takes.
+  // The effective number of replicates with equal weights, minus one for their mean.
   picture.mean_degrees = std::max(1 / squared_weights - 1, 1.0);
 }
 
@@ -187,7 +186,7 @@ Result<Picture> picture_of(const Image& image) {
     std::array<Stored, 3> rgb;
     for (std::size_t c = 0; c < 3; ++c) {
       rgb[c] = stored_value(image, i * stride + (stride >= 3 ? c : 0), halves);
-      // Uniform over a step: its square by 12.
+      // Uniform over a step: variance is its square over 12.
       const float deviation = kLuminance[c] * rgb[c].step;
       picture.rounding_variance[i] += deviation * deviation / 12;
     }

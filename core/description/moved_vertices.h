@@ -1,4 +1,4 @@
-/// MovedVertices: where a mesh is while the shutter is open.
+/// MovedVertices: vertex positions of a mesh while the shutter is open.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace core {
 
-/// At one of the times after the opening. Normals: as many, or none where the mesh has none.
+/// Positions at one time after the opening. Normals: the same number, or none if the mesh has none.
 struct MovedVertices {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;

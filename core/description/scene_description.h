@@ -1,7 +1,7 @@
-/// SceneDescription: plain data that a loader fills and core::Scene is built from.
+/// SceneDescription: plain data that a loader fills and from which core::Scene is built.
 ///
-/// Metres, y up, right-handed. Indices name other parts; -1 is "none". Nothing here is checked:
-/// build_scene() refuses what does not fit. Formulas: glTF 2.0 and its KHR extensions.
+/// Metres, y up, right-handed. Indices refer to other parts; -1 means none. Nothing is checked
+/// here: build_scene() refuses invalid data. Formulas: glTF 2.0 and its KHR extensions.
 #pragma once
 
 #include <array>
@@ -23,9 +23,9 @@ class IesProfile;
 
 enum class TextureWrap : std::uint8_t { kRepeat, kMirroredRepeat, kClampToEdge };
 
-/// A sampled image as a material sees it.
+/// A texture reference of a material.
 struct TextureDescription {
-  int image = -1;  ///< into SceneDescription::images; -1: no texture, the factor alone counts
+  int image = -1;  ///< into SceneDescription::images; -1: no texture, only the factor
   int uv_set = 0;  ///< 0 or 1: into PrimitiveDescription::uv
   TextureWrap wrap_u = TextureWrap::kRepeat;
   TextureWrap wrap_v = TextureWrap::kRepeat;
@@ -39,7 +39,7 @@ enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 /// Factors multiply their textures. Defaults are glTF's.
 struct MaterialDescription {
   std::string name;
-  std::array<int, 2> uv_sets = {0, 1};  ///< the file's TEXCOORD_n that uv_set 0 and 1 stand for
+  std::array<int, 2> uv_sets = {0, 1};  ///< TEXCOORD_n of the file for uv_set 0 and 1
   Rgb base_color = {1, 1, 1};
   float base_alpha = 1;
   TextureDescription base_color_texture;  ///< sRGB, RGBA
@@ -49,7 +49,7 @@ struct MaterialDescription {
   TextureDescription normal_texture;              ///< linear, tangent space
   float normal_scale = 1;
   TextureDescription
-      occlusion_texture;  ///< linear R; read for completeness, a path tracer has no use
+      occlusion_texture;  ///< linear R; unused, since a path tracer computes occlusion
   float occlusion_strength = 1;
   Rgb emissive = {0, 0, 0};  ///< factor times KHR_materials_emissive_strength; W/(m^2 sr)
   TextureDescription emissive_texture;  ///< sRGB
@@ -64,12 +64,13 @@ struct MaterialDescription {
   TextureDescription specular_color_texture;  ///< sRGB
   float transmission = 0;
   TextureDescription transmission_texture;  ///< R
-  float thickness = 0;                      ///< 0: thin-walled; above: the mesh bounds a volume
+  float thickness = 0;                      ///< 0: thin-walled; positive: the mesh bounds a volume
   TextureDescription thickness_texture;
   float attenuation_distance = 0;  ///< metres; 0 or less: infinite
   Rgb attenuation_color = {1, 1, 1};
-  Rgb multiscatter_color = {0, 0, 0};  ///< of a deep medium under diffuse light; 0: it absorbs only
-  float scatter_anisotropy = 0;        ///< mean cosine of the angle of scattering
+  Rgb multiscatter_color = {0, 0, 0};  ///< of an infinitely deep medium under diffuse light; 0:
+                                       ///< absorbs only
+  float scatter_anisotropy = 0;        ///< mean cosine of the scattering angle
   float clearcoat = 0;
   TextureDescription clearcoat_texture;  ///< R
   float clearcoat_roughness = 0;
@@ -99,18 +100,18 @@ struct MaterialDescription {
 /// Triangles of one material. All attribute arrays are empty or as long as positions.
 struct PrimitiveDescription {
   std::vector<Vec3> positions;          ///< object space
-  std::vector<Vec3> normals;            ///< empty: flat, made from the triangles
+  std::vector<Vec3> normals;            ///< empty: flat normals are computed from the triangles
   std::vector<Vec4> tangents;           ///< w: handedness of the bitangent, cross(n, t) * w
   std::array<std::vector<Vec2>, 2> uv;  ///< v = 0 at the top row
   std::vector<Vec4> colors;             ///< linear RGBA
-  std::vector<std::uint32_t> indices;   ///< three a triangle; never empty, each < positions.size()
-  /// Of each vertex its number in the file, where tangents split some; empty: the same.
+  std::vector<std::uint32_t> indices;  ///< three per triangle; never empty, each < positions.size()
+  /// Index of each vertex in the file, where tangents split vertices; empty: the same.
   std::vector<std::uint32_t> file_vertices;
   int material = -1;     ///< -1: glTF's default material
-  std::uint32_t id = 0;  ///< 1 + its number among the primitives of all meshes of the file; 0: of
+  std::uint32_t id = 0;  ///< 1 + index among the primitives of all meshes of the file; 0: among
                          ///< those here
-  /// Where the vertices are at further, evenly spaced times of an open shutter, its end the last:
-  /// world space. Pre: one instance has the mesh. Empty: it stays.
+  /// World-space vertices at further, evenly spaced times of an open shutter, the last at its end.
+  /// Pre: only one instance uses the mesh. Empty: no motion.
   std::vector<MovedVertices> later = {};
 };
 
@@ -119,35 +120,35 @@ struct MeshDescription {
   std::vector<PrimitiveDescription> primitives;
 };
 
-/// A mesh placed in the world; meshes named by several instances are stored once.
+/// A mesh placed in the world. Meshes used by several instances are stored once.
 struct InstanceDescription {
   int mesh = -1;
   Transform to_world;
-  std::string group = {};      ///< of lights, if it shines; empty: the mesh's name
+  std::string group = {};      ///< light group, if it emits; empty: the mesh's name
   std::uint32_t object = 0;    ///< ObjectDescription::id; 0: an object of its own
-  std::uint32_t instance = 0;  ///< of the object's range; 0: the object's own
-  bool is_ground = false;      ///< added to the model (core/scene/ground.h), outside of its bounds
+  std::uint32_t instance = 0;  ///< in the object's range; 0: the object itself
+  bool is_ground = false;  ///< added below the model (core/scene/ground.h), outside of its bounds
 };
 
-/// A node of the file that shows a mesh. Ids follow from the file alone, so that all views,
-/// variants and times of a scene have the same ones.
+/// A node of the file with a mesh. Ids depend only on the file, so all views, variants and times of
+/// a scene have the same ones.
 struct ObjectDescription {
-  std::uint32_t id = 0;              ///< 1 + the node's number
-  std::string name;                  ///< of the node, or of its mesh; may be empty
-  std::uint32_t first_instance = 0;  ///< ids of its instances begin here, at 1 for the first node
-  std::uint32_t instances = 1;       ///< several: EXT_mesh_gpu_instancing
+  std::uint32_t id = 0;              ///< 1 + index of the node
+  std::string name;                  ///< of the node, or else of its mesh; may be empty
+  std::uint32_t first_instance = 0;  ///< first id of its instances; 1 for the first node
+  std::uint32_t instances = 1;       ///< more than one with EXT_mesh_gpu_instancing
 };
 
 enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot, kProfile };
 
-/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Shines along -z of to_world. Units: one
+/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Emits along -z of to_world. Units: one
 /// candela is 1 W/sr, one lux 1 W/m^2.
 struct PunctualLightDescription {
   std::string name;
-  std::string group;  ///< of lights; empty: its name
+  std::string group;  ///< light group; empty: its name
   PunctualType type = PunctualType::kPoint;
-  Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional); of
-                              ///< the profile color * multiplier
+  Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional); color
+                              ///< * multiplier for profiles
   float range_m = 0;          ///< 0: infinite
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853982F;
@@ -159,11 +160,11 @@ struct CameraDescription {
   std::string name;
   bool orthographic = false;
   float vertical_fov_rad = 0.7853982F;  ///< perspective
-  float aspect_ratio = 0;               ///< 0: the film's
+  float aspect_ratio = 0;               ///< 0: that of the film
   float x_magnification = 1;            ///< orthographic: half the width in metres
   float y_magnification = 1;            ///< orthographic: half the height in metres
   Transform to_world;                   ///< looks along -z, y up
-  std::vector<Transform> later = {};    ///< as of PrimitiveDescription; empty: it stays
+  std::vector<Transform> later = {};    ///< as in PrimitiveDescription; empty: no motion
 };
 
 struct SceneDescription {
@@ -172,11 +173,12 @@ struct SceneDescription {
   std::vector<MaterialDescription> materials;
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
-  std::vector<ObjectDescription> objects;      ///< by id; empty: one for each instance
-  std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file; empty: of `meshes`
+  std::vector<ObjectDescription> objects;      ///< by id; empty: one per instance
+  std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file; empty: those of
+                                               ///< `meshes`
   std::vector<PunctualLightDescription> lights;
   std::vector<std::shared_ptr<const IesProfile>> profiles;
-  /// The scene's own light from all around, as Environment::create() takes it: RGB floats; or null.
+  /// The scene's own environment, as Environment::create() takes it: RGB floats; or null.
   std::shared_ptr<const Image> environment;
   std::vector<CameraDescription> cameras;
   std::vector<std::string> variants;

@@ -1,4 +1,4 @@
-/// A sample of a tile that is due.
+/// DueSample: names a sample of a tile that has to be traced next.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ struct DueSample {
   int x = 0;  ///< pixel of the full film
   int y = 0;
   int sample = 0;
-  std::size_t pixel = 0;  ///< of the tile
+  std::size_t pixel = 0;  ///< index within the tile
 };
 
 }  // namespace core

@@ -43,7 +43,7 @@ SampleCounts counts_of(const TileState& state, int replicates) {
   return out;
 }
 
-/// Tiles of the full film: those that the crop's lie in, then the others.
+/// Returns the tiles of the full film: those that overlap the crop first, then the others.
 std::vector<PixelRect> units_of(const FilmSettings& settings, const std::vector<PixelRect>& tiles) {
   const std::vector<PixelRect> all = tile_rects({0, 0, settings.width, settings.height});
   const int columns = (settings.width + kTileSize - 1) / kTileSize;

@@ -1,16 +1,16 @@
-/// Film: the statistics of a picture, tile by tile.
+/// Film: the statistics of an image, tile by tile.
 ///
-/// Tiles are 32x32, anchored at the full film's origin and cut by the crop. Per pixel and
-/// replicate: sample count, running mean (linear RGB and alpha) and M2 of the luminance (Welford),
-/// fed strictly in the order of the sample index. The content is therefore a function of the job
-/// and of the number of samples of each tile, whatever the slices, threads and restarts were. Where
-/// sampling is adaptive that number is the mean over the pixels of the film, and the plan of the
-/// epoch (core/film/sample_plan.h) says what each pixel has by then. Replicate r of sample s is s %
-/// R; half A is the even replicates, half B the odd ones.
+/// Tiles are 32x32 pixels, anchored at the origin of the full film and clipped to the crop. Each
+/// replicate of a pixel stores its sample count, the running mean (linear RGB and alpha) and M2 of
+/// the luminance (Welford), updated strictly in the order of sample indices. The content therefore
+/// depends only on the job and on the number of samples of each tile, not on slices, threads or
+/// restarts. With adaptive sampling that number is the mean over the pixels of the film, and the
+/// plan of the epoch (core/film/sample_plan.h) gives the count of each pixel. Sample s belongs to
+/// replicate s % R. Half A holds the even replicates, half B the odd ones.
 ///
-/// Where light paths add to it, every tile also has integer sums (core/film/splats.h), and light
-/// samples come in units: the tiles of the full film, those of the crop first and in their order,
-/// since light that starts anywhere may end in the crop.
+/// If the integrator splats, every tile also has integer sums (core/film/splats.h). Light samples
+/// are then grouped into units: the tiles of the full film, those of the crop first and in their
+/// order, because a light path from anywhere may end in the crop.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,8 @@
 
 namespace core {
 
-/// Means over the samples that hit something; `hits` counts them. depth in metres from the eye.
+/// Means over the samples that hit a surface; `hits` counts them. Depth is measured from the
+/// camera.
 struct AuxPixel {
   Rgb albedo;
   Vec3 normal_world;
@@ -48,7 +49,7 @@ struct AuxPixel {
   std::uint32_t hits = 0;
 };
 
-/// What one camera path found.
+/// The result of one camera path.
 struct PathSample {
   Rgb radiance;
   float alpha = 1;
@@ -56,10 +57,10 @@ struct PathSample {
   Vec3 normal_world;
   float depth_m = 0;
   bool hit = false;
-  FitSample fit;  ///< where something is fitted; its control is not in the radiance
+  FitSample fit;  ///< for fitted control variates; radiance does not include its control
 };
 
-/// Which mattes of Cryptomatte a film has, in this order.
+/// The Cryptomatte layers of a film, in this order.
 struct MatteKinds {
   bool object = false;
   bool material = false;
@@ -67,27 +68,27 @@ struct MatteKinds {
   friend bool operator==(const MatteKinds&, const MatteKinds&) = default;
 };
 
-/// One tile's statistics. Copyable: a slice works on a copy and commits it.
+/// Statistics of one tile. Copyable: a slice works on a copy and commits it.
 struct TileState {
   PixelRect rect;                      ///< in pixels of the full film
-  int samples = 0;                     ///< per pixel of the film, all replicates together
+  int samples = 0;                     ///< per pixel of the film, summed over replicates
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate]
-  std::vector<AuxPixel> aux;           ///< [pixel]; empty when no auxiliary layer is recorded
-  PlanSpan span;                       ///< what `plan` is for; empty: every pixel gets the same
+  std::vector<AuxPixel> aux;           ///< [pixel]; empty if no auxiliary layer is recorded
+  PlanSpan span;                       ///< the epoch of `plan`; empty: all pixels get equal counts
   std::vector<PixelPlan> plan;         ///< [pixel]; empty without a span
   int pilot_samples = 0;               ///< per pixel
-  std::vector<PilotPixel> pilot;       ///< [pixel]; empty without pilot samples
-  std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty where nothing is fitted
-  std::vector<Rgb> shares;  ///< means, [(pixel * R + replicate) * shares + share]; counts are
-                            ///< those of `pixels`
-  std::vector<LabelPixel> labels;      ///< [pixel]; empty when no layer of them is recorded
+  std::vector<PilotPixel> pilot;       ///< [pixel]; empty if there are no pilot samples
+  std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty if nothing is fitted
+  std::vector<Rgb> shares;  ///< means, [(pixel * R + replicate) * shares + share]; `pixels` has the
+                            ///< counts
+  std::vector<LabelPixel> labels;      ///< [pixel]; empty if no label layer is recorded
   std::vector<MattePixel> mattes;      ///< [pixel * MatteKinds::count() + kind]
-  std::uint64_t rejected_samples = 0;  ///< non-finite ones, counted as zero
+  std::uint64_t rejected_samples = 0;  ///< non-finite samples, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
 };
 
-/// Samples that pixels have, all replicates together, those of the picture alone.
+/// Sample counts of the pixels, summed over replicates, without pilot samples.
 struct SampleCounts {
   std::uint32_t min = 0;
   std::uint32_t max = 0;
@@ -95,34 +96,34 @@ struct SampleCounts {
   double mean = 0;
 };
 
-/// The sums of all splats, and which light paths they are from.
+/// The sums of all splats, and the number of light paths that made them.
 struct SplatState {
-  std::vector<int> light_samples;          ///< [unit]; empty in films of a file or a merge
+  std::vector<int> light_samples;          ///< [unit]; empty in films from a file or a merge
   std::vector<std::uint64_t> light_paths;  ///< [replicate]
-  /// [tile][pixel * R + replicate], then the same for each share of the light; empty: zeros.
+  /// [tile][pixel * R + replicate], then the same for each share of the light. Empty means zeros.
   SplatTiles tiles;
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
 };
 
-/// A frozen copy of the statistics of a rectangle; splats are in the means.
+/// A frozen copy of the statistics of a rectangle. The means include splats.
 struct FilmSnapshot {
   PixelRect rect;
   int replicates = 2;
   bool has_aux = false;
-  bool has_splats = false;  ///< spreads within a replicate lack those of splats
+  bool has_splats = false;  ///< spreads within a replicate then exclude splats
   PixelErrors errors = PixelErrors::kIndependent;
   bool errors_over_white = false;
   std::vector<ReplicatePixel> pixels;  ///< [pixel * R + replicate], row by row over rect
   std::vector<AuxPixel> aux;
   std::vector<Rgb> shares;                ///< as in TileState
-  std::vector<std::string> share_layers;  ///< their names
+  std::vector<std::string> share_layers;  ///< layer names of `shares`
   bool has_labels = false;
   MatteKinds matte_kinds;
   std::vector<LabelPixel> labels;
   std::vector<MattePixel> mattes;  ///< as in TileState
   std::uint32_t revision = 0;
-  /// Of the picture that this is a part of, where errors are to be those of the whole.
+  /// Mean luminance of the whole image, for a part whose errors are relative to the whole.
   std::optional<double> mean_luminance;
 
   std::size_t pixel_count() const noexcept {
@@ -130,12 +131,13 @@ struct FilmSnapshot {
   }
 };
 
-/// Thread-safe: any thread may read; a tile is written by the one thread that has its slice.
+/// Thread-safe. Any thread may read; only the thread that holds a tile's slice writes the tile.
 class Film {
  public:
-  /// With room for plans, pilot samples and fits where the settings ask for them.
+  /// Allocates plans, pilot samples and fits if the settings ask for them.
   explicit Film(const RenderSettings& settings);
-  /// Of a file or of a merge, which have neither. errors: what samples do to neighbouring pixels.
+  /// For films from a file or a merge, which have no plans, pilot samples or fits. errors: whether
+  /// samples correlate the errors of neighbouring pixels.
   Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent,
        bool has_splats = false);
 
@@ -153,10 +155,10 @@ class Film {
   const std::vector<LightShare>& shares() const noexcept { return shares_; }
   bool has_labels() const noexcept { return has_labels_; }
   MatteKinds matte_kinds() const noexcept { return matte_kinds_; }
-  std::size_t label_bytes() const noexcept;  ///< of a pixel: labels and mattes
+  std::size_t label_bytes() const noexcept;  ///< labels and mattes of one pixel
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
-  /// Of light samples; without splats the tiles.
+  /// Units of light samples; equal to the tiles if the film has no splats.
   int unit_count() const noexcept { return static_cast<int>(unit_rects_.size()); }
   PixelRect unit_rect(int unit) const noexcept {
     return unit_rects_[static_cast<std::size_t>(unit)];
@@ -165,50 +167,50 @@ class Film {
   TileState tile(int tile) const;
   int tile_samples(int tile) const;
   std::uint32_t tile_revision(int tile) const;
-  /// Replaces a tile and gives it the next revision of the film, which is returned.
-  /// What samples cost that are taken back was spent all the same.
+  /// Replaces a tile and returns its new revision. CPU time of samples that are taken back still
+  /// counts.
   std::uint32_t commit(int tile, TileState state);
-  /// The same with the light samples of its unit, both or neither.
+  /// Also commits the light samples of the tile's unit; both or neither.
   std::uint32_t commit(int tile, TileState state, const LightBatch& light);
-  /// Of units outside of the crop, or before their tiles; all at once.
+  /// Commits light samples of units outside the crop, or ahead of their tiles, all at once.
   void commit_light(std::span<const LightBatch> light);
   int light_samples(int unit) const;
-  /// Sums up the halves with the splats of now and gives every tile a new revision, if light was
-  /// committed since the last time: tiles with their revisions. half_sums() stays until the next.
+  /// Recomputes the half sums with the current splats. If light was committed since the last call,
+  /// gives every tile a new revision and returns the tiles with their revisions. half_sums() stays
+  /// the same until the next call.
   std::vector<std::uint32_t> settle_splats();
-  /// All at one time; no tile is empty.
+  /// Returns a consistent copy in which no tile is empty.
   SplatState splats() const;
-  /// Of the job's meter; empty: it has none.
+  /// Returns the job's meter; empty if it has none.
   std::vector<MeterChunk> meter() const;
   int meter_chunk_count() const noexcept { return meter_chunk_count_; }
   MeterChunk meter_chunk(int chunk) const;
   void commit_meter(int chunk, MeterChunk state);
   std::size_t meter_points() const noexcept { return meter_points_; }
-  /// Of a chunk: sums that it has once it has samples.
+  /// Returns the number of sums of a chunk that has samples.
   std::size_t meter_sums(int chunk) const noexcept {
     const std::size_t first = static_cast<std::size_t>(chunk) * kMeterChunk;
     return std::min<std::size_t>(kMeterChunk, meter_points_ - first) * kMeterReplicates;
   }
   void restore_splats(SplatState state);
-  /// A tile with its splats in the means.
+  /// Returns a tile whose means include its splats.
   TileState shown_tile(int tile) const;
   std::uint32_t revision() const;
-  /// Replaces a tile whose picture has not changed: pilot samples. It keeps its revision.
+  /// Replaces a tile whose image is unchanged (pilot samples). Its revision stays.
   void keep(int tile, TileState state);
-  /// Gives every tile its plan, all at once: readers of tiles while plan_epoch() stays the same
-  /// sees plans of one epoch. Pre: plans has one entry for each tile, and every tile has span.from
-  /// samples.
+  /// Installs the plans of all tiles at once: while plan_epoch() stays the same, readers see plans
+  /// of one epoch. Pre: `plans` has one entry per tile, and every tile has span.from samples.
   void install_plans(PlanSpan span, std::vector<std::vector<PixelPlan>> plans);
   std::uint32_t plan_epoch() const;
-  /// Changes whenever anything of a tile does, its revision or not.
+  /// Changes with every change of the tile, even if its revision stays.
   std::uint64_t tile_version(int tile) const;
   SampleCounts sample_counts() const;
-  /// Of all tiles, in their order: what ErrorEstimate is made from.
+  /// Returns the sums of all tiles in order, from which ErrorEstimate is computed.
   std::vector<TileSums> half_sums() const;
   TileSums half_sums(int tile) const;
-  double mean_luminance() const;  ///< of the pixels whose alpha is not 0
+  double mean_luminance() const;  ///< over the pixels with nonzero alpha
   double tile_samples_mean(int tile) const;
-  /// Only when a film is loaded: later commits continue above `revision`.
+  /// For loading a film only: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
 
   /// Pre: rect lies inside crop().
@@ -217,14 +219,14 @@ class Film {
 
   std::uint64_t rejected_samples() const;
   std::uint64_t rays() const;
-  /// Of the samples, and what was spent beside them. Never falls.
+  /// CPU time of the samples and of all other work for the image. Never decreases.
   double cpu_seconds() const;
-  void add_cpu_seconds(double seconds);  ///< spent for the picture, beside its samples
+  void add_cpu_seconds(double seconds);  ///< for work other than samples
   double cpu_seconds_beside() const;
   std::size_t bytes() const noexcept;
 
-  /// sha256 (hex) of the exact content: geometry of the film, counts, means, M2, auxiliary values.
-  /// Not of rays and CPU seconds.
+  /// Returns the sha256 (hex) of the exact content: geometry, counts, means, M2 and auxiliary
+  /// values, but not ray counts or CPU seconds.
   std::string digest() const;
 
  private:
@@ -234,11 +236,11 @@ class Film {
   }
   std::size_t splats_of(int tile) const noexcept;
   std::shared_ptr<const TileState> tile_state(int tile) const;
-  /// To the part of a snapshot that lies in the tile.
+  /// Adds the splats of a tile to the part of the snapshot that lies in it.
   void add_folded_splats(std::size_t tile, FilmSnapshot& out) const REQUIRES(mutex_);
   double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
   struct Slot {
-    /// Never null, never changed: copying it needs no lock.
+    /// Never null and never modified, so it can be copied without the lock.
     std::shared_ptr<const TileState> state;
     SampleCounts counts;
     TileSums sums;
@@ -273,27 +275,27 @@ class Film {
   std::vector<MeterChunk> meter_ GUARDED_BY(mutex_);
 };
 
-/// Adds a sample's shares to the means of its replicate, which has `count` samples with it.
-/// means: of one pixel and replicate.
+/// Adds a sample's shares to the running means of its pixel and replicate. count: samples of the
+/// replicate, including this one.
 void add_shares(std::span<Rgb> means, std::span<const Rgb> sample, std::uint32_t count);
-/// The snapshot with a share in place of the picture; its spreads within replicates are not known.
-/// Empty: no share of it is that layer.
+/// Returns the snapshot with a share as its image; spreads within replicates are unknown then.
+/// Empty if no share belongs to that layer.
 std::optional<FilmSnapshot> share_of(const FilmSnapshot& film, std::string_view layer);
 
-/// The tiles that cover `crop`, row by row.
+/// Returns the tiles that cover `crop`, row by row.
 std::vector<PixelRect> tile_rects(PixelRect crop);
 
-/// Of pixel number `pixel` of the snapshot.
+/// Returns the half's value at index `pixel` of the snapshot.
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
-/// Both, as errors are taken from them.
+/// Returns both halves of a pixel as error estimates use them.
 std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel);
-/// The picture's value: (A + B) / 2, whatever their counts, which may depend on the samples of the
-/// other half; A alone where B is empty. (A - B)^2 / 4 estimates the variance of exactly this.
-/// Alpha in [0,1].
+/// Returns the pixel's value: (A + B) / 2, or A if B is empty. The halves are not weighted by their
+/// counts, because each count may depend on the samples of the other half. (A - B)^2 / 4 estimates
+/// the variance of exactly this value. Alpha is in [0,1].
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
-/// Variance of the luminance of pixel_value() if samples were independent, from their spread within
-/// each replicate (stratified ones are better than that), and the degrees of freedom that it was
-/// estimated with: 0, and nothing known, without a replicate of two samples.
+/// Variance of the luminance of pixel_value(), estimated from the spread within each replicate as
+/// if samples were independent (stratified samples do better), and its degrees of freedom. Zero
+/// degrees, and an unknown variance, if no replicate has two samples.
 struct SampleVariance {
   double of_mean = 0;
   double degrees = 0;

@@ -20,7 +20,7 @@ static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(L
 
 constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
 constexpr std::uint64_t kHashBytes = 64;
-/// Of a range: those of as many ranges as a film can have add up to an int.
+/// Limit per range: the sum over the maximum number of ranges fits in an int.
 constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
@@ -31,7 +31,7 @@ constexpr std::uint32_t kMaterialMattesFlag = 32;
 constexpr std::uint32_t kOverWhiteFlag = 64;
 constexpr std::uint32_t kFlags = 255 & ~8U;
 constexpr std::uint32_t kSharesShift = 8;
-/// Of a replicate: 65,536 samples of 64 megapixels.
+/// Limit per replicate: 65,536 samples of 64 megapixels.
 constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
 
 struct Head {
@@ -78,7 +78,7 @@ std::uint64_t head_bytes(std::uint64_t ranges, std::uint64_t text_bytes) {
 
 std::uint64_t shares_of(const Head& head) { return head.flags >> kSharesShift; }
 
-/// Light paths of the replicates, rejected splats, rays.
+/// Returns the bytes of light paths per replicate, rejected splats and rays.
 std::uint64_t splat_head_bytes(const Head& head) {
   return (head.flags & kSplatsFlag) != 0 ? (head.replicates + 2) * sizeof(std::uint64_t) : 0;
 }
@@ -132,13 +132,13 @@ Error refused(std::string message) {
   return Error{ErrorCode::kInvalidArgument, "not a usable film: " + std::move(message), ""};
 }
 
-/// Reads values one after another; what is there was checked before.
+/// Reads consecutive values, whose presence was checked before.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> rest) : rest_(rest) {}
   template <typename Value>
   void take(Value* values, std::size_t count) {
-    if (count > 0) {  // An empty vector has no address.
+    if (count > 0) {  // an empty vector may have a null address
       std::memcpy(static_cast<void*>(values), rest_.data(), count * sizeof(Value));
     }
     rest_ = rest_.subspan(count * sizeof(Value));
@@ -226,7 +226,7 @@ bool is_sane(const LabelPixel& p) {
          !std::isinf(p.motion.x) && !std::isinf(p.motion.y);
 }
 
-/// Ids in their order, each met by some of the samples.
+/// Returns whether ids are in order and each has some of the samples.
 bool is_sane(const MattePixel& p, std::uint64_t samples) {
   std::uint64_t hits = 0;
   std::uint32_t last = 0;
@@ -241,7 +241,7 @@ bool is_sane(const MattePixel& p, std::uint64_t samples) {
   return hits <= samples;
 }
 
-/// Counts of each range at most what the ledger says, values that a renderer could have made.
+/// Returns whether counts are within the ledger and values are possible for a renderer.
 bool is_sane(const TileState& state, const SampleLedger& ledger, std::vector<std::uint64_t>& most) {
   std::size_t at = 0;
   const auto ledger_replicates = std::accumulate(
@@ -417,7 +417,7 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
   if (auto fits = check_geometry(head, limits); !fits) {
     return fits;
   }
-  // Ranges hold two replicates at least, so that these products stay small.
+  // Ranges hold at least two replicates, so these products stay small.
   if (head.ranges == 0 || head.ranges > head.replicates / 2 ||
       head.text_bytes > limits.text_bytes_max ||
       (head.flags & ((1U << kSharesShift) - 1)) > kFlags ||

@@ -8,11 +8,11 @@
 namespace core {
 namespace {
 
-/// A range, and where its replicates are.
+/// A range and the position of its replicates.
 struct Piece {
   SampleRange range;
   std::size_t part = 0;
-  int offset = 0;  ///< of its first replicate in the part's film
+  int offset = 0;  ///< index of its first replicate in the part's film
 };
 
 Error at_film(ErrorCode code, std::size_t part, std::string message) {
@@ -24,7 +24,7 @@ bool goes_before(const Piece& a, const Piece& b) {
                                       : a.range.first_replicate < b.range.first_replicate;
 }
 
-/// Most samples that a pixel has in `replicates` replicates from `offset` on.
+/// Returns the maximum samples of a pixel in `replicates` replicates from `offset` on.
 int most_samples(const Film& film, int offset, int replicates) {
   std::uint32_t most = 0;
   const auto stride = static_cast<std::size_t>(film.replicates());
@@ -107,7 +107,7 @@ SampleLedger joined(const std::vector<Piece>& pieces) {
   return ledger;
 }
 
-/// Means weighted by hits, in double.
+/// Averages means weighted by hits, in double.
 void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
   for (std::size_t i = 0; i < sums.size(); ++i) {
     AuxPixel& to = sums[i];
@@ -141,7 +141,7 @@ void add_mattes(std::vector<MattePixel>& sums, const std::vector<MattePixel>& mo
   }
 }
 
-/// Tile `tile` of all parts in one; samples 0 when none of them has any.
+/// Merges a tile of all parts; samples is 0 if none of them has any.
 TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>& pieces,
                       const Film& out, int tile) {
   std::vector<TileState> from;
@@ -185,7 +185,7 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
   return state;
 }
 
-/// Replicates side by side, as those of the tiles.
+/// Puts the replicates side by side, as in the tiles.
 SplatState merged_splats(std::span<const FilmPart> parts, const std::vector<Piece>& pieces,
                          const Film& out) {
   std::vector<SplatState> from;

@@ -7,10 +7,10 @@
 namespace core {
 namespace {
 
-/// Pixels of a row that a tile and a snapshot have in common.
+/// The pixels of a row that a tile and a snapshot share.
 struct Run {
-  std::size_t from = 0;  ///< of the tile
-  std::size_t to = 0;    ///< of the snapshot
+  std::size_t from = 0;  ///< index in the tile
+  std::size_t to = 0;    ///< index in the snapshot
   std::size_t count = 0;
 };
 
@@ -29,7 +29,7 @@ void for_each_run(const PixelRect& tile, const PixelRect& rect, const F& f) {
   }
 }
 
-/// Copies of each pixel: `per_pixel` values of `from` to the same of `to`.
+/// Copies `per_pixel` values of each pixel from `from` to `to`.
 template <typename T>
 void copy_run(const std::vector<T>& from, std::vector<T>& to, const Run& run,
               std::size_t per_pixel) {

@@ -7,7 +7,7 @@
 namespace core {
 namespace {
 
-constexpr int kCells = 512;  // an axis; |f| is taken as constant over a cell
+constexpr int kCells = 512;  // per axis; |f| is treated as constant over a cell
 
 }  // namespace
 
@@ -44,7 +44,7 @@ float FilterSampler::evaluate(float x) const noexcept {
       return std::exp(-0.5F * t * t) - std::exp(-4.5F);
     }
     case FilterType::kMitchell: {
-      // Mitchell and Netravali 1988 with B = C = 1/3, stretched to the radius.
+      // Mitchell and Netravali 1988 with B = C = 1/3, scaled to the radius.
       const float t = 2 * a;
       return t < 1 ? (7 * t * t * t - 12 * t * t + 16.0F / 3) / 6
                    : (-7.0F / 3 * t * t * t + 12 * t * t - 20 * t + 32.0F / 3) / 6;

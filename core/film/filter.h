@@ -1,5 +1,5 @@
-/// Reconstruction filters, importance sampled: a sample's position is drawn from the filter of its
-/// pixel, so it counts for that pixel alone and neighbours stay independent.
+/// Reconstruction filters by importance sampling: a sample's offset is drawn from the filter of its
+/// pixel, so it contributes to that pixel alone and neighbouring pixels stay independent.
 #pragma once
 
 #include "core/math/vec.h"
@@ -14,17 +14,18 @@ class FilterSampler {
 
   struct Offset {
     Vec2 offset_px;    ///< from the pixel's centre
-    float weight = 1;  ///< -1 or +1 times a constant; 1 for filters without negative lobes
+    float weight = 1;  ///< +c or -c for a constant c; 1 if the filter has no negative lobes
   };
   Offset sample(Vec2 u) const noexcept;
-  /// Then offsets are (2 u - 1) * radius_px(), and weights 1.
+  /// If true, offsets are (2 u - 1) * radius_px() and weights are 1.
   bool is_box() const noexcept { return settings_.type == FilterType::kBox; }
-  /// Nowhere negative: offsets are (2 x - 1) * radius_px(), x drawn from table(), and weights 1.
+  /// If true, the filter is nowhere negative: offsets are (2 x - 1) * radius_px() with x drawn from
+  /// table(), and weights are 1.
   bool is_positive() const noexcept { return settings_.type != FilterType::kMitchell; }
   DistributionTable table() const noexcept { return table_.table(); }
-  /// The filter itself, one axis, x in pixels; not normalised.
+  /// Returns the unnormalised filter of one axis; x in pixels.
   float evaluate(float x) const noexcept;
-  /// The same over its integral [1/px]: weight of light at x in the value of the pixel at 0.
+  /// Returns evaluate(x) over its integral [1/px]: the weight of light at x in the pixel at 0.
   float density(float x) const noexcept { return evaluate(x) / integral_px_; }
   float radius_px() const noexcept { return settings_.radius_px; }
 

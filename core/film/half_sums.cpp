@@ -6,7 +6,7 @@
 namespace core {
 namespace {
 
-/// Red, green, blue, alpha. Squares of light of 1e20 and more are no floats.
+/// Red, green, blue, alpha. Double, because squares of radiances of 1e20 and more overflow a float.
 typedef double Doubles __attribute__((vector_size(32)));
 typedef float Floats __attribute__((vector_size(16)));
 
@@ -15,7 +15,7 @@ struct Half {
   std::uint32_t count;
 };
 
-/// half_value() of a pixel; of a single replicate without the detour.
+/// As half_value() of a pixel, with a shortcut for a single replicate.
 inline Half half_of(std::span<const ReplicatePixel> pixel, int half) {
   Floats mean;
   if (pixel.size() == 2) {

@@ -1,9 +1,9 @@
-/// TileSums: sums over a tile of what its halves say; all that the error of a picture is made from.
+/// TileSums: sums over a tile of its half means, from which errors are estimated.
 ///
-/// With A and B the means of a pixel's halves, noise is the sum of (A - B)^2 / 4 and signal that of
-/// A B, over pixels and channels. The halves are independent, so the first estimates the variance
-/// of the pixels' values and the second the square of their expected values, both without bias,
-/// whatever the noise and however neighbours are correlated.
+/// With A and B the means of a pixel's halves, noise is the sum of (A - B)^2 / 4 over pixels and
+/// channels, and signal is the sum of A B. The halves are independent, so noise is an unbiased
+/// estimate of the variance of the pixel values, and signal of their squared expected values, for
+/// any noise and any correlation between neighbours.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ inline constexpr int kTileSize = 32;
 
 struct TileSums {
   double noise = 0;
-  double noise_squares = 0;  ///< sum over pixels of the square of their noise
+  double noise_squares = 0;  ///< sum over pixels of the squared pixel noise
   double signal = 0;
-  double luminance = 0;      ///< of the pixels that count
-  std::uint32_t pixels = 0;  ///< that count: their alpha is not 0
-  bool has_halves = false;   ///< both halves of every pixel have samples
+  double luminance = 0;      ///< summed over the counted pixels
+  std::uint32_t pixels = 0;  ///< counted pixels: those with nonzero alpha
+  bool has_halves = false;   ///< every pixel has samples in both halves
 };
 
-/// pixels: [pixel * replicates + replicate], row by row over rect, which lies within one tile.
-/// over_white: FilmSettings::errors_over_white.
+/// Computes the sums of `rect`, which lies within one tile. pixels: [pixel * replicates +
+/// replicate], row by row over rect. over_white: FilmSettings::errors_over_white.
 TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates,
                    bool over_white = false);
 

@@ -1,4 +1,5 @@
-/// LabelPixel: what the ray through the centre of a pixel meets. MattePixel: what its samples do.
+/// LabelPixel: what the ray through a pixel's centre hits. MattePixel: what the pixel's samples
+/// hit.
 #pragma once
 
 #include <array>
@@ -10,27 +11,28 @@
 
 namespace core {
 
-/// Ids count from 1; all zero where the ray meets nothing.
+/// Ids count from 1; all are zero if the ray hits nothing.
 struct LabelPixel {
-  std::uint32_t object = 0;     ///< 1 + number of the file's node
-  std::uint32_t instance = 0;   ///< within the range of the object
-  std::uint32_t material = 0;   ///< 1 + number of the file's material
-  std::uint32_t primitive = 0;  ///< 1 + number among the primitives of all meshes
+  std::uint32_t object = 0;     ///< 1 + index of the node in the file
+  std::uint32_t instance = 0;   ///< index within the object
+  std::uint32_t material = 0;   ///< 1 + index of the material in the file
+  std::uint32_t primitive = 0;  ///< 1 + index among the primitives of all meshes
   Vec3 position;                ///< world, metres
-  Vec2 uv;                      ///< first set of texture coordinates
+  Vec2 uv;                      ///< first texture coordinate set
   Vec2 motion;                  ///< MotionTarget::motion()
 };
 
-/// Ids of Cryptomatte that a pixel keeps: six ranks in three layers, its usual depth.
+/// Cryptomatte ids stored per pixel: six ranks in three layers, the usual depth.
 inline constexpr std::size_t kMatteRanks = 6;
 
-/// Samples of each half that met what has this id.
+/// Counts the samples of each half that hit objects (or materials) with this id.
 struct MatteRank {
-  std::uint32_t id = 0;  ///< matte_id(); 0: this place is free
+  std::uint32_t id = 0;  ///< matte_id(); 0: unused entry
   std::array<std::uint32_t, 2> hits{};
 };
 
-/// By id; free places come last, so that equal counts are equal bits. A seventh id is not counted.
+/// Sorted by id with unused entries last, so that equal counts give equal bits. Further ids are not
+/// counted.
 using MattePixel = std::array<MatteRank, kMatteRanks>;
 
 inline void add_matte(MattePixel& pixel, const MatteRank& more) noexcept {

@@ -7,14 +7,14 @@
 namespace core {
 namespace {
 
-/// Coefficients from few samples are pulled to 0, as by this many samples that say nothing.
+/// Coefficients from few samples are shrunk towards 0, as by this many samples without information.
 constexpr double kPull = 2;
 
 double exact(float v) { return static_cast<double>(v); }
 
-/// With one sample of each technique, sum a + (f - a p - b q) / m over both is f / m summed, plus
-/// (b - a) (sum of p / m - 1): for each sample q / m is 1 - p / m. So a and b count by their
-/// difference alone.
+/// With one sample of each technique, a + (f - a p - b q) / m summed over both is the sum of f / m
+/// plus (b - a) (sum of p / m - 1), because q / m is 1 - p / m for each sample. So only the
+/// difference of a and b matters.
 Rgb optimal_mis(const ReplicateFit& s) noexcept {
   const double x = exact(s.x);
   const double xx = exact(s.xx);
@@ -26,8 +26,8 @@ Rgb optimal_mis(const ReplicateFit& s) noexcept {
   return {channel(s.y.r, s.xy.r), channel(s.y.g, s.xy.g), channel(s.y.b, s.xy.b)};
 }
 
-/// Least squares: -Cov(x, y) / Var(x), in [0,1] as visibility is: few samples of many emitters may
-/// say anything.
+/// Least squares: -Cov(x, y) / Var(x), clamped to [0,1] like visibility, because few samples of
+/// many emitters may give any value.
 Rgb regression(const ReplicateFit& s) noexcept {
   const double n = exact(s.n);
   const double variance = exact(s.xx) - exact(s.x) * exact(s.x) / n;

@@ -1,4 +1,4 @@
-/// ReplicatePixel: the statistics of one pixel in one replicate; the means of a pixel's halves.
+/// ReplicatePixel: statistics of one replicate of a pixel; HalfValue: means of a pixel's halves.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace core {
 
-/// 24 bytes. mean_alpha is the share of samples that did not see through to a hidden environment.
+/// 24 bytes. mean_alpha is the fraction of samples that did not see a hidden environment.
 struct ReplicatePixel {
   float mean_r = 0;
   float mean_g = 0;
@@ -20,14 +20,14 @@ struct ReplicatePixel {
   std::uint32_t count = 0;
 };
 
-/// Mean over the replicates of a half, weighted by count; count is 0 where it has no sample.
+/// Mean over the replicates of a half, weighted by count. count is 0 if the half has no samples.
 struct HalfValue {
   Rgb mean;
   float alpha = 0;
   std::uint32_t count = 0;
 };
 
-/// replicates: of one pixel. half: 0 is A (even replicates), 1 is B (odd ones).
+/// Returns the mean of half 0 (A, even replicates) or 1 (B, odd replicates) of one pixel.
 inline HalfValue half_value(std::span<const ReplicatePixel> replicates, int half) {
   HalfValue out;
   for (auto k = static_cast<std::size_t>(half); k < replicates.size(); k += 2) {
@@ -47,7 +47,7 @@ inline HalfValue half_value(std::span<const ReplicatePixel> replicates, int half
   return out;
 }
 
-/// The halves of a pixel before white; where both are wholly transparent they stay.
+/// Composites both halves of a pixel over white. If both are fully transparent they stay unchanged.
 inline void put_over_white(HalfValue& a, HalfValue& b) {
   if (a.alpha + b.alpha > 0) {
     a.mean += Rgb(1 - a.alpha);

@@ -40,7 +40,8 @@ std::optional<Bits> take(std::string_view& bytes) {
   return std::nullopt;
 }
 
-/// Calls visit(tile, index, sums). False: it refuses one, or they are none of the layout.
+/// Calls visit(tile, index, sums). Returns false if it refuses one, or if they do not fit the
+/// layout.
 template <typename Visit>
 bool each_sum(const SplatLayout& layout, std::string_view packed, Visit&& visit) {
   std::size_t tile = 0;
@@ -101,7 +102,7 @@ void add_splats(const SplatLayout& layout, const LightBatch& light, SplatTiles& 
       const PixelRect& rect = layout.tiles[tile];
       const auto pixel =
           static_cast<std::size_t>((splat.y - rect.y) * rect.width + splat.x - rect.x);
-      sums[tile].resize(layout.size(tile));  // the first time
+      sums[tile].resize(layout.size(tile));  // on first use
       const std::size_t plane = static_cast<std::size_t>(splat.plane) *
                                 static_cast<std::size_t>(rect.width) *
                                 static_cast<std::size_t>(rect.height);
@@ -130,7 +131,7 @@ std::string pack_sums(const SplatLayout& layout, const SplatTiles& sums) {
 }
 
 bool are_sums_of(const SplatLayout& layout, std::string_view packed, std::uint64_t paths) {
-  // Of each path at most 2^10 vertices, below kSplatMax each (splats.h).
+  // Each path has at most 2^10 vertices, each below kSplatMax (splats.h).
   constexpr unsigned kPathBits = 10 + 34 + 40;
   const SplatSum most = static_cast<SplatSum>(std::min(paths, std::uint64_t{1} << 42U))
                         << kPathBits;
@@ -142,7 +143,7 @@ bool are_sums_of(const SplatLayout& layout, std::string_view packed, std::uint64
 
 void add_sums(const SplatLayout& layout, std::string_view packed, SplatTiles& sums) {
   each_sum(layout, packed, [&](std::size_t tile, std::size_t index, const SplatPixel& pixel) {
-    sums[tile].resize(layout.size(tile));  // the first time
+    sums[tile].resize(layout.size(tile));  // on first use
     for (std::size_t c = 0; c < pixel.sum.size(); ++c) {
       sums[tile][index].sum[c] += pixel.sum[c];
     }

@@ -1,4 +1,4 @@
-/// SummedArea: sums over any rectangle of a picture in constant time, in double.
+/// SummedArea: computes sums over any rectangle of an image in constant time, in double.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ class SummedArea {
   SummedArea(int width, int height) : stride_(static_cast<std::size_t>(width) + 1) {
     sums_.assign(stride_ * (static_cast<std::size_t>(height) + 1), 0.0);
   }
-  /// Rows and columns in increasing order.
+  /// Sets a value; call with increasing rows and columns.
   void set(int x, int y, double value) {
     const std::size_t i =
         (static_cast<std::size_t>(y) + 1) * stride_ + static_cast<std::size_t>(x) + 1;
@@ -33,7 +33,7 @@ class SummedArea {
   std::vector<double> sums_;
 };
 
-/// The pixels at most `radius` away in x and in y, within the picture.
+/// Returns the pixels of the image at most `radius` away in x and in y.
 inline PixelRect window_around(int x, int y, int radius, int width, int height) {
   const int x0 = std::max(x - radius, 0);
   const int y0 = std::max(y - radius, 0);

@@ -11,11 +11,11 @@ constexpr std::size_t kLengthCodes = 21;
 constexpr std::array<std::uint8_t, kLengthCodes> kLengthOrder = {
     17, 18, 19, 20, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15, 16};
 
-/// Symbols 17 to 20: bits of the count that follows, and what is added to it.
+/// Symbols 17 to 20: bits of the repeat count that follows, and the number added to it.
 struct Run {
   std::uint32_t bits;
   std::uint32_t least;
-  bool repeats;  ///< the length before it; else zeros
+  bool repeats;  ///< repeats the previous length; else zeros
 };
 constexpr std::array<Run, 4> kRuns = {Run{3, 3, false}, Run{7, 11, false}, Run{2, 3, true},
                                       Run{7, 7, true}};

@@ -12,14 +12,14 @@ namespace core {
 
 class BasisHuffman {
  public:
-  /// Empty for a table that is malformed. One without symbols is allowed and decodes nothing.
+  /// Returns empty for a malformed table. A table without symbols is allowed and decodes nothing.
   static std::optional<BasisHuffman> read(BitReader& bits);
 
-  /// The next symbol; empty where the bits are no code.
+  /// Returns the next symbol; empty if the bits are not a code.
   std::optional<std::uint32_t> decode(BitReader& bits) const noexcept;
 
  private:
-  /// Empty for lengths that are no prefix code.
+  /// Returns empty if the lengths do not form a prefix code.
   static std::optional<BasisHuffman> from_lengths(const std::vector<std::uint8_t>& lengths);
 
   struct Entry {
@@ -27,7 +27,7 @@ class BasisHuffman {
     std::uint16_t length = 0;  ///< 0: no code
   };
   std::uint32_t bits_max_ = 0;
-  std::vector<Entry> entries_;  ///< by the next bits_max_ bits
+  std::vector<Entry> entries_;  ///< indexed by the next bits_max_ bits
 };
 
 }  // namespace core

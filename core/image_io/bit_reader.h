@@ -1,4 +1,4 @@
-/// Bits of a byte sequence, the least significant of each byte first.
+/// BitReader: reads bits of a byte sequence, least significant bit of each byte first.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ class BitReader {
  public:
   explicit BitReader(std::span<const std::byte> bytes) noexcept : bytes_(bytes) {}
 
-  /// The next `count` bits, the first of them lowest; zeros behind the end. Pre: count <= 16.
+  /// Returns the next `count` bits, the first one lowest; zeros past the end. Pre: count <= 16.
   std::uint32_t read(std::uint32_t count) noexcept {
     const std::uint32_t bits = peek(count);
     skip(count);
@@ -32,7 +32,7 @@ class BitReader {
     bits_ >>= count;
     held_ -= count;
   }
-  /// Whether more was skipped than there is.
+  /// Returns whether more bits were skipped than exist.
   bool is_past_end() const noexcept { return at_ > bytes_.size() + held_ / 8; }
 
  private:

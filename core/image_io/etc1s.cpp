@@ -22,7 +22,7 @@ constexpr std::uint32_t kRepeatLeast = 3;
 constexpr std::uint32_t kRunLeast = 3;
 constexpr std::uint32_t kLongRun = 63;
 
-/// A number in chunks of `bits`, whose highest bit says that another follows.
+/// Reads a number in chunks of `bits`, whose highest bit says that another chunk follows.
 std::uint32_t read_chunks(BitReader& bits, std::uint32_t chunk) {
   std::uint32_t value = 0;
   for (std::uint32_t shift = 0; shift < 32; shift += chunk) {
@@ -44,7 +44,7 @@ bool read_table(BitReader& bits, BasisHuffman& to) {
   return true;
 }
 
-/// The latest selectors; those that are used move towards the front.
+/// The most recent selectors; those that are used move towards the front.
 class History {
  public:
   explicit History(std::size_t size) : values_(size), next_(size / 2) {}
@@ -72,7 +72,7 @@ class History {
 
 }  // namespace
 
-/// The state of a slice's decoder: what each block names in the codebooks.
+/// The state of a slice's decoder: the codebook indices of each block.
 class Etc1sCodebooks::Slice {
  public:
   Slice(const Etc1sCodebooks& books, std::span<const std::byte> data, std::size_t blocks_x)
@@ -86,7 +86,7 @@ class Etc1sCodebooks::Slice {
     std::size_t endpoint = 0;
     std::size_t selector = 0;
   };
-  /// Blocks come row by row. Empty for malformed data.
+  /// Returns blocks row by row; empty for malformed data.
   std::optional<Block> next(std::size_t x, std::size_t y) {
     if (!read_prediction(x, y)) {
       return std::nullopt;
@@ -108,7 +108,7 @@ class Etc1sCodebooks::Slice {
   }
 
  private:
-  /// Two bits for each of 2 x 2 blocks come with the first of them.
+  /// Two bits for each block of 2 x 2 blocks are stored with the first of them.
   bool read_prediction(std::size_t x, std::size_t y) {
     if (x % 2 != 0) {
       return true;
@@ -140,7 +140,7 @@ class Etc1sCodebooks::Slice {
                         std::size_t y) {
     switch (prediction) {
       case 0:
-        return x > 0;  // that of the left block, which it is already
+        return x > 0;  // predicts the left block, which is already there
       case 1:
         endpoint_ = above_[x];
         return y > 0;
@@ -188,7 +188,8 @@ class Etc1sCodebooks::Slice {
   const Etc1sCodebooks& books_;
   BitReader bits_;
   History history_;
-  std::vector<std::uint32_t> above_;  // endpoints: of this row up to here, then of the row above
+  std::vector<std::uint32_t> above_;  // endpoints: of this row up to the current block, then of the
+                                      // row above
   std::vector<std::uint8_t> below_bits_;
   std::uint32_t above_left_ = 0;
   std::uint32_t prediction_bits_ = 0;

@@ -1,7 +1,6 @@
-/// ETC1S pictures that are compressed by BasisLZ: blocks of 4 x 4 texels that name a colour and a
-/// pattern in two codebooks of the file.
-/// Source: KTX File Format Specification 2.0, "BasisLZ/ETC1S Bitstream Specification"; Khronos Data
-/// Format Specification 1.3, 21.1 (ETC1S).
+/// Decodes ETC1S images compressed by BasisLZ: blocks of 4 x 4 texels that refer to a colour and a
+/// pattern in two codebooks of the file. Source: KTX File Format Specification 2.0, "BasisLZ/ETC1S
+/// Bitstream Specification"; Khronos Data Format Specification 1.3, 21.1 (ETC1S).
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@
 
 namespace core {
 
-/// The codebooks and Huffman tables that all pictures of a file share.
+/// The codebooks and Huffman tables that all images of a file share.
 class Etc1sCodebooks {
  public:
   struct Parts {
@@ -25,20 +24,20 @@ class Etc1sCodebooks {
     std::span<const std::byte> selectors;
     std::span<const std::byte> tables;
   };
-  /// Empty for malformed data.
+  /// Returns empty for malformed data.
   static std::optional<Etc1sCodebooks> read(const Parts& parts);
 
-  /// Where a slice goes: `channels` values a texel from `to` on, of which it writes `count`. One:
-  /// the green one, as alpha is stored.
+  /// The destination of a slice: writes `count` of the `channels` values of each texel, from `to`
+  /// on. If count is one, it is green, the channel that stores alpha.
   struct Target {
-    std::span<std::byte> pixels;  ///< of the picture
+    std::span<std::byte> pixels;  ///< of the image
     std::size_t width = 0;
     std::size_t height = 0;
     std::size_t channels = 0;
     std::size_t first = 0;
     std::size_t count = 0;
   };
-  /// False for malformed data.
+  /// Returns false for malformed data.
   bool decode_slice(std::span<const std::byte> slice, const Target& target) const;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 using Span = std::span<const std::byte>;
 
-// Attribute types of one size. OpenEXR reads this many bytes whatever size the file gives.
+// Attribute types of fixed size. OpenEXR reads this many bytes whatever size the file states.
 struct FixedType {
   std::string_view name;
   std::size_t bytes;
@@ -45,14 +45,14 @@ constexpr std::array kFixedTypes = {
 
 std::uint32_t u32(Span file, std::size_t at) noexcept {
   std::uint32_t value = 0;
-  std::memcpy(&value, file.data() + at, sizeof(value));  // little-endian, as the machine is
+  std::memcpy(&value, file.data() + at, sizeof(value));  // little-endian, like the machine
   return value;
 }
 std::int64_t i32(Span file, std::size_t at) noexcept {
   return static_cast<std::int32_t>(u32(file, at));
 }
 
-// Text up to a zero byte; moves `at` behind it. Empty for no text, and in files that end before it.
+// Reads text up to a zero byte and moves `at` behind it. Empty if there is no text or no zero byte.
 std::string_view take_name(Span file, std::size_t& at) noexcept {
   constexpr std::size_t kNameMax = 255;
   const std::size_t first = at;
@@ -68,7 +68,8 @@ std::string_view take_name(Span file, std::size_t& at) noexcept {
   return {reinterpret_cast<const char*>(file.data() + first), length};
 }
 
-// Channels: a name and 16 bytes each, up to an empty name that has to be the value's last byte.
+// Checks for a list of channels: a name and 16 bytes each, up to an empty name, which must be the
+// value's last byte.
 bool is_channel_list(Span value) noexcept {
   constexpr std::size_t kChannelBytes = 16;
   std::size_t at = 0;
@@ -99,10 +100,10 @@ struct Part {
   std::optional<PixelSize> size;
   std::uint64_t tile_width = 0;
   std::uint64_t tile_height = 0;
-  std::uint64_t chunks = 0;  // from the header; 0 if it has none
+  std::uint64_t chunks = 0;  // from the header; 0 if missing
 };
 
-// Reads one attribute whose name is known into `part`.
+// Reads one attribute with a known name into `part`.
 bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& part) noexcept {
   const std::string_view type = take_name(file, at);
   if (type.empty() || at + 4 > file.size() || u32(file, at) > file.size() - at - 4) {
@@ -148,7 +149,7 @@ std::optional<PixelSize> exr_size(Span file) noexcept {
   const bool multi_part = (u32(file, 4) & kMultiPart) != 0;
   std::optional<PixelSize> first;
   std::size_t at = kVersionBytes;
-  // A file of several parts ends its headers by an empty one.
+  // A multi-part file ends its headers with an empty one.
   do {
     Part part;
     for (auto name = take_name(file, at); !name.empty(); name = take_name(file, at)) {

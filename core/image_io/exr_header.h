@@ -1,5 +1,5 @@
-/// A walk over the headers of an OpenEXR file, before OpenEXR reads them: it trusts sizes that it
-/// reads and takes memory for them.
+/// Checks the headers of an OpenEXR file before OpenEXR reads them, because OpenEXR trusts their
+/// sizes and allocates memory for them.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 namespace core {
 
-/// Size of the first part's data window. Empty when any part's header is cut, an attribute's size
-/// does not fit its type or the file, or a table of chunk offsets would be larger than the file.
-/// Pre: image_kind() is "exr". Source: "OpenEXR File Layout", openexr.com.
+/// Returns the size of the first part's data window. Empty if a header is truncated, an attribute's
+/// size does not fit its type or the file, or a table of chunk offsets would be larger than the
+/// file. Pre: image_kind() is "exr". Source: "OpenEXR File Layout", openexr.com.
 std::optional<PixelSize> exr_size(std::span<const std::byte> file) noexcept;
 
 }  // namespace core

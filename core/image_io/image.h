@@ -16,7 +16,7 @@ struct Image {
   int channels = 0;  ///< 1 grey, 2 grey+alpha, 3 RGB, 4 RGBA; named layers may have any number.
   PixelType type = PixelType::kU8;
   /// width * height * channels values of `type`, native endian. 8-bit and 16-bit values are as
-  /// stored in the file: still sRGB-encoded where the file is.
+  /// stored in the file, including its sRGB encoding.
   std::vector<std::byte> bytes;
 
   std::size_t value_count() const noexcept {

@@ -1,5 +1,5 @@
-/// ImageCodec: what the module libtessera-images.so does. It alone links OpenImageIO, whose 260
-/// libraries take 0.3 s to load, so it is loaded when the first image is read or written.
+/// ImageCodec: the interface of the module libtessera-images.so. Only the module links OpenImageIO,
+/// whose 260 libraries take 0.3 s to load, so it is loaded when the first image is read or written.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,11 @@
 
 namespace core {
 
-/// Where an encoder writes: pieces at their places, which may be written again.
+/// Receives the output of an encoder: pieces at offsets, which may be written again.
 using ImageSink = std::function<Status(std::uint64_t offset, std::span<const std::byte> piece)>;
 
-/// kind: of image_kind(). Files have passed check_file() of image_io.cpp. What a decoder throws,
-/// other than std::bad_alloc, comes back as an error.
+/// kind: from image_kind(). Files have passed check_file() of image_io.cpp. Exceptions of a
+/// decoder, other than std::bad_alloc, are returned as errors.
 struct ImageCodec {
   Result<Image> (*read_header)(std::string_view kind, std::span<const std::byte> file,
                                const ImageLimits& limits);
@@ -27,7 +27,8 @@ struct ImageCodec {
                    const ImageSink& sink);
 };
 
-/// The module's; loads it at the first call. Errors: kInternal, with the loader's words.
+/// Returns the module's codec; loads it on the first call. Errors: kInternal, with the loader's
+/// message.
 Result<const ImageCodec*> image_codec();
 
 /// Errors: kTooLarge.

@@ -11,15 +11,15 @@
 namespace core {
 namespace {
 
-/// libwebp works on the whole picture: what it takes for a pixel beside the file. Measured: 20.
+/// libwebp processes the whole image: memory per pixel in addition to the file. Measured: 20.
 constexpr std::uint64_t kWebpBytes = 32;
-/// Of any encoder, for its tables and the rows it works on.
+/// Memory of any encoder for its tables and current rows.
 constexpr std::uint64_t kCodecBytes = std::uint64_t{2} << 20U;
 
 Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 
-/// The kind of a file that a decoder may see.
+/// Returns the kind of a file that may be passed to a decoder.
 Result<std::string_view> check_file(std::span<const std::byte> file, const ImageLimits& limits) {
   const std::string_view kind = image_kind(file);
   if (kind.empty()) {
@@ -32,7 +32,7 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   } else if (kind != "hdr" && kind != "tif") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
   }
-  // libpng reports this on stderr only.
+  // libpng reports this only on stderr.
   if (kind == "png" && !png_is_whole(file)) {
     return invalid("the png is cut or its chunks are malformed");
   }
@@ -51,7 +51,7 @@ Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
   return codec ? ((*codec)->*function)(*kind, file, limits) : Result<Image>(codec.error());
 }
 
-/// Content: of bytes, which a file is put together in.
+/// Content: of bytes, from which a file is assembled.
 template <typename Content>
 Result<Content> encode(const ImageRows& image, const ImageFormat& format,
                        const EncodeOptions& options) {
@@ -109,7 +109,7 @@ Result<std::string> encode_rows(const ImageRows& rows, const ImageFormat& format
 std::uint64_t encoding_bytes(int width, int height, int channels, const ImageFormat& format) {
   const auto pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   const std::uint64_t value_bytes = format.high_dynamic_range ? 4 : 1;
-  // Noise does not get smaller, and a file that grows is there twice for a moment.
+  // Noise does not compress, and a growing file exists twice for a moment.
   const std::uint64_t file_bytes = 2 * pixels * value_bytes * static_cast<std::uint64_t>(channels);
   return file_bytes + (format.extension == "webp" ? pixels * kWebpBytes : 0) + kCodecBytes;
 }

@@ -1,4 +1,4 @@
-/// ImageRows: an image that is made row by row.
+/// ImageRows: an image computed row by row.
 #pragma once
 
 #include <functional>
@@ -7,12 +7,12 @@
 
 namespace core {
 
-/// Rows may be asked for again, and in any order.
+/// Rows may be requested repeatedly and in any order.
 struct ImageRows {
   int width = 0;
   int height = 0;
   std::vector<std::string> channel_names;
-  /// width * channels values, interleaved, until the next call.
+  /// Returns width * channels values, interleaved, valid until the next call.
   std::function<const float*(int y)> row;
 
   int channels() const noexcept { return static_cast<int>(channel_names.size()); }

@@ -1,5 +1,5 @@
-/// Format of an image file from its first bytes, and its size where a decoder would allocate the
-/// pixels before reporting it.
+/// Detects the format of an image file from its first bytes, and its size where a decoder would
+/// allocate pixels before reporting it.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 
 namespace core {
 
-/// "png" "jpg" "webp" "exr" "hdr" "tif" "ktx2" by magic bytes; empty for anything else.
+/// Returns "png", "jpg", "webp", "exr", "hdr", "tif" or "ktx2" by magic bytes; empty for other
+/// files.
 std::string_view image_kind(std::span<const std::byte> file) noexcept;
 
 struct PixelSize {
@@ -18,11 +19,12 @@ struct PixelSize {
   std::uint64_t height = 0;
 };
 
-/// Width and height of a PNG, JPEG, WebP or EXR, read without its decoder. Empty for other formats
-/// and for headers that are cut, malformed, or (EXR) whose offset table would not fit in the file.
+/// Returns width and height of a PNG, JPEG, WebP or EXR without its decoder. Empty for other
+/// formats, truncated or malformed headers, and EXR files whose offset table would not fit in the
+/// file.
 std::optional<PixelSize> peek_image_size(std::span<const std::byte> file) noexcept;
 
-/// Whether the chunks of a PNG are whole up to its IEND. Pre: image_kind() is "png".
+/// Returns whether the chunks of a PNG are complete up to IEND. Pre: image_kind() is "png".
 bool png_is_whole(std::span<const std::byte> file) noexcept;
 
 }  // namespace core

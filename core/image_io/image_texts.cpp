@@ -17,7 +17,7 @@ Error cut() {
   return Error{ErrorCode::kInvalidArgument, "the picture's head is cut short or too long", ""};
 }
 
-/// Takes from the front; empty when there is not so much.
+/// Takes bytes from the front; empty if there are too few.
 class Front {
  public:
   explicit Front(std::string_view rest) : rest_(rest) {}
@@ -29,7 +29,7 @@ class Front {
     rest_.remove_prefix(bytes);
     return piece;
   }
-  /// Up to a zero, which is taken too.
+  /// Takes text up to and including a zero byte.
   std::optional<std::string_view> take_word() {
     const std::size_t end = rest_.find('\0');
     if (end == std::string_view::npos) {
@@ -90,7 +90,7 @@ Result<Texts> exr_texts(Front front) {
       return cut();
     }
     std::uint32_t bytes = 0;
-    std::memcpy(&bytes, size->data(), sizeof bytes);  // little-endian, as the machine is
+    std::memcpy(&bytes, size->data(), sizeof bytes);  // little-endian, like the machine
     const auto value = front.take(bytes);
     if (!value) {
       return cut();

@@ -10,9 +10,9 @@
 
 namespace core {
 
-/// tEXt chunks before the pixels of a PNG, string attributes of an EXR's first header, by name;
-/// pixels are not needed. start: the file from its first byte, as far as that is read. Errors:
-/// kInvalidArgument when it is neither, or is cut before the pixels begin.
+/// Returns the tEXt chunks before the pixels of a PNG, or the string attributes of an EXR's first
+/// header, by name. start: the first bytes of the file. Errors: kInvalidArgument if it is neither
+/// format, or is truncated before the pixels.
 Result<std::map<std::string, std::string>> read_image_texts(std::span<const std::byte> start);
 
 }  // namespace core

@@ -24,18 +24,18 @@ Error invalid(std::string_view message) {
   return {ErrorCode::kInvalidArgument, std::string("ktx2: ").append(message), ""};
 }
 
-/// Of the KTX specification, 3.
+/// KTX specification, section 3.
 constexpr std::size_t kHeaderBytes = 80;
 constexpr std::size_t kLevelBytes = 24;
 constexpr std::uint32_t kLevelsMax = 32;
 enum class Packing : std::uint8_t { kNone = 0, kBasisLz = 1, kZstd = 2 };
-/// Of the Data Format specification: 5.6.1, and channels of 5.6.13 and 5.6.14.
+/// Data Format specification: 5.6.1, and channels of 5.6.13 and 5.6.14.
 enum class Model : std::uint8_t { kEtc1s = 163, kUastc = 166 };
 constexpr std::uint32_t kEtc1sGreen = 4;
 constexpr std::uint32_t kEtc1sAlpha = 15;
 constexpr std::uint32_t kUastcRgba = 3;
-constexpr std::uint32_t kUastcRedGreen = 5;   ///< as RRRG
-constexpr std::size_t kDescriptorBytes = 28;  ///< of its own size, and without samples
+constexpr std::uint32_t kUastcRedGreen = 5;   ///< stored as RRRG
+constexpr std::size_t kDescriptorBytes = 28;  ///< its own size, without samples
 constexpr std::size_t kSampleBytes = 16;
 
 std::uint64_t number(Span bytes, std::size_t at, std::size_t count) {
@@ -49,7 +49,7 @@ std::uint32_t u32(Span bytes, std::size_t at) {
   return static_cast<std::uint32_t>(number(bytes, at, 4));
 }
 
-/// Bytes of a part of the file; empty where it does not lie within.
+/// Returns a part of the file; empty if it is out of range.
 std::optional<Span> part(Span whole, std::uint64_t offset, std::uint64_t bytes) {
   if (offset > whole.size() || bytes > whole.size() - offset) {
     return std::nullopt;
@@ -61,14 +61,14 @@ struct Ktx2 {
   Image image;  ///< without pixels
   Model model = Model::kUastc;
   Packing packing = Packing::kNone;
-  bool has_second = false;      ///< a slice of alpha or green
-  bool alpha_is_green = false;  ///< UASTC of RRRG
+  bool has_second = false;      ///< a slice for alpha or green
+  bool alpha_is_green = false;  ///< UASTC with RRRG
   Span level;
   Span global;
   std::uint32_t images = 0;  ///< in all levels
 };
 
-/// The data format descriptor: which codec, and what its channels are.
+/// Reads the data format descriptor: the codec and its channels.
 Status read_descriptor(Span descriptor, Ktx2& to) {
   if (descriptor.size() < kDescriptorBytes + kSampleBytes) {
     return invalid("the data format descriptor is cut");
@@ -96,7 +96,7 @@ Status read_descriptor(Span descriptor, Ktx2& to) {
   return invalid("its pixels are neither ETC1S nor UASTC, which is what glTF allows");
 }
 
-/// Whether codec and supercompression go together.
+/// Checks that codec and supercompression are compatible.
 Status check_packing(std::uint32_t scheme, Ktx2& to) {
   const bool known = scheme <= static_cast<std::uint32_t>(Packing::kZstd);
   to.packing = known ? static_cast<Packing>(scheme) : Packing::kNone;
@@ -193,7 +193,7 @@ Status decode_etc1s(const Ktx2& ktx, Image& image) {
   return is_whole ? ok_status() : Status(invalid("the blocks of BasisLZ are malformed"));
 }
 
-/// The blocks of UASTC, decompressed into `space` where they are compressed.
+/// Returns the blocks of UASTC, decompressed into `space` if they are compressed.
 Result<Span> uastc_blocks(const Ktx2& ktx, std::size_t bytes, std::vector<std::byte>& space) {
   if (ktx.packing == Packing::kNone) {
     return ktx.level.size() == bytes ? Result<Span>(ktx.level)
@@ -240,7 +240,7 @@ Status decode_uastc(const Ktx2& ktx, Image& image) {
   return ok_status();
 }
 
-/// A picture of two channels has no blue.
+/// Clears blue in an image of two channels.
 void clear_blue(Image& image) {
   for (std::size_t i = 2; i < image.bytes.size(); i += 3) {
     image.bytes[i] = std::byte{0};

@@ -7,20 +7,20 @@
 namespace core {
 namespace {
 
-/// How endpoint values are written: `bits`, and a trit or a quint, or neither.
+/// Encoding of endpoint values: `bits`, plus a trit, a quint or neither.
 enum class Part : std::uint8_t { kNone, kTrit, kQuint };
 struct Range {
   std::uint32_t bits;
   Part part;
 };
 
-/// Which list a mode's partition is an index into.
+/// The list that a mode's partition indexes.
 enum class Patterns : std::uint8_t { kNone, kTwo, kThree, kTwoOfThree };
 
 struct Mode {
   std::uint8_t code;  ///< first bit lowest
   std::uint8_t code_bits;
-  std::uint8_t hint_bits;  ///< for transcoders, after the code
+  std::uint8_t hint_bits;  ///< for transcoders; follow the code
   std::uint8_t components;
   std::uint8_t planes;
   std::uint8_t weight_bits;
@@ -103,7 +103,7 @@ std::uint32_t mixed(std::uint32_t p) {
   return p;
 }
 
-/// The subset of each texel of a 4 x 4 block: the same section, select_partition().
+/// Returns the subset of each texel of a 4 x 4 block: the same section, select_partition().
 using Subsets = std::array<std::uint8_t, 16>;
 Subsets partition(std::uint32_t seed, std::size_t count) {
   const std::uint32_t number = mixed(seed + (static_cast<std::uint32_t>(count) - 1) * 1024);
@@ -120,7 +120,8 @@ Subsets partition(std::uint32_t seed, std::size_t count) {
   }
   Subsets subsets{};
   for (std::uint32_t i = 0; i < subsets.size(); ++i) {
-    const std::uint32_t x = 2 * (i % 4);  // blocks of less than 31 texels count double
+    const std::uint32_t x = 2 * (i % 4);  // coordinates count double in blocks of less than 31
+                                          // texels
     const std::uint32_t y = 2 * (i / 4);
     const std::uint32_t a = (s[0] * x + s[1] * y + (number >> 14U)) & 63U;
     const std::uint32_t b = (s[2] * x + s[3] * y + (number >> 10U)) & 63U;
@@ -130,10 +131,10 @@ Subsets partition(std::uint32_t seed, std::size_t count) {
   return subsets;
 }
 
-/// The same specification, 23.13.
+/// Data Format Specification 1.3, 23.13.
 std::uint8_t unquantized(Range range, std::uint32_t part, std::uint32_t bits) {
   if (range.part == Part::kNone) {
-    // The bits are repeated from the highest down.
+    // Replicates the bits from the highest down.
     const std::uint32_t high = bits << (8 - range.bits);
     return static_cast<std::uint8_t>(high | high >> range.bits);
   }
@@ -163,7 +164,7 @@ Endpoints read_endpoints(BitReader& bits, Range range, std::size_t count) {
   const bool trits = range.part == Part::kTrit;
   const std::uint32_t base = trits ? 3 : 5;
   const std::size_t group = trits ? 5 : 3;
-  // What a group of so many values takes: the bits of base^n - 1.
+  // Bits of a group of n values: those of base^n - 1.
   constexpr std::array<std::uint32_t, 6> kTritBits = {0, 2, 4, 5, 7, 8};
   constexpr std::array<std::uint32_t, 4> kQuintBits = {0, 3, 5, 7};
   for (std::size_t i = 0; range.part != Part::kNone && i < count; i += group) {
@@ -181,7 +182,7 @@ Endpoints read_endpoints(BitReader& bits, Range range, std::size_t count) {
   return endpoints;
 }
 
-/// The same specification, 23.17: of 64.
+/// Data Format Specification 1.3, 23.17: out of 64.
 std::uint32_t weight_of(std::uint32_t index, std::uint32_t bits) {
   std::uint32_t weight = index;
   switch (bits) {
@@ -206,7 +207,7 @@ std::uint32_t weight_of(std::uint32_t index, std::uint32_t bits) {
 
 using Weights = std::array<std::array<std::uint32_t, 2>, 16>;
 
-/// The first texel of each subset lacks its highest bit, which is 0.
+/// The first texel of each subset omits its highest bit, which is 0.
 Weights read_weights(BitReader& bits, const Mode& mode, const Subsets& subsets) {
   Weights weights{};
   std::array<bool, 3> seen{};
@@ -221,7 +222,7 @@ Weights read_weights(BitReader& bits, const Mode& mode, const Subsets& subsets) 
   return weights;
 }
 
-/// The same specification, 23.19, without the sRGB variant.
+/// Data Format Specification 1.3, 23.19, without the sRGB variant.
 std::uint8_t between(std::uint32_t low, std::uint32_t high, std::uint32_t weight) {
   return static_cast<std::uint8_t>((low * 257 * (64 - weight) + high * 257 * weight + 32) >> 14U);
 }
@@ -274,7 +275,7 @@ std::optional<UastcTexels> decode_uastc_block(std::span<const std::byte, kUastcB
   UastcTexels texels{};
   for (std::size_t i = 0; i < texels.size(); ++i) {
     for (std::size_t c = 0; c < 4; ++c) {
-      // Two components are luminance, of red, green and blue alike, and alpha.
+      // Two components are luminance, for red, green and blue, and alpha.
       const std::size_t from = mode->components == 2 ? c / 3 : c;
       const std::size_t at = values * subsets[i] + 2 * from;
       const std::size_t plane = mode->planes == 2 && c == second_plane ? 1 : 0;

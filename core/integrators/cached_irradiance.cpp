@@ -1,13 +1,12 @@
-// Irradiance caching. Before the first sample, rounds of camera paths, from a coarse lattice of
-// pixels to ever finer ones, find points where no record is good enough; each of these gets one:
-// paths over its hemisphere, for the light that comes neither from the lights nor from the sky
-// themselves. Points of a round are asked against the records of the rounds before alone, and
-// records come in by the order of their points, so that threads do not matter. Each replicate has
-// a cache of its own.
+// Irradiance caching. Before the first sample, rounds of camera paths on ever finer lattices of
+// pixels find points where no record is accurate enough. Each such point gets a record: paths over
+// its hemisphere sample the light that does not come directly from lights or the sky. The points of
+// a round only query records of earlier rounds, and records are added in the order of their points,
+// so threads do not matter. Each replicate has its own cache.
 //
-// Camera paths then take direct light, and what glossy and smooth lobes reflect, as those of `path`
-// do; what the diffuse lobe reflects of all other light comes from the records, with the albedo of
-// even light. Where there are none, paths go on as those of `path`.
+// Camera paths then sample direct light and the reflections of glossy and smooth lobes as `path`
+// does; diffuse reflection of all other light comes from the records, with the albedo for uniform
+// light. Where there are no records, paths continue as in `path`.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -27,15 +26,15 @@
 namespace core {
 namespace {
 
-/// Pixels between the points of the first round.
+/// Distance of points in the first round, in pixels.
 constexpr int kFirstStep = 32;
-/// Points that one thread asks about in one go.
+/// Number of points per part.
 constexpr int kPartPoints = 256;
-/// How far a record may reach, in pixels where the camera looks.
+/// Limits of a record's radius, in pixels as seen by the camera, at tolerance 1.
 constexpr float kReachLeastPx = 2;
 constexpr float kReachMostPx = 64;
-/// Of the light of a pixel, so that a surface behind a glossy one gets records: fainter ones would
-/// each be seen by few paths.
+/// Minimum fraction of the pixel's light that a surface behind a glossy one needs to get records;
+/// for fainter ones each record would serve few paths.
 constexpr float kShareLeast = 0.5F;
 
 /// Every `step`-th pixel of every `step`-th row.
@@ -55,14 +54,14 @@ struct Lattice {
   int size() const noexcept { return columns * rows; }
 };
 
-/// A place that lacks a record: vertex number `vertex` of the camera path through a pixel.
+/// A point without a record: vertex `vertex` of the camera path through a pixel.
 struct Place {
   std::uint16_t x = 0;
   std::uint16_t y = 0;
   std::uint16_t replicate = 0;
   std::uint16_t vertex = 0;
 };
-/// Of one camera path.
+/// Maximum per camera path.
 constexpr int kPlacesMost = 4;
 static_assert(2 * kPlacesMost * sizeof(Place) <= kRoundPointBytes);
 
@@ -76,9 +75,9 @@ class Records final : public Prepass {
   }
   bool build() override;
 
-  /// Rounds come in two steps: first places are looked for, then they get records.
+  /// A round has two steps: it finds points, then creates their records.
   bool is_looking() const noexcept { return is_looking_; }
-  /// visit(place) for the points of a part; the place: its first vertex.
+  /// Calls visit(place) for the points of a part; place: the first vertex.
   template <typename Visit>
   void each_point(int part, Visit&& visit) const;
   std::vector<Place>& found(int part) { return found_[static_cast<std::size_t>(part)]; }
@@ -99,9 +98,9 @@ class Records final : public Prepass {
   int points() const;
 
   const RenderSettings& settings_;
-  int step_ = kFirstStep;  ///< between points that have had their round
+  int step_ = kFirstStep;  ///< distance of the points processed so far
   int last_step_ = 1;
-  bool has_middles_ = true;  ///< of the squares that these points make
+  bool has_middles_ = true;  ///< of the squares between these points
   bool is_looking_ = true;
   std::vector<Lattice> lattices_;          ///< of this round
   std::vector<std::vector<Place>> found_;  ///< by part
@@ -152,7 +151,8 @@ void Records::each_point(int part, Visit&& visit) const {
   }
 }
 
-/// The places that get records: all, or where there is no room, some from all over the film.
+/// Selects the points that get records: all of them or, if memory is short, a subset from the whole
+/// film.
 void Records::choose() {
   std::vector<std::vector<Place>> by_replicate(caches_.size());
   for (const std::vector<Place>& part : found_) {
@@ -192,8 +192,8 @@ bool Records::is_full() const {
   return true;
 }
 
-/// Rounds that halve the step come in two: the middles of the squares of four points before, then
-/// those of their sides.
+/// A halving of the step takes two rounds: first the centres of the squares of four earlier points,
+/// then those of their sides.
 bool Records::build() {
   if (is_looking_) {
     choose();
@@ -232,7 +232,7 @@ class CacheTracer final : public Integrator {
 
   PathSample trace(const Camera::CameraRay&, const PathSampler&,
                    std::uint64_t&) const noexcept override {
-    return {};  // samples come with records
+    return {};  // the prepass supplies records to samples
   }
   std::unique_ptr<Prepass> start_prepass(int) const override {
     return std::make_unique<Records>(settings_);
@@ -256,18 +256,18 @@ class CacheTracer final : public Integrator {
   HemisphereGrid grid_;
 };
 
-/// Is there indirect light to be had here, that the diffuse lobe reflects?
+/// Returns whether the diffuse lobe reflects indirect light here.
 bool CacheTracer::takes_records(const PathState& path, const Bsdf& bsdf) const noexcept {
   return path.scatterings() + 1 < settings_.max_depth && !is_black(bsdf.diffuse_albedo());
 }
 
 Vec3 facing(const PathVertex& vertex) noexcept { return vertex.shading.frame.n; }
 
-/// What of the light along the path's new direction the diffuse lobe does not reflect, as a share
-/// of what the whole surface does.
+/// Returns the fraction of the surface's reflection along the path's new direction that is not due
+/// to the diffuse lobe.
 Rgb share_of_rest(const PathState& path, const PathVertex& vertex, const Bsdf& bsdf) noexcept {
   if (!(path.last.pdf_bsdf > 0)) {
-    return Rgb(1);  // of a smooth lobe
+    return Rgb(1);  // for a smooth lobe
   }
   const Vec3 wi = vertex.shading.frame.to_local(path.ray.direction);
   const Rgb whole = bsdf.evaluate(wi).value_cos;
@@ -276,8 +276,8 @@ Rgb share_of_rest(const PathState& path, const PathVertex& vertex, const Bsdf& b
   return {share(rest.r, whole.r), share(rest.g, whole.g), share(rest.b, whole.b)};
 }
 
-/// Follows the camera path through a pixel; visit(path, vertex, number) where it takes records, as
-/// long as that is true.
+/// Traces the camera path through a pixel and calls visit(path, vertex, number) where it uses
+/// records, until that returns false.
 template <typename Visit>
 void CacheTracer::follow_to_records(const Place& from, std::uint64_t& rays, Visit&& visit) const {
   PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kCacheStream,
@@ -341,7 +341,7 @@ IrradianceRecord CacheTracer::make_record(const TracedPath& path, const PathVert
   const Frame& frame = vertex.shading.frame;
   const float pixel_m = std::max(path.cone_width_m, 1e-6F * scene_.radius_m);
   const float least_m = kReachLeastPx * pixel_m / settings_.cache.tolerance;
-  // Numbers of their own: rows below the film.
+  // Separate random numbers: rows below the film.
   PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kCacheStream,
                       settings_.first_replicate);
   std::vector<HemisphereSample> samples(static_cast<std::size_t>(grid_.size()));
@@ -353,7 +353,7 @@ IrradianceRecord CacheTracer::make_record(const TracedPath& path, const PathVert
     const Vec4 u = sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
     HemisphereSample& sample = samples[static_cast<std::size_t>(i)];
     sample = look(branch, vertex, grid_.direction(i, {u.y, u.z}));
-    // Nothing finer than a record's least radius is resolved.
+    // Detail finer than a record's minimum radius is not resolved.
     sample.distance_m = std::max(sample.distance_m, least_m);
   }
   const HemisphereLight light = gathered(grid_, samples);
@@ -367,13 +367,13 @@ IrradianceRecord CacheTracer::make_record(const TracedPath& path, const PathVert
   return record;
 }
 
-/// Radiance along one direction, without what lights and sky send here themselves.
+/// Returns the radiance along one direction, without emission of lights and sky seen directly.
 HemisphereSample CacheTracer::look(TracedPath& path, const PathVertex& vertex,
                                    Vec3 wi_local) const noexcept {
   HemisphereSample out{{}, std::numeric_limits<float>::infinity()};
   BsdfSample sample;
   sample.wi_local = wi_local;
-  // As the BSDF does with directions below the horizon.
+  // Mirrors directions below the horizon, as the BSDF does.
   const Vec3 horizon = vertex.shading.frame.to_local(vertex.shading.horizon);
   const float side = dot(wi_local, horizon);
   if (side < 0) {
@@ -385,7 +385,7 @@ HemisphereSample CacheTracer::look(TracedPath& path, const PathVertex& vertex,
   path.eta_scale = 1;
   path.wavelength_nm = 0;
   path.out = {};
-  path.out.hit = true;  // there is no first surface to record
+  path.out.hit = true;  // no first surface to record
   scatter(scene_, path, vertex, sample, 1);
   const int before = path.scatterings();
   PathVertex next;
@@ -421,8 +421,8 @@ PathSample CacheTracer::gather(const Camera::CameraRay& camera_ray, const PathSa
   const IrradianceCache& cache =
       static_cast<const Records&>(pass).cache(sampler.replicate() - settings_.first_replicate);
   TracedPath path{start_path(camera_ray, sampler, rays)};
-  // Beyond surfaces that the path went straight through it finds direct light of the vertex before,
-  // which counts as a whole, and other light, of which the records have a part.
+  // Beyond surfaces passed without deflection, the path finds direct light of the previous vertex,
+  // which counts fully, and other light, part of which is in the records.
   Rgb pending(1);
   PathVertex vertex;
   while (paths_.next_vertex(path, vertex)) {

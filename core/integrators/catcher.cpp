@@ -111,7 +111,7 @@ Rgb BareGround::radiance(Vec3 point, Vec3 wo_world) const noexcept {
   return diffuse * ((1 - coat.e_wo) / (1 - coat.e_average)) + mirrored;
 }
 
-/// A light sample, which the model may keep away.
+/// Adds a light sample, which the model may occlude.
 template <typename Options>
 void CatcherTracer<Options>::add_light_sample(TracedPath& path, const PathVertex& vertex,
                                               const Bsdf& bsdf, Change& change) const noexcept {
@@ -135,14 +135,14 @@ void CatcherTracer<Options>::add_light_sample(TracedPath& path, const PathVertex
   const Rgb open = visibility_from(scene_, path, vertex, light.wi_world, light.target, light.is_far)
                        .transmittance;
   if (light.triangle != kNoLight) {
-    change.more += value * open;  // a light of the model
+    change.more += value * open;  // an emitter of the model
     return;
   }
   change.more += value * (open - Rgb(1));
   change.blocked += value * (Rgb(1) - open);
 }
 
-/// A direction by the BSDF: it meets the model, or the environment with and without it.
+/// Samples a BSDF direction: it hits the model, or sees the environment with and without the model.
 template <typename Options>
 void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& vertex,
                                            const Bsdf& bsdf, Change& change) const noexcept {
@@ -172,7 +172,7 @@ void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& v
   path.met = &hit;
   paths_.follow(path);
   change.more += path.out.radiance - kept_away;
-  // Beyond holes there may be nothing.
+  // The ray may leave the scene through holes.
   change.blocked += path.out.hit ? kept_away : Rgb{};
 }
 

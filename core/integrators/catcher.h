@@ -39,7 +39,8 @@ class BareGround {
 /// above (up 1) or below (-1). 0: without a coat.
 Rgb level_irradiance(const Environment& environment, float up, float coat = 0);
 
-/// Path tracing for jobs with a catcher: from elsewhere than the ground as Options' path tracer.
+/// Path tracer for jobs with a catcher. Paths that leave the ground are traced with the given
+/// Options.
 template <typename Options>
 class CatcherTracer final : public Integrator {
  public:
@@ -53,8 +54,7 @@ class CatcherTracer final : public Integrator {
                    std::uint64_t& rays) const noexcept override;
 
  private:
-  /// What the ground's light is more with the model than without; blocked: what the model keeps
-  /// away.
+  /// The change of the ground's light due to the model. blocked: the light that the model occludes.
   struct Change {
     Rgb more;
     Rgb blocked;

@@ -1,5 +1,5 @@
-// Direct light: what the surfaces that the camera sees emit and receive from lights without a
-// bounce in between. Shows how little an integrator needs beside core/transport.
+// Direct lighting: emission of the surfaces seen by the camera, and their direct light. Shows how
+// little an integrator needs besides core/transport.
 #include <cmath>
 
 #include "core/integrators/registry.h"
@@ -40,8 +40,8 @@ class DirectIntegrator final : public Integrator {
   LightSampler lights_;
 };
 
-/// Light of the environment along the path's ray, weighted against light samples of its last
-/// vertex.
+/// Returns the environment's radiance along the path's ray, with its MIS weight against light
+/// samples of the last vertex.
 Rgb DirectIntegrator::background(const PathState& path) const noexcept {
   if (environment_ == nullptr) {
     return {};
@@ -124,7 +124,7 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
       record_first_surface(out, vertex, bsdf.albedo());
     }
     out.radiance += path.beta * emission(path, vertex);
-    const bool is_last = path.scatterings() >= 1;  // but clear surfaces may still be passed
+    const bool is_last = path.scatterings() >= 1;  // clear surfaces may still be passed
     if (path.null_scatterings > kNullScatteringMax || (is_last && is_black(bsdf.straight()))) {
       return out;
     }

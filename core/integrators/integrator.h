@@ -1,4 +1,4 @@
-/// Integrator: the light that comes along one camera ray.
+/// Integrator: estimates the radiance along a camera ray.
 #pragma once
 
 #include <cstddef>
@@ -17,75 +17,76 @@
 
 namespace core {
 
-/// One of several camera paths that may share what they find.
+/// One of several camera paths that may share samples.
 struct GroupPath {
   Camera::CameraRay camera_ray;
   PathSampler sampler;  ///< started for the pixel and sample
   PathSample out{};
 };
 
-/// Follows groups of paths, one group after another; for one thread.
+/// Traces groups of paths, one group at a time; used by one thread.
 class GroupTracer {
  public:
   virtual ~GroupTracer() = default;
-  /// Fills out. At most kGroupMost paths, all of one replicate, `each` of every pixel. rays: counts
-  /// those traced.
+  /// Traces the paths and fills their `out`. At most kGroupMost paths, all of one replicate, with
+  /// `each` paths per pixel. rays: adds the rays traced.
   virtual void trace(std::span<GroupPath> paths, int each, std::uint64_t& rays) noexcept = 0;
 };
 inline constexpr std::size_t kGroupMost = SharedSamples::kMost;
 
-/// Takes what light paths bring to the camera.
+/// Receives the contributions of light paths to the film.
 class CameraSplats {
  public:
   virtual ~CameraSplats() = default;
   virtual const Camera& camera() const noexcept = 0;
-  /// Does any pixel of the film take light from there?
+  /// Returns whether light at this film position contributes to any pixel.
   virtual bool reaches(Vec2 film_px) const noexcept = 0;
-  /// film_px: of the full film, where ray() of the camera begins; value: what one light path for
-  /// each pixel of the film would add to a pixel of box filter.
+  /// Adds a contribution. film_px: position on the full film, as in the camera's ray(); value: the
+  /// value of a pixel with a box filter, if there were one light path per pixel of the film.
   virtual void add(Vec2 film_px, Rgb value) noexcept = 0;
-  /// The same for a share of the film's light, by its number.
+  /// As add(), to share number `share` of the film's light.
   virtual void add_to_share(Vec2 /*film_px*/, std::size_t /*share*/, Rgb /*value*/) noexcept {}
 };
 
-/// Names a Markov chain: light sample `sample` of a unit whose corner is pixel (x, y).
+/// Identifies a Markov chain: light sample `sample` of the unit whose corner is pixel (x, y).
 struct ChainStart {
   int x = 0;
   int y = 0;
   int sample = 0;
-  int mutations = 0;  ///< pixels of the unit
+  int mutations = 0;  ///< number of pixels of the unit
 };
 
-/// One camera path. Immutable and shared by all threads.
+/// Traces single paths. Immutable and shared by all threads.
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// The sampler has been started for this pixel and sample. rays: counts those traced.
+  /// Traces one camera path. The sampler has been started for the pixel and sample. rays: adds the
+  /// rays traced.
   virtual PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                            std::uint64_t& rays) const noexcept = 0;
-  /// The same, and adds what the path found to the film's shares of the light, which begin black.
-  /// For integrators that keep shares.
+  /// As trace(), and adds the path's light to the film's shares, which start at zero. For
+  /// integrators that support shares.
   virtual PathSample trace_shares(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                                   std::uint64_t& rays, std::span<Rgb> /*shares*/) const noexcept {
     return trace(camera_ray, sampler, rays);
   }
-  /// One light path, for integrators that splat: as many as camera paths. The sampler has been
-  /// started for a pixel and sample, of a stream of its own.
+  /// Traces one light path, for integrators that splat; called as often as trace(). The sampler has
+  /// been started for a pixel and sample of a separate stream.
   virtual void trace_light(const PathSampler&, std::uint64_t&, CameraSplats&) const noexcept {}
-  /// True: trace_chain() stands for trace_light().
+  /// Returns whether trace_chain() replaces trace_light().
   virtual bool has_chains() const noexcept { return false; }
-  /// Adds what `mutations` light paths would.
+  /// Adds the contributions of `mutations` light paths.
   virtual void trace_chain(const ChainStart&, std::uint64_t& /*rays*/, CameraSplats&) const {}
-  /// Null: samples need none.
+  /// Returns the prepass of a sample; null if it needs none.
   virtual std::unique_ptr<Prepass> start_prepass(int /*sample*/) const { return nullptr; }
-  /// Each part once, by any thread. rays: counts those traced.
+  /// Runs each part once, on any thread. rays: adds the rays traced.
   virtual void run_prepass(Prepass&, int /*part*/, std::uint64_t& /*rays*/) const {}
-  /// As trace(), where samples need a pass before; it is ready, and serves this sample.
+  /// As trace(), for samples with a prepass, which is complete and serves this sample.
   virtual PathSample gather(const Camera::CameraRay&, const PathSampler&, const Prepass&,
                             std::uint64_t&) const noexcept {
     return {};
   }
-  /// Null: paths do not share anything.
+  /// Returns null if paths share no samples.
   virtual std::unique_ptr<GroupTracer> make_group_tracer() const { return nullptr; }
 };
 
@@ -93,12 +94,12 @@ struct IntegratorInput {
   const SceneData& scene;
   const Environment* environment;  ///< null: black
   const RenderSettings& settings;
-  const Camera* camera = nullptr;  ///< for integrators with light paths: of the view
-  /// path: light samples choose distances in media too (core/integrators/path_media.h).
+  const Camera* camera = nullptr;  ///< the view's camera, for integrators with light paths
+  /// For path: light samples also choose distances in media (core/integrators/path_media.h).
   bool aims_in_media = false;
 };
 
-/// As the settings name it. Pre: the name is a row of integrators().
+/// Creates the integrator that the settings name. Pre: the name is a row of integrators().
 std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input);
 
 }  // namespace core

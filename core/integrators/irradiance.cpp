@@ -43,7 +43,7 @@ Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const Pat
                    facing(vertex.point.normal_geometric));
 }
 
-/// side: normal of the surface itself, along which rays leave it.
+/// side: geometric normal, on whose side rays leave the surface.
 Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
                                 Vec3 side) const noexcept {
   if (paths_.options().max_depth < 1) {
@@ -51,7 +51,7 @@ Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
   }
   const LightSampler& lights = paths_.lights();
   path.fog = paths_.fog();
-  path.out.hit = true;  // there is no first surface to record
+  path.out.hit = true;  // no first surface to record
   const Vec3 origin = offset_ray(point, side);
   const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kLight));
   Rgb direct;

@@ -1,4 +1,4 @@
-/// IrradianceTracer: light that falls on a point, by path tracing with next-event estimation.
+/// IrradianceTracer: estimates irradiance at points by path tracing with next-event estimation.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +9,22 @@ namespace core {
 
 class IrradianceTracer {
  public:
-  /// Of the settings: depth (the point is the first surface that a path scatters at), medium. Scene
-  /// and environment must outlive it.
+  /// Uses depth (the point counts as the first surface that scatters) and medium of the settings.
+  /// Scene and environment must outlive it.
   explicit IrradianceTracer(const IntegratorInput& input);
 
-  /// One sample of the integral of radiance times cosine over the hemisphere around `normal`
-  /// (unit), in the scene's units. The sampler has been started for this sample. rays: counts those
-  /// traced.
+  /// Returns one sample of the irradiance: the integral of radiance times cosine over the
+  /// hemisphere around `normal` (unit), in the scene's units. The sampler has been started for this
+  /// sample. rays: adds the rays traced.
   Rgb sample(Vec3 point, Vec3 normal, const PathSampler& sampler,
              std::uint64_t& rays) const noexcept;
-  /// The same where a camera ray first meets a surface, on the side that it sees; black where it
-  /// meets none.
+  /// As sample(), at the first surface that a camera ray hits, on the side facing the camera; black
+  /// if the ray hits none.
   Rgb sample_seen(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                   std::uint64_t& rays) const noexcept;
 
  private:
-  /// From a path that has reached the point: media and ray cone are its own.
+  /// Continues a path that has reached the point, with its media and ray cone.
   Rgb sample_at(TracedPath& path, Vec3 point, Vec3 normal, Vec3 side) const noexcept;
 
   const SceneData& scene_;

@@ -9,17 +9,17 @@
 namespace core {
 namespace {
 
-/// Records are placed closer together than they reach, so that those of several are averaged
-/// everywhere and none ends where it alone stands.
+/// Records are placed closer together than their radii, so that several are averaged everywhere and
+/// none ends abruptly.
 constexpr float kOverlap = 1.4F;
 
-/// Sides of cells so much wider than the spheres that they are overlapped by one or two on each
-/// axis, whatever rounding does.
+/// Makes cells slightly wider than the spheres, so that a sphere overlaps one or two cells per axis
+/// despite rounding.
 constexpr float kCellSlack = 1.001F;
 
 Vec3 around(float phi) noexcept { return {std::cos(phi), std::sin(phi), 0}; }
 
-/// Channel c of a colour that a vector is weighted with.
+/// Adds a vector weighted by each channel of a colour.
 void add(std::array<Vec3, 3>& to, Vec3 direction, Rgb by) noexcept {
   for (int c = 0; c < 3; ++c) {
     to[static_cast<std::size_t>(c)] += direction * by[c];
@@ -30,7 +30,8 @@ Rgb dot_each(const std::array<Vec3, 3>& gradient, Vec3 d) noexcept {
   return {dot(gradient[0], d), dot(gradient[1], d), dot(gradient[2], d)};
 }
 
-/// Mean of tan(theta) over the ring's share of the projected hemisphere: x = sin^2(theta).
+/// Returns the mean of tan(theta) over the ring's part of the projected hemisphere: x =
+/// sin^2(theta).
 float mean_tangent(int ring, int rings) noexcept {
   const auto integral = [rings](int j) {
     const double x = static_cast<double>(j) / rings;
@@ -39,8 +40,8 @@ float mean_tangent(int ring, int rings) noexcept {
   return static_cast<float>((integral(ring + 1) - integral(ring)) * rings);
 }
 
-/// One axis of a cell: 21 bits, so that cells 2^21 apart share a place in the index; their records
-/// are too far away to count.
+/// One axis of a cell in 21 bits: cells 2^21 apart share an index entry, but their records are too
+/// far away to be used.
 std::uint64_t along(float at, int exponent, int step = 0) noexcept {
   const double cell = std::floor(std::ldexp(static_cast<double>(at), -exponent));
   return static_cast<std::uint64_t>(static_cast<std::int64_t>(cell) + step) & 0x1FFFFFU;
@@ -94,7 +95,7 @@ HemisphereLight gathered(const HemisphereGrid& grid, std::span<const HemisphereS
       const float middle = turn * (static_cast<float>(k) + 0.5F);
       out.irradiance += here.radiance * cell;
       inverse += 1 / static_cast<double>(here.distance_m);
-      // n x d = sin(theta) around(phi + pi / 2); over the cosine that the sample was drawn with.
+      // n x d = sin(theta) around(phi + pi / 2), divided by the cosine of the sample's density.
       add(out.gradients.by_turn, around(middle + kPi / 2), here.radiance * (cell * tangent));
       if (j > 0) {
         const HemisphereSample& below = at(j - 1, k);
@@ -149,7 +150,7 @@ void IrradianceCache::each(Vec3 point, Vec3 normal, int scatterings, Visit&& vis
     const IrradianceRecord& record = records_[i];
     const Vec3 d = point - record.position;
     const float error = length(d) / record.radius_m + safe_sqrt(1 - dot(normal, record.normal));
-    // Not where the record lies in front of the point: it sees what the point does not.
+    // Rejects records in front of the point, which see what the point cannot.
     constexpr float kInFront = 0.05F;
     const bool is_in_front = dot(d, normal + record.normal) * 0.5F < -kInFront * record.radius_m;
     if (error < tolerance_ && record.scatterings == scatterings && !is_in_front) {
@@ -189,7 +190,7 @@ void IrradianceCache::insert(std::span<const IrradianceRecord> records) {
     const auto added = static_cast<std::uint32_t>(records_.size());
     records_.push_back(record);
     IrradianceRecord& here = records_[added];
-    // Those of the same call are not in the index yet; a later record finds them both.
+    // Records of the same call are not in the index yet; a later record finds both.
     each_near(here.position, [&](std::uint32_t i) {
       IrradianceRecord& other = records_[i];
       const float apart_m = length(other.position - here.position);

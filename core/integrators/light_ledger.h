@@ -1,7 +1,7 @@
-/// Ledgers: where else than in the picture a path's light is noted.
+/// Ledgers: sort the light of a path into the film's shares, besides the image.
 ///
-/// A policy of PathTracer's options. NoLedger is empty, so that the default path has no trace of
-/// it; LightLedger sorts what paths find into the film's shares of the light.
+/// A policy of PathTracer's options. NoLedger is empty, so the default path has no extra code;
+/// LightLedger adds contributions to the film's shares of the light.
 #pragma once
 
 #include <algorithm>
@@ -17,10 +17,10 @@ struct NoLedger {
   void add(Rgb*, Rgb, int, Group&&) const noexcept {}
 };
 
-/// What a ledger goes by.
+/// Properties of a contribution by which the ledger sorts it.
 struct LightOrigin {
-  int scatterings = 0;      ///< of the path from the light to the camera
-  std::uint32_t group = 0;  ///< number of the light's group
+  int scatterings = 0;      ///< on the path from the light to the camera
+  std::uint32_t group = 0;  ///< index of the light's group
   SubpathLengths strategy{};
 };
 
@@ -35,7 +35,7 @@ class LightLedger {
     }
   }
   bool empty() const noexcept { return rows_.empty(); }
-  /// to: one sum for each share; null: not asked for. group(): as in LightOrigin.
+  /// to: one sum per share; null if shares are not recorded. group(): as in LightOrigin.
   template <typename Group>
   void add(Rgb* to, Rgb value, int scatterings, Group&& group) const noexcept {
     if (to == nullptr || is_black(value)) {
@@ -43,7 +43,7 @@ class LightLedger {
     }
     each({scatterings, group()}, [to, value](std::size_t i, bool) { to[i] += value; });
   }
-  /// visit(share, is_weighted) for each share that has light of this origin.
+  /// Calls visit(share, is_weighted) for each share that includes light of this origin.
   template <typename Visit>
   void each(const LightOrigin& from, Visit&& visit) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {

@@ -1,8 +1,8 @@
-// Light tracing: particles leave the lights, and every surface that one meets is connected to the
-// camera. What the camera sees directly, and what reaches it by a delta lobe of the first surface,
-// no connection finds: camera paths bring exactly that, and light paths the rest, so that both add
-// up to the picture without weights.
-// Source: Veach 1997, 8.3 and 10.2 (t = 1); PBR 3rd ed. 16.1.2, Dutre, Lafortune and Willems 1993.
+// Light tracing: particles leave the lights, and every surface that they hit is connected to the
+// camera. Connections cannot find light seen directly, or by a delta lobe of the first surface:
+// camera paths contribute exactly that light and light paths the rest, so both add up to the image
+// without weights. Source: Veach 1997, 8.3 and 10.2 (t = 1); PBR 3rd ed. 16.1.2, Dutre, Lafortune
+// and Willems 1993.
 #include "core/integrators/path_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"

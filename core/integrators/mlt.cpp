@@ -1,18 +1,17 @@
-// Metropolis light transport in the space of random numbers: a chain of paths, each a small or a
-// large step from the one before, that spends its time where light is. A state is all that one
-// camera subpath and the light subpaths of bdpt bring, anywhere on the film.
+// Metropolis light transport in primary sample space: a Markov chain of paths with small and large
+// mutations, which spends its time where light is. A state is the contribution of one camera
+// subpath and the light subpaths of bdpt, anywhere on the film.
 //
-// Chains are short, many and independent: each begins with samples of its own, of which one is
-// drawn by its light, and the mean of them all is what the chain's states have to add up to. So
-// there is no start-up bias, and the halves of a job have nothing in common.
+// Chains are short, many and independent: each starts with samples of its own, one of which is
+// drawn in proportion to its light, and the mean of these samples normalises the chain. So there is
+// no start-up bias, and the halves of a job are independent.
 //
 // Sources: Kelemen and others 2002, "A Simple and Robust Mutation Strategy for the Metropolis Light
-// Transport Algorithm"; start-up: Veach 1997, 11.3.1; both states of a mutation counted by their
-// expected share: Veach 1997, 11.5; numbers moved only when they are asked for: PBR 3rd ed., 16.4.
-// Short chains of many beginnings: Cline, Talbot and Egbert 2005, "Energy Redistribution Path
-// Tracing".
+// Transport Algorithm"; start-up: Veach 1997, 11.3.1; both states of a mutation weighted by their
+// expected probability: Veach 1997, 11.5; lazy mutation of numbers: PBR 3rd ed., 16.4. Short chains
+// with many starts: Cline, Talbot and Egbert 2005, "Energy Redistribution Path Tracing".
 //
-// What the camera sees without scattering comes by camera paths.
+// Camera paths contribute the light that the camera sees without scattering.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -32,12 +31,12 @@
 namespace core {
 namespace {
 
-/// Of a mutation that draws all numbers anew, and width of the others. Source: PBR 3rd ed., 16.4.
+/// Probability of a large step, and width of small ones. Source: PBR 3rd ed., 16.4.
 constexpr float kLargeStep = 0.3F;
 constexpr float kSigma = 0.01F;
-/// Samples that a chain begins with: a quarter of its length, but so many at least.
+/// Minimum number of samples that a chain starts with; otherwise a quarter of its length.
 constexpr int kFirstSamples = 64;
-/// Streams of one state: the camera's path with its light subpath, the light path that is splatted.
+/// Streams of one state: the camera path with its light subpath, and the splatted light path.
 constexpr std::uint64_t kCameraNumbers = 1;
 constexpr std::uint64_t kLightNumbers = 2;
 
@@ -46,13 +45,13 @@ Vec4 uniform_4d(std::uint64_t a, std::uint64_t b) noexcept {
   return PathSampler::independent_4d(h, mix_bits(h + 0x632be59bd9b4e019ULL));
 }
 
-/// Numbers are those of the last large step, moved by all small ones since, and known only where a
-/// state has asked for them.
+/// The numbers of a state: those of the last large step, with all small steps since. Computed only
+/// for numbers that a state has requested.
 class ChainNumbers final : public PrimaryNumbers {
  public:
   explicit ChainNumbers(std::uint64_t seed) : seed_(seed) {}
 
-  /// A state that depends on nothing before.
+  /// Starts a state that is independent of all earlier ones.
   void start(std::uint64_t base) {
     numbers_.clear();
     touched_.clear();
@@ -88,23 +87,23 @@ class ChainNumbers final : public PrimaryNumbers {
   struct Number {
     Vec4 value{};
     Vec4 value_before{};
-    int step = -1;  ///< accepted steps when it was moved last
+    int step = -1;  ///< accepted steps at its last mutation
     int step_before = -1;
-    std::uint64_t proposal = 0;  ///< that asked for it last
+    std::uint64_t proposal = 0;  ///< last proposal that used it
   };
 
   std::uint64_t seed_;
-  std::uint64_t base_ = 0;  ///< of this proposal's numbers
+  std::uint64_t base_ = 0;  ///< seed of this proposal's numbers
   std::uint64_t large_base_ = 0;
   std::uint64_t proposal_ = 0;
-  int step_ = 0;  ///< accepted, with the one that is proposed
+  int step_ = 0;  ///< accepted steps, plus the proposed one
   int large_step_ = 0;
   bool is_large_ = true;
   std::unordered_map<std::uint64_t, Number> numbers_;
   std::vector<Number*> touched_;  ///< by this proposal
 };
 
-/// Moves each number by a normal distance; [0,1) is a circle.
+/// Moves each number by a normally distributed distance; [0,1) wraps around.
 Vec4 moved(Vec4 from, float sigma, Vec4 u) noexcept {
   // Box and Muller.
   const float r1 = sigma * std::sqrt(-2 * std::log(1 - u.x));
@@ -143,17 +142,17 @@ Vec4 ChainNumbers::at(std::uint64_t key) noexcept {
   return number.value;
 }
 
-/// What a state brings to the film.
+/// The contributions of a state to the film.
 struct State {
   struct Part {
     Vec2 film_px;
     Rgb value;
   };
   std::vector<Part> parts;
-  double light = 0;  ///< luminance of all; chains visit states in proportion
+  double light = 0;  ///< total luminance; chains visit states in proportion to it
 };
 
-/// Notes light paths' splats.
+/// Records the splats of light paths.
 class NotedSplats final : public CameraSplats {
  public:
   NotedSplats(const CameraSplats& film, State& to) : film_(film), to_(to) {}
@@ -199,7 +198,7 @@ class Metropolis final : public Integrator {
   const Camera& camera_;
   float reach_px_;
   std::unique_ptr<const Integrator> paths_;
-  std::unique_ptr<const Integrator> unscattered_;  ///< the same at depth 0
+  std::unique_ptr<const Integrator> unscattered_;  ///< the same integrator at depth 0
 };
 
 void Metropolis::evaluate(ChainNumbers& numbers, State& out, std::uint64_t& rays,
@@ -207,7 +206,7 @@ void Metropolis::evaluate(ChainNumbers& numbers, State& out, std::uint64_t& rays
   out.parts.clear();
   const PathSampler camera_numbers(numbers, kCameraNumbers);
   const Vec4 u = camera_numbers.get_4d(kCameraGroup);
-  // As far beyond the film as filters reach.
+  // Extends beyond the film as far as filters reach.
   const float width = static_cast<float>(settings_.film.width) - 1 + 2 * reach_px_;
   const float height = static_cast<float>(settings_.film.height) - 1 + 2 * reach_px_;
   const Vec2 film_px = {0.5F - reach_px_ + u.x * width, 0.5F - reach_px_ + u.y * height};
@@ -271,7 +270,7 @@ void Metropolis::trace_chain(const ChainStart& from, std::uint64_t& rays,
   evaluate(numbers, current, rays, splats);
 
   State proposed;
-  double weight = 0;  // of the current state, so far
+  double weight = 0;  // accumulated by the current state
   for (int i = 1; i <= from.mutations; ++i) {
     const Vec4 u = uniform_4d(choices, static_cast<std::uint64_t>(i));
     numbers.propose(u.x < kLargeStep);

@@ -125,8 +125,8 @@ bool PathTracer<Options>::visit(TracedPath& path, PathVertex& vertex,
          (!is_at_max_depth(path) || !is_black(bsdf.straight()));
 }
 
-/// Adds light that the path has met. pdf_light: density with which the light sampler of the last
-/// vertex gives the direction [1/sr]; is_sampled: it could have found it.
+/// Adds light that the path has hit. pdf_light: density of the direction in the light sampler of
+/// the last vertex [1/sr]; is_sampled: the light sampler could have found it.
 template <typename Options>
 void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_light,
                                     bool is_sampled, std::uint32_t group) const noexcept {
@@ -209,7 +209,7 @@ void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& v
   }
 }
 
-/// One light sample; with several candidates, one of them by resampled importance sampling
+/// Takes one light sample; with several candidates, selects one by resampled importance sampling
 /// (core/policies/light_candidates.h).
 template <typename Options>
 DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& vertex,
@@ -283,7 +283,7 @@ Rgb PathTracer<Options>::arriving(TracedPath& path, const PathVertex& vertex,
     return {};
   }
   if (options_.shadow_threshold > 0) {
-    // Roulette for shadow rays: faint ones are traced in proportion to what they would add.
+    // Russian roulette for shadow rays: faint ones are traced in proportion to their contribution.
     const float survive =
         size_of(direct.value) * direct.scale * path.branch_weight / options_.shadow_threshold;
     if (survive < 1) {
@@ -331,8 +331,8 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
   }
   scatter(scene_, path, vertex, sample, light_samples(path));
   if (options_.roulette != RouletteType::kNone && !path.in_pair) {
-    // Where weights are fitted the density of the direction has to be known: roulette waits for the
-    // next surface.
+    // Fitted weights need the density of the direction, so Russian roulette waits for the next
+    // surface.
     const float survive = continuation_probability(path);
     if (survive < 1) {
       if (path.u_roulette < 0) {
@@ -347,8 +347,8 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
   return path.scatterings() <= options_.max_depth;
 }
 
-/// Continues from the first surface several times, with random numbers of their own, for the price
-/// of one camera segment; the continuations are averaged.
+/// Continues from the first surface several times with independent random numbers, for the cost of
+/// one camera segment, and averages the continuations.
 template <typename Options>
 void PathTracer<Options>::split(TracedPath& path, const PathVertex& vertex,
                                 const Surface& bsdf) const noexcept {
@@ -370,8 +370,8 @@ void PathTracer<Options>::split(TracedPath& path, const PathVertex& vertex,
   path.out.radiance += sum * share;
 }
 
-/// Analog absorption, where expected values are off: all of a factor below 1 or nothing, with the
-/// same mean. False: the path or the light sample ends.
+/// Analog absorption, used if expected values are off: replaces a factor below 1 by 1 or 0 with the
+/// same mean. Returns false if the path or the light sample ends.
 template <typename Options>
 bool PathTracer<Options>::survives(TracedPath& path, Rgb& factor) const noexcept {
   if (options_.expected_values) {
@@ -381,7 +381,7 @@ bool PathTracer<Options>::survives(TracedPath& path, Rgb& factor) const noexcept
   if (survive >= 1) {
     return true;
   }
-  constexpr std::uint32_t kAnalogDraws = 0x80000000U;  // apart from holes, which count from 0
+  constexpr std::uint32_t kAnalogDraws = 0x80000000U;  // distinct from holes, which count from 0
   if (path.sampler.extra_1d(path.depth, kAnalogDraws + path.analog_draws++) >= survive) {
     return false;
   }

@@ -1,5 +1,5 @@
-/// Paths through media that scatter: the steps of PathTracer that differ. For path.cpp, which
-/// instantiates them.
+/// Steps of PathTracer for paths in scattering media. Included by path.cpp, which instantiates
+/// them.
 #pragma once
 
 #include <optional>
@@ -14,10 +14,10 @@
 
 namespace core {
 
-/// A stretch of a path through a medium, along which light samples choose their own distances too.
+/// A segment of a path in a medium on which light samples choose their own distances.
 struct MediumAim {
   MediumStretch stretch;
-  Vec3 from;  ///< where lights are chosen
+  Vec3 from;  ///< reference point for choosing lights
 
   Equiangular distances(const PathState& path, Vec3 light) const noexcept {
     const Fog::Range range = stretch.range();
@@ -29,7 +29,7 @@ template <typename Options>
 bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept {
   while (true) {
     const bool is_met = intersect(scene_, path, vertex);
-    // Behind the last surface there is no solid: where the stack says so, a mesh has a hole.
+    // There is no solid behind the last surface; if the stack says so, a mesh has a hole.
     const Medium* solid = is_met ? segment_medium(scene_, path, vertex) : nullptr;
     [[maybe_unused]] Medium seen;
     if constexpr (Options::is_spectral) {
@@ -67,7 +67,7 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
   }
 }
 
-/// Scatters in a medium: a light sample, the next direction, roulette. False: the path is over.
+/// Scatters in a medium: light sample, next direction, roulette. Returns false if the path ends.
 template <typename Options>
 bool PathTracer<Options>::scatter_within(TracedPath& path, const MediumSample& sample,
                                          const MediumAim* aim) const noexcept {
@@ -128,7 +128,7 @@ void PathTracer<Options>::add_light_within(TracedPath& path, const MediumSample&
       light.light);
 }
 
-/// Adds what a light sample within a medium brings if nothing is in the way of `shadow`.
+/// Adds the contribution of a light sample in a medium if `shadow` is unoccluded.
 template <typename Options>
 void PathTracer<Options>::credit_medium_light(TracedPath& path, const Ray& shadow, Rgb value,
                                               std::uint32_t light) const noexcept {
@@ -141,7 +141,8 @@ void PathTracer<Options>::credit_medium_light(TracedPath& path, const Ray& shado
          [&] { return scene_.group_of_light(light); });
 }
 
-/// Do light samples choose their own distances? Not within smooth boundaries, which hide lights.
+/// Returns whether light samples choose their own distances. Not inside smooth boundaries, which
+/// occlude lights.
 template <typename Options>
 bool PathTracer<Options>::can_aim(const TracedPath& path,
                                   const MediumStretch& stretch) const noexcept {
@@ -150,9 +151,9 @@ bool PathTracer<Options>::can_aim(const TracedPath& path,
          (stretch.is_fog() || path.media.top()->is_clear);
 }
 
-/// A light sample for the whole stretch, at a distance chosen for the light. With those of
-/// distances at which the path scatters it shares, by their densities over distances and lights,
-/// what samples of the phase function leave to light samples.
+/// Takes one light sample for the whole segment, at a distance chosen for the light. MIS combines
+/// it with the light samples at the distances where the path scatters, by their densities over
+/// distance and light, for the part that phase function samples leave to light samples.
 template <typename Options>
 void PathTracer<Options>::add_light_along(TracedPath& path, const MediumAim& aim) const noexcept {
   const Vec4 u = path.sampler.get_4d(stretch_group(path.depth));

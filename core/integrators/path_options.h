@@ -1,9 +1,9 @@
-/// What the path tracer does at a vertex, chosen once a job.
+/// Options of the path tracer, selected once per job.
 ///
-/// Types with the same members: StudyOptions holds whatever the settings ask for; WholeOptions also
-/// renders what few jobs have; DefaultOptions holds the defaults as constants, so that the default
-/// path is compiled without a branch for anything else but splitting. The loop
-/// (core/integrators/path_tracer.h) is one source for all.
+/// Types with the same members. StudyOptions holds everything that the settings can ask for;
+/// WholeOptions adds features that few jobs use; DefaultOptions holds the defaults as constants, so
+/// the default path compiles without branches other than for splitting. The loop
+/// (core/integrators/path_tracer.h) is the same for all.
 #pragma once
 
 #include "core/bsdf/spectral_bsdf.h"
@@ -23,26 +23,26 @@ struct StudyOptions {
   explicit StudyOptions(const RenderSettings& settings);
 
   Strategy strategy;
-  MisRule mis;  ///< where weights are not fitted
+  MisRule mis;  ///< if weights are not fitted
   RouletteType roulette;
   ControlVariateType control_variate;
   FitType fit;
-  float shadow_threshold;  ///< of roulette for shadow rays; 0: every one is traced
-  int candidates;          ///< light samples of which one is taken (resampling)
-  int first_candidates;    ///< the same at the first surface
+  float shadow_threshold;  ///< Russian roulette for shadow rays; 0: traces all of them
+  int candidates;          ///< resampled light candidates, one of which is chosen
+  int first_candidates;    ///< candidates at the first surface
   bool expected_values;    ///< false: analog absorption
   int split_count;         ///< continuations at the first surface
   int max_depth;
 };
 
-/// The same with all that few jobs ask for: media that scatter, shares of the light.
+/// Adds features that few jobs use: scattering media and shares of the light.
 struct WholeOptions : StudyOptions {
   using StudyOptions::StudyOptions;
   using Ledger = LightLedger;
   static constexpr bool has_media = true;  // NOLINT(readability-identifier-naming): as above
 };
 
-/// The same with wavelengths instead of colours.
+/// As WholeOptions, with wavelengths instead of RGB.
 struct SpectralOptions : WholeOptions {
   using WholeOptions::WholeOptions;
   using Surface = SpectralBsdf;
@@ -53,9 +53,9 @@ struct DefaultOptions {
   using Ledger = NoLedger;
   using Surface = Bsdf;
   explicit DefaultOptions(const RenderSettings& settings);
-  /// Do the settings ask for nothing else?
+  /// Returns whether the settings ask for defaults only.
   static bool serves(const RenderSettings& settings);
-  /// And has the scene nothing else?
+  /// Returns whether the scene needs the defaults only, too.
   static bool serves(const IntegratorInput& input);
 
   // NOLINTBEGIN(readability-identifier-naming): the names of StudyOptions' members
@@ -75,11 +75,11 @@ struct DefaultOptions {
   int max_depth;
 };
 
-/// Does the job have media that scatter, or shares of the light?
+/// Returns whether the job has scattering media or shares of the light.
 bool needs_whole_options(const IntegratorInput& input);
 
-/// What path samples the sky by: where each light sample is weighted against the BSDF's, and is no
-/// candidate or partner of others, it need not be found everywhere.
+/// Returns the density by which path samples the environment. It may leave out dark parts if every
+/// light sample is combined with BSDF samples by MIS and is neither resampled nor shared.
 SkyDensity sky_density(const RenderSettings& settings);
 
 }  // namespace core

@@ -1,5 +1,5 @@
-/// Path tracing with next-event estimation and BSDF sampling combined by MIS.
-/// Source: Kajiya 1986; Veach 1997, chapters 9 and 10; PBR 4th ed., section 14.1.
+/// PathTracer: path tracing with next-event estimation and BSDF sampling combined by MIS. Source:
+/// Kajiya 1986; Veach 1997, chapters 9 and 10; PBR 4th ed., section 14.1.
 #pragma once
 
 #include <optional>
@@ -19,28 +19,30 @@ class MediumStretch;
 struct MediumAim;
 struct MediumSample;
 
-/// A path and what it has found.
+/// A path and its contributions.
 struct TracedPath : PathState {
   PathSample out{};
-  float u_roulette = -1;     ///< of this bounce; below 0: not drawn yet
-  float shared_samples = 0;  ///< light samples at a first surface that shares them; 0: its own
-  float branch_weight = 1;   ///< of the pixel: below 1 where a path was split
+  float u_roulette = -1;     ///< for this bounce; negative: not drawn yet
+  float shared_samples = 0;  ///< number of shared light samples at the first surface; 0: not shared
+  float branch_weight = 1;   ///< weight in the pixel; below 1 if the path was split
   std::uint32_t analog_draws = 0;
-  bool last_controlled = false;  ///< at the last vertex light samples stand for closed-form lights
-  bool last_fitted = false;      ///< at the last vertex weights are fitted
-  bool in_pair = false;   ///< nothing was met since: a light sample could have found this, too
-  Rgb* shares = nullptr;  ///< of the light, one sum each; null: not asked for
-  const Wavelengths* wavelengths = nullptr;  ///< of throughput and light; null: they are colours
+  bool last_controlled = false;  ///< the control variate replaced BSDF samples of closed-form
+                                 ///< lights at the last vertex
+  bool last_fitted = false;      ///< weights were fitted at the last vertex
+  bool in_pair = false;   ///< no surface hit since, so a light sample could have found this light
+                          ///< too
+  Rgb* shares = nullptr;  ///< one sum per share; null if shares are not recorded
+  const Wavelengths* wavelengths = nullptr;  ///< of throughput and radiance; null: RGB
 };
 
-/// What a light sample adds to the pixel if nothing is in its way: value * scale.
+/// The contribution of a light sample if it is unoccluded: value * scale.
 struct DirectLight {
   LightSample light;
   Rgb value;
   float scale = 0;
   float mis_weight = 1;
-  Rgb control;           ///< mean of the control variate less the control variate; always added
-  bool in_pair = false;  ///< unoccluded, so that a BSDF sample could have found it
+  Rgb control;           ///< mean of the control variate minus the control variate; always added
+  bool in_pair = false;  ///< unoccluded, so a BSDF sample could have found it
 };
 
 template <typename Options>
@@ -68,28 +70,28 @@ class PathTracer final : public Integrator {
                           std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
   std::unique_ptr<GroupTracer> make_group_tracer() const override;
 
-  // The steps of the loop, for tracers that share light samples (core/policies/shared_lights.cpp).
+  // Steps of the loop, for tracers that share light samples (core/policies/shared_lights.cpp).
 
-  /// Follows the path from its ray to its end.
+  /// Traces the path from its current ray to its end.
   void follow(TracedPath& path) const noexcept;
-  /// Extends the path to its next surface and shades it. False: the path is over.
+  /// Extends the path to its next surface and shades it. Returns false if the path ends.
   bool next_vertex(TracedPath& path, PathVertex& vertex) const noexcept;
-  /// Adds what the surface itself emits. False: the path is over.
+  /// Adds the emission of the surface. Returns false if the path ends.
   bool visit(TracedPath& path, PathVertex& vertex, const Surface& bsdf) const noexcept;
   bool is_at_max_depth(const PathState& path) const noexcept {
     return path.scatterings() >= options_.max_depth;
   }
-  /// Adds a light sample.
+  /// Adds a light sample (next-event estimation).
   void add_direct_light(TracedPath& path, const PathVertex& vertex,
                         const Surface& bsdf) const noexcept;
-  /// Samples the next direction, with roulette. False: the path is over.
+  /// Samples the next direction and applies Russian roulette. Returns false if the path ends.
   bool extend(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
-  /// What a light sample brings; asks what is in the way.
+  /// Returns the contribution of a light sample; traces its shadow ray.
   Rgb arriving(TracedPath& path, const PathVertex& vertex, DirectLight& direct) const noexcept;
 
   const LightSampler& lights() const noexcept { return lights_; }
   const Options& options() const noexcept { return options_; }
-  /// Around the solids; null: there is none.
+  /// The fog around the solids; null if there is none.
   const Fog* fog() const noexcept { return fog_ ? &*fog_ : nullptr; }
 
  private:
@@ -102,21 +104,22 @@ class PathTracer final : public Integrator {
     }
     return options_.candidates;
   }
-  /// Light samples at the path's surface, in the weights of MIS.
+  /// Returns the number of light samples at the path's surface, for MIS weights.
   float light_samples(const TracedPath& path) const noexcept {
     return path.depth == 0 && path.shared_samples > 0 ? path.shared_samples
                                                       : static_cast<float>(candidates(path.depth));
   }
-  /// Does the control variate stand in for BSDF samples at this surface?
+  /// Returns whether the control variate replaces BSDF samples at this surface.
   bool is_controlled(const Surface& bsdf) const noexcept {
     return options_.control_variate == ControlVariateType::kAnalytic && bsdf.is_wide() &&
            samples_lights();
   }
-  /// Does a light sample here get a control variate with the pixel's own factor?
+  /// Returns whether a light sample here uses a control variate with the pixel's fitted
+  /// coefficient.
   bool fits_control(int depth, const Surface& bsdf) const noexcept {
     return options_.fit == FitType::kRegression && depth == 0 && bsdf.is_wide() && samples_lights();
   }
-  /// Are the samples at this surface weighted by the pixel's own 2x2 system?
+  /// Returns whether MIS weights here come from the pixel's fitted 2x2 system.
   bool fits_weights(int depth, const Surface& bsdf) const noexcept {
     return options_.fit == FitType::kOptimalMis && depth == 0 && bsdf.has_spread() &&
            !lights_.empty();
@@ -138,7 +141,7 @@ class PathTracer final : public Integrator {
       return make_bsdf(vertex.shading, vertex.wo_world);
     }
   }
-  /// Adds light to the picture, and to its shares. scatterings: on the whole path; group(): of its
+  /// Adds light to the image and its shares. scatterings: on the whole path; group(): group of the
   /// light.
   template <typename Group>
   void credit(TracedPath& path, Rgb value, int scatterings, Group&& group) const noexcept {
@@ -146,7 +149,7 @@ class PathTracer final : public Integrator {
     path.out.radiance += color;
     ledger_.add(path.shares, color * path.branch_weight, scatterings, group);
   }
-  /// Extends the path to its next surface, through what is in between. False: the path is over.
+  /// Extends the path to its next surface, through any media. Returns false if the path ends.
   bool reach_surface(TracedPath& path, PathVertex& vertex) const noexcept;
   bool reach_through_media(TracedPath& path, PathVertex& vertex) const noexcept;
   bool scatter_within(TracedPath& path, const MediumSample& sample,

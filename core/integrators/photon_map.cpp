@@ -58,7 +58,7 @@ PhotonMap::PhotonMap(std::vector<std::vector<Photon>>& parts, float radius_m)
     first = sum;
   }
   photons_.resize(count);
-  // From the back, so that the order stays and first_ ends at the beginnings.
+  // Goes backwards, so that the order is kept and first_ ends up at the beginnings.
   for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
     for (auto photon = part->rbegin(); photon != part->rend(); ++photon) {
       photons_[--first_[bucket(cell_below(photon->position, 0))]] = *photon;

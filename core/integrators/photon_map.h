@@ -1,8 +1,8 @@
-/// PhotonMap: particles where they met surfaces, found by place.
+/// PhotonMap: stores photons on surfaces and finds those near a point.
 ///
-/// Cells of a grid, hashed into buckets; photons of a bucket lie together, in the order in which
-/// they came. Source: Jensen 2001, "Realistic Image Synthesis Using Photon Mapping"; the hashed
-/// grid: PBR 4th ed., section 13.4 (online).
+/// A hashed grid: the photons of a bucket are contiguous, in insertion order. Source: Jensen 2001,
+/// "Realistic Image Synthesis Using Photon Mapping"; the hashed grid: PBR 4th ed., section 13.4
+/// (online).
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace core {
 
-/// A unit vector in four bytes: octahedral, within 1e-4 rad. Source: Cigolle and others 2014, "A
-/// Survey of Efficient Representations for Independent Unit Vectors", JCGT 3(2).
+/// A unit vector in four bytes: octahedral encoding, accurate to 1e-4 rad. Source: Cigolle and
+/// others 2014, "A Survey of Efficient Representations for Independent Unit Vectors", JCGT 3(2).
 class PackedDirection {
  public:
   PackedDirection() = default;
@@ -33,23 +33,22 @@ class PackedDirection {
 /// A particle on a surface.
 struct Photon {
   Vec3 position;                  ///< world [m]
-  Rgb power;                      ///< what it carries, for one particle alone [W]
-  PackedDirection wi_world;       ///< where it came from, away from the surface
+  Rgb power;                      ///< as if it were the only photon [W]
+  PackedDirection wi_world;       ///< direction it came from, away from the surface
   PackedDirection normal;         ///< geometric
   std::uint16_t scatterings = 0;  ///< before this surface
-  bool is_caustic = false;        ///< some, and all of them in smooth surfaces
+  bool is_caustic = false;        ///< scattered at least once, and only at smooth surfaces
 };
 
 static_assert(sizeof(Photon) == kPhotonBytes);
 
 class PhotonMap {
  public:
-  /// parts: emptied on the way. radius_m > 0: the farthest that each() looks.
+  /// Empties `parts`. radius_m > 0: search radius of each().
   PhotonMap(std::vector<std::vector<Photon>>& parts, float radius_m);
   PhotonMap() = default;
 
-  /// visit(photon) for all that are no farther than the radius from the point, in the same order
-  /// each time.
+  /// Calls visit(photon) for all photons within the radius of the point, always in the same order.
   template <typename Visit>
   void each(Vec3 point, Visit&& visit) const noexcept;
   std::size_t size() const noexcept { return photons_.size(); }
@@ -64,7 +63,7 @@ class PhotonMap {
   std::vector<std::uint32_t> first_;  ///< [bucket + 1]
 };
 
-/// Cells are as wide as the sphere that is looked for, which so reaches into two on each axis.
+/// Cells are as wide as the diameter of the search sphere, so it overlaps at most two on each axis.
 inline PhotonMap::Cell PhotonMap::cell_below(Vec3 point, double shift) const noexcept {
   const double scale = 0.5 / static_cast<double>(radius_m_);
   const auto along = [=](float at) {

@@ -1,16 +1,15 @@
-// Photon mapping. Each sample of the pixels has a map of its own: particles leave the lights and
-// are kept wherever they meet a surface that is not smooth, even if they go on. Paths from the
-// camera end at the first surface that scatters widely, and take the light that falls on it from
-// the particles within a disk there.
+// Photon mapping. Each sample of the pixels has its own map: particles leave the lights and are
+// stored at every surface that is not smooth, and may continue. Camera paths end at the first
+// diffuse-like surface and estimate its light from the particles in a disk around the point.
 //
 // sppm: the disk shrinks from sample to sample, so that the mean of all samples converges. Maps are
-// independent of each other, and nothing is kept of them. Sources: Hachisuka and Jensen 2009,
-// "Stochastic Progressive Photon Mapping"; radii and independent passes: Knaus and Zwicker 2011,
-// "Progressive Photon Mapping: A Probabilistic Approach".
-// photon-map: the disk stays; with final gathering the map is looked up one reflection later,
-// where its blur does not show. Source: Jensen 1996, "Global Illumination Using Photon Maps".
+// independent, and none is kept. Sources: Hachisuka and Jensen 2009, "Stochastic Progressive Photon
+// Mapping"; radii and independent passes: Knaus and Zwicker 2011, "Progressive Photon Mapping: A
+// Probabilistic Approach". photon-map: the disk has a fixed radius; with final gathering the map is
+// looked up one reflection later, where its blur is not visible. Source: Jensen 1996, "Global
+// Illumination Using Photon Maps".
 //
-// Left out: light of unlit materials on surfaces where a path ends.
+// Not included: light of unlit materials on surfaces where a path ends.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -33,7 +32,7 @@
 namespace core {
 namespace {
 
-/// Particles that one thread follows in one go.
+/// Number of particles per part.
 constexpr int kPartPaths = 1024;
 
 class Photons final : public Prepass {
@@ -63,11 +62,11 @@ class Photons final : public Prepass {
   std::vector<int> ends_;
 };
 
-/// Which of the particles around a point count.
+/// Selects the particles around a point that count.
 enum class Kept {
-  kAll,  ///< those straight from a light, too
+  kAll,  ///< including direct light
   kIndirect,
-  kCaustic  ///< indirect, by smooth surfaces alone
+  kCaustic  ///< caustics only: indirect, by smooth surfaces alone
 };
 
 class PhotonTracer final : public Integrator {
@@ -85,7 +84,7 @@ class PhotonTracer final : public Integrator {
 
   PathSample trace(const Camera::CameraRay&, const PathSampler&,
                    std::uint64_t&) const noexcept override {
-    return {};  // samples come with photons
+    return {};  // the prepass supplies photons to samples
   }
   std::unique_ptr<Prepass> start_prepass(int sample) const override;
   void run_prepass(Prepass& pass, int part, std::uint64_t& rays) const override;
@@ -114,7 +113,8 @@ class PhotonTracer final : public Integrator {
   float first_radius_m_;
 };
 
-/// Three pixels where the camera first looks: the median over a grid of 16 x 16 rays.
+/// Returns three pixels at the distance of the first surfaces: the median over a grid of 16 x 16
+/// rays.
 float PhotonTracer::usual_radius_m(const SceneData& scene, const Camera& camera,
                                    const RenderSettings& settings) {
   constexpr int kRays = 16;
@@ -150,7 +150,7 @@ std::unique_ptr<Prepass> PhotonTracer::start_prepass(int sample) const {
 
 void PhotonTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) const {
   auto& photons = static_cast<Photons&>(pass);
-  // One set of points for all particles of a map, another for each map.
+  // One point set for all particles of a map; each map has another.
   PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kPhotonStream,
                       settings_.first_replicate);
   const int replicate = pass.sample() % settings_.replicates;
@@ -180,8 +180,8 @@ PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathS
   return path.out;
 }
 
-/// Does a camera path take its light from the map here? Not where a narrow lobe would pick single
-/// particles: such surfaces are path traced.
+/// Returns whether a camera path looks up the map here. Surfaces with narrow lobes, which would
+/// pick out single particles, are path traced.
 bool PhotonTracer::ends_at(const Bsdf& bsdf, const PathVertex& vertex) const noexcept {
   constexpr float kAlphaLeast = 0.0625F;  // roughness 1/4
   const float alpha = std::min(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
@@ -252,12 +252,12 @@ Rgb PhotonTracer::direct_light(TracedPath& path, const PathVertex& vertex,
          (1 / light.pdf_solid_angle);
 }
 
-/// The particles' light that the surface scatters along the path. Where they lie on a neighbouring
-/// surface that is turned by more than 45 degrees they do not count.
+/// Returns the light of the particles that the surface scatters along the path. Ignores particles
+/// on neighbouring surfaces rotated by more than 45 degrees.
 Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                            const Photons& photons, Kept kept) const noexcept {
   constexpr float kTurned = 0.7071068F;
-  // Of a particle that all but grazes the surface: 1e-6 of the light comes from below.
+  // Minimum cosine of a particle's direction; 1e-6 of diffuse light is below it.
   constexpr float kCosLeast = 1e-3F;
   const int least = kept == Kept::kAll ? 0 : 1;
   const int most = settings_.max_depth - 1 - path.scatterings();
@@ -277,8 +277,8 @@ Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, con
   return path.beta * sum * (kInvPi / (square(photons.radius_m) * static_cast<float>(paths_)));
 }
 
-/// Light reflected once more before the map is asked: what comes neither straight from a light nor
-/// from one by smooth surfaces alone.
+/// Final gathering: samples one more reflection and then looks up the map, for light that does not
+/// come from a light directly or by smooth surfaces alone.
 Rgb PhotonTracer::final_gather(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                                const Photons& photons) const noexcept {
   const int count = settings_.photons.final_gather;
@@ -290,7 +290,7 @@ Rgb PhotonTracer::final_gather(const TracedPath& path, const PathVertex& vertex,
     const Vec4 u = branch.sampler.get_4d(dimension_group(branch.depth, BounceGroup::kBsdf));
     const BsdfSample sample = bsdf.sample(u.x, {u.y, u.z});
     if (is_black(sample.weight) || sample.is_delta || sample.is_straight) {
-      continue;  // smooth lobes are followed by the path itself
+      continue;  // the path itself follows smooth lobes
     }
     scatter(scene_, branch, vertex, sample, 1);
     follow_gathering(branch, photons);
@@ -300,11 +300,11 @@ Rgb PhotonTracer::final_gather(const TracedPath& path, const PathVertex& vertex,
 }
 
 void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) const noexcept {
-  bool is_smooth = true;  // since gathering began: lights met so far are the first surface's
+  bool is_smooth = true;  // since gathering began: lights hit so far belong to the first surface
   PathVertex vertex;
   while (path.scatterings() <= settings_.max_depth) {
     const Rgb before = path.out.radiance;
-    vertex.distance_m = -1;  // set where a surface is met
+    vertex.distance_m = -1;  // set when a surface is hit
     const bool is_met = camera_paths_.next_vertex(path, vertex);
     if (!is_met) {
       const bool is_sky = vertex.distance_m < 0;

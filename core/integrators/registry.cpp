@@ -125,8 +125,8 @@ constexpr std::array kIntegrators = {
                     .accepts = kCacheOptions,
                     .prepass_bytes = &cache_bytes,
                     .keeps_prepass = true},
-    // Chosen before a picture is begun (core/render/choose_integrator.h), so that there is nothing
-    // of its own to make; what either of the two needs room for has it here.
+    // Replaced before an image is started (core/render/choose_integrator.h), so it has no factory;
+    // has the memory needs of both candidates.
     IntegratorEntry{.name = kAutomaticIntegrator,
                     .summary = "path or bdpt, whichever is the more efficient in small images "
                                "made before; the job says which, and why.",

@@ -1,4 +1,4 @@
-/// What the rows of the integrator registry are made of: a factory for each integrator.
+/// Factories of the integrators, for the rows of the integrator registry.
 #pragma once
 
 #include <memory>
@@ -8,14 +8,14 @@
 namespace core {
 
 std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input);
-/// Path tracing where the ground is a catcher.
+/// Path tracing with the ground as shadow catcher.
 std::unique_ptr<const Integrator> make_catcher(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_light_tracer(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_metropolis(const IntegratorInput& input);
 std::unique_ptr<const Integrator> make_irradiance_cache(const IntegratorInput& input);
-/// sppm and photon-map.
+/// Makes sppm and photon-map.
 std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input);
 
 }  // namespace core

@@ -1,29 +1,29 @@
 // Light samples of first surfaces, shared by the paths of a group (ReSTIR).
 //
 // Each path i draws M_i candidates from the light tree at its own first surface and keeps one, y_i,
-// by resampled importance sampling; its contribution weight W_i stands for 1 / p (E[W_i | y_i] is
-// one over the density of y_i). Path c then looks at the samples of all paths whose surfaces are
-// like its own, N_c, and adds
+// by resampled importance sampling; its contribution weight W_i replaces 1 / p (E[W_i | y_i] is one
+// over the density of y_i). Path c then uses the samples of all paths with surfaces like its own,
+// N_c, and adds
 //
-//   V(y_k) g_c(y_k) / s_c(y_k) * sum_j m_j s_c(y_j) W_j,    k taken with probability in proportion
+//   V(y_k) g_c(y_k) / s_c(y_k) * sum_j m_j s_c(y_j) W_j,    k chosen with probability proportional
 //   to m_k s_c(y_k) W_k, m_j = M_j t_j(y_j) / sum_{i in N_c} M_i t_i(y_j).
 //
-// g_c = w_c f L is the light without shadows times the weight that MIS gives sum M / H light
-// samples of the tree's density at c beside one of the BSDF's, which gets 1 - w_c; V is visibility
-// from c, s_c what g_c is expected to be. The mean over the choice of k is sum_j m_j(y_j) W_j V
-// g_c(y_j). The m_j add up to 1 wherever light can come from, and t_j is above 0 only where path j
-// can draw: its mean is the integral of V g_c, whatever is in the way. No target knows of shadows,
-// so no stream fails to produce what its neighbour would need, and no shadow ray but the one to y_k
-// is needed. The paths of a group are those of a square of pixels, in one pass or several: a
-// pixel's own earlier samples are streams like its neighbours'. A pixel with H of the paths shares
-// all light samples among H BSDF samples, so that w weighs a Hth of the light samples beside one of
-// the BSDF's. t is the density of the light tree up to a factor that is much the same for all of
-// N_c: how a point sees an emitter, by distance and both cosines. Which paths are in N_c depends on
-// surfaces alone, never on light samples.
+// g_c = w_c f L is the unshadowed light times the MIS weight of sum M / H light samples with the
+// tree's density at c against one BSDF sample, which gets 1 - w_c; V is visibility from c; s_c is
+// the expected value of g_c. The mean over the choice of k is sum_j m_j(y_j) W_j V g_c(y_j). The
+// m_j sum to 1 wherever light can come from, and t_j is positive only where path j can draw, so the
+// mean is the integral of V g_c for any occlusion. No target includes shadows, so no path lacks
+// samples that its neighbour needs, and only the shadow ray to y_k is traced. The paths of a group
+// belong to a square of pixels, in one pass or several: earlier samples of a pixel are used like
+// those of its neighbours. A pixel with H of the paths shares all light samples among H BSDF
+// samples, so w weighs a fraction 1 / H of the light samples against one BSDF sample. t is the
+// density of the light tree up to a factor that is similar for all of N_c: the geometric factor of
+// the emitter, by distance and both cosines. Which paths are in N_c depends only on surfaces, never
+// on light samples.
 //
 // Sources: Bitterli et al., Spatiotemporal reservoir resampling, 2020; Lin et al., Generalized
-// resampled importance sampling, 2022; reuse within squares of pixels, with weights that are
-// shared: cf. Bekaert, Sbert and Halton, Accelerating path tracing by re-using paths, 2002.
+// resampled importance sampling, 2022; reuse within squares of pixels with shared weights: cf.
+// Bekaert, Sbert and Halton, Accelerating path tracing by re-using paths, 2002.
 #include <array>
 #include <cmath>
 #include <optional>
@@ -38,15 +38,16 @@
 namespace core {
 namespace {
 
-/// Surfaces are alike when their normals are at most 25 degrees apart, and neither is off the plane
-/// of the other nor nearer to the eye by more than a tenth.
+/// Surfaces are alike if their normals are at most 25 degrees apart and, relative to the larger
+/// distance from the camera, their distances differ by at most a tenth and neither is farther than
+/// 0.02 from the other's plane.
 constexpr float kCosNormals = 0.906F;
 constexpr float kDepthShare = 0.1F;
 constexpr float kPlaneShare = 0.02F;
-/// Of candidates one is taken by what it would add, and a little by what a diffuse surface would
-/// get: every one can be taken.
+/// One candidate is selected by its contribution plus a small fraction of its contribution to a
+/// diffuse surface, so that every candidate can be selected.
 constexpr float kFloor = 0.02F;
-/// Probability with which the density of a neighbour's sample is asked of the light tree.
+/// Probability of evaluating the light tree's density for a neighbour's sample.
 constexpr float kAsked = 0.25F;
 
 }  // namespace
@@ -72,9 +73,9 @@ class SharedLightsTracer final : public GroupTracer {
     bool shares = false;
     std::uint64_t alike = 0;  ///< N: bit i is path i
     LightPoint light;         ///< y
-    float weight = 0;         ///< W in light's measure; 0: nothing was found
+    float weight = 0;         ///< W in the light's measure; 0: no sample
   };
-  /// What is asked of a surface n^2 times.
+  /// The data of a surface that is used n^2 times.
   struct Place {
     Vec3 origin;
     Vec3 light_normal;
@@ -84,8 +85,8 @@ class SharedLightsTracer final : public GroupTracer {
     float count = 0;  ///< M; 0: shares nothing
     bool any_side = false;
 
-    /// t: how light is seen from here, in proportion to the density with which the light tree finds
-    /// it. Above 0 only where it can.
+    /// t: proportional to the density with which the light tree finds the light from here. Positive
+    /// only where it can.
     float density(const LightView& view) const noexcept {
       return view.falloff *
              (view.is_far || any_side ? 1.0F : std::max(dot(light_normal, view.wi_world), 0.0F));
@@ -94,8 +95,8 @@ class SharedLightsTracer final : public GroupTracer {
   };
   struct Expected {
     BsdfEval f;
-    float share = 1;   ///< of MIS, by the density that the sample was drawn with
-    float target = 0;  ///< s: what it would add without shadows, in its own measure
+    float share = 1;   ///< MIS weight, by the density that the sample was drawn with
+    float target = 0;  ///< s: contribution without shadows, in its own measure
   };
 
   void begin(const GroupPath& from, Member& member, Place& place,
@@ -109,18 +110,17 @@ class SharedLightsTracer final : public GroupTracer {
                   const LightView& view) const noexcept;
 
   const StudyTracer& owner_;
-  MisRule expected_rule_;  ///< never 0, nor steep, so that little depends on the density that is
-                           ///< not known
+  MisRule expected_rule_;  ///< never 0 and smooth, so that little depends on the unknown density
   std::vector<Member> paths_;
   std::array<Place, kGroupMost> places_{};
-  std::vector<LightView> views_;  ///< [path * paths + sample]: a sample as a path sees it
+  std::vector<LightView> views_;  ///< [path * paths + sample]: a sample as seen by a path
   SharedSamples shared_;
-  float each_ = 1;  ///< paths of a pixel
+  float each_ = 1;  ///< paths per pixel
   std::array<Expected, kGroupMost> expected_{};
   std::array<float, kGroupMost> weights_{};
 };
 
-/// To the first surface.
+/// Traces to the first surface.
 void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& place,
                                std::uint64_t& rays) const noexcept {
   TracedPath& path =
@@ -220,7 +220,7 @@ bool SharedLightsTracer::Place::is_like(const Place& other) const noexcept {
          off <= kPlaneShare * far && std::fabs(distance_m - other.distance_m) <= kDepthShare * far;
 }
 
-/// Which paths are alike, and how each of them sees each sample.
+/// Finds similar paths, and evaluates each sample for each of them.
 void SharedLightsTracer::find_alike(std::size_t count) noexcept {
   for (std::size_t i = 0; i < count; ++i) {
     const Place& place = places_[i];
@@ -251,9 +251,9 @@ void SharedLightsTracer::find_alike(std::size_t count) noexcept {
   }
 }
 
-/// Factor from the weight of MIS that was expected to the one that counts. The density of a
-/// neighbour's sample here is asked of the light tree now and then, and the difference counts for
-/// those that were not asked: close to 1 and right on average.
+/// Returns the ratio of the actual to the assumed MIS weight. The light tree's density of a
+/// neighbour's sample is evaluated with a fixed probability, and the difference is weighted to
+/// stand for the other samples: close to 1 and unbiased.
 float SharedLightsTracer::corrected(const Member& member, const Member& from, const Expected& of,
                                     const LightView& view) const noexcept {
   if (view.is_delta || owner_.options().strategy != Strategy::kMis) {
@@ -277,7 +277,7 @@ float SharedLightsTracer::corrected(const Member& member, const Member& from, co
              asked;
 }
 
-/// What one of the group's light samples brings member `which`.
+/// Returns the contribution of one of the group's light samples to member `which`.
 Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
   Member& member = paths_[which];
   TracedPath& path = *member.path;
@@ -297,7 +297,7 @@ Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
     }
   }
   if (!std::isfinite(sum)) {
-    return Rgb(sum);  // is counted as rejected
+    return Rgb(sum);  // counted as rejected
   }
   if (!(sum > 0)) {
     return {};

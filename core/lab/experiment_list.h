@@ -1,5 +1,4 @@
-/// The experiments: one constant each, listed in registry.cpp; and code that several of them
-/// share.
+/// The experiments, one constant each, listed in registry.cpp; and code that several of them share.
 #pragma once
 
 #include <array>
@@ -28,7 +27,7 @@ extern const Experiment kRestirExperiment;
 extern const Experiment kPpmExperiment;
 extern const Experiment kStoppingExperiment;
 
-/// Numbers of evaluations by powers of four, which every sampler takes as they are or nearly so.
+/// Powers of four, which every sampler uses unchanged or nearly so.
 inline constexpr std::array<std::int64_t, 6> kPowersOfFour = {16, 64, 256, 1024, 4096, 16384};
 
 }  // namespace core::lab

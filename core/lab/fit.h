@@ -1,4 +1,4 @@
-/// The straight line through log RMSE over log n, with an interval for its slope.
+/// Fits a straight line to log RMSE over log n, with an interval for its slope.
 #pragma once
 
 #include <span>
@@ -15,14 +15,14 @@ struct ErrorAt {
 struct SlopeFit {
   double slope = 0;
   double intercept = 0;       ///< log rmse = intercept + slope log n
-  double standard_error = 0;  ///< of the slope, from the points' own variances
+  double standard_error = 0;  ///< of the slope, from the variances of the points
 };
 
-/// Least squares. Pre: at least two different n; points independent of each other.
+/// Fits by least squares. Pre: at least two different n; independent points.
 SlopeFit fit_slope(std::span<const ErrorAt> points);
 
-/// Variance of log sqrt(mean of squares), from the squares themselves: Var(q) / (4 R mean(q)^2) by
-/// the delta method, and at least what normal errors would give, 1 / (2 R).
+/// Returns the variance of log sqrt(mean of squares), estimated from the squares: Var(q) / (4 R
+/// mean(q)^2) by the delta method, and at least that of normal errors, 1 / (2 R).
 double log_rmse_variance(std::span<const double> squared_errors);
 
 }  // namespace core::lab

@@ -1,4 +1,4 @@
-// Optimal MIS weights, solved for on the samples themselves or on the other half.
+// Optimal MIS weights, fitted to the samples themselves or to the other half.
 
 #include "core/sampling/optimal_mis.h"
 
@@ -36,8 +36,8 @@ double expected(const Setup& setup) {
 double evaluations(const Setup& /*setup*/, std::int64_t n) { return 2 * static_cast<double>(n); }
 std::int64_t rounded(const Setup& /*setup*/, std::int64_t n) { return n + n % 2; }
 
-/// Sums over samples, whichever technique made them; p and q are the densities of light and BSDF
-/// sampling there, m their sum. All that solving and applying need: memory does not grow with n.
+/// Sums over samples of both techniques; p and q are the densities of light and BSDF sampling, m
+/// their sum. Sufficient for fitting and evaluation, so memory does not grow with n.
 struct Sums {
   double count = 0;
   double pp = 0;  ///< p p / m^2, and so on
@@ -77,7 +77,7 @@ OptimalMisCoefficients solve(const Sums& s) {
   return solve_optimal_mis({s.pp, s.pq, s.qq}, s.fp, s.fq);
 }
 
-/// sum a + mean of the residual over the mixture, one sample of each technique a pair.
+/// Returns sum a + the mean residual over the mixture, with one sample of each technique per pair.
 double apply(const Sums& s, OptimalMisCoefficients a) {
   return a.p + a.q + 2 * (s.f - a.p * s.p - a.q * s.q) / s.count;
 }
@@ -109,8 +109,8 @@ double estimate(Trial& trial) {
 }
 
 std::optional<TheorySlope> slope(const Setup& setup) {
-  // Coefficients from a handful of samples make the first points of cross-fitting worse than their
-  // slope.
+  // With few samples the coefficients are poor, so cross-fitting is worse than its slope at the
+  // first points.
   return setup.estimator == kBalance ? monte_carlo_slope(setup) : std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// Estimating pi: the first Monte Carlo estimate that anybody makes, in two ways.
+// Estimates pi, a classic first Monte Carlo example, in two ways.
 
 #include <cmath>
 #include <numbers>
@@ -33,7 +33,7 @@ std::optional<TheorySlope> slope(const Setup& setup) {
     return hit ? TheorySlope{-0.75} : TheorySlope{-1.5};
   }
   if (s == "stratified") {
-    // The height sees sqrt(N) strata of its axis, sqrt(N) samples in each.
+    // The height has sqrt(N) strata on its axis with sqrt(N) samples in each.
     return hit ? TheorySlope{-0.75} : TheorySlope{-1.0};
   }
   if (s == "latin-hypercube") {

@@ -8,14 +8,14 @@
 namespace core::lab {
 namespace {
 
-// Pixels of the drawing.
+// Size of the drawing in pixels.
 constexpr double kWidth = 640;
 constexpr double kHeight = 440;
 constexpr double kLeft = 76;
 constexpr double kRight = 24;
 constexpr double kTop = 64;
 constexpr double kBottom = 56;
-// Of the points beside it: all pairs of axes, in two columns where there are several.
+// Width of the point plots beside it: all pairs of axes, in two columns if there are several.
 constexpr double kPatterns = 336;
 constexpr double kGap = 16;
 
@@ -35,7 +35,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-/// Decades that hold all values, at least one.
+/// Decades that contain all values; at least one.
 struct Axis {
   double low = 0;  ///< log10
   double high = 1;
@@ -75,7 +75,7 @@ class Plot {
     }
     std::string text = grid();
     if (outcome_.expected_slope) {
-      // Through the middle of the measured points.
+      // Through the centroid of the measured points.
       double x = 0;
       double y = 0;
       for (const Point& p : points_) {
@@ -113,7 +113,7 @@ class Plot {
               pixel(kHeight - kBottom + 18) + "\" text-anchor=\"middle\">" + decade(d) +
               "</text>\n";
     }
-    // Every second or third label where there are many decades.
+    // Labels every second or third decade if there are many.
     const double step = std::max(1.0, std::ceil((y_.high - y_.low) / 8));
     for (double d = y_.low; d <= y_.high; d += step) {
       text += "<path class=\"grid\" d=\"M" + pixel(kLeft) + " " + pixel(y(d)) + "H" +
@@ -137,7 +137,7 @@ class Plot {
   double last_ = 1;
 };
 
-/// The points of the first replicate, one square for each pair of axes.
+/// Returns the points of the first replicate, one square per pair of axes.
 std::string patterns(const Setup& setup, const Outcome& outcome) {
   constexpr std::string_view kAxes = "xyzw";
   const auto dimensions = static_cast<std::size_t>(setup.experiment->pattern_dimensions);
@@ -155,7 +155,7 @@ std::string patterns(const Setup& setup, const Outcome& outcome) {
               "</title><path class=\"frame\" d=\"M0 0H" + pixel(side) + "V" + pixel(side) +
               "H0Z\"/><path class=\"points\" stroke-width=\"" + (dimensions > 2 ? "1.4" : "3") +
               "\" d=\"";
-      // A dot is a line of no length with round ends.
+      // Draws a dot as a line of zero length with round caps.
       for (const Vec4& p : outcome.pattern) {
         const std::array<double, 4> at = {p.x, p.y, p.z, p.w};
         text += "M" + pixel(at[a] * side) + " " + pixel((1 - at[b]) * side) + "h0";

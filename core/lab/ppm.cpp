@@ -1,4 +1,4 @@
-// Progressive density estimation: a radius that shrinks trades bias for variance for ever.
+// Progressive density estimation: a shrinking radius trades bias for variance.
 
 #include <algorithm>
 #include <cmath>
@@ -24,8 +24,8 @@ constexpr std::array kParameters = {
 };
 constexpr std::array<std::int64_t, 6> kN = {16, 64, 256, 1024, 4096, 16384};
 
-/// Photons have density 3 x^2 on [0,1]; it is asked for at x = 1/2. The mean over [1/2 - r, 1/2 +
-/// r] is 3/4 + r^2.
+/// Photons have density 3 x^2 on [0,1], estimated at x = 1/2. The mean over [1/2 - r, 1/2 + r] is
+/// 3/4 + r^2.
 double expected(const Setup& /*setup*/) { return 0.75; }
 
 double evaluations(const Setup& setup, std::int64_t n) {
@@ -61,7 +61,7 @@ double estimate(Trial& trial) {
 }
 
 /// Pass i has r ~ i^-(1 - alpha), variance ~ 1/r and bias ~ r^2: the mean of n has error
-/// n^(-alpha/2) and bias n^(-2 (1 - alpha)) (or n^-1 log n where that is faster).
+/// n^(-alpha/2) and bias n^(-2 (1 - alpha)) (or n^-1 log n if that is faster).
 std::optional<TheorySlope> slope(const Setup& setup) {
   if (setup.estimator == kFixed) {
     return std::nullopt;

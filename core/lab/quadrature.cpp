@@ -1,4 +1,4 @@
-// Product rules against Monte Carlo in d dimensions: the curse of dimension.
+// Product rules against Monte Carlo in d dimensions: the curse of dimensionality.
 
 #include <algorithm>
 #include <cmath>
@@ -34,14 +34,14 @@ std::optional<TheorySlope> slope(const Setup& setup) {
     case kMidpoint:
       return TheorySlope{-2 / d, 0.1};
     case kSimpson:
-      // k nodes are k - 1 intervals: from 3 to 5 nodes the error falls as n^(-6/d) still.
+      // k nodes are k - 1 intervals: from 3 to 5 nodes the error still falls as n^(-6/d).
       return TheorySlope{-4 / d, 2 / d + 0.1};
     default:
       return monte_carlo_slope(setup);
   }
 }
 
-/// k such that k^d is nearest to n, at least 2; odd for Simpson, at least 3.
+/// Returns k such that k^d is nearest to n, at least 2; odd for Simpson, at least 3.
 std::int64_t nodes(const Setup& setup, std::int64_t n) {
   const double k = std::pow(static_cast<double>(n), 1 / setup.parameter(kDimensions));
   if (setup.estimator == kSimpson) {
@@ -64,7 +64,7 @@ std::int64_t rounded(const Setup& setup, std::int64_t n) {
 
 double f(double x) { return 0.5 * std::numbers::pi * std::sin(std::numbers::pi * x); }
 
-/// The rule of one axis times the integrand there: weight * f at node j of k.
+/// Returns the rule of one axis times the integrand: weight * f at node j of k.
 double weighted(std::size_t estimator, std::int64_t j, std::int64_t k) {
   const auto count = static_cast<double>(k);
   if (estimator == kMidpoint) {
@@ -75,8 +75,7 @@ double weighted(std::size_t estimator, std::int64_t j, std::int64_t k) {
   return weight * h / 3 * f(static_cast<double>(j) * h);
 }
 
-/// Sum over all k^d nodes, as a stranger to the integrand would have to: that it is a product is
-/// not used.
+/// Sums over all k^d nodes without using that the integrand is a product.
 double product_rule(Trial& trial) {
   const int d = trial.whole(kDimensions);
   const std::int64_t k = nodes(trial.setup(), trial.n());

@@ -1,4 +1,4 @@
-// A plane fitted to the samples as control variate; and pairs of opposite samples.
+// Fits a plane to the samples as control variate; and pairs of antithetic samples.
 
 #include <array>
 #include <cmath>
@@ -80,7 +80,7 @@ Plane fit(const Sums& s, double ridge) {
   return {(xf * yy - yf * xy) / determinant, (yf * xx - xf * xy) / determinant};
 }
 
-/// The plane's integral is c, for x - 1/2 and y - 1/2 have mean zero.
+/// The plane's integral is c, because x - 1/2 and y - 1/2 have mean zero.
 double corrected(const Sums& s, Plane p) { return s.f / s.n - p.a * s.x / s.n - p.b * s.y / s.n; }
 
 double estimate(Trial& trial) {

@@ -1,4 +1,4 @@
-// Resampled importance sampling over M candidates, and the reservoir that does it in a stream.
+// Resampled importance sampling over M candidates, and its streaming form with a reservoir.
 
 #include <cmath>
 
@@ -50,7 +50,7 @@ double estimate(Trial& trial) {
     for (int j = 0; j < m; ++j) {
       const Vec4 u = trial.get_4d(j);
       const Stage::Sample s = stage.sample_bsdf(u);
-      // The first number of the direction turns with it: u.y below one half is the left of the
+      // The first number of the direction is its angle: u.y below one half is the left half of the
       // disk.
       const double target = blind && u.y < 0.5F ? 0 : s.unhidden;
       if (s.pdf_solid_angle > 0) {
@@ -86,7 +86,7 @@ double evaluations(const Setup& setup, std::int64_t n) {
   return static_cast<double>(n) * setup.whole(kItems);
 }
 
-/// Expected counts of at least five.
+/// Expected counts are at least five.
 std::int64_t rounded(const Setup& setup, std::int64_t n) {
   const std::int64_t k = setup.whole(kItems);
   return std::max(n, 5 * k * (k + 1) / 2);
@@ -100,7 +100,7 @@ int stream(const Trial& trial, int items) {
   return chosen.item();
 }
 
-/// Parts of up to seven items, each a reservoir, joined two at a time.
+/// Parts of up to seven items, each a reservoir, merged two at a time.
 int merged(const Trial& trial, int items) {
   std::array<WeightedReservoir<int>, kItemsMax / 7 + 1> parts = [&]<std::size_t... I>(
       std::index_sequence<I...>) {

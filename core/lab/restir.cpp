@@ -1,4 +1,4 @@
-// Spatial and temporal reuse of reservoirs over a one-dimensional picture with shadow edges.
+// Spatial and temporal reuse of reservoirs over a one-dimensional image with shadow edges.
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ enum { kRis, kSpatial, kTemporal, kBoth, kBiased };
 enum { kCandidates, kChain, kHistory, kPixel };
 
 constexpr int kPixels = 16;
-constexpr int kReach = 2;  ///< neighbours to each side
+constexpr int kReach = 2;  ///< neighbours on each side
 constexpr std::array kEstimators = {
     EstimatorInfo{"ris", "none", "Each pixel and frame on its own."},
     EstimatorInfo{"spatial", "none", "Reuse of two neighbours to each side, with MIS weights."},
@@ -34,7 +34,7 @@ constexpr std::array kParameters = {
 };
 constexpr std::array<std::int64_t, 4> kN = {64, 256, 1024, 4096};
 
-/// Pixel j sees the light's points y < x_j; its integrand there is 2 y, its value x_j^2.
+/// Pixel j sees the points y < x_j of the light; its integrand there is 2 y, its value x_j^2.
 double position(int pixel) { return (pixel + 0.5) / kPixels; }
 double target(int pixel, double y) { return y < position(pixel) ? 2 * y : 0; }
 
@@ -52,7 +52,7 @@ std::int64_t rounded(const Setup& setup, std::int64_t n) {
   return (n + chain - 1) / chain * chain;
 }
 
-/// A light point that stands for `count` candidates; weight: its unbiased contribution weight W.
+/// A light point that represents `count` candidates; weight: its unbiased contribution weight W.
 struct Kept {
   double y = 0;
   double weight = 0;
@@ -76,11 +76,11 @@ Kept fresh(const Trial& trial, int pixel, int candidates) {
 
 struct Stream {
   Kept kept;
-  int pixel = 0;  ///< whose target it was made for
+  int pixel = 0;  ///< pixel of its target function
 };
 
-/// Reuses the streams for `pixel`. Source: Bitterli et al. 2020, with the balance heuristic over
-/// the streams' targets and counts; with is_biased weights 1 / (sum of counts).
+/// Combines reservoirs for `pixel`. Source: Bitterli et al. 2020, with the balance heuristic over
+/// the reservoirs' targets and counts; if is_biased, with weights 1 / (sum of counts).
 Kept combine(const Trial& trial, int pixel, const std::vector<Stream>& streams, bool is_biased) {
   WeightedReservoir<double> chosen(trial.extra_1d(1));
   double count = 0;
@@ -103,7 +103,7 @@ Kept combine(const Trial& trial, int pixel, const std::vector<Stream>& streams, 
   return {chosen.item(), sum / target(pixel, chosen.item()), count};
 }
 
-/// One frame of the pixel. False when cancelled.
+/// Renders one frame of the pixel. Returns false if cancelled.
 bool render(Trial& trial, std::int64_t frame, Kept& kept, std::vector<Stream>& streams) {
   const int pixel = trial.whole(kPixel);
   const bool spatial = trial.estimator() == kSpatial || trial.estimator() >= kBoth;
@@ -127,7 +127,7 @@ bool render(Trial& trial, std::int64_t frame, Kept& kept, std::vector<Stream>& s
   return true;
 }
 
-/// The visible result: the last frame of each chain.
+/// Returns the visible result: the last frame of each chain.
 double estimate(Trial& trial) {
   Kept kept;
   std::vector<Stream> streams;

@@ -1,4 +1,4 @@
-// Work that is skipped by chance, and work that is repeated: Russian roulette and splitting.
+// Work skipped at random and work repeated: Russian roulette and splitting.
 
 #include <algorithm>
 #include <cmath>

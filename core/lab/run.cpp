@@ -16,19 +16,20 @@
 namespace core::lab {
 namespace {
 
-/// Below this share of the expected value an error is that of float numbers, not of the estimator.
+/// Errors below this fraction of the expected value are due to float rounding, not to the
+/// estimator.
 constexpr double kRounding = 2e-6;
 constexpr double kDoubleRounding = 1e-12;
-/// Chance of one wrong "differs" by the means, and of another by the slope.
+/// Probability of a false "differs" by the means, and of another by the slope.
 constexpr double kFalseAlarm = 1e-3;
-/// With fewer, discrete estimates are all the same too often, and the fit's interval is too short:
-/// pi by hits at n = 16 and 64 was called wrong in 25 % of the runs of two replicates, in 0.7 % of
-/// four, within the stated rate from eight on.
+/// With fewer replicates, discrete estimates are equal too often, and the fit's interval is too
+/// short: pi by hits at n = 16 and 64 was rejected in 25% of the runs of two replicates, in 0.7% of
+/// those of four, and within the stated rate from eight on.
 constexpr int kReplicatesToJudge = 8;
-/// A slope that is known no better agrees with too many: those of random and stratified points are
-/// so far apart.
+/// A less certain slope agrees with too many predictions: those of random and stratified points are
+/// this far apart.
 constexpr double kVague = 0.5;
-/// Larger numbers of standard errors are cut off here.
+/// Larger numbers of standard errors are clamped.
 constexpr double kBeyondDoubt = 1e4;
 
 struct TrialResult {
@@ -93,8 +94,8 @@ bool is_rounding(double error, double expected, double share = kRounding) {
   return error <= share * std::max(std::fabs(expected), 1e-30);
 }
 
-/// Rules on a grid take no random numbers and are summed in double: their errors mean something
-/// much further down.
+/// Quadrature rules use no random numbers and are summed in double, so float rounding does not
+/// limit their errors.
 bool is_rule(const Setup& setup, const Point& point) {
   return setup.experiment->estimators[setup.estimator].bias != "none" &&
          point.standard_error <= 1e-15 * std::fabs(point.mean);
@@ -106,8 +107,7 @@ std::string number_text(double value, int digits = 4) {
   return buffer;
 }
 
-/// The check of the means: how many standard errors the worst is from the truth, and what is
-/// allowed.
+/// The test of the means: the largest deviation from the truth in standard errors, and its limit.
 struct MeanCheck {
   bool passed = true;
   std::string text;
@@ -242,8 +242,7 @@ std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options,
   if (setup.experiment->pattern_dimensions == 0) {
     return points;
   }
-  // The largest set that is small enough to be drawn as a whole; else the beginning of the
-  // smallest.
+  // The largest set that can be shown as a whole; else the beginning of the smallest.
   std::int64_t asked = *std::min_element(options.n.begin(), options.n.end());
   for (const std::int64_t n : options.n) {
     if (rounded_n(setup, n) <= kShown && n > asked) {

@@ -1,8 +1,7 @@
-/// A run of the laboratory: trials at each n, their errors, and whether theory agrees.
+/// Runs an experiment: trials at each n, their errors, and a comparison with theory.
 ///
-/// The same (setup, n, replicates, seed) gives the same numbers, bit for bit, for any thread count;
-/// only the members that are times, `seconds` and `efficiency`, are measured and differ from run to
-/// run.
+/// The same (setup, n, replicates, seed) gives the same numbers, bit for bit, for any thread count,
+/// except for the measured times `seconds` and `efficiency`.
 #pragma once
 
 #include <cstdint>
@@ -30,23 +29,22 @@ struct RunOptions {
   int threads = 1;
 };
 
-/// Of the whole run; bound it by kEvaluationsMax.
+/// Returns the evaluations of the whole run; the caller bounds it by kEvaluationsMax.
 double total_evaluations(const Setup& setup, const RunOptions& options);
 
 struct Point {
   std::int64_t n_asked = 0;
-  std::int64_t n = 0;         ///< in force
+  std::int64_t n = 0;         ///< after rounding
   double mean = 0;            ///< of the replicates
-  double rmse = 0;            ///< against the exact value
+  double rmse = 0;            ///< relative to the exact value
   double standard_error = 0;  ///< of the mean
-  double cost = 0;            ///< mean work of a trial; n unless the experiment counts
+  double cost = 0;            ///< mean work of a trial; n unless the experiment counts it
   double seconds = 0;         ///< CPU time of all replicates
 };
 
-/// agrees: means (of unbiased estimators) and slope are those of theory; the chance of a wrong
-/// "differs" is 0.2 %. biased: an estimator without a known slope whose bias is seen, as it says.
-/// undecided: nothing to compare, fewer than eight replicates, or a slope that is known too badly
-/// to tell.
+/// agrees: means (of unbiased estimators) and slope match theory; the probability of a false
+/// "differs" is 0.2%. biased: an estimator without a known slope shows the bias that it declares.
+/// undecided: no prediction, fewer than eight replicates, or too uncertain a slope.
 enum class Verdict { kAgrees, kDiffers, kBiased, kUndecided };
 std::string_view to_text(Verdict verdict);
 
@@ -59,19 +57,18 @@ struct Outcome {
   double expected = 0;
   std::optional<double> slope;
   std::optional<double> intercept;         ///< log rmse = intercept + slope log n
-  std::optional<Interval> slope_interval;  ///< 95 %
+  std::optional<Interval> slope_interval;  ///< 95%
   std::optional<double> expected_slope;
   std::optional<double>
       efficiency;  ///< 1 / (relative MSE * CPU seconds of a trial), at the largest n
-  std::optional<double> efficiency_by_cost;  ///< the same with counted work for seconds
+  std::optional<double> efficiency_by_cost;  ///< the same with counted work instead of seconds
   Verdict verdict = Verdict::kUndecided;
   std::string explanation;
-  std::vector<Vec4>
-      pattern;  ///< first points of the first replicate, where the experiment shows them
+  std::vector<Vec4> pattern;  ///< first points of the first replicate, if the experiment shows them
 };
 
-/// Calls on_point after each n, in the order of options.n; false from it cancels. Errors:
-/// kCancelled.
+/// Calls on_point after each n, in the order of options.n; if it returns false the run is
+/// cancelled. Errors: kCancelled.
 Result<Outcome> run(const Setup& setup, const RunOptions& options, const std::stop_token& stop,
                     const std::function<bool(const Point&)>& on_point);
 

@@ -1,4 +1,4 @@
-// Every sampler of the registry on integrands that tell them apart, in two and in four dimensions.
+// Every sampler of the registry on integrands that distinguish them, in two and four dimensions.
 
 #include <cmath>
 #include <numbers>

@@ -94,7 +94,7 @@ Stage::Sample Stage::sample_light(Vec4 u) const noexcept {
   if (!(light.pdf_solid_angle > 0)) {
     return {};
   }
-  // Every sample is on the light; rounding at its edge must not put it outside.
+  // Every sample is on the light; rounding at its edge must not move it outside.
   Sample s;
   s.pdf_solid_angle = light.pdf_solid_angle;
   const BsdfEval eval = bsdf_.evaluate(light.wi_world);

@@ -1,4 +1,4 @@
-// Bias of the mean when the samples themselves decide how many are taken.
+// Bias of the mean if the samples themselves determine their number.
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ double draw(int distribution, Vec4 u) {
   }
 }
 
-/// Mean and spread, streaming.
+/// Streaming mean and variance.
 struct Moments {
   double n = 0;
   double mean = 0;
@@ -86,12 +86,12 @@ struct Moments {
   double variance() const { return n > 1 ? m2 / (n - 1) : 0; }
 };
 
-/// One pixel: its samples in order, from its own stream.
+/// One pixel with its samples in order, from its own stream.
 class Pixel {
  public:
   Pixel(Trial& trial, std::int64_t index) : trial_(trial), index_(index) {}
 
-  /// `count` more samples. False when cancelled.
+  /// Adds `count` samples. Returns false if cancelled.
   bool add(std::int64_t count, Moments& into) {
     for (std::int64_t k = 0; k < count; ++k) {
       if (!trial_.start_at(index_, next_++)) {
@@ -103,7 +103,7 @@ class Pixel {
     return true;
   }
 
-  /// Samples that the target takes, as estimated by the pilot.
+  /// Returns the samples that the target needs, as estimated by the pilot.
   std::int64_t wanted(const Moments& pilot) const {
     const double target = trial_.parameter(kTarget);
     const double ratio =

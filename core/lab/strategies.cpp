@@ -1,4 +1,4 @@
-// The same irradiance by sampling directions or points of the light, and combinations of both.
+// The same irradiance by sampling directions or points on the light, and by combinations of both.
 
 #include <cmath>
 
@@ -19,7 +19,7 @@ double ratio(const Stage::Sample& s) {
   return s.pdf_solid_angle > 0 ? s.value / s.pdf_solid_angle : 0;
 }
 
-/// One sample of each technique, weighted.
+/// Combines one weighted sample of each technique.
 double combined(const Trial& trial, const Stage& stage, const MisRule& rule) {
   const Stage::Sample light = stage.sample_light(trial.get_4d(kLightGroup));
   const Stage::Sample bsdf = stage.sample_bsdf(trial.get_4d(kBsdfGroup));

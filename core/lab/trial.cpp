@@ -10,7 +10,8 @@
 namespace core::lab {
 namespace {
 
-/// Most points of a set, and its side: floats can separate strata up to here.
+/// Maximum number of points of a set, and its side: floats can distinguish strata up to this
+/// number.
 constexpr std::int64_t kSetMax = std::int64_t{1} << 20;
 constexpr std::int64_t kSideMax = 1024;
 constexpr std::int64_t kPrimeMax = 1021;
@@ -32,7 +33,7 @@ bool is_prime(std::int64_t p) {
   return true;
 }
 
-/// The smallest prime whose square is at least n, from 3 to kPrimeMax.
+/// Returns the smallest prime whose square is at least n, from 3 to kPrimeMax.
 std::int64_t prime_of(std::int64_t n) {
   std::int64_t p = std::max<std::int64_t>(3, side_of(n));
   while (p < kPrimeMax && !is_prime(p)) {

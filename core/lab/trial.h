@@ -25,29 +25,29 @@ class Trial {
   double parameter(std::size_t i) const noexcept { return setup_.parameters[i]; }
   int whole(std::size_t i) const noexcept { return setup_.whole(i); }
 
-  /// Makes the numbers of evaluation i current. False, from then on for ever: the run is cancelled,
-  /// give up.
+  /// Selects the numbers of evaluation i. Once the run is cancelled it always returns false, and
+  /// the trial should end.
   bool start(std::int64_t i) noexcept { return start_at(0, i); }
-  /// The same for evaluation i of stream x; streams are independent randomisations (pixels).
+  /// As start(), for evaluation i of stream x; streams are independent randomisations (pixels).
   bool start_at(std::int64_t x, std::int64_t i) noexcept;
   Vec4 get_4d(int group) const noexcept {
     return set_ > 0 ? whole_set_4d(group) : sampler_.get_4d(group);
   }
-  /// Independent of get_4d().
+  /// Returns a number independent of get_4d().
   float extra_1d(std::uint32_t index) const noexcept { return sampler_.extra_1d(0, index); }
 
-  /// Work in units of the experiment's own choice; 1 for each evaluation where nothing is counted.
+  /// Adds work in units chosen by the experiment. If it is never called, each evaluation counts 1.
   void add_cost(double units) noexcept { cost_ += units; }
   double cost() const noexcept { return cost_ > 0 ? cost_ : static_cast<double>(n_); }
 
-  /// A renderer draws stratified points, Latin hypercubes and orthogonal arrays in small sets, so
-  /// that a picture can be extended. Here a trial is one set of all n points, from the same
-  /// functions: this is n under their rules.
+  /// Rounds n for samplers with fixed sets. The renderer draws stratified points, Latin hypercubes
+  /// and orthogonal arrays in small sets, so that an image can be extended; here a trial is one set
+  /// of all n points, from the same functions.
   static std::int64_t rounded(SamplerType sampler, std::int64_t n);
 
  private:
-  /// Points of such a set; 0: the sampler does as in the renderer. Beyond 2^20 there are several
-  /// sets.
+  /// Returns the points of such a set; 0 if the sampler works as in the renderer. Beyond 2^20
+  /// points there are several sets.
   static std::int64_t n_set(SamplerType sampler, std::int64_t n);
   Vec4 whole_set_4d(int group) const noexcept;
 
@@ -57,14 +57,14 @@ class Trial {
   std::uint64_t seed_;
   PathSampler sampler_;
   std::int64_t set_;
-  std::uint64_t key_ = 0;    ///< names the set
-  std::uint32_t index_ = 0;  ///< in it
+  std::uint64_t key_ = 0;    ///< selects the set
+  std::uint32_t index_ = 0;  ///< within the set
   std::uint32_t starts_ = 0;
   bool is_stopped_ = false;
   double cost_ = 0;
 };
 
-/// Mean of f() over the n evaluations; anything when cancelled.
+/// Returns the mean of f() over the n evaluations; unspecified if cancelled.
 template <typename F>
 double mean_of(Trial& trial, F&& f) {
   double sum = 0;
@@ -77,7 +77,7 @@ double mean_of(Trial& trial, F&& f) {
   return sum / static_cast<double>(trial.n());
 }
 
-/// The slope -1/2 of independent samples, where they are independent.
+/// Returns the slope -1/2 if samples are independent.
 std::optional<TheorySlope> monte_carlo_slope(const Setup& setup);
 
 }  // namespace core::lab

@@ -1,4 +1,4 @@
-// Knowledge taken out of the sampling: expected values and control variates, under a square light.
+// Analytic knowledge in sampling: expected values and control variates, under a square light.
 
 #include <array>
 #include <cmath>
@@ -104,8 +104,7 @@ struct Sums {
   }
   double coefficient() const {
     const double variance = gg / n - g / n * (g / n);
-    // A control variate without noise of its own cannot be fitted; nor can one below float
-    // rounding.
+    // A control variate without variance, or with less than float rounding, cannot be fitted.
     return variance > 1e-10 * (gg / n) ? (fg / n - f / n * (g / n)) / variance : 0;
   }
   double estimate(double a, double g_exact) const { return f / n - a * (g / n - g_exact); }

@@ -1,4 +1,4 @@
-/// label(): what the ray through the centre of a pixel shows.
+/// label(): finds the surface under the centre of a pixel.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,17 @@
 
 namespace core {
 
-/// What a ray from the camera meets first: surfaces of any material, glass too, that cover half of
-/// the point or more (MASK: that are there). motion: null: not asked for. rays: counts those
-/// traced.
+/// Returns the first surface along a camera ray, of any material including glass, with coverage of
+/// at least one half (MASK: present). motion: null if not needed. rays: adds the rays traced.
 LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
                  std::uint64_t& rays) noexcept;
 
-/// Of all pixels of a tile that has room for labels.
+/// Labels all pixels of a tile that has room for labels.
 void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
                 const Motion* motion) noexcept;
 
-/// Adds to the mattes of a pixel, one for each kind, what the path from the camera meets first.
-/// half: of the picture, 0 or 1.
+/// Adds the first surface of the camera path to the pixel's mattes, one per kind. half: of the
+/// image, 0 or 1.
 void count_matte(const SceneData& scene, PathState& path, MatteKinds kinds, int half,
                  std::span<MattePixel> pixel) noexcept;
 

@@ -44,7 +44,7 @@ std::size_t MotionTarget::bytes() const noexcept {
 std::optional<Vec3> MotionTarget::position(const SceneData& now, const SurfacePoint& point,
                                            const SceneData::CornerWeights& at) const noexcept {
   if (now.ground == point.placed) {
-    return point.position;  // it is not of the file, and stays
+    return point.position;  // not from the file, so it does not move
   }
   const PlacedMesh& placed = now.placed[point.placed];
   const MeshData& mesh = now.meshes[placed.mesh];

@@ -1,4 +1,4 @@
-/// Motion vectors: how far what a pixel shows moves in the picture until a second time.
+/// Motion vectors: the movement of the surface at a pixel until a second time, in the image.
 #pragma once
 
 #include <cstddef>
@@ -16,15 +16,16 @@
 
 namespace core {
 
-/// Where a file's surfaces are at a second time: its vertices, moved by nodes, skins and morphs.
+/// The surfaces of a file at a second time: its vertices, moved by nodes, skins and morph targets.
 class MotionTarget {
  public:
-  /// later: of load_gltf() with geometry_only; the scene itself is of the same file.
+  /// later: from load_gltf() with geometry_only, from the same file as the scene.
   explicit MotionTarget(SceneDescription later);
 
   const std::vector<CameraDescription>& cameras() const noexcept { return cameras_; }
   std::size_t bytes() const noexcept;
-  /// Of the point of a surface of `now`, in the world; empty: it is hidden at that time.
+  /// Returns the world position at the second time of a surface point of `now`; empty if it is
+  /// hidden then.
   std::optional<Vec3> position(const SceneData& now, const SurfacePoint& point,
                                const SceneData::CornerWeights& at) const noexcept;
 
@@ -33,7 +34,7 @@ class MotionTarget {
     std::uint32_t mesh = 0;
     std::uint32_t instance = 0;
   };
-  std::vector<std::vector<Vec3>> meshes_;  ///< vertices in the file's order
+  std::vector<std::vector<Vec3>> meshes_;  ///< vertices in the order of the file
   std::vector<Transform> to_world_;
   std::unordered_map<std::uint64_t, Placed> placed_;  ///< by instance and primitive
   std::vector<CameraDescription> cameras_;
@@ -45,10 +46,10 @@ struct Motion {
   Camera later;
   float width_px = 0;  ///< of the full film
 
-  /// Pixels to the right and up, as compositors read them (Nuke's forward vectors; Blender's of the
-  /// other frame, the first two of its four): the point's place in the picture at the second time
-  /// less that of now, through the camera of each time. Of the two ways round a panorama the
-  /// shorter. NaN: it is hidden then, or behind the camera.
+  /// Returns the motion in pixels to the right and up, as compositors read it (Nuke's forward
+  /// vectors; in Blender the first two of four, for the other frame): the point's image position at
+  /// the second time minus that of now, each through the camera of its time. On a panorama, the
+  /// shorter way round. NaN if the point is hidden then, or behind the camera.
   Vec2 of(const SceneData& scene, const SurfacePoint& point,
           const SceneData::CornerWeights& at) const noexcept;
 };

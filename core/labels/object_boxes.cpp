@@ -12,9 +12,9 @@
 namespace core {
 namespace {
 
-/// Triangles that reach behind the camera are cut this near to its plane, as a share of the depth
-/// of the vertex in front: what is cut away lies outside of any film that is not wider than 2 /
-/// kNear focal lengths.
+/// Triangles that extend behind the camera are clipped this close to its plane, relative to the
+/// depth of the vertex in front. The clipped part is outside any film narrower than 2 / kNear focal
+/// lengths.
 constexpr float kNear = 1e-5F;
 
 class Projector {
@@ -67,18 +67,18 @@ class Projector {
     return here;
   }
 
-  /// Of a panorama. Straight edges are great circles, whose highest and lowest points may lie
-  /// between their ends; what crosses the half-plane behind the eye reaches both sides of the film,
-  /// and what a pole is in, all of a side.
+  /// Returns the box on a panorama. Straight edges are great circles, whose highest and lowest
+  /// points may lie between their ends. A triangle that crosses the half-plane behind the camera
+  /// reaches both sides of the film; one that contains a pole reaches all of one side.
   PixelBox all_around(const std::array<Vec3, 3>& corners) const {
     const Vec3 up = cross(right_, camera_.forward());
-    std::array<Vec3, 3> seen;  // right, up and ahead of the eye
+    std::array<Vec3, 3> seen;  // right, up and forward of the camera
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 d = corners[k] - eye_;
       seen[k] = {dot(d, right_), dot(d, up), dot(d, camera_.forward())};
     }
     PixelBox here = kEmpty;
-    int turns = 0;  // around the vertical
+    int turns = 0;  // around the vertical axis
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 a = seen[k];
       const Vec3 b = seen[(k + 1) % 3];
@@ -128,7 +128,7 @@ class Projector {
   const Camera& camera_;
   Vec2 size_px_;
   Vec3 eye_;
-  Vec3 right_;  ///< of panoramas
+  Vec3 right_;  ///< for panoramas
 };
 
 void add(ObjectBox& to, const ObjectBox& more) {

@@ -1,4 +1,4 @@
-/// Boxes of what a scene shows: in the world, and in a picture as if nothing hid anything.
+/// Bounding boxes of the objects of a scene: in the world, and in the image ignoring occlusion.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace core {
 
-/// In pixels of the full film: x to the right, y down, pixel i from i to i + 1.
+/// In pixels of the full film: x to the right, y down; pixel i covers i to i + 1.
 struct PixelBox {
   Vec2 min;
   Vec2 max;
@@ -21,16 +21,17 @@ struct PixelBox {
 
 struct ObjectBox {
   Bounds bounds;                    ///< world, metres
-  std::optional<PixelBox> in_view;  ///< of what lies within the film, hidden or not; empty: nothing
+  std::optional<PixelBox> in_view;  ///< of the part within the film, occluded or not; empty: no
+                                    ///< part
 };
 
 struct ObjectBoxes {
   std::map<std::uint32_t, ObjectBox> objects;    ///< by id
-  std::map<std::uint32_t, ObjectBox> instances;  ///< of those asked for
+  std::map<std::uint32_t, ObjectBox> instances;  ///< those requested
 };
 
-/// Of the triangles, whatever their holes. camera: without a lens. Takes as long as all triangles,
-/// as placed, take to be read once.
+/// Returns the bounding boxes of the triangles, including their holes. camera: without a lens.
+/// Reads all triangles once per instance.
 ObjectBoxes object_boxes(const Scene& scene, const Camera& camera, int width, int height,
                          const std::set<std::uint32_t>& instances);
 

@@ -1,4 +1,4 @@
-// The table of layers, and what their values are.
+// The table of layers, and functions that compute their values.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -22,7 +22,7 @@ void put(float* out, Rgb c) {
   out[2] = c.b;
 }
 
-/// write(film, pixel, out) for each pixel.
+/// Calls write(film, pixel, out) for each pixel.
 template <auto kWrite>
 void fill(const FilmSnapshot& film, std::span<float> out) {
   const std::size_t channels = out.size() / film.pixel_count();
@@ -73,7 +73,7 @@ void write_motion(const FilmSnapshot& film, std::size_t i, float* out) {
   put(out, {motion.x, motion.y, 0});
 }
 
-/// Ids and coverages, most of it first. A pixel's value weighs its halves alike, and so do these.
+/// Writes ids and coverages, largest first. Halves have equal weight, as in a pixel's value.
 void write_mattes(const FilmSnapshot& film, std::size_t i, std::size_t kind, float* out) {
   const std::array<float, 2> counts = {static_cast<float>(half_value(film, i, 0).count),
                                        static_cast<float>(half_value(film, i, 1).count)};
@@ -105,7 +105,7 @@ void fill_error(const FilmSnapshot& film, std::span<float> out) {
   std::copy(error.begin(), error.end(), out.begin());
 }
 
-/// write(look, pixel of the denoised picture, out) for each pixel; the picture is of the whole
+/// Calls write(look, pixel of the denoised image, out) for each pixel; that image is of the whole
 /// film.
 template <auto kWrite>
 void fill_denoised(const FilmSnapshot& film, const DenoisedLook& look, std::span<float> out) {
@@ -156,7 +156,7 @@ void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
 bool has_aux(const FilmSnapshot& film) { return film.has_aux; }
 bool has_labels(const FilmSnapshot& film) { return film.has_labels; }
 
-/// Two ranks in each layer of four channels.
+/// Two ranks per layer of four channels.
 constexpr std::string_view kMatteChannels = "RGBARGBARGBA";
 
 constexpr std::array kLayers = {
@@ -287,7 +287,7 @@ constexpr std::array kLayers = {
                .summary = "Coverage; below 1 where a hidden environment shows.",
                .is_color = false,
                .channels = "Y",
-               .exr_channels = "",  // the A of beauty
+               .exr_channels = "",  // included as the A of beauty
                .fill = &fill<&write_alpha>,
                .has_value = true},
     LayerEntry{.name = "samples",

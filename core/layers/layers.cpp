@@ -28,7 +28,7 @@ std::vector<std::string> letters(std::string_view channels) {
   return names;
 }
 
-/// CryptoObject00.R and so on, as readers of Cryptomatte look for them.
+/// Returns CryptoObject00.R and so on, the names that Cryptomatte readers expect.
 std::vector<std::string> matte_channels(const LayerEntry& row) {
   std::vector<std::string> names = letters(row.channels);
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -37,12 +37,13 @@ std::vector<std::string> matte_channels(const LayerEntry& row) {
   return names;
 }
 
-/// Of a row's image.
+/// Returns the channels of a row's image.
 std::vector<std::string> channels_of(const LayerEntry& row) {
   return row.form == LayerForm::kMattes ? matte_channels(row) : letters(row.channels);
 }
 
-/// Of a row in an EXR of all layers. The picture's own have no prefix: viewers show them first.
+/// Returns the channels of a row in an EXR of all layers. The image's own have no prefix, so
+/// viewers show them first.
 std::vector<std::string> exr_channels_of(const LayerEntry& row) {
   if (row.form == LayerForm::kMattes) {
     return matte_channels(row);
@@ -80,7 +81,7 @@ Result<FloatImage> share_image(const FilmSnapshot& film, std::string_view name) 
   return image;
 }
 
-/// Rows that are made at a time: one row of tiles, and what the encoders ask for.
+/// Rows computed at a time: one row of tiles, as the encoders request.
 constexpr int kBandRows = kTileSize;
 
 }  // namespace
@@ -216,7 +217,7 @@ Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
 }
 
 Result<FloatImage> LayerRows::band(int first, int count) const {
-  // Errors of pixels are pooled over their neighbours, as far as the picture goes.
+  // Pixel errors are pooled over neighbours within the image.
   const int above = has_errors() ? std::min(kErrorWindow, first) : 0;
   const int below = has_errors() ? std::min(kErrorWindow, rect_.height - first - count) : 0;
   FilmSnapshot snapshot =
@@ -258,8 +259,8 @@ std::uint64_t LayerRows::bytes(const Film& film, PixelRect rect) {
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(rect.width) * (kBandRows + 2 * kErrorWindow);
-  // The snapshot, and once more for a share; sums and planes of errors; the layers, as they were
-  // and as they are.
+  // The snapshot, again for a share; sums and planes of errors; the layers before and after
+  // conversion.
   constexpr std::uint64_t kErrorBytes = 3 * sizeof(double) + 2 * sizeof(float);
   const std::uint64_t layer_bytes = 2 * channels_max(film) * sizeof(float);
   const std::uint64_t snapshots = film.shares().empty() ? 1 : 2;

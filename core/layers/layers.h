@@ -1,4 +1,4 @@
-/// Layers: pictures made of a film.
+/// Layers: images computed from a film.
 #pragma once
 
 #include <cstdint>
@@ -19,50 +19,52 @@
 
 namespace core {
 
-/// What layers of denoised pictures show.
+/// The content of layers that show a denoised image.
 struct DenoisedLook {
-  std::shared_ptr<const DenoisedPicture> picture;  ///< of the whole film; null: there is none
+  std::shared_ptr<const DenoisedPicture> picture;  ///< of the whole film; null if there is none
   DenoiseMode mode = DenoiseMode::kMixed;
 };
 
-/// Does a film of such a job have the layer?
+/// Returns whether the film of such a job has the layer.
 bool has_layer(const FilmSnapshot& film, const FilmSettings& settings, const LayerEntry& row);
 
-/// The name that readers of Cryptomatte find a layer of mattes by: CryptoObject. Pre: it is one.
+/// Returns the name by which Cryptomatte readers find a layer of mattes, such as CryptoObject. Pre:
+/// it is one.
 std::string_view matte_layer(const LayerEntry& row);
 
-/// Channels of an EXR of all layers whose values are whole numbers.
+/// Returns the integer channels of an EXR of all layers.
 std::vector<std::string> whole_channels();
 
-/// The most channels that an EXR of all layers has.
+/// Returns the maximum number of channels of an EXR of all layers.
 std::size_t channels_max(const Film& film);
 
-/// Layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors:
-/// kInvalidArgument when the layer is unknown, was not recorded, or needs a denoised picture.
+/// Returns layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors:
+/// kInvalidArgument if the layer is unknown, was not recorded, or needs a denoised image.
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
                                const DenoisedLook* look = nullptr);
-/// All recorded layers in one image, for EXR: R G B A of beauty, then channels such as albedo.R,
-/// and CryptoObject00.R.
+/// Returns all recorded layers as one image for EXR: R G B A of beauty, then channels such as
+/// albedo.R and CryptoObject00.R.
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
 
-/// Puts the weighted sum of the shares of the light in place of the picture. Its halves are those
-/// of the sum, so that its error is right: shares come from the same paths. Pre: a weight for each.
+/// Replaces the image by the weighted sum of the light's shares. Its halves are those of the sum,
+/// so that its error is correct although shares come from the same paths. Pre: one weight per
+/// share.
 void mix_shares(FilmSnapshot& film, std::span<const float> weights);
 
-/// Layers of a film by rows: a few rows of them are in memory at a time.
+/// Layers of a film by rows; keeps a few rows in memory at a time.
 class LayerRows {
  public:
-  /// rect: inside the film's crop. layer: a row of layers(); null: all, as all_layers_image() has
-  /// them. film is borrowed; settings are the job's. Errors: of layer_image().
-  /// denoised: of the whole film, for layers that show it. mix: weights of the film's shares of the
-  /// light, whose sum stands for the picture; empty: the picture.
+  /// rect: inside the film's crop. layer: a row of layers(); null: all, as in all_layers_image().
+  /// Borrows the film; settings are the job's. denoised: of the whole film, for layers that show
+  /// it. mix: weights of the film's shares of the light, whose sum replaces the image; empty: the
+  /// image. Errors: as layer_image().
   static Result<LayerRows> create(const Film& film, PixelRect rect,
                                   const std::optional<std::string>& layer,
                                   const FilmSettings& settings, DenoisedLook denoised = {},
                                   std::vector<float> mix = {});
-  /// Borrows this.
+  /// Borrows this object.
   ImageRows rows();
-  /// The most that it takes.
+  /// Returns the maximum memory.
   static std::uint64_t bytes(const Film& film, PixelRect rect);
 
  private:
@@ -81,7 +83,7 @@ class LayerRows {
   std::vector<float> mix_;
   double mean_luminance_ = 0;
   FloatImage band_;
-  int first_ = 0;  ///< Row of rect that band_ begins with.
+  int first_ = 0;  ///< first row of rect in band_
 };
 
 }  // namespace core

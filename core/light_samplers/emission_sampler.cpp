@@ -80,7 +80,7 @@ EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_position,
   return s;
 }
 
-/// Null for triangles and the environment.
+/// Returns null for triangles and the environment.
 const PunctualLight* EmissionSampler::punctual(std::uint32_t light) const noexcept {
   const std::size_t i = std::size_t{light} - triangles_;
   return light >= triangles_ && i < scene_.punctual_lights.size() ? &scene_.punctual_lights[i]

@@ -1,9 +1,9 @@
-/// EmissionSampler: samples emitted rays, for paths that start at lights.
+/// EmissionSampler: samples emitted rays for paths that start at lights.
 ///
-/// A light in proportion to its power; a point of it, uniform over its area
-/// (far lights: over the disk through which they light the scene's bounding sphere); a direction,
-/// with density proportional to what the light emits that way (cosine on triangles, the falloff of
-/// a spot, the luminance of the environment). Source: Veach 1997, 8.3.2; PBR 3rd ed. 16.1.2.
+/// It picks a light in proportion to its power; a point uniformly over the light's area (distant
+/// lights: over the disk through which they light the scene's bounding sphere); and a direction
+/// with density proportional to the emission (cosine on triangles, the falloff of a spot, the
+/// luminance of the environment). Source: Veach 1997, 8.3.2; PBR 3rd ed. 16.1.2.
 #pragma once
 
 #include <cstdint>
@@ -24,30 +24,31 @@ struct EmissionPdf {
 
 struct EmissionSample {
   Ray ray;                          ///< away from the light, off its surface
-  Vec3 normal;                      ///< unit, on the emitting side; zero where the light has none
+  Vec3 normal;                      ///< unit, on the emitting side; zero if the light has none
   Rgb radiance;                     ///< point and spot lights: intensity; directional: irradiance
-  EmissionPdf pdf;                  ///< pdf_area 0: nothing was sampled
+  EmissionPdf pdf;                  ///< pdf_area 0: no sample
   std::uint32_t light = kNoLight;   ///< as in LightSample
   bool is_delta_position = false;   ///< point and spot lights: rays cannot hit them
   bool is_delta_direction = false;  ///< directional lights
 
-  /// Of a path that starts here: radiance times cosine over the density.
+  /// Returns the initial throughput of a path: radiance times cosine over density.
   Rgb weight() const noexcept;
 };
 
 class EmissionSampler {
  public:
-  /// Both must outlive it; environment may be null.
+  /// Scene and environment must outlive it; environment may be null.
   EmissionSampler(const SceneData& scene, const Environment* environment);
 
   bool empty() const noexcept { return powers_.size() == 0; }
   /// All u in [0,1).
   EmissionSample sample(float u_light, Vec2 u_position, Vec2 u_direction) const noexcept;
-  /// Densities of a ray that leaves the light; pbrt's PDF_Le. The same for all of its points. Delta
-  /// positions and directions as in EmissionPdf, for the caller to leave out.
+  /// Returns the densities of a ray that leaves the light (pbrt's PDF_Le); the same for all points
+  /// of the light. Delta positions and directions as in EmissionPdf; the caller has to leave them
+  /// out.
   EmissionPdf pdf(std::uint32_t light, Vec3 direction_world) const noexcept;
-  /// Share of a particle's power that arrives at this distance: KHR_lights_punctual ends lights of
-  /// a range there. 1 for all others.
+  /// Returns the fraction of a particle's power that remains at this distance: KHR_lights_punctual
+  /// limits lights with a range. 1 for all other lights.
   float range_factor(std::uint32_t light, float distance_m) const noexcept;
 
  private:
@@ -57,9 +58,9 @@ class EmissionSampler {
   const PunctualLight* punctual(std::uint32_t light) const noexcept;
 
   const SceneData& scene_;
-  const Environment* environment_;  ///< null when black
+  const Environment* environment_;  ///< null if black
   std::uint32_t triangles_ = 0;
-  float radius_m_ = 0;  ///< of the disk that far lights shine through
+  float radius_m_ = 0;  ///< of the disk through which distant lights shine
   Distribution1D powers_;
 };
 

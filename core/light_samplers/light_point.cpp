@@ -1,4 +1,4 @@
-// Samples of the lights apart from the point that they were drawn for.
+// Light samples independent of the point that they were drawn for.
 #include <algorithm>
 #include <cmath>
 

@@ -129,7 +129,7 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
       prob = power_.prob_cell(light);
       break;
     }
-    case LightSamplerType::kRis:  // never, nor the next: see the constructor
+    case LightSamplerType::kRis:  // unreachable, like the next: see the constructor
     case LightSamplerType::kRestir:
     case LightSamplerType::kTree: {
       const float by_tree = prob_tree(point, normal_world);

@@ -1,9 +1,9 @@
 /// LightSampler: picks a light and a point on it, for one scene and one environment.
 ///
-/// uniform: every light alike; power: by emitted power; tree: the scene's light tree, with the
-/// environment and directional lights beside it, in proportion to what either could send to the
-/// point; ris: as the tree, for the candidates of which the
-/// integrator takes one; restir: as the tree, for the samples that neighbouring pixels share.
+/// uniform: all lights with equal probability. power: by emitted power. tree: the scene's light
+/// tree, with the environment and directional lights beside it, in proportion to the light that
+/// each could send to the point. ris: as tree, for candidates that the integrator resamples.
+/// restir: as tree, for samples that neighbouring pixels share.
 #pragma once
 
 #include <cstdint>
@@ -16,93 +16,93 @@
 
 namespace core {
 
-/// Nothing is sampled on a triangle that is seen flatter than this.
+/// Triangles seen at a smaller cosine than this are not sampled.
 inline constexpr float kCosLightLeast = 1e-7F;
 
 struct LightSample {
-  Vec3 wi_world;                      ///< unit, to the light
-  Vec3 target;                        ///< point just before the light; far away: origin + wi * huge
-  bool is_far = false;                ///< environment or directional
-  bool is_delta = false;              ///< pdf_solid_angle is then the probability of the pick alone
-  Rgb radiance;                       ///< delta: irradiance per unit of cosine
-  float pdf_solid_angle = 0;          ///< 0: nothing was sampled
-  std::uint32_t triangle = kNoLight;  ///< which triangle light
-  float prob_light = 0;               ///< of the pick alone
-  std::uint32_t light = kNoLight;     ///< which of all: triangles, punctual lights, the environment
-  Vec3 place;                         ///< on a triangle light
+  Vec3 wi_world;              ///< unit, to the light
+  Vec3 target;                ///< point just before the light; if distant: origin + wi * huge
+  bool is_far = false;        ///< environment or directional
+  bool is_delta = false;      ///< pdf_solid_angle is then the probability of picking the light
+  Rgb radiance;               ///< delta: irradiance per unit of cosine
+  float pdf_solid_angle = 0;  ///< 0: no sample
+  std::uint32_t triangle = kNoLight;  ///< index of the triangle light
+  float prob_light = 0;               ///< probability of picking the light
+  std::uint32_t light = kNoLight;  ///< index among triangles, punctual lights and the environment
+  Vec3 place;                      ///< point on a triangle light
 };
 
-/// A sample of the lights apart from the point that it was drawn for, in a measure that is the same
+/// A light sample independent of the point that it was drawn for, in a measure that is the same
 /// everywhere: area on triangles [m^2], solid angle for the environment, counting for delta lights.
 struct LightPoint {
   std::uint32_t light = kNoLight;  ///< as in LightSample
-  Vec3 place;                      ///< of far lights: direction, unit
-  Rgb radiance;                    ///< emitted; delta lights: unused
-  float pdf_measure = 0;           ///< at the point that it was drawn for; 0: nothing was sampled
+  Vec3 place;                      ///< of distant lights: direction, unit
+  Rgb radiance;                    ///< emitted; unused for delta lights
+  float pdf_measure = 0;           ///< at the point it was drawn for; 0: no sample
 };
 
-/// A LightPoint as one point sees it.
+/// A LightPoint as seen from one point.
 struct LightView {
   Vec3 wi_world;
-  Rgb radiance;  ///< as in LightSample
-  float solid_angle =
-      0;  ///< for a unit of its measure; delta lights: 1; 0: no light can come from there
-  float falloff = 0;  ///< what the tree's importance falls with: cos / d^2, 1 / d^2, 1
+  Rgb radiance;           ///< as in LightSample
+  float solid_angle = 0;  ///< per unit of its measure; delta lights: 1; 0: no light
+  float falloff = 0;      ///< geometric factor of the tree's importance: cos / d^2, 1 / d^2 or 1
   bool is_far = false;
   bool is_delta = false;
 };
 
 class LightSampler {
  public:
-  /// Both must outlive it; environment may be null. sky: what its directions are sampled by.
+  /// Scene and environment must outlive it; environment may be null. sky: density of its
+  /// directions.
   LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
                SkyDensity sky = SkyDensity::kRadiance);
 
   bool empty() const noexcept { return light_count_ == 0; }
-  /// normal_world: geometric, on the side that light may come from; zero: any side.
+  /// normal_world: geometric normal on the side that light may come from; zero: both sides.
   LightSample sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept;
-  /// The same for delta lights alone, which no other technique can find.
+  /// Samples delta lights only, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
-  /// Does sample() use the light tree alone, whatever the point?
+  /// Returns whether sample() uses only the light tree, at every point.
   bool has_tree_alone() const noexcept {
     return type_ == LightSamplerType::kTree && far_count_ == 0;
   }
-  /// The environment where sample() asks it or the light tree, and nothing else; else null. It is
-  /// then sampled by sky_density().
+  /// Returns the environment if sample() chooses between it and the light tree only; else null. Its
+  /// directions are then sampled by sky_density().
   const Environment* sky_beside_tree() const noexcept {
     return type_ == LightSamplerType::kTree && far_count_ == 1 ? environment_ : nullptr;
   }
   SkyDensity sky_density() const noexcept { return sky_; }
-  /// Probability with which sample() asks the tree at several points.
+  /// Returns the probability with which sample() uses the tree, for several points.
   template <std::size_t N>
   Floats<N> prob_tree(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
     return prob_tree(scene_.light_tree.importance(point, normal_world));
   }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
-  /// Lights at a place: all but the environment and directional ones.
+  /// Returns whether there are local lights: all but the environment and directional lights.
   bool has_local() const noexcept { return light_count_ > far_count_; }
   bool is_local(std::uint32_t light) const noexcept { return light < light_count_ - far_count_; }
 
-  /// Density with which sample() gives the direction to a point of triangle light `light`.
+  /// Returns the density of sample() for the direction to a point of triangle light `light`.
   /// cos_light > 0: between the light's normal and the direction back.
   float pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_world, float distance_m,
                      float cos_light) const noexcept;
-  /// The same for the environment.
+  /// Returns the density of sample() for a direction to the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
-  /// The same; uv, sin_theta: where the direction meets the map (Environment::pdf_solid_angle()).
+  /// As above; uv, sin_theta: the direction's position on the map (Environment::pdf_solid_angle()).
   float pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
                         Vec3 normal_world) const noexcept;
-  /// Probability with which sample() picks a light; light: as in LightSample.
+  /// Returns the probability with which sample() picks a light; light: as in LightSample.
   float prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
   LightPoint point_of(const LightSample& sample) const noexcept;
   LightView view(const LightPoint& light, Vec3 point) const noexcept;
-  /// Where a shadow ray to it ends: LightSample::target.
+  /// Returns the end point of a shadow ray to the light: LightSample::target.
   Vec3 target(const LightPoint& light, const LightView& view) const noexcept;
-  /// Density with which sample() gives a light that is not far at `point`, in the light's measure;
-  /// 0 where it does not shine on the point.
+  /// Returns the density of sample() at `point` for a local light, in the light's measure; 0 if it
+  /// does not shine on the point.
   float pdf_measure(const LightPoint& light, Vec3 point, Vec3 normal_world) const noexcept;
-  /// Density over solid angle with which sample() gives it at `point`. Not for delta lights.
+  /// Returns the density of sample() at `point` over solid angle. Not for delta lights.
   float pdf_solid_angle(const LightPoint& light, const LightView& view, Vec3 point,
                         Vec3 normal_world) const noexcept;
 
@@ -110,33 +110,33 @@ class LightSampler {
   template <std::size_t N>
   Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
   float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
-  /// Probability with which sample() picks the environment; 0 without one.
+  /// Returns the probability with which sample() picks the environment; 0 if there is none.
   float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
   LightSample from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept;
-  /// Is a sky sampled in proportion to what arrives, its radiance times the cosine? Only where it
-  /// is the same everywhere, and the BSDF is sampled too: shading normals see below the horizon.
+  /// Returns whether the sky is sampled in proportion to radiance times cosine. Only for a constant
+  /// sky, and only if the BSDF is sampled too, because shading normals see below the horizon.
   bool by_cosine(Vec3 normal_world) const noexcept {
     return sky_ == SkyDensity::kCompensated && environment_->is_constant() &&
            !(normal_world == Vec3{});
   }
 
   const SceneData& scene_;
-  const Environment* environment_;  ///< null when black
+  const Environment* environment_;  ///< null if black
   LightSamplerType type_;
   SkyDensity sky_;
   std::size_t triangles_ = 0;
   std::size_t local_punctual_ = 0;  ///< point and spot
-  std::size_t light_count_ = 0;     ///< triangles, punctual, then the environment
-  Distribution1D power_;            ///< over that order
+  std::size_t light_count_ = 0;     ///< triangles, punctual lights, then the environment
+  Distribution1D power_;            ///< in the order above
   std::size_t far_count_ = 0;       ///< directional lights and the environment
-  float irradiance_far_ = 0;  ///< of them all, unshadowed, mean over surfaces of all directions
+  float irradiance_far_ = 0;        ///< sum, unshadowed, averaged over surface orientations
 };
 
-/// Far lights share the rest evenly. In proportion to what both sides could send to the point,
-/// unshadowed; but as neither knows what stands in between, the weaker one gets 0.4, down to where
-/// it could send no more than a hundredth of the whole.
+/// Distant lights share the remaining probability evenly. The split is proportional to the light
+/// that both sides could send to the point, unshadowed; since occlusion is unknown, the weaker side
+/// gets 0.4, unless it could send less than a hundredth of the total.
 template <std::size_t N>
 Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
   const Floats<N> least(0.4F);
@@ -144,7 +144,7 @@ Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
   const Floats<N> one(1);
   const Floats<N> share = irradiance_local / (irradiance_local + Floats<N>(irradiance_far_));
   const Floats<N> low = least * min(share * per_faint, one);
-  // Never quite 1: sharing samples relies on a far light being found wherever it is seen.
+  // Never exactly 1: shared samples require that a distant light is found wherever it is visible.
   const Floats<N> high =
       one - max(least * min((one - share) * per_faint, one), Floats<N>(0x1p-20F));
   return select(irradiance_local > Floats<N>(0), min(max(share, low), high), Floats<N>(0));

@@ -1,4 +1,4 @@
-/// Backdrop: what camera rays see that meet nothing.
+/// Backdrop: the radiance of camera rays that leave the scene.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@ namespace core {
 
 class Backdrop {
  public:
-  /// environment: as seen; null is black. Must outlive it.
+  /// environment: as seen by the camera; null is black. Must outlive it.
   Backdrop(const BackgroundSettings& settings, const Environment* environment)
       : settings_(settings), environment_(environment) {}
 
-  /// Nothing else than what all rays see?
+  /// Returns whether camera rays see the same as all other rays.
   bool is_environment() const noexcept { return settings_.type == BackgroundType::kEnvironment; }
 
-  /// Radiance from a direction (unit, world); empty: the picture is transparent there.
+  /// Returns the radiance from a direction (unit, world); empty if the image is transparent there.
   std::optional<Rgb> seen(Vec3 direction_world) const noexcept {
     switch (settings_.type) {
       case BackgroundType::kTransparent:

@@ -18,22 +18,20 @@ struct MapPoint {
   float sin_theta = 0;
 };
 
-/// Of the map that blurred() reads, and the lobe that it is blurred by: a von Mises-Fisher
-/// distribution, whose standard deviation on the sphere is near 1 / sqrt(concentration) each way.
+/// Size of the map that blurred() reads, and width of the lobe that blurs it: a von Mises-Fisher
+/// distribution, whose standard deviation on the sphere is about 1 / sqrt(concentration) per axis.
 constexpr int kBlurredWidth = 128;
 constexpr int kBlurredHeight = 64;
 constexpr float kBlurRadians = 7 * kPi / 180;
 
-/// Solid angle of a texel of a map of so many rows and columns: dphi * (cos theta0 - cos theta1),
-/// exact.
+/// Returns the solid angle of a texel: dphi * (cos theta0 - cos theta1), exact.
 float texel_solid_angle(std::size_t row, std::size_t rows, std::size_t columns) noexcept {
   const float cos0 = std::cos(kPi * static_cast<float>(row) / static_cast<float>(rows));
   const float cos1 = std::cos(kPi * static_cast<float>(row + 1) / static_cast<float>(rows));
   return kTwoPi / static_cast<float>(columns) * (cos0 - cos1);
 }
 
-/// d: unit, in the map's frame. Near the poles 1 - y^2 has no digits left and acos(y) few; x and z
-/// have all of theirs.
+/// d: unit, in the map's frame. Near the poles 1 - y^2 and acos(y) lose precision; x and z do not.
 MapPoint map_point(Vec3 d) noexcept {
   const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
   return {0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi), std::atan2(sin_theta, d.y) * kInvPi,
@@ -59,7 +57,8 @@ Rgb bilinear(const Rgb* texels, int width, int height, const MapPoint& at) noexc
 }  // namespace
 
 Vec3 Environment::to_map(Vec3 d) const noexcept {
-  // Turning the map counter-clockwise seen from +y turns directions the other way before look-up.
+  // Rotating the map counter-clockwise seen from +y rotates directions the other way before
+  // look-up.
   return {d.x * cos_rotation_ - d.z * sin_rotation_, d.y,
           d.x * sin_rotation_ + d.z * cos_rotation_};
 }
@@ -144,7 +143,7 @@ Rgb Environment::radiance(Vec3 direction_world) const noexcept {
   if (width_ == 0) {
     return constant_;
   }
-  // Constant over a texel: the sampling density below then matches exactly, and a picture of the
+  // Constant over a texel, so the sampling density below matches exactly, and an image of the
   // environment is its integral.
   const MapPoint at = map_point(to_map(direction_world));
   const int x = std::clamp(static_cast<int>(at.u * static_cast<float>(width_)), 0, width_ - 1);
@@ -180,7 +179,7 @@ void Environment::blur() const {
     energy[y * kWidth + x] += radiance * solid_angle;
     solid_angles[y * kWidth + x] += solid_angle;
   };
-  // Every texel goes to a cell, in parts where cells are smaller.
+  // Adds every texel to a cell, in parts if cells are smaller.
   const std::size_t parts_x =
       (kWidth + static_cast<std::size_t>(width_) - 1) / static_cast<std::size_t>(width_) * 2;
   const std::size_t parts_y =
@@ -239,14 +238,14 @@ EnvironmentSample Environment::sample_map(Vec2 u, SkyDensity density) const noex
   const float theta = kPi * at.uv.y;
   const float sin_theta = std::sin(theta);
   s.wi_world = from_map({sin_theta * std::cos(phi), std::cos(theta), sin_theta * std::sin(phi)});
-  // Of the cell that was drawn: looked up again by direction, rounding would now and then pair a
-  // bright texel with the density of its dark neighbour.
+  // Reads the sampled cell: a look-up by direction could, by rounding, pair a bright texel with the
+  // density of its dark neighbour.
   s.radiance = texel(static_cast<int>(at.column), static_cast<int>(at.row));
   s.pdf_solid_angle = sin_theta > 0 ? at.pdf_unit / (2 * kPi * kPi * sin_theta) : 0.0F;
   return s;
 }
 
-/// Of the disc and the map together; the first number chooses, and is used again.
+/// Samples the disc or the map; the first number selects and is reused.
 EnvironmentSample Environment::sample_sun(Vec2 u, SkyDensity density) const noexcept {
   if (u.x >= prob_sun_) {
     EnvironmentSample s = sample_map({(u.x - prob_sun_) / (1 - prob_sun_), u.y}, density);
@@ -256,7 +255,7 @@ EnvironmentSample Environment::sample_sun(Vec2 u, SkyDensity density) const noex
                         (core::is_black(sun) ? 0.0F : prob_sun_ / sun_solid_angle_);
     return s;
   }
-  // 1 - cosine, which keeps its digits in narrow cones.
+  // 1 - cosine, which stays accurate for narrow cones.
   const float below = u.x / prob_sun_ * 0.5F * sun_chord_squared_;
   const float r = safe_sqrt(below * (2 - below));
   const float phi = kTwoPi * u.y;

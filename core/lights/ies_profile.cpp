@@ -9,7 +9,7 @@
 namespace core {
 namespace {
 
-/// The interval of increasing values that holds x, and where in it; nothing outside of them.
+/// The interval of increasing values that contains x, and the position in it; none if x is outside.
 struct Interval {
   std::size_t index = 0;
   float along = 0;
@@ -65,7 +65,7 @@ IesProfile::IesProfile(Grid grid) : grid_(std::move(grid)) {
   cells_ = Distribution2D(weights, static_cast<int>(width), static_cast<int>(height));
 }
 
-/// The integral of a bilinear function times the sine of theta.
+/// Returns the integral of a bilinear function times the sine of theta.
 double IesProfile::cell_lumens(std::size_t phi, std::size_t theta) const noexcept {
   const double a = static_cast<double>(grid_.theta_rad[theta]);
   const double b = static_cast<double>(grid_.theta_rad[theta + 1]);

@@ -1,8 +1,8 @@
-/// Light profile: the intensity of a luminaire by direction, as IES LM-63 files have it.
+/// IesProfile: the intensity distribution of a luminaire, from an IES LM-63 file.
 ///
-/// Frame: a direction is unit, away from the luminaire, in the light's own frame: it is aimed along
-/// -z, and vertical angles are in its x-z plane, as EXT_lights_ies has it. Between its angles the
-/// intensity is bilinear in both; beyond them it is 0.
+/// Frame: directions are unit vectors away from the luminaire in the light's own frame, which aims
+/// along -z with vertical angles in the x-z plane, as in EXT_lights_ies. Intensity is bilinear
+/// between the angles of the file and 0 outside of them.
 #pragma once
 
 #include <cstdint>
@@ -13,37 +13,40 @@
 
 namespace core {
 
-/// How angles name directions; the values are the file's. Source: IES LM-75.
+/// Coordinate system of the angles; values as in the file. Source: IES LM-75.
 enum class Photometry : std::uint8_t {
-  kC = 1,  ///< polar axis -z: theta is the vertical angle, phi the horizontal one, from +x over +y
-  kB = 2,  ///< polar axis -y: theta is 90 degrees less the horizontal angle, phi the vertical one
-  kA = 3   ///< polar axis +x: theta is 90 degrees less the vertical angle, phi the horizontal one
+  kC = 1,  ///< polar axis -z: theta is the vertical angle, phi the horizontal angle, from +x over
+           ///< +y
+  kB = 2,  ///< polar axis -y: theta is 90 degrees minus the horizontal angle, phi the vertical
+           ///< angle
+  kA = 3  ///< polar axis +x: theta is 90 degrees minus the vertical angle, phi the horizontal angle
 };
 
 class IesProfile {
  public:
-  /// Angles in radians, each list increasing and of at least two; theta within [0, pi]. phi of kC
-  /// goes once round, its last plane being its first one again.
+  /// Angles in radians; each list is increasing and has at least two; theta within [0, pi]. phi of
+  /// kC covers the full circle, and its last plane repeats the first.
   struct Grid {
     Photometry photometry = Photometry::kC;
     std::vector<float> theta_rad;
     std::vector<float> phi_rad;
-    std::vector<float> candela;  ///< at phi * theta_rad.size() + theta; finite, not negative
+    std::vector<float> candela;  ///< [phi * theta_rad.size() + theta]; finite, not negative
   };
   explicit IesProfile(Grid grid);
 
   float candela(Vec3 direction) const noexcept;
-  /// Integral of the intensity over all directions [cd sr].
+  /// Returns the integral of intensity over all directions [cd sr].
   double lumens() const noexcept { return lumens_; }
-  /// Cosine of the widest angle to the aim at which there may be light.
+  /// Returns the cosine of the largest angle to the aim with nonzero intensity.
   float cos_reach() const noexcept { return cos_reach_; }
-  /// Unit; density pdf_solid_angle(): by the light of each cell of the grid, even within.
+  /// Samples a unit direction with density pdf_solid_angle(): cells by their light, uniform within
+  /// a cell.
   Vec3 sample(Vec2 u) const noexcept;
   float pdf_solid_angle(Vec3 direction) const noexcept;
   std::size_t bytes() const noexcept;
 
  private:
-  /// A cell of the grid, and where in it.
+  /// A cell of the grid and a position in it.
   struct Place {
     std::size_t theta = 0;
     std::size_t phi = 0;
@@ -64,7 +67,7 @@ class IesProfile {
   Vec3 zero_;     ///< theta 90 degrees, phi 0
   Vec3 quarter_;  ///< theta 90 degrees, phi 90 degrees
   std::vector<float> cos_theta_;
-  Distribution2D cells_;  ///< columns are of theta, rows of phi
+  Distribution2D cells_;  ///< columns: theta, rows: phi
   double lumens_ = 0;
   float cos_reach_ = 1;
 };

@@ -10,14 +10,14 @@
 namespace core {
 namespace {
 
-/// Of KHR_lights_punctual's falloff t^2, t = (cosine - cos_outer) * scale.
+/// Scale of KHR_lights_punctual's falloff t^2, t = (cosine - cos_outer) * scale.
 float spot_scale(const PunctualLight& light) noexcept {
   return 1 / std::max(0.001F, light.cos_inner - light.cos_outer);
 }
 
-/// A spot's intensity over the cosine: a falloff where t grows from 0, and a cap of full intensity.
+/// A spot's intensity by cosine: a falloff where t grows from 0, and a cap of full intensity.
 struct Cap {
-  float width = 0;  ///< of the falloff, in the cosine
+  float width = 0;  ///< of the falloff, in cosine
   float rim = 0;    ///< integrals
   float full = 0;
 };
@@ -105,7 +105,7 @@ Vec3 PunctualLight::sample_direction(Vec2 u) const noexcept {
   }
   const Cap cap = spot_cap(*this);
   const float at = u.x * (cap.rim + cap.full);
-  // 1 - cosine, which keeps its digits in narrow cones. The integral of t^2 over the falloff is a
+  // 1 - cosine, which stays accurate for narrow cones. The integral of t^2 over the falloff is a
   // cube.
   const float below =
       at < cap.rim ? 1 - cos_outer - cap.width * std::cbrt(at / cap.rim) : cap.rim + cap.full - at;

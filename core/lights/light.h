@@ -1,4 +1,4 @@
-/// Lights that can be sampled: emissive triangles, and punctual lights.
+/// Lights for sampling: emissive triangles and punctual lights.
 #pragma once
 
 #include <cstdint>
@@ -17,50 +17,51 @@ struct TriangleLight {
   Vec3 edge2;   ///< p2 - p0
   Vec3 normal;  ///< unit, front side
   float area_m2 = 0;
-  Rgb radiance;  ///< mean over the triangle; exact when the material has no emissive texture, black
-                 ///< only when it shines nowhere
-  std::uint32_t placed = 0;  ///< PlacedMesh
+  Rgb radiance;  ///< mean over the triangle; exact without an emissive texture; black only if it
+                 ///< emits nowhere
+  std::uint32_t placed = 0;  ///< index of the PlacedMesh
   std::uint32_t triangle = 0;
   bool two_sided = false;
   bool textured = false;
 };
 
-/// KHR_lights_punctual and EXT_lights_ies in world space. Delta: never hit by rays.
+/// KHR_lights_punctual and EXT_lights_ies in world space. Delta lights: rays never hit them.
 struct PunctualLight {
   PunctualType type = PunctualType::kPoint;
   Vec3 position;
-  Vec3 direction;  ///< unit, the way the light shines (all but points)
-  Rgb intensity;   ///< W/sr, or W/m^2 for directional; of a profile a factor
+  Vec3 direction;  ///< unit, the direction of emission (all but points)
+  Rgb intensity;   ///< W/sr, or W/m^2 for directional; a factor for profiles
   float range_m = 0;
   float cos_inner = 1;
   float cos_outer = 0;
-  std::uint32_t group = 0;              ///< SceneData::light_groups
-  const IesProfile* profile = nullptr;  ///< of kProfile
-  Vec3 up;                              ///< its x axis in the world, unit
-  Vec3 side;                            ///< its y axis
+  std::uint32_t group = 0;              ///< index into SceneData::light_groups
+  const IesProfile* profile = nullptr;  ///< for kProfile
+  Vec3 up;                              ///< x axis of the profile in the world, unit
+  Vec3 side;                            ///< y axis of the profile
 
-  /// Light that arrives at `to` [W/(m^2 sr) integrated over the delta, i.e. W/m^2 facing the
-  /// light]; wi_world and distance_m are set. Formulas: KHR_lights_punctual.
+  /// Returns the light that arrives at `to` [W/(m^2 sr) integrated over the delta, i.e. W/m^2 on a
+  /// surface facing the light], and sets wi_world and distance_m. Formulas: KHR_lights_punctual.
   Rgb arriving(Vec3 to, Vec3& wi_world, float& distance_m) const noexcept;
 
-  /// Share of the light that the range lets arrive.
+  /// Returns the fraction of light that the range lets through.
   float range_factor(float distance_squared) const noexcept;
-  /// What all but directional lights send in a direction away from them, over `intensity`.
+  /// Returns the emission in a direction away from the light, relative to `intensity`. Not for
+  /// directional lights.
   float shape(Vec3 direction_world) const noexcept;
-  /// Its integral over directions [sr].
+  /// Returns the integral of shape() over directions [sr].
   float shape_integral_sr() const noexcept;
-  /// Unit, away from the light; density pdf_solid_angle().
+  /// Samples a unit direction away from the light with density pdf_solid_angle().
   Vec3 sample_direction(Vec2 u) const noexcept;
   float pdf_solid_angle(Vec3 direction_world) const noexcept;
 
  private:
-  /// From the world to the profile's frame.
+  /// Transforms from the world to the profile's frame.
   Vec3 to_profile(Vec3 direction_world) const noexcept {
     return {dot(direction_world, up), dot(direction_world, side), -dot(direction_world, direction)};
   }
 };
 
-/// In the world; profile: of kProfile, must outlive the light.
+/// Returns the light in world space. profile: for kProfile; must outlive the light.
 PunctualLight punctual_light(const PunctualLightDescription& description,
                              const IesProfile* profile);
 

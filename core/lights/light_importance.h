@@ -1,5 +1,5 @@
-/// The importance of nodes of the light tree at points, in lanes: several nodes at one point while
-/// a tree is descended, or one node at several points.
+/// Importance of light tree nodes at points, in SIMD lanes: several nodes at one point during
+/// descent, or one node at several points.
 ///
 /// Source: PBR 4th ed. 12.6.3.
 #pragma once
@@ -22,7 +22,8 @@ struct LightNodes {
 
 namespace light_detail {
 
-/// Sine of an angle in [0, pi] from its cosine, and the other way round for right angles at most.
+/// Returns the sine of an angle in [0, pi] from its cosine, or the cosine of an angle in [0, pi/2]
+/// from its sine.
 template <std::size_t N>
 Floats<N> other(Floats<N> c) {
   return safe_sqrt(Floats<N>(1) - c * c);
@@ -35,7 +36,7 @@ Floats<N> cos_sub_clamped(Floats<N> sin_a, Floats<N> cos_a, Floats<N> sin_b, Flo
 
 }  // namespace light_detail
 
-/// 0 where nothing can arrive. normal: zero where light may come from anywhere.
+/// Returns the importance; 0 if no light can arrive. normal: zero if light may come from anywhere.
 template <std::size_t N>
 Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> normal) {
   using light_detail::cos_sub_clamped;
@@ -44,10 +45,10 @@ Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> n
   const Floats<N> one(1);
   const Vec3s<N> d = point - node.center;
   const Floats<N> distance2 = dot(d, d);
-  // Where the distance is 0 the vector is, too, and whatever it is multiplied by.
+  // At distance 0 the vector is zero too, and so is its product with any factor.
   const Floats<N> inverse = one / sqrt(max(distance2, Floats<N>(1e-30F)));
   const Floats<N> along = dot(d, node.axis);
-  // Nothing arrives from lights that face one way and have the point behind them.
+  // One-sided lights send no light to points behind them.
   Mask<N> none = along + node.axis_reach <= zero;
 
   const Mask<N> inside = distance2 <= node.radius2 * Floats<N>(1.0001F);
@@ -65,7 +66,8 @@ Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> n
   Floats<N> value = node.power * cosine / d2;
   const Mask<N> has_side = dot(normal, normal) > zero;
   if (has_side.any()) {
-    // The sphere around the box is generous; nothing of a box wholly below the surface arrives.
+    // The bounding sphere of the box is conservative; a box wholly below the surface sends no
+    // light.
     const Floats<N> height = dot(d, normal);
     const Floats<N> box = dot(node.half, Vec3s<N>(abs(normal.x), abs(normal.y), abs(normal.z)));
     none = none | (has_side & (height >= box));

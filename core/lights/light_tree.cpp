@@ -13,16 +13,17 @@ namespace {
 constexpr int kBuckets = 12;
 constexpr double kPiExact = 3.14159265358979;
 
-constexpr float kOneDirection = 0.9999999F;  ///< cosine of a cone of normals that is one direction
+constexpr float kOneDirection = 0.9999999F;  ///< cosine for a cone of normals with a single
+                                             ///< direction
 
-/// How far a box with this half diagonal reaches from its centre along a direction.
+/// Returns the extent of a box with this half diagonal along a direction, from its centre.
 float reach(Vec3 half, Vec3 along) {
   return std::fabs(along.x) * half.x + std::fabs(along.y) * half.y + std::fabs(along.z) * half.z;
 }
 
 float component(Vec3 v, int axis) { return v[axis]; }
 
-/// Integral over the directions of a cone of normals and of the emission around each.
+/// Returns the integral over the directions of a cone of normals and the emission around each.
 double cone_measure(float cos_theta_o, float cos_theta_e) {
   const double cos_o = std::clamp(static_cast<double>(cos_theta_o), -1.0, 1.0);
   const double sin_o = std::sqrt(1 - cos_o * cos_o);
@@ -40,7 +41,7 @@ double cone_measure(float cos_theta_o, float cos_theta_e) {
                                    2 * theta_o * sin_o + cos_o));
 }
 
-/// The cost of a group: power times surface times the measure of its cone of directions.
+/// Returns the cost of a group: power times surface times the measure of its cone of directions.
 /// Source: Conty Estevez and Kulla 2018, eq. 1.
 double orientation_cost(const LightBounds& b, Vec3 parent_diagonal, int axis) {
   const Vec3 d = b.box.diagonal();
@@ -63,10 +64,11 @@ LightBounds light_bounds(const PunctualLight& light) {
   if (light.type == PunctualType::kSpot) {
     b.cos_theta_e = light.cos_outer - 1e-4F;
   } else if (light.type == PunctualType::kProfile) {
-    // A cone beyond a right angle would weigh by cosines below 0: it is all directions then.
+    // A cone beyond a right angle would be weighted by negative cosines, so all directions are
+    // used.
     const float edge = light.profile->cos_reach() - 1e-4F;
     b.cos_theta_e = edge > 0 ? edge : -1.0F;
-    // The mean intensity where there is any.
+    // The mean intensity over directions with emission.
     b.power *= light.shape_integral_sr() / (kTwoPi * (1 - b.cos_theta_e));
   }
   if (b.cos_theta_e == -1) {
@@ -94,9 +96,9 @@ LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
     out.cos_theta_o = -1;
     return out;
   }
-  // The cone around both cones. Source: PBR 4th ed. 3.8.4. First whether one holds the other, by
-  // cosines alone: the larger half-angle is at least the angle between the axes plus the smaller
-  // one.
+  // Returns the cone around both cones. Source: PBR 4th ed. 3.8.4. First tests by cosines whether
+  // one contains the other: the larger half-angle is at least the angle between the axes plus the
+  // smaller half-angle.
   const float cos_d = std::clamp(dot(a.axis, b.axis), -1.0F, 1.0F);
   const float sin_d = safe_sqrt(1 - cos_d * cos_d);
   const auto holds = [cos_d, sin_d](float cos_outer, float cos_inner) {
@@ -124,7 +126,7 @@ LightBounds merge_bounds(const LightBounds& a, const LightBounds& b) {
     return out;
   }
   const float theta_r = theta_o - theta_a;
-  const Vec3 k = normalize(turn);  // Rodrigues; k is at right angles to a.axis
+  const Vec3 k = normalize(turn);  // Rodrigues' formula; k is orthogonal to a.axis
   out.axis = normalize(a.axis * std::cos(theta_r) + cross(k, a.axis) * std::sin(theta_r));
   out.cos_theta_o = std::cos(theta_o);
   return out;
@@ -148,14 +150,13 @@ LightTree::LightTree(std::span<const LightBounds> lights) {
   collapse(nodes);
 }
 
-/// The cheapest of the splits between buckets along each axis. Buckets without lights make no split
-/// of their own. Low sides grow from the left, high sides from the right, so that each bucket is
-/// merged twice.
+/// Returns the cheapest split between buckets along any axis. Skips empty buckets. Lower sides
+/// accumulate from the left, upper sides from the right, so each bucket is merged twice.
 LightTree::Split LightTree::best_split(std::span<Item> items, const Bounds& centers,
                                        Vec3 diagonal) {
   Split best;
   const Vec3 extent = centers.diagonal();
-  if (items.size() == 2) {  // every split is the same but for the regularity of the axis
+  if (items.size() == 2) {  // all splits are equal except for the regularity factor of the axis
     for (int axis = 0; axis < 3; ++axis) {
       const bool longer =
           best.axis < 0 || component(diagonal, axis) > component(diagonal, best.axis);
@@ -278,12 +279,12 @@ void LightTree::set_child(Group& group, std::size_t lane, const Node& node) {
   }
 }
 
-/// Children of a group: those of the binary node, of which the largest is replaced by its own two
-/// until there are four.
+/// Collects the children of a group: those of the binary node; the largest is replaced by its own
+/// two until there are four.
 void LightTree::collapse(const std::vector<Node>& nodes) {
   struct Open {
     std::uint32_t node;
-    std::uint32_t place;  ///< where its group is a child
+    std::uint32_t place;  ///< its position as a child in its group
   };
   std::vector<Open> open = {{0, 0}};
   for (std::size_t next = 0; next < open.size(); ++next) {
@@ -328,7 +329,7 @@ void LightTree::collapse(const std::vector<Node>& nodes) {
   }
 }
 
-/// Of all children; 0 for those from which nothing can arrive.
+/// Returns the importance of all children; 0 for those that send no light.
 Floats<4> LightTree::importance(const Group& g, Vec3 point, Vec3 normal) noexcept {
   const auto lanes = [](const Four& four) { return load<4>(four.data()); };
   const LightNodes<4> nodes = {{lanes(g.center_x), lanes(g.center_y), lanes(g.center_z)},
@@ -380,7 +381,7 @@ LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const no
         rest -= weights[k];
       }
     }
-    // By rounding the last may be left with a little more than its own.
+    // Rounding may leave slightly more than the last weight.
     u = std::clamp(rest / weights[taken], 0.0F, kOneMinusEpsilon);
     prob *= weights[taken] / sum;
     if ((group->leaf >> taken & 1U) != 0) {

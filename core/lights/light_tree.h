@@ -1,8 +1,8 @@
 /// LightTree: picks one of many bounded lights with probability near its contribution.
 ///
-/// A tree whose nodes know bounding box, cone of emission and power. It is built with two children
-/// a node, by cost, and kept with up to four side by side, whose importance at a point is found
-/// together: half as many steps, and each choice is among tighter boxes. Source: Conty
+/// Nodes store a bounding box, an emission cone and power. The tree is built as a binary tree, by
+/// cost, and stored with up to four children per node, whose importance at a point is computed
+/// together. This halves the number of steps, and each choice is among tighter boxes. Source: Conty
 /// Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018.
 #pragma once
 
@@ -19,48 +19,48 @@
 
 namespace core {
 
-/// A light, or a group of lights, as the tree stores it.
+/// Bounds of a light or a group of lights.
 struct LightBounds {
   Bounds box;
-  Vec3 axis = {0, 0, 1};  ///< of the normals' cone, unit
+  Vec3 axis = {0, 0, 1};  ///< axis of the cone of normals, unit
   float cos_theta_o = 1;  ///< half-angle of the normals around the axis
-  float cos_theta_e = 0;  ///< emission beyond the normals
-  float power = 0;        ///< luminance times area (or 4 pi for points)
+  float cos_theta_e = 0;  ///< half-angle of emission beyond the normals
+  float power = 0;        ///< luminance times area (times 4 pi for points)
   bool two_sided = false;
 };
 
-/// Of a punctual light that is not directional.
+/// Returns the bounds of a punctual light that is not directional.
 LightBounds light_bounds(const PunctualLight& light);
 
 class LightTree {
  public:
   LightTree() = default;
-  /// Lights of no power are left out: never picked.
+  /// Lights without power are left out and never picked.
   explicit LightTree(std::span<const LightBounds> lights);
 
   struct Pick {
     std::uint32_t light = 0;
-    float prob_light = 0;  ///< 0: nothing can contribute at this point
-    float u_left = 0;      ///< what remains of u, again uniform in [0,1)
+    float prob_light = 0;  ///< 0: no light can contribute at this point
+    float u_left = 0;      ///< remainder of u, again uniform in [0,1)
   };
-  /// normal_world: of the surface at `point`; {0,0,0} where light may come from anywhere.
+  /// normal_world: of the surface at `point`; {0,0,0} if light may come from anywhere.
   Pick pick(Vec3 point, Vec3 normal_world, float u) const noexcept;
   float prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept;
-  /// The tree's estimate of the irradiance that all of its lights together send to `point`,
-  /// unshadowed [W/m^2, luminance]; 0: nothing can arrive.
+  /// Returns the tree's estimate of the unshadowed irradiance from all of its lights at `point`
+  /// [W/m^2, luminance]; 0 if no light can arrive.
   float importance(Vec3 point, Vec3 normal_world) const noexcept;
-  /// The same for several points at once.
+  /// As above, for several points.
   template <std::size_t N>
   Floats<N> importance(Vec3s<N> point, Vec3s<N> normal_world) const noexcept;
 
-  /// Does pick_few() serve?
+  /// Returns whether pick_few() can be used.
   bool is_few() const noexcept { return groups_.size() == 1; }
   template <std::size_t N>
   struct Picks {
     Ints<N> light;
     Floats<N> prob_light;
   };
-  /// pick() for several points at once, in trees of no more lights than a group has.
+  /// As pick(), for several points, in trees with at most as many lights as a group has.
   template <std::size_t N>
   Picks<N> pick_few(Vec3s<N> point, Vec3s<N> normal_world, Floats<N> u) const noexcept;
   std::size_t size() const noexcept { return leaf_of_.size(); }
@@ -69,14 +69,14 @@ class LightTree {
  private:
   static constexpr std::uint32_t kWidth = 4;
   static constexpr std::uint32_t kNoPlace = 0xffffffffU;
-  /// Of the binary tree, while it is built.
+  /// A node of the binary tree during the build.
   struct Node {
     LightBounds bounds;
-    std::uint32_t right = 0;  ///< second child; the first follows its parent. Leaf: the light
+    std::uint32_t right = 0;  ///< second child (the first follows its parent); of a leaf: the light
     bool leaf = false;
   };
   using Four = std::array<float, kWidth>;
-  /// Up to four children; those that are missing have no power.
+  /// Up to four children; missing ones have no power.
   struct alignas(16) Group {
     Four center_x{};
     Four center_y{};
@@ -88,35 +88,35 @@ class LightTree {
     Four axis_x{};
     Four axis_y{};
     Four axis_z{};
-    Four axis_reach{};  ///< how far the box reaches along the axis; infinite where lights behind a
-                        ///< point may matter
+    Four axis_reach{};  ///< extent of the box along the axis; infinite if points behind the lights
+                        ///< receive light
     Four power{};
     Four cos_theta_o{};
     Four sin_theta_o{};
     Four cos_theta_e{};
-    std::array<std::uint32_t, kWidth>
-        sign{};  ///< bits that the cosine to the axis keeps: not its sign when two-sided
-    std::array<std::uint32_t, kWidth> child{};  ///< a light where `leaf` has its bit, else a group
-    std::uint32_t parent = 0;                   ///< place of this group: group * kWidth + child
+    std::array<std::uint32_t, kWidth> sign{};  ///< bits of the cosine to the axis to keep: the sign
+                                               ///< bit is cleared for two-sided lights
+    std::array<std::uint32_t, kWidth> child{};  ///< a light if `leaf` has its bit set, else a group
+    std::uint32_t parent = 0;  ///< position of this group in its parent: group * kWidth + child
     std::uint32_t leaf = 0;
   };
-  /// A light on its way to its leaf.
+  /// A light during the build.
   struct Item {
     LightBounds bounds;
     Vec3 center;
     std::uint32_t light = 0;
-    std::uint8_t bucket[3] = {};  ///< along each axis, in the group that is being split
+    std::uint8_t bucket[3] = {};  ///< along each axis, in the group being split
   };
   struct Split {
     double cost = 1e300;
-    int axis = -1;   ///< none
-    int bucket = 0;  ///< the first of the high side
+    int axis = -1;   ///< -1: none
+    int bucket = 0;  ///< first bucket of the upper side
   };
   static Split best_split(std::span<Item> items, const Bounds& centers, Vec3 diagonal);
   static std::uint32_t build(std::vector<Node>& nodes, std::span<Item> items);
   void collapse(const std::vector<Node>& nodes);
   static void set_child(Group& group, std::size_t lane, const Node& node);
-  /// Is the group's first child the only light?
+  /// Returns whether the group holds a single light, as its first child.
   static bool is_alone(const Group& group) noexcept {
     return group.leaf == 1 && group.power[1] == 0;
   }
@@ -188,7 +188,7 @@ LightTree::Picks<N> LightTree::pick_few(Vec3s<N> point, Vec3s<N> normal_world,
   return out;
 }
 
-/// The smallest bounds of both. Exposed for tests.
+/// Returns the smallest bounds of both. Exposed for tests.
 LightBounds merge_bounds(const LightBounds& a, const LightBounds& b);
 
 }  // namespace core

@@ -10,11 +10,11 @@
 namespace core {
 namespace {
 
-/// Texels of 0.7 degrees: the edges of lights are four of them wide, and the sun is no texel.
+/// Texels of 0.7 degrees: the soft edges of lights are four texels wide; the sun is separate.
 constexpr int kWidth = 512;
 constexpr int kHeight = 256;
 
-/// Of the directions of the texels' centres, as Environment reads them.
+/// Evaluates radiance at the texel centres, as Environment reads them.
 template <typename Radiance>
 Image map_of(Radiance&& radiance) {
   Image image;

@@ -1,4 +1,4 @@
-/// Environments that come from settings alone: one colour, a preset, sun and sky.
+/// Environments made from settings alone: a constant colour, a preset, or sun and sky.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace core {
 
-/// Errors: kInvalidArgument at "/environment/sun/time" where the sun is below the horizon.
+/// Errors: kInvalidArgument at "/environment/sun/time" if the sun is below the horizon.
 Result<std::shared_ptr<const Environment>> make_environment(const EnvironmentSettings& settings);
 
-/// What such an environment takes.
+/// Returns the memory that the environment needs.
 std::uint64_t made_environment_bytes(const EnvironmentSettings& settings);
 
 }  // namespace core

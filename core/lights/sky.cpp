@@ -11,10 +11,10 @@ namespace core {
 namespace {
 
 constexpr double kPiExact = std::numbers::pi;
-/// Haze: 2 is a very clear day, 3 a clear one (Preetham et al., figure 3).
+/// Turbidity: 2 is a very clear day, 3 a clear one (Preetham et al., figure 3).
 constexpr double kTurbidity = 3;
 
-/// Irradiance by the sun outside of the atmosphere, per nm [W/(m^2 nm)]: Planck's law at the sun's
+/// Spectral irradiance of the sun outside the atmosphere [W/(m^2 nm)]: Planck's law at the sun's
 /// effective temperature. Source: IAU 2015 resolution B3 (5772 K, radius 695,700 km; astronomical
 /// unit 149,597,870.7 km).
 constexpr double kSunKelvin = 5772;
@@ -27,7 +27,7 @@ double sun_radiance_per_nm(double nm) {
   return kFirst / std::pow(m, 5) / (std::exp(kSecond / (m * kSunKelvin)) - 1) * 1e-9;
 }
 
-/// What the air leaves of the sun's light (Preetham et al., appendix A.1).
+/// Returns the transmittance of the atmosphere for sunlight (Preetham et al., appendix A.1).
 double transmittance(double nm, double theta_sun) {
   const double degrees = theta_sun * 180 / kPiExact;
   const double mass = 1 / (std::cos(theta_sun) + 0.15 * std::pow(93.885 - degrees, -1.253));
@@ -56,7 +56,7 @@ Sky::Sky(const SunPosition& sun) {
   theta_sun_ = (90 - sun.elevation_degrees) * kPiExact / 180;
   const double s = theta_sun_;
   const double chi = (4.0 / 9 - kT / 120) * (kPiExact - 2 * s);
-  // Appendix A.2; the luminance at the zenith is in kcd/m^2 there.
+  // Appendix A.2, where the zenith luminance is in kcd/m^2.
   luminance_ = {0.17872 * kT - 1.46303,
                 -0.35540 * kT + 0.42749,
                 -0.02266 * kT + 5.32505,
@@ -112,7 +112,7 @@ Rgb Sky::above(Vec3 d) const {
   const auto cx = static_cast<float>(x / y * big_y);
   const auto cy = static_cast<float>(big_y);
   const auto cz = static_cast<float>((1 - x - y) / y * big_y);
-  // Rec.709 of CIE XYZ (IEC 61966-2-1); what is out of its gamut is cut.
+  // Rec.709 from CIE XYZ (IEC 61966-2-1); out-of-gamut values are clipped.
   return {std::max(3.2404542F * cx - 1.5371385F * cy - 0.4985314F * cz, 0.0F),
           std::max(-0.9692660F * cx + 1.8760108F * cy + 0.0415560F * cz, 0.0F),
           std::max(0.0556434F * cx - 0.2040259F * cy + 1.0572252F * cz, 0.0F)};

@@ -1,9 +1,9 @@
-/// Sky: light of a clear day's sky and sun.
+/// Sky: radiance of a clear sky and the sun.
 ///
 /// Source: Preetham, Shirley and Smits, A Practical Analytic Model for Daylight, SIGGRAPH 1999:
-/// luminance and chromaticity of the sky, and what the air leaves of the sun (without ozone, water
-/// vapour and mixed gases, which take a few percent).
-/// Radiance is in W/(m^2 sr) of nominal white: luminance in cd/m^2 over 683 lm/W.
+/// luminance and chromaticity of the sky, and attenuation of the sun (without ozone, water vapour
+/// and mixed gases, which absorb a few percent). Radiance is in W/(m^2 sr) of nominal white:
+/// luminance in cd/m^2 over 683 lm/W.
 #pragma once
 
 #include "core/color/rgb.h"
@@ -17,17 +17,18 @@ class Sky {
   /// Pre: the sun is above the horizon.
   explicit Sky(const SunPosition& sun);
 
-  /// From a direction (unit, y up). Below the horizon: of ground that reflects kGroundAlbedo.
+  /// Returns the radiance from a direction (unit, y up). Below the horizon: that of ground with
+  /// reflectance kGroundAlbedo.
   Rgb radiance(Vec3 direction) const;
   const SunDisc& sun() const { return sun_; }
-  /// Of a level surface, by the sky and the sun.
+  /// Returns the irradiance of a horizontal surface from sky and sun.
   Rgb irradiance() const { return irradiance_; }
 
-  /// Source: ASHRAE Handbook, Fundamentals: ground reflectance where nothing is known.
+  /// Source: ASHRAE Handbook, Fundamentals: ground reflectance if nothing is known.
   static constexpr float kGroundAlbedo = 0.2F;
 
  private:
-  /// Perez' distribution of luminance Y or of a chromaticity, over its value at the zenith.
+  /// Perez distribution of luminance Y or of a chromaticity, relative to its value at the zenith.
   struct Perez {
     double a, b, c, d, e;
     double zenith;

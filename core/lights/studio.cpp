@@ -21,21 +21,21 @@ struct Lamp {
 };
 
 struct Room {
-  float above;  ///< radiance of the room at the zenith, and at the nadir; linear in the height
+  float above;  ///< radiance of the room at the zenith and the nadir; linear in height
   float below;
   std::span<const Lamp> lights;
 };
 
-// Key and fill stand 45 degrees to the sides, the key 45 degrees high and four times as bright, the
-// back light opposite the key: three-point lighting.
-// Source: Millerson, Lighting for Television and Film, 3rd ed., chapter 6.
+// Three-point lighting: key and fill at 45 degrees to the sides, the key 45 degrees high and four
+// times as bright, the back light opposite the key. Source: Millerson, Lighting for Television and
+// Film, 3rd ed., chapter 6.
 constexpr std::array kStudioLamps = {
     Lamp{-45, 45, 24, 24, 12},
     Lamp{45, 20, 22, 30, 3},
     Lamp{0, 90, 30, 30, 6},
     Lamp{150, 35, 10, 30, 8},
 };
-// Cloth, lit from above and both sides; the opening for the camera is dark.
+// A light tent, lit from above and both sides; the opening for the camera is dark.
 constexpr std::array kTentLamps = {
     Lamp{0, 90, 40, 40, 0.8F},
     Lamp{-90, 20, 35, 35, 0.5F},
@@ -53,9 +53,9 @@ constexpr Room kStudio = {0.5F, 0.2F, kStudioLamps};
 constexpr Room kTent = {1, 0.7F, kTentLamps};
 constexpr Room kRim = {0.04F, 0.02F, kRimLamps};
 
-/// 1 within half, 0 beyond half + edge, smooth between.
+/// Returns 1 within half, 0 beyond half + edge, smooth between.
 float soft_step(float at, float half) {
-  constexpr float kEdge = 0.05F;  // tangent of 3 degrees: the cloth of a soft box fades there
+  constexpr float kEdge = 0.05F;  // tangent of 3 degrees: the soft edge of a soft box
   const float t = clamp01((half + kEdge - std::fabs(at)) / kEdge);
   return t * t * (3 - 2 * t);
 }
@@ -91,7 +91,7 @@ const Room& room_of(EnvironmentPreset preset) {
 }  // namespace
 
 Studio::Studio(EnvironmentPreset preset) : preset_(preset) {
-  constexpr int kRows = 256;  // midpoints over the height, in which solid angle is even
+  constexpr int kRows = 256;  // midpoints over the height, which is uniform in solid angle
   constexpr int kColumns = 512;
   double sum = 0;
   for (int i = 0; i < kRows; ++i) {

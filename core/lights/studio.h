@@ -1,8 +1,8 @@
-/// Studios: light for products, made in code.
+/// Studios: procedural lighting for products.
 ///
-/// A preset is a room of even or graded grey and lights before it: rectangles of light that are
-/// tangent to the sphere of directions, with soft edges. The front is +z, as glTF's models have it.
-/// Every preset has the power of a white environment: the mean of its radiance is 1.
+/// A preset is a room of constant or graded grey with lights in front of it: rectangles tangent to
+/// the sphere of directions, with soft edges. The front is +z, as in glTF models. Every preset has
+/// the power of a white environment: its mean radiance is 1.
 #pragma once
 
 #include "core/color/rgb.h"
@@ -14,7 +14,7 @@ namespace core {
 class Studio {
  public:
   explicit Studio(EnvironmentPreset preset);
-  /// From a direction (unit, y up).
+  /// Returns the radiance from a direction (unit, y up).
   Rgb radiance(Vec3 direction) const { return Rgb(unscaled(direction) * scale_); }
 
  private:

@@ -32,11 +32,11 @@ SunPosition sun_position(const SunSettings& at) {
   const double right_ascension =
       std::atan2(cos_of(obliquity) * sin_of(longitude), cos_of(longitude)) / kDegree;
   const double declination = std::asin(sin_of(obliquity) * sin_of(longitude)) / kDegree;
-  // Meeus (12.4); nutation in right ascension as in the longitude.
+  // Meeus (12.4); nutation in right ascension approximated by that in longitude.
   const double sidereal = 280.46061837 + 360.98564736629 * days + t * t * 0.000387933 -
                           0.00478 * sin_of(node) * cos_of(obliquity);
   const double hour_angle = sidereal + at.longitude_degrees - right_ascension;
-  // Meeus (13.5) and (13.6), the azimuth counted from north.
+  // Meeus (13.5) and (13.6), with azimuth measured from north.
   const double latitude = at.latitude_degrees;
   SunPosition out;
   out.declination_degrees = declination;

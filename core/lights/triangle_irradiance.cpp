@@ -22,7 +22,7 @@ double dot_of(const Direction& a, const Direction& b) { return a.x * b.x + a.y *
 }  // namespace
 
 double triangle_irradiance(Vec3 point, Vec3 normal, Vec3 a, Vec3 b, Vec3 c) noexcept {
-  // A triangle cut by a plane has at most four corners.
+  // A triangle clipped by a plane has at most four vertices.
   const std::array<Vec3, 3> corners = {a - point, b - point, c - point};
   std::array<double, 3> height{};
   for (std::size_t i = 0; i < 3; ++i) {

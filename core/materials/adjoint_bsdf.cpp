@@ -10,10 +10,11 @@
 namespace core {
 namespace {
 
-/// Where the shading normal is bent, viewers between its horizon and the geometric one see a normal
-/// that is turned towards them (shade()), so they see light from where Bsdf::sample() of that light
-/// never goes: a lune on either side of the surface. A share of the samples makes up for it, half
-/// of them over the lune, half as an unbent surface scatters, which narrow lobes come near to.
+/// If the shading normal is bent, viewers between its horizon and the geometric one see a normal
+/// that is rotated towards them (shade()). They see light from directions that Bsdf::sample() for
+/// that light never samples: a lune on either side of the surface. A fraction of the samples
+/// compensates: half of them over the lune, half as an unbent surface scatters, which suits narrow
+/// lobes.
 class BentNormal {
  public:
   explicit BentNormal(const SeenSurface& seen) noexcept
@@ -32,10 +33,10 @@ class BentNormal {
     }
   }
 
-  /// The lune's share of directions by the cosine to ng.
+  /// Returns the lune's fraction of directions, cosine-weighted about ng.
   float share() const noexcept { return share_; }
 
-  /// wi; its density is pdf_solid_angle(). Zero: nothing.
+  /// Samples wi with density pdf_solid_angle(). Zero: no sample.
   Vec3 sample(float u_lobe, Vec2 u) const noexcept {
     if (u_lobe < 0.5F) {
       return sample_lune(u);
@@ -56,9 +57,9 @@ class BentNormal {
   }
 
  private:
-  /// By the cosine to ng. On the disk below the hemisphere, where that is uniform, the lune lies
-  /// between the horizon and the half of an ellipse whose short axis is the cosine between the
-  /// normals: chords of the disk along that axis are shortened into it.
+  /// Cosine-weighted about ng. Projected to the disk, where that is uniform, the lune lies between
+  /// the horizon and half an ellipse whose short axis is the cosine between the normals: chords of
+  /// the disk along that axis are shortened into it.
   Vec3 sample_lune(Vec2 u) const noexcept {
     bool above = true;
     if (both_sides_) {
@@ -69,7 +70,7 @@ class BentNormal {
     const float half_chord = safe_sqrt(1 - d.y * d.y);
     const float x = -0.5F * ((1 + cosine_) * half_chord + (1 - cosine_) * d.x);
     const Vec3 wi = frame_.to_world({x, d.y, safe_sqrt(1 - x * x - d.y * d.y)});
-    return above ? wi : -wi;  // half a turn about the line in which both planes meet
+    return above ? wi : -wi;  // half a turn about the line where both planes intersect
   }
 
   Vec3 ng_;  ///< on the side of wo
@@ -81,7 +82,7 @@ class BentNormal {
   std::optional<Bsdf> unbent_;
 };
 
-/// Fills `out`; returns wo in its frame.
+/// Fills `out` and returns wo in its frame.
 Vec3 shade_at(const ScatterPoint& at, Vec3 wo_world, Shading& out) noexcept {
   shade(at.material, at.point, wo_world, at.footprint, out);
   if (at.ior > 0) {
@@ -92,7 +93,8 @@ Vec3 shade_at(const ScatterPoint& at, Vec3 wo_world, Shading& out) noexcept {
   return out.frame.to_local(wo_world);
 }
 
-/// Density of wi by sample_scatter() from `from`; bsdf_pdf: of Bsdf::sample() there.
+/// Returns the density of wi in sample_scatter() from `from`; bsdf_pdf: that of Bsdf::sample()
+/// there.
 float pdf_in_mode(const SeenSurface& from, Vec3 wi, float bsdf_pdf, TransportMode mode) noexcept {
   if (mode == TransportMode::kRadiance) {
     return bsdf_pdf;
@@ -113,7 +115,7 @@ float cosine_ratio(const SeenSurface& from_wo, Vec3 wi) noexcept {
   return out > 0 ? std::fabs(dot(ng, wi)) / out : 0.0F;
 }
 
-/// A delta lobe's weight for viewers, as one for particles.
+/// Converts a delta lobe's weight from radiance to importance.
 Rgb delta_importance(const SeenSurface& from_wo, const SeenSurface& from_wi,
                      const BsdfSample& s) noexcept {
   const Vec3 wi = from_wi.wo_world();
@@ -126,7 +128,8 @@ Rgb delta_importance(const SeenSurface& from_wo, const SeenSurface& from_wi,
   }
   const float open = from_wo.bsdf().delta_share();
   float factor = open > 0 ? cosine_ratio(from_wo, wi) * from_wi.bsdf().delta_share() / open : 0.0F;
-  if (s.eta != 1) {  // solid angles on both sides of a smooth boundary are as 1 / (n^2 cos)
+  if (s.eta != 1) {  // solid angles on both sides of a smooth boundary are proportional to 1 / (n^2
+                     // cos)
     factor *= s.eta * s.eta * std::fabs(dot(n, from_wo.wo_world()) / dot(n, wi));
   }
   return s.weight * factor;

@@ -1,14 +1,14 @@
-/// Scattering at a surface for light that is followed either way: viewers' paths, which carry
-/// radiance, and particles, which carry importance's adjoint, power.
+/// Surface scattering in both transport modes: radiance along camera paths, and power along light
+/// paths (the adjoint).
 ///
-/// K(v; l) is Bsdf::evaluate for the viewer direction v: the surface is shaded for v, its normals
-/// face v. Radiance towards v is the integral of K(v; l) L(l) over l. Power that arrives along wo
-/// leaves along wi by the adjoint, K(wi; wo) |ng . wi| / |ng . wo|, ng the geometric normal: the
-/// surface shaded anew for wi. That holds whatever the normals; there is no 1 / eta^2 in it.
+/// K(v; l) is Bsdf::evaluate for viewing direction v: the surface is shaded for v, with normals
+/// facing v. Radiance towards v is the integral of K(v; l) L(l) over l. Power that arrives along wo
+/// leaves along wi by the adjoint, K(wi; wo) |ng . wi| / |ng . wo|, with ng the geometric normal:
+/// the surface is shaded again for wi. This holds for any normals and has no factor 1 / eta^2.
 /// Source: Veach 1997, ch. 5 (5.3 for shading normals, 5.2 for refraction).
 ///
-/// Left out: smooth lobes where the shading normal sends light below the horizon, which viewers see
-/// mirrored there; and Shading::origin, which lies above the facet that a particle meets.
+/// Not covered: smooth lobes where the shading normal sends light below the horizon, which camera
+/// paths mirror there; and Shading::origin, which lies above the facet that a particle hits.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,27 @@
 namespace core {
 
 enum class TransportMode : std::uint8_t {
-  kRadiance,    ///< from a viewer, against the light
-  kImportance,  ///< from a light, with it
+  kRadiance,    ///< from the camera, against the light
+  kImportance,  ///< from a light, along the light
 };
 
-/// A point to scatter at. The medium around a solid is state of the path, which passes the relative
+/// A point to scatter at. The surrounding medium belongs to the path, which passes the relative
 /// index of refraction and the weights, as in BsdfParameters.
 struct ScatterPoint {
   const Material& material;
   const SurfacePoint& point;
   Footprint footprint;
-  float ior = 0;  ///< of the solid over its surroundings; 0: the material's own
+  float ior = 0;  ///< of the solid over its surroundings; 0: that of the material
   Rgb reflection_weight = {1, 1, 1};
   Rgb refraction_weight = {1, 1, 1};
 };
 
-/// The surface as it is seen along one direction.
+/// The surface shaded for one viewing direction.
 class SeenSurface {
  public:
   /// wo_world: unit, away from the surface.
   SeenSurface(const ScatterPoint& at, Vec3 wo_world) noexcept;
-  SeenSurface(const SeenSurface&) = delete;  // the Bsdf borrows the layers
+  SeenSurface(const SeenSurface&) = delete;  // the Bsdf refers to the layers
   SeenSurface& operator=(const SeenSurface&) = delete;
 
   const Shading& shading() const noexcept { return shading_; }
@@ -52,27 +52,28 @@ class SeenSurface {
   Bsdf bsdf_;
 };
 
-/// Scattering between wo, where the path comes from, and wi, where it goes: pbrt's f and PDF times
-/// the cosine. Delta lobes are left out.
+/// Evaluates scattering between wo, towards the previous vertex, and wi, towards the next: pbrt's f
+/// times the cosine, and PDF. Delta lobes are left out.
 struct ScatterEval {
-  Rgb value_cos;              ///< radiance: K(wo; wi); importance: its adjoint [1/sr]
-  float pdf_solid_angle = 0;  ///< of wi, by sample_scatter() from wo in the same mode
-  float pdf_reverse = 0;      ///< of wo, by sample_scatter() from wi in the other mode
+  Rgb value_cos;              ///< radiance: K(wo; wi); importance: the adjoint [1/sr]
+  float pdf_solid_angle = 0;  ///< density of wi in sample_scatter() from wo in the same mode
+  float pdf_reverse = 0;      ///< density of wo in sample_scatter() from wi in the other mode
 };
 ScatterEval evaluate_scatter(const SeenSurface& from_wo, const SeenSurface& from_wi,
                              TransportMode mode) noexcept;
 
 struct ScatterSample {
   Vec3 wi_world;
-  Rgb weight;                 ///< value_cos / pdf_solid_angle; black: absorbed
-  float pdf_solid_angle = 0;  ///< 0 when is_delta
+  Rgb weight;                 ///< value_cos / pdf_solid_angle; black if absorbed
+  float pdf_solid_angle = 0;  ///< 0 if is_delta
   float pdf_reverse = 0;
   bool is_delta = false;
-  bool is_straight = false;  ///< as through a hole
+  bool is_straight = false;  ///< without deflection
   float eta = 1;             ///< n(wi) / n(wo)
 };
-/// u_lobe, u_dir in [0,1). In importance mode, where normals are bent, a share of the samples goes
-/// by other means, for the sake of viewers below the shading normal's horizon.
+/// Samples a direction; u_lobe, u_dir in [0,1). In importance mode with bent shading normals, a
+/// fraction of the samples is drawn differently, to cover viewing directions below the horizon of
+/// the shading normal.
 ScatterSample sample_scatter(const ScatterPoint& at, const SeenSurface& from_wo, float u_lobe,
                              Vec2 u_dir, TransportMode mode) noexcept;
 

@@ -1,4 +1,4 @@
-/// Material: a glTF material with its textures resolved, as shading reads it.
+/// Material: a glTF material with resolved textures, as used for shading.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace core {
 
-/// A texture as a material uses it; texture null: the factor alone.
+/// A texture used by a material; if the texture is null, the factor applies alone.
 struct TextureSlot {
   const Texture* texture = nullptr;
   TextureDescription description;
-  /// The same for slots that read the same places of textures of the same size. Not 0.
+  /// Equal for slots that read textures of the same size at the same positions. Not 0.
   std::uint32_t places = 0;
 };
 
-/// A material as shading uses it, with its textures resolved.
+/// A material with resolved textures.
 struct Material {
   MaterialDescription factors;
-  BsdfParameters plain;  ///< as the factors alone give them
+  BsdfParameters plain;  ///< from the factors alone
   TextureSlot base_color;
   TextureSlot metallic_roughness;
   TextureSlot normal;
@@ -40,14 +40,14 @@ struct Material {
   TextureSlot iridescence_thickness;
   TextureSlot diffuse_transmission;
   TextureSlot diffuse_transmission_color;
-  bool has_texture = false;  ///< any of the above
+  bool has_texture = false;  ///< some slot has a texture
   bool has_layers = false;   ///< clearcoat, sheen, iridescence or diffuse transmission
   bool is_emissive = false;
-  bool has_alpha = false;  ///< MASK or BLEND: hits may be holes
+  bool has_alpha = false;  ///< MASK or BLEND: hits may fall on holes
   bool is_volume = false;  ///< bounds a solid (thickness > 0)
-  bool transmits = false;  ///< thin or solid, clear or diffuse
-  bool is_clear = false;   ///< may have null scattering; Bsdf::straight() returns how much
-  Medium medium;           ///< inside
+  bool transmits = false;  ///< thin or solid, specular or diffuse
+  bool is_clear = false;  ///< may scatter without deflection; Bsdf::straight() returns the fraction
+  Medium medium;          ///< interior medium
 };
 
 }  // namespace core

@@ -8,27 +8,27 @@
 namespace core {
 namespace {
 
-/// The last lookup of a point: a material's textures mostly read the same places.
+/// Caches the last lookup of a point, because textures of a material mostly read the same texels.
 struct LastLookup {
-  std::uint32_t places = 0;  ///< TextureSlot::places; 0: none yet
+  std::uint32_t places = 0;  ///< TextureSlot::places; 0: empty
   Texture::Taps taps;
 };
 
-/// A point and what is seen of it.
+/// A point and its texture footprint.
 struct Seen {
   const SurfacePoint& point;
-  Vec3 across_m;  ///< axes of the footprint's ellipse on the surface, world; the short one
+  Vec3 across_m;  ///< short axis of the elliptical footprint on the surface, world
   Vec3 along_m;
   bool is_sharp;
   LastLookup& last;
 };
 
 Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint, LastLookup& last) {
-  // A pixel has many samples, whose places are a filter already: half of its width leaves a blur of
-  // little more than the pixel's own, and hardly more noise at 4 samples.
+  // A pixel has many samples, whose positions already act as a filter: half the width adds little
+  // blur to the pixel's own, and little noise at 4 samples.
   footprint.width_m *= 0.5F;
   constexpr float kLeast =
-      0.02F;  // of the cosine: beyond, footprints are longer than what they lie on
+      0.02F;  // minimum cosine: at smaller ones, footprints are longer than the surface
   const Vec3 n = point.normal_geometric;
   const float cosine = dot(n, wo);
   const Vec3 slope = wo - n * cosine;
@@ -76,10 +76,10 @@ Vec4 read(const TextureSlot& slot, const Seen& at) {
   return slot.texture->read(at.last.taps);
 }
 
-/// The same point at the finest level.
+/// Returns the same point at the finest level.
 Seen finest(const SurfacePoint& point, LastLookup& last) { return {point, {}, {}, false, last}; }
 
-/// A normal map's normal in world space, on the front side like point.normal_shading.
+/// Returns the normal of a normal map in world space, on the front side like point.normal_shading.
 Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
   const SurfacePoint& p = at.point;
   if (slot.texture == nullptr || length_squared(p.tangent) == 0) {
@@ -91,7 +91,7 @@ Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
   return normalize_or(p.tangent * n.x + bitangent * n.y + p.normal_shading * n.z, p.normal_shading);
 }
 
-/// A shading normal the viewer can see: turned, where it faces away, just as far as needed.
+/// Returns a shading normal visible to the viewer, rotated only as far as needed if it faces away.
 Vec3 facing(Vec3 n, Vec3 wo) {
   constexpr float kLeast = 1e-3F;
   const float cos_o = dot(n, wo);
@@ -103,7 +103,7 @@ Vec3 facing(Vec3 n, Vec3 wo) {
 
 Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
 
-/// The rarer layers, textures applied.
+/// Fills the less common layers, with textures.
 void fill_layers(const Material& material, const Seen& at, Vec3 wo_world, Shading& s) {
   const MaterialDescription& f = material.factors;
   BsdfLayers& l = s.layers;
@@ -132,7 +132,7 @@ void fill_layers(const Material& material, const Seen& at, Vec3 wo_world, Shadin
 
 namespace {
 
-/// KHR_materials_ior and KHR_materials_specular. An ior of 0 asks for full reflection.
+/// KHR_materials_ior and KHR_materials_specular. An ior of 0 means full reflection.
 void set_dielectric(BsdfParameters& b, float ior, Rgb specular_color, float specular) {
   const float r0 = ior == 0 ? 1.0F : square((ior - 1) / (ior + 1));
   b.f0 = clamp01_rgb(specular_color * r0) * clamp01(specular);
@@ -146,12 +146,12 @@ void set_roughness(BsdfParameters& b, float roughness) {
   b.alpha_x = b.alpha_y = std::max(b.roughness * b.roughness, 1e-4F);
 }
 
-/// Textures and vertex colours over the plain parameters.
+/// Applies textures and vertex colours to the plain parameters.
 void apply_textures(const Material& material, const Seen& at, BsdfParameters& b) {
   const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
-  // Where coverage comes from the same texture, colour is read as sharply: coarser levels would mix
-  // in the colour behind alpha 0.
+  // If coverage comes from the same texture, reads colour at the same level: coarser levels would
+  // mix in the colour where alpha is 0.
   LastLookup sharpest;
   const Vec4 c = read(material.base_color, material.has_alpha ? finest(point, sharpest) : at);
   b.base_color = clamp01_rgb(f.base_color *
@@ -219,7 +219,7 @@ BsdfParameters plain_parameters(const MaterialDescription& f, bool is_volume) no
   b.metallic = clamp01(f.metallic);
   set_roughness(b, f.roughness);
   set_dielectric(b, f.ior, f.specular_color, f.specular);
-  b.transmission = f.ior == 0 ? 0.0F : clamp01(f.transmission);  // all is reflected
+  b.transmission = f.ior == 0 ? 0.0F : clamp01(f.transmission);  // fully reflective
   b.thin = !is_volume;
   return b;
 }
@@ -264,7 +264,7 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
   if (material.emissive.texture == nullptr) {
     return material.factors.emissive;
   }
-  // The finest level always: light sampling and rays that hit must see the same function.
+  // Always the finest level: light sampling and rays that hit must use the same function.
   LastLookup last;
   const Vec4 c = read(material.emissive, finest(point, last));
   return material.factors.emissive * Rgb{c.x, c.y, c.z};

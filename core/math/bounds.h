@@ -1,4 +1,4 @@
-/// Bounds: an axis-aligned box in metres; empty until something is added.
+/// Bounds: an axis-aligned box in metres; empty until a point is added.
 #pragma once
 
 #include <algorithm>

@@ -16,8 +16,8 @@ struct Frame {
   constexpr Vec3 to_local(Vec3 v) const noexcept { return {dot(v, s), dot(v, t), dot(v, n)}; }
 };
 
-/// A basis around the unit vector n.
-/// Source: Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017.
+/// Returns a basis around the unit vector n. Source: Duff et al., Building an Orthonormal Basis,
+/// Revisited, JCGT 2017.
 inline Frame frame_from_normal(Vec3 n) noexcept {
   const float sign = std::copysign(1.0F, n.z);
   const float a = -1.0F / (sign + n.z);
@@ -25,7 +25,7 @@ inline Frame frame_from_normal(Vec3 n) noexcept {
   return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
 
-/// A basis around the unit vector n whose s is the part of `tangent` at right angles to n.
+/// Returns a basis around the unit vector n whose s is the component of `tangent` orthogonal to n.
 inline Frame frame_from_normal_tangent(Vec3 n, Vec3 tangent) noexcept {
   const Vec3 s = tangent - n * dot(n, tangent);
   const float squared = dot(s, s);

@@ -1,6 +1,7 @@
-/// Geometry in lanes: the functions of core/math and core/sampling that paths need, N at a time.
+/// Geometry in SIMD lanes: the functions of core/math and core/sampling that paths need, N at a
+/// time.
 ///
-/// Each follows its scalar twin step by step, so that both find the same up to rounding.
+/// Each follows its scalar counterpart step by step, so results agree up to rounding.
 #pragma once
 
 #include "core/math/lanes.h"
@@ -96,13 +97,13 @@ Vec3s<N> offset_ray(Vec3s<N> p, Vec3s<N> n) {
   return {moved(p.x, n.x), moved(p.y, n.y), moved(p.z, n.z)};
 }
 
-/// Sine and cosine of |x| <= 2 pi. Source: Moshier's Cephes library, sinf and cosf; errors below
-/// 2e-7.
+/// Returns sine and cosine for |x| <= 2 pi. Source: Moshier's Cephes library, sinf and cosf; errors
+/// below 2e-7.
 template <std::size_t N>
 void sincos(Floats<N> x, Floats<N>& sine, Floats<N>& cosine) {
   constexpr float kHalfPi = 1.57079637F;         // the float nearest to pi / 2,
-  constexpr float kHalfPiRest = 4.37113883e-8F;  // and how much too large it is
-  constexpr float kRound = 0x1.8p23F;            // adding it leaves a whole number's digits
+  constexpr float kHalfPiRest = 4.37113883e-8F;  // and its excess over pi / 2
+  constexpr float kRound = 0x1.8p23F;            // adding it rounds to an integer
   const Floats<N> shifted = x * Floats<N>(1 / kHalfPi) + Floats<N>(kRound);
   const Ints<N> quarter = bits_of(shifted);
   const Floats<N> q = shifted - Floats<N>(kRound);
@@ -117,14 +118,14 @@ void sincos(Floats<N> x, Floats<N>& sine, Floats<N>& cosine) {
                                                     r2 * (Floats<N>(-1.388731625493765e-3F) +
                                                           r2 * Floats<N>(2.443315711809948e-5F))));
   const Mask<N> swap = ~((quarter & Ints<N>(1)) == Ints<N>(0));
-  const auto negated = [](Floats<N> value, Ints<N> where) {  // bit 1 of where becomes the sign
+  const auto negated = [](Floats<N> value, Ints<N> where) {  // bit 1 of `where` becomes the sign
     return floats_of(Ints<N>(bits_of(value).v ^ ((where & Ints<N>(2)).v << 30)));
   };
   sine = negated(select(swap, c, s), quarter);
   cosine = negated(select(swap, s, c), quarter + Ints<N>(1));
 }
 
-/// std::atan2, 0 at the origin. Source: Moshier's Cephes library, atanf; errors below 4e-7.
+/// As std::atan2; 0 at the origin. Source: Moshier's Cephes library, atanf; errors below 4e-7.
 template <std::size_t N>
 Floats<N> atan2(Floats<N> y, Floats<N> x) {
   const Floats<N> zero(0);
@@ -165,13 +166,13 @@ Floats<N> log2(Floats<N> x) {
   const Floats<N> natural = f + (f * f2 * series - Floats<N>(0.5F) * f2);
   return to_floats(exponent) + natural * Floats<N>(1.44269504F);
 }
-/// std::floor. Pre: below 2^31 in size.
+/// As std::floor. Pre: |x| < 2^31.
 template <std::size_t N>
 Ints<N> floor_of(Floats<N> x) {
   const Ints<N> towards_zero = truncated(x);
   return select(x < to_floats(towards_zero), towards_zero - Ints<N>(1), towards_zero);
 }
-/// i, moved into [0, count).
+/// Clamps i to [0, count).
 template <std::size_t N>
 Ints<N> within(Ints<N> i, Ints<N> count) {
   const Ints<N> last = count - Ints<N>(1);

@@ -1,8 +1,8 @@
-/// Lanes: N floats, integers or truth values side by side.
+/// Lanes: SIMD vectors of N floats, integers or booleans.
 ///
-/// A thin wrapper of the compiler's vector extensions. The code that uses them is one source for
-/// any N; 8 is a register of AVX2, 4 one of SSE, 1 serves tests. The result of a lane never depends
-/// on its neighbours.
+/// A thin wrapper of the compiler's vector extensions. Code that uses them is the same for any N; 8
+/// is an AVX2 register, 4 an SSE register, 1 is for tests. The result of a lane never depends on
+/// other lanes.
 #pragma once
 
 #include <bit>
@@ -37,7 +37,7 @@ struct RawLanes<1> {
   typedef std::uint32_t Words __attribute__((vector_size(4)));
 };
 
-/// Truth values: all bits of a lane or none.
+/// Booleans: all bits of a lane are set, or none.
 template <std::size_t N>
 struct Mask {
   using Raw = typename RawLanes<N>::Ints;
@@ -46,7 +46,7 @@ struct Mask {
   friend Mask operator&(Mask a, Mask b) { return {a.v & b.v}; }
   friend Mask operator|(Mask a, Mask b) { return {a.v | b.v}; }
   friend Mask operator~(Mask a) { return {~a.v}; }
-  /// One bit a lane, that of lane 0 the lowest.
+  /// Returns one bit per lane, with lane 0 the lowest.
   unsigned bits() const {
     if constexpr (N == 8) {
       return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(v)));
@@ -58,7 +58,7 @@ struct Mask {
   }
   bool any() const { return bits() != 0; }
   bool all() const { return bits() == (1U << N) - 1; }
-  /// Lanes whose bit is set.
+  /// Returns a mask of the lanes whose bit is set.
   static Mask of(unsigned bits) {
     Raw bit;
     for (std::size_t k = 0; k < N; ++k) {
@@ -93,7 +93,7 @@ struct Ints {
   Ints() = default;
   Ints(Raw raw) : v(raw) {}
   Ints(std::int32_t x) : v(x - Raw{}) {}
-  // They wrap: lanes that are not in use hold anything.
+  // Wraps around, because unused lanes hold arbitrary values.
   friend Ints operator+(Ints a, Ints b) { return Ints(a.words() + b.words()); }
   friend Ints operator-(Ints a, Ints b) { return Ints(a.words() - b.words()); }
   friend Ints operator*(Ints a, Ints b) { return Ints(a.words() * b.words()); }
@@ -139,7 +139,7 @@ template <std::size_t N>
 Floats<N> to_floats(Ints<N> x) {
   return __builtin_convertvector(x.v, typename Floats<N>::Raw);
 }
-/// Towards zero. Pre: below 2^31 in size.
+/// Rounds towards zero. Pre: |x| < 2^31.
 template <std::size_t N>
 Ints<N> truncated(Floats<N> x) {
   return __builtin_convertvector(x.v, typename Ints<N>::Raw);
@@ -153,7 +153,7 @@ template <std::size_t N>
 Ints<N> select(Mask<N> mask, Ints<N> yes, Ints<N> no) {
   return mask.v ? yes.v : no.v;
 }
-/// As std::min and std::max with NaN in a: b.
+/// As std::min and std::max; returns b if a is NaN.
 template <std::size_t N>
 Floats<N> min(Floats<N> a, Floats<N> b) {
   if constexpr (N == 8) {
@@ -184,7 +184,7 @@ Floats<N> sqrt(Floats<N> x) {
     return Floats<N>(std::sqrt(x.v[0]));
   }
 }
-/// a b + c, rounded once.
+/// Returns a b + c, rounded once.
 template <std::size_t N>
 Floats<N> fused(Floats<N> a, Floats<N> b, Floats<N> c) {
   if constexpr (N == 8) {
@@ -210,7 +210,7 @@ Mask<N> is_finite(Floats<N> x) {
   return abs(x) < Floats<N>(__builtin_inff());
 }
 
-/// p: aligned to the lanes.
+/// p: aligned to the vector.
 template <std::size_t N>
 Floats<N> load(const float* p) {
   return *reinterpret_cast<const typename Floats<N>::Raw*>(p);
@@ -236,7 +236,7 @@ void store(std::uint32_t* p, Words<N> x) {
   std::memcpy(p, &x.v, sizeof(x.v));
 }
 
-/// For each set of lanes the order that brings them together at the front.
+/// For each set of lanes, the permutation that moves them to the front.
 struct CompressTable {
   alignas(32) std::int32_t order[256][8];
   constexpr CompressTable() : order{} {
@@ -252,8 +252,7 @@ struct CompressTable {
 };
 inline constexpr CompressTable kCompress{};
 
-/// Writes the lanes of `taken` one after another to `p`; the rest of the N elements from there on
-/// is unspecified.
+/// Writes the lanes of `taken` contiguously to `p`; the rest of the N elements is unspecified.
 template <std::size_t N>
 void compress(std::int32_t* p, Ints<N> x, unsigned taken) {
   static_assert(N == 8 || N == 1);
@@ -280,7 +279,7 @@ void compress(float* p, Floats<N> x, unsigned taken) {
   }
 }
 
-/// p[index] of each lane.
+/// Returns p[index] per lane.
 template <std::size_t N>
 Floats<N> gather(const float* p, Ints<N> index) {
   if constexpr (N == 8) {
@@ -298,7 +297,8 @@ Ints<N> gather(const std::int32_t* p, Ints<N> index) {
   return bits_of(gather(reinterpret_cast<const float*>(p), index));
 }
 
-/// Four floats of each row, as four times N lanes. The rows need no alignment.
+/// Loads four floats per row and transposes them to four vectors of N lanes. Rows need no
+/// alignment.
 template <std::size_t N>
 void transpose(const float* const (&rows)[N], Floats<N> (&columns)[4]) {
   if constexpr (N == 8) {

@@ -1,4 +1,4 @@
-/// The one place where a ray leaves a surface.
+/// Offsets ray origins from surfaces; all rays that leave a surface use this.
 #pragma once
 
 #include <bit>
@@ -10,9 +10,8 @@
 namespace core {
 
 /// Moves p to the side of the surface that n_geometric points to, by a number of float steps that
-/// exceeds the error of a hit point computed from the triangle's vertices.
-/// Source: Waechter and Binder, A Fast and Robust Method for Avoiding Self-Intersection, Ray
-/// Tracing Gems 2019, ch. 6.
+/// exceeds the error of a hit point computed from the triangle's vertices. Source: Waechter and
+/// Binder, A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems 2019, ch. 6.
 inline Vec3 offset_ray(Vec3 p, Vec3 n_geometric) noexcept {
   constexpr float kOrigin = 1.0F / 32.0F;
   constexpr float kFloatScale = 1.0F / 65536.0F;

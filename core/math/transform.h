@@ -1,4 +1,4 @@
-/// Transform: an affine map, 3 rows of 4, p' = A p + t. Column vectors; right-handed, y up.
+/// Transform: an affine map with 3 rows of 4, p' = A p + t. Column vectors; right-handed, y up.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 namespace core {
 
 struct Transform {
-  /// Columns: images of the x, y, z axes, and the translation in metres.
+  /// Columns: images of the x, y and z axes, and the translation in metres.
   Vec3 x = {1, 0, 0};
   Vec3 y = {0, 1, 0};
   Vec3 z = {0, 0, 1};
@@ -16,8 +16,8 @@ struct Transform {
 
   constexpr Vec3 point(Vec3 p) const noexcept { return x * p.x + y * p.y + z * p.z + t; }
   constexpr Vec3 vector(Vec3 v) const noexcept { return x * v.x + y * v.y + z * v.z; }
-  /// Inverse-transpose up to scale: cofactors, so mirrored maps keep the side (determinant's sign
-  /// applied) and singular ones stay finite. Not normalised.
+  /// Transforms a normal by the inverse transpose up to scale, computed from cofactors: mirrored
+  /// maps keep the side (by the determinant's sign), and singular ones stay finite. Not normalised.
   constexpr Vec3 normal(Vec3 n) const noexcept {
     const Vec3 c = cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z;
     return determinant() < 0 ? -c : c;
@@ -25,7 +25,7 @@ struct Transform {
   constexpr float determinant() const noexcept { return dot(cross(x, y), z); }
 };
 
-/// a after b: (a * b).point(p) == a.point(b.point(p)).
+/// Applies b, then a: (a * b).point(p) == a.point(b.point(p)).
 constexpr Transform operator*(const Transform& a, const Transform& b) noexcept {
   return {a.vector(b.x), a.vector(b.y), a.vector(b.z), a.point(b.t)};
 }
@@ -48,7 +48,7 @@ constexpr Transform translation(Vec3 t) noexcept { return {{1, 0, 0}, {0, 1, 0},
 constexpr Transform scaling(Vec3 s) noexcept {
   return {{s.x, 0, 0}, {0, s.y, 0}, {0, 0, s.z}, {0, 0, 0}};
 }
-/// Unit quaternion (x, y, z, w), as glTF stores it.
+/// Returns the rotation of a unit quaternion (x, y, z, w), as stored in glTF.
 constexpr Transform rotation(Vec4 q) noexcept {
   return {
       {1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z), 2 * (q.x * q.z - q.w * q.y)},

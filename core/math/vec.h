@@ -55,7 +55,7 @@ inline float length(Vec3 a) noexcept { return std::sqrt(dot(a, a)); }
 /// Pre: a is not zero.
 inline Vec3 normalize(Vec3 a) noexcept { return a * (1.0F / length(a)); }
 
-/// The unit vector of a, or `otherwise` when a has no usable length.
+/// Returns the unit vector of a, or `otherwise` if the length of a is unusable.
 inline Vec3 normalize_or(Vec3 a, Vec3 otherwise) noexcept {
   const float squared = dot(a, a);
   return squared > 1e-30F && std::isfinite(squared) ? a * (1.0F / std::sqrt(squared)) : otherwise;

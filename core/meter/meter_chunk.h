@@ -1,4 +1,4 @@
-/// MeterChunk: the sums of some of a meter's points.
+/// MeterChunk: the sums of a group of meter points.
 #pragma once
 
 #include <array>
@@ -8,15 +8,15 @@
 
 namespace core {
 
-/// Even, so that jobs whose replicates differ (sampler.first_replicate) share none here. With 15
-/// degrees of freedom an interval is 9 % wider than with any number.
+/// Even, so that jobs with different replicates (sampler.first_replicate) share none here. With 15
+/// degrees of freedom an interval is 9% wider than with infinitely many.
 inline constexpr int kMeterReplicates = 16;
-/// Points that are sampled by one thread.
+/// Points per chunk; a chunk is sampled by one thread.
 inline constexpr int kMeterChunk = 16;
 
 using MeterSum = std::array<double, 3>;  ///< r, g, b
 
-/// What is known of a chunk's points.
+/// State of the points of a chunk.
 struct MeterChunk {
   int samples = 0;
   std::vector<MeterSum> sums;  ///< [point * kMeterReplicates + replicate]; empty: 0

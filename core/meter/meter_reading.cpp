@@ -7,7 +7,7 @@ namespace core {
 namespace {
 
 constexpr auto kReplicates = static_cast<std::size_t>(kMeterReplicates);
-/// Student's t for 15 degrees of freedom, two-sided 95 %.
+/// Student's t for 15 degrees of freedom, two-sided 95%.
 constexpr double kStudent95 = 2.131449546;
 static_assert(kMeterReplicates == 16);
 

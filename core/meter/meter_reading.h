@@ -1,4 +1,4 @@
-/// MeterReading: what a meter has measured at one point, with its interval.
+/// MeterReading: the measurement at one meter point, with its interval.
 #pragma once
 
 #include <array>
@@ -11,19 +11,20 @@
 
 namespace core {
 
-/// Normals of length 1; the plane's cells follow the points, row by row.
+/// Returns the meter points with unit normals; the cells of the plane follow the points, row by
+/// row.
 std::vector<MeterPoint> meter_points(const MeterSettings& settings);
 
-/// Of one point, in the scene's units.
+/// The measurement of one point, in the scene's units.
 struct MeterReading {
   MeterPoint at;
   std::array<double, 3> irradiance{};  ///< linear RGB
   double illuminance = 0;              ///< its luminance: lux
-  double low = 0;                      ///< 95 % interval of the luminance, by Student's t
+  double low = 0;                      ///< 95% interval of the luminance, by Student's t
   double high = 0;
   std::int64_t samples = 0;  ///< paths
 };
-/// chunks: of these points, all with at least one sample.
+/// Returns the readings. chunks: those of the points, each with at least one sample.
 std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
                                          const std::vector<MeterChunk>& chunks);
 

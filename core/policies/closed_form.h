@@ -1,11 +1,10 @@
-/// Control variate: the unoccluded light of a uniform triangle on a Lambert surface, in closed
+/// Control variate: the unoccluded light of a uniform triangle on a Lambertian surface, in closed
 /// form.
 ///
-/// With h = albedo / pi cos L, the light that a Lambert surface of the same albedo would get if
-/// nothing stood in between, and H its integral over the light, H - h/p has the mean 0: added to
-/// V f L / p it leaves of the noise what comes from shadows and from the difference between the
-/// BSDF and Lambert's. BSDF samples that find the light then count for nothing, since light samples
-/// are not weighted.
+/// Let h = albedo / pi cos L be the unoccluded light of a Lambertian surface of the same albedo,
+/// and H its integral over the light. Then H - h/p has mean 0; added to V f L / p it leaves only
+/// the noise of shadows and of the difference between the BSDF and the Lambertian one. BSDF samples
+/// that hit the light then count as zero, because light samples are not weighted.
 #pragma once
 
 #include "core/light_samplers/light_sampler.h"
@@ -14,12 +13,12 @@
 
 namespace core {
 
-/// Uniform triangles that are not so small or far that it does not matter, with the point clearly
-/// before them (on either side of two-sided ones): in their plane rounding would decide which of
-/// their points count.
+/// Returns whether the closed form is used: for uniform triangles that are large and close enough,
+/// with the point clearly in front (or behind, if two-sided). In the plane of the triangle rounding
+/// would decide which points count.
 bool has_closed_form(const TriangleLight& light, Vec3 point) noexcept;
 
-/// H - h/p for a sample of `light`, per unit of throughput. Pre: has_closed_form().
+/// Returns H - h/p for a sample of `light`, per unit of throughput. Pre: has_closed_form().
 Rgb light_control(const TriangleLight& light, const LightSample& sample, const Shading& shading,
                   Rgb albedo) noexcept;
 

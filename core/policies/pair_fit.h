@@ -1,4 +1,4 @@
-/// Records of a path for coefficients that are fitted for each pixel (core/film/replicate_fit.h).
+/// Records the data of a path for coefficients fitted per pixel (core/film/replicate_fit.h).
 #pragma once
 
 #include <cmath>
@@ -8,13 +8,14 @@
 
 namespace core {
 
-/// How much a contribution weighs; above 0 for all that is not black, of whatever sign.
+/// Returns the magnitude of a contribution; positive for any value that is not black, of either
+/// sign.
 inline float size_of(Rgb c) { return luminance({std::fabs(c.r), std::fabs(c.g), std::fabs(c.b)}); }
 
-/// Optimal MIS: a sample that has both densities, as light and as BSDF sample. value: f / m;
-/// weight_light: p / m. Light samples of anything else (delta lights, black, occluded or not quite
-/// clear) count with all of the weight, such BSDF samples with none and need not be noted: the
-/// other technique does not have those outcomes, so densities integrate to 1 all the same.
+/// Optimal MIS: records a sample that has both densities, whether it is a light or a BSDF sample.
+/// value: f / m; weight_light: p / m. Other light samples (delta lights, black, occluded or partly
+/// transparent) have weight 1, and such BSDF samples weight 0, so they need not be recorded: the
+/// other technique lacks these outcomes, and densities still integrate to 1.
 inline void note_pair(FitSample& fit, float weight_light, Rgb value) noexcept {
   if (is_black(value)) {
     return;
@@ -26,7 +27,7 @@ inline void note_pair(FitSample& fit, float weight_light, Rgb value) noexcept {
   fit.xy += value * weight_light;
 }
 
-/// Optimal MIS: the light sample of a vertex, and that a BSDF sample belongs to it.
+/// Optimal MIS: records the light sample of a vertex, and that a BSDF sample belongs to it.
 inline void note_light_sample(FitSample& fit, float weight_light, Rgb value,
                               bool in_pair) noexcept {
   fit.n += 2;
@@ -40,7 +41,8 @@ inline void note_light_sample(FitSample& fit, float weight_light, Rgb value,
   }
 }
 
-/// Regression: a light sample and its control variate, whose factor is fitted by luminance.
+/// Regression: records a light sample and its control variate, whose coefficient is fitted by
+/// luminance.
 inline void note_control(FitSample& fit, Rgb control, Rgb value) noexcept {
   const float x = luminance(control);
   const float y = luminance(value);
@@ -52,7 +54,7 @@ inline void note_control(FitSample& fit, Rgb control, Rgb value) noexcept {
   fit.xy += Rgb(x * y);
 }
 
-/// One of several branches, averaged with weight `share`.
+/// Adds one of several branches, averaged with weight `share`.
 inline void add_branch(FitSample& fit, const FitSample& branch, float share) noexcept {
   fit = {.control = fit.control + branch.control * share,
          .n = fit.n + branch.n,

@@ -10,20 +10,20 @@
 namespace core {
 namespace {
 
-/// Share that is spread evenly.
+/// Fraction that is spread evenly.
 constexpr double kEven = 0.1;
-/// No pixel is given more than this many times the mean.
+/// Maximum count of a pixel, as a multiple of the mean.
 constexpr double kMost = 16;
-/// Differences that a variance is pooled from: known to some 15 %.
+/// Number of differences that a variance is pooled from: it is then known to about 15%.
 constexpr double kPooled = 100;
 
-/// Per pixel of the crop, row by row: mean and variance of one sample, three channels, and its
+/// Per pixel of the crop, row by row: mean and variance of one sample in three channels, and its
 /// cost.
 struct Statistics {
   std::vector<Rgb> mean;
   std::vector<Rgb> variance;
   std::vector<float> cost;
-  double degrees = 1;  ///< of freedom of each variance
+  double degrees = 1;  ///< degrees of freedom of each variance
 };
 
 /// Calls put(pixel of the tile, pixel of the crop) for every pixel of the tile.
@@ -60,9 +60,9 @@ Statistics of_pilot(const Film& film) {
   return out;
 }
 
-/// sqrt(variance / (signal + floor) / cost) of each pixel. The variance and the cost are pooled,
-/// and the signal is that of a window as large as a tile: the plan lessens the error as it is
-/// defined (core/error/error_estimate.h), without seams where tiles meet.
+/// Returns sqrt(variance / (signal + floor) / cost) of each pixel. Variance and cost are pooled.
+/// The signal is that of a window as large as a tile, so the plan reduces the error as defined in
+/// core/error/error_estimate.h, without seams between tiles.
 std::vector<float> needs(const Statistics& s, int width, int height) {
   const int radius =
       std::max(static_cast<int>(std::ceil((std::sqrt(kPooled / s.degrees) - 1) / 2)), 0);
@@ -100,7 +100,7 @@ std::vector<float> needs(const Statistics& s, int width, int height) {
   return out;
 }
 
-/// The largest within `radius`, along rows or columns.
+/// Returns the maximum within `radius`, along rows or columns.
 std::vector<float> largest_along(const std::vector<float>& values, int width, int height,
                                  int radius, bool rows) {
   std::vector<float> out(values.size());
@@ -132,7 +132,7 @@ std::vector<float> dilated(std::vector<float> values, int width, int height, int
                        false);
 }
 
-/// Every pixel of a tile gets the root mean square of the tile: needs squared are variances, which
+/// Gives every pixel of a tile the root mean square of the tile: squared needs are variances, which
 /// add up.
 std::vector<float> by_tile(const std::vector<float>& values, const Film& film, int radius) {
   const PixelRect crop = film.crop();
@@ -165,7 +165,7 @@ std::vector<float> needs_of(const Film& film, const AdaptiveSettings& settings) 
              : dilated(std::move(need), crop.width, crop.height, settings.dilation);
 }
 
-/// Samples that each half of a pixel of the crop has when the epoch begins.
+/// Returns the samples of each half of a pixel of the crop at the start of the epoch.
 std::vector<std::uint32_t> counts_at(const Film& film, int from) {
   std::vector<std::uint32_t> out(pixels_of(film));
   for (int t = 0; t < film.tile_count(); ++t) {
@@ -194,8 +194,8 @@ std::vector<std::uint32_t> distribute(const Budget& budget) {
           std::min(kEven + (1 - kEven) * static_cast<double>(budget.need[i]) / mean_need, kMost);
     }
   }
-  // Counts are scale * weight, and `has` where that is more: once there, a pixel stays there,
-  // because the scale only falls.
+  // Counts are scale * weight, or `has` where that is larger; such pixels stay at `has`, because
+  // the scale only decreases.
   std::vector<char> full(n, 0);
   double scale = 0;
   for (bool changed = true; changed;) {
@@ -217,7 +217,7 @@ std::vector<std::uint32_t> distribute(const Budget& budget) {
       }
     }
   }
-  // Whole steps; the remainder is given to the next pixel.
+  // Counts are whole steps; the remainder is carried to the next pixel.
   std::vector<std::uint32_t> out(n);
   double carried = 0.5;
   for (std::size_t i = 0; i < n; ++i) {

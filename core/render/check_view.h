@@ -1,4 +1,4 @@
-/// What a view's integrator and options do not go with.
+/// Checks that a view's integrator supports the view and the options.
 #pragma once
 
 #include "core/base/result.h"
@@ -7,10 +7,10 @@
 
 namespace core {
 
-/// Media and shares of the light: does the integrator render them, with these options?
-/// integrator: its row; null: there is none. Errors: kInvalidArgument.
+/// Checks that the integrator supports the view's media and shares of the light with these options.
+/// integrator: its row; null if there is none. Errors: kInvalidArgument.
 Status check_light(const View& view, const IntegratorEntry* integrator);
-/// Does the picture go with an open shutter? The same.
+/// Checks that the integrator supports an open shutter. Parameters and errors as above.
 Status check_shutter(const RenderSettings& settings, const IntegratorEntry* integrator);
 
 }  // namespace core

@@ -14,19 +14,20 @@
 namespace core {
 namespace {
 
-/// Of a pilot: enough for tiles to tell what lies between them, and little beside a picture.
+/// Pixels of a pilot: enough to compare tiles, and few compared with an image.
 constexpr double kPixels = 64.0 * 64.0;
 constexpr int kSamples = 16;
-/// How much better bdpt has to be: variances of pilots are known that well only, and path has what
-/// correlated pixels do not let bdpt have, adaptive sampling and intervals of denoised pictures.
+/// Required advantage of bdpt: the variances of pilots are only this accurate, and path offers
+/// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
+/// allow.
 constexpr double kAdvantage = 1.5;
 
 struct Candidate {
   std::string_view integrator;
-  double ray_weight;  ///< CPU seconds of a ray, with what is done at its ends, over those of path's
+  double ray_weight;  ///< CPU seconds per ray, including shading, relative to path's
 };
-/// A ray of bdpt took 1.5 to 3.4 times the CPU time of one of path in cornell-box, interior, glass,
-/// keyhole and caustic-pool, 2.4 times in the geometric mean.
+/// A ray of bdpt took 1.5 to 3.4 times the CPU time of a ray of path in cornell-box, interior,
+/// glass, keyhole and caustic-pool; the geometric mean is 2.4.
 constexpr std::array<Candidate, 2> kCandidates = {{{"path", 1.0}, {"bdpt", 2.4}}};
 
 class NullSink final : public RenderSink {
@@ -79,11 +80,12 @@ struct PairSums {
   std::array<double, 2> noise{};
   std::array<double, 2> light{};
   double apart = 0;                ///< squared differences
-  std::array<double, 2> signal{};  ///< products of the halves: squares without noise
+  std::array<double, 2> signal{};  ///< products of the halves: squared signal without bias from
+                                   ///< noise
   double pixels = 0;
 };
 
-/// Of a tile of both pictures.
+/// Returns the sums of a tile of both images.
 PairSums sums_of(const FilmSnapshot& a, const FilmSnapshot& b, const PixelRect& tile) {
   PairSums sums;
   const std::array<const FilmSnapshot*, 2> films = {&a, &b};
@@ -119,7 +121,7 @@ std::string in_words(double value) {
   return text;
 }
 
-/// Why there is nothing to choose; empty: there is.
+/// Returns the reason why no pilot is needed; empty if one is.
 std::string without_pilot(const View& view) {
   if (view.settings.spectral) {
     return "paths carry wavelengths";
@@ -145,7 +147,7 @@ std::array<double, 2> paired_variances(const FilmSnapshot& a, const FilmSnapshot
     light += std::max(tiles.back().light[0], tiles.back().light[1]);
     pixels += tiles.back().pixels;
   }
-  constexpr double kFloor = 0.05;  // as in the error of a picture
+  constexpr double kFloor = 0.05;  // as in the error of an image
   const double least = 3 * (kFloor * light / pixels) * (kFloor * light / pixels);
   std::array<double, 2> variances{};
   for (const PairSums& tile : tiles) {

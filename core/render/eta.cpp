@@ -19,8 +19,8 @@ std::optional<Remaining> seconds_for(std::span<const PacePoint> points, double s
   if (points.size() < 5) {
     return out;
   }
-  // Ratio estimate: residuals of the passes around the common pace (Cochran, Sampling
-  // Techniques, 6.4).
+  // Ratio estimate: residuals of the passes about the common pace (Cochran, Sampling Techniques,
+  // 6.4).
   double residuals = 0;
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double r = points[i].elapsed_seconds - points[i - 1].elapsed_seconds -
@@ -69,7 +69,7 @@ double error_exponent(std::span<const SeenError> seen) {
   }
   const double exponent = -xy / xx;
   return exponent > kIndependent ? std::min(exponent, 1.0)
-                                 : kIndependent;  // not a number: that of independent samples
+                                 : kIndependent;  // NaN: assume independent samples
 }
 
 }  // namespace core

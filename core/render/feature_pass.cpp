@@ -17,10 +17,10 @@
 namespace core {
 namespace {
 
-/// Mirrors and glass that a path follows at most.
+/// Maximum number of mirrors and glass surfaces that a path follows.
 constexpr int kSmoothMost = 16;
 
-/// What one path found.
+/// The features found by one path.
 struct Found {
   Rgb albedo;
   Rgb normal;
@@ -79,7 +79,7 @@ Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
   return out;
 }
 
-/// Mean, and the variance of it over all channels.
+/// The mean, and its variance summed over channels.
 struct ColorSums {
   Rgb sum;
   Rgb squares;
@@ -131,7 +131,7 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
       for (int s = 0; s < kFeatureSamples; ++s) {
         sampler.start(x, y, s);
         const Vec4 u = sampler.get_4d(kCameraGroup);
-        // Features are means of what is seen: filters with negative lobes count like others.
+        // Features are plain means; filters with negative lobes are treated like others.
         const FilterSampler::Offset at = filter.sample({u.x, u.y});
         const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
                               static_cast<float>(y) + 0.5F + at.offset_px.y};

@@ -1,7 +1,7 @@
-/// feature_pass: what the surfaces of a picture are like, for denoisers.
+/// feature_pass: renders surface features of an image for denoisers.
 ///
-/// Camera paths of a stream of its own, of which nothing is in any half: given the features, halves
-/// stay independent. A path follows smooth mirrors and glass to the first rough surface.
+/// It traces camera paths of a separate stream that contribute to neither half: given the features,
+/// the halves stay independent. A path follows smooth mirrors and glass to the first rough surface.
 #pragma once
 
 #include <optional>
@@ -12,11 +12,11 @@
 
 namespace core {
 
-/// Camera paths of a pixel.
+/// Camera paths per pixel.
 inline constexpr int kFeatureSamples = 16;
 
-/// Of the view's crop; the same bits for any number of threads. Empty: stop was requested. Errors:
-/// those of its camera.
+/// Renders the features of the view's crop; same bits for any number of threads. Empty if stop was
+/// requested. Errors: those of the view's camera.
 Result<std::optional<FeaturePicture>> feature_pass(const View& view, const ParallelFor& parallel,
                                                    const std::stop_token& stop = {});
 

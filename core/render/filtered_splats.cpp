@@ -7,7 +7,7 @@ namespace core {
 
 void FilteredSplats::add_to_plane(Vec2 film_px, int plane, Rgb value) noexcept {
   const Rgb each = value / (static_cast<float>(film_.width) * static_cast<float>(film_.height));
-  // The pixel at i has its centre at i + 1/2.
+  // Pixel i has its centre at i + 1/2.
   const auto first = [this](float at) {
     return std::max(0, static_cast<int>(std::ceil(at - 0.5F - filter_.radius_px())));
   };

@@ -1,4 +1,4 @@
-/// FilteredSplats: what light paths bring to the film, spread by the reconstruction filter.
+/// FilteredSplats: splats the contributions of light paths with the reconstruction filter.
 #pragma once
 
 #include "core/camera/camera.h"
@@ -8,7 +8,7 @@
 
 namespace core {
 
-/// Distributes what arrives at a point of the film over the pixels whose filters reach it.
+/// Distributes a contribution at a film position over all pixels whose filters cover it.
 class FilteredSplats final : public CameraSplats {
  public:
   FilteredSplats(const Camera& camera, const FilterSampler& filter, const FilmSettings& film,

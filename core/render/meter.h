@@ -1,8 +1,9 @@
 /// Meter: samples irradiance at points.
 ///
-/// Each point has kMeterReplicates independent randomisations of a Sobol sequence, whatever those
-/// of the picture; a sample of the meter is one path of each. The sums of a chunk of points are fed
-/// in the order of the samples, so that they are a function of the job and of their number.
+/// Each point has kMeterReplicates independent randomisations of a Sobol sequence, independent of
+/// those of the image. One sample of the meter is one path of each. The sums of a chunk of points
+/// are updated in the order of samples, so they depend only on the job and on the number of
+/// samples.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +18,10 @@ namespace core {
 
 class Meter {
  public:
-  /// As IrradianceTracer's.
+  /// input: as for IrradianceTracer.
   explicit Meter(const IntegratorInput& input);
-  /// Brings chunk number `chunk` from state.samples to last_sample. False, leaving it half done,
-  /// when stop was requested.
+  /// Adds the samples from state.samples to last_sample to a chunk. Returns false, leaving the
+  /// chunk incomplete, if stop was requested.
   bool render(int chunk, MeterChunk& state, int last_sample, const std::stop_token& stop) const;
 
  private:

@@ -42,7 +42,7 @@ int pass_end(int samples, int samples_max, int replicates, int unit) {
 int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit * unit; }
 
 int first_epoch(const RenderSettings& settings) {
-  constexpr int kLeast = 20;  // two samples of the pilot stream: one has no variance
+  constexpr int kLeast = 20;  // two samples of the pilot stream, because one has no variance
   return next_look(std::max(settings.adaptive.min_samples, kLeast) - 1, settings.replicates,
                    sample_unit(settings));
 }

@@ -1,37 +1,38 @@
-/// PassPlan: at which sample counts the picture is complete and decisions are taken. Pure
-/// functions.
+/// PassPlan: the sample counts at which passes end and errors are estimated. Pure functions.
 ///
-/// unit: samples of one whole set in every replicate, and of a whole window that shares light
-/// samples, sample_unit(); passes and looks are rounded up to whole ones.
+/// unit: sample_unit(), the samples of one complete set in every replicate and of a complete window
+/// that shares light samples. Ends of passes and looks are rounded up to multiples of it. A look is
+/// an estimate of the error by the task.
 #pragma once
 
 #include "core/settings/settings.h"
 
 namespace core {
 
-/// The first count above `samples` at which a task estimates its error: 1, 1.25, 1.5 and 1.75 times
-/// 2^k samples per replicate, or so many steps of an octave.
+/// Returns the first count above `samples` at which a task looks at its error: 1, 1.25, 1.5 and
+/// 1.75 times 2^k samples per replicate, or `steps` per octave.
 int next_look(int samples, int replicates, int unit = 1, int steps = 4);
 
-/// Where the pass that starts at `samples` ends: one sample, one more, then at most an eighth of
-/// what is there, never beyond the next look or `samples_max`, and even. With sets, a whole one is
-/// the least step.
+/// Returns the end of the pass that starts at `samples`: after one sample, after one more, then
+/// after at most an eighth of the samples so far; an even count, never beyond the next look or
+/// `samples_max`. With sets, the smallest step is one complete set.
 int pass_end(int samples, int samples_max, int replicates, int unit = 1);
 
-/// The most samples that `limit` allows: whole sets, or `limit` itself where it is below one.
+/// Returns `limit` rounded down to complete sets, or `limit` itself if it is less than one set.
 int whole_sets(int limit, int unit);
 
-/// Epochs of adaptive sampling. They begin at looks, whatever rule ends a job: extending it gives
-/// the same film. The first begins at the first look that has adaptive.min_samples, and enough to
-/// decide anything; each is as long as everything before it.
+/// Returns the start of the first epoch of adaptive sampling. Epochs begin at looks, whatever rule
+/// ends a job, so that extending a job gives the same film. The first begins at the first look with
+/// adaptive.min_samples and enough samples to decide; each is as long as everything before it.
 int first_epoch(const RenderSettings& settings);
 inline int epoch_end(int from) { return 2 * from; }
 
-/// Samples that a half of a pixel gets at once: one of each of its replicates, or a whole set.
+/// Returns the samples that a half of a pixel gets at once: one of each of its replicates, or a
+/// complete set.
 int plan_step(const RenderSettings& settings);
 
-/// Pilot samples of a pixel, all epochs together, by the epoch that begins at `from`: a tenth of
-/// what the picture has.
+/// Returns the pilot samples per pixel of all epochs up to the one that begins at `from`: a tenth
+/// of the samples of the image.
 int pilot_samples_at(int from);
 
 }  // namespace core

@@ -9,14 +9,14 @@
 namespace core {
 namespace {
 
-/// A job can end wrongly only where its error is above the target by less than the bound is above
-/// the estimate. Between looks errors fall by 6 to 13 %: before the last two of these looks the
-/// error is too far away, and they see nearly the same samples.
+/// A job can stop wrongly only if its error exceeds the target by less than the bound exceeds the
+/// estimate. Between looks errors fall by 6 to 13%: before the last two looks the error is too far
+/// away, and those two see nearly the same samples.
 constexpr int kLooksAtRisk = 2;
-/// In an octave of samples: to denoise takes as long as some samples of the picture, so that more
-/// looks would cost more than they save.
+/// Per octave of samples: denoising takes as long as some samples of the image, so more looks would
+/// cost more than they save.
 constexpr int kDenoisedLooks = 2;
-/// No error target ends a job before: fewer samples have not met what is rare.
+/// No error target ends a job earlier: fewer samples miss rare light.
 constexpr int kSamplesBeforeErrorStop = 4;
 
 }  // namespace
@@ -63,11 +63,11 @@ int PassPolicy::far_target(const Pass& pass) const {
   if (stop_.relative_error || stop_.denoised_error) {
     return near;
   }
-  // The first picture comes as soon as it does without other machines.
+  // The first image should come as early as without other machines.
   const int octave = next_look(pass.base, replicates_, unit_, 1);
   const int far = pass.base > 0 ? next_look(octave, replicates_, unit_, 1) : octave;
   const int end = std::min(samples_max_, pass.planned_to);
-  // What is left after it would be a short pass.
+  // Avoids a short last pass.
   const bool is_last = far >= end || (pass.base > 0 && far >= end - far);
   return std::max(near, is_last ? end : far);
 }
@@ -78,7 +78,7 @@ bool PassPolicy::looks_at(int samples) const {
 
 int PassPolicy::stop_at(double samples) const {
   const double least = std::max(samples, static_cast<double>(kSamplesBeforeErrorStop));
-  // Of an error without bounds the count is infinite or not a number.
+  // If the error has no bound, the count is infinite or NaN.
   return least < samples_max_
              ? std::min(next_look(static_cast<int>(std::ceil(least)) - 1, replicates_, unit_),
                         samples_max_)

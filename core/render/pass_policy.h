@@ -1,7 +1,7 @@
-/// PassPolicy: which samples come next, when a task looks at its error, when it stops.
+/// PassPolicy: decides which samples come next, when to look at the error, and when to stop.
 ///
-/// Pure: a value made from the settings and the stop rules. It knows neither threads nor clocks nor
-/// the film.
+/// A pure value computed from the settings and the stop rules. It does not depend on threads,
+/// clocks or the film.
 #pragma once
 
 #include <limits>
@@ -11,20 +11,20 @@
 
 namespace core {
 
-/// Where the tiles of a picture are.
+/// Progress of the tiles through passes.
 struct Pass {
-  int base = 0;    ///< samples of the last complete pass: every tile has as many at least
-  int target = 0;  ///< tiles head for it
-  /// Can every tile be put back to `base`? Not in a pass that a restart or a new clock rule met
-  /// half done: that one is completed first.
+  int base = 0;    ///< samples of the last complete pass: every tile has at least as many
+  int target = 0;  ///< samples of every tile at the end of this pass
+  /// Whether every tile can be reset to `base`. False if a restart or a new clock rule interrupted
+  /// the pass; the pass is then completed first.
   bool base_is_whole = false;
-  /// No tile goes beyond before the plan of the next epoch is made.
+  /// Limit for all tiles until the next epoch is planned.
   int planned_to = std::numeric_limits<int>::max();
 };
 
 class PassPolicy {
  public:
-  /// samples_limit: of the server, where no rule ends a job before.
+  /// samples_limit: limit of the server, for jobs that no rule ends earlier.
   PassPolicy(const RenderSettings& settings, const StopRules& stop, int samples_limit);
 
   const StopRules& stop() const noexcept { return stop_; }
@@ -33,26 +33,27 @@ class PassPolicy {
   }
   int samples_max() const noexcept { return samples_max_; }
 
-  /// No tile goes beyond this before every tile is there.
+  /// Returns the count that no tile may exceed until every tile has reached it.
   int barrier(const Pass& pass) const;
-  /// Where the pass ends that follows pass.target; pass.target at the barrier.
+  /// Returns the end of the pass after pass.target; pass.target itself at the barrier.
   int next_target(const Pass& pass) const;
-  /// The same where tiles travel to other machines and back for each pass: as few passes as the
-  /// looks allow that may end the job, and four times the samples where none may, at the end up to
-  /// eight times.
+  /// As next_target(), for tiles that are sent to other machines and back in each pass. Minimises
+  /// the number of passes: the next pass ends at the next look that may end the job, or at four
+  /// times the samples if there is none (up to eight times for the last pass).
   int far_target(const Pass& pass) const;
   bool looks_at(int samples) const;
-  /// The first count at or above `samples` at which an error target may end the job.
+  /// Returns the first count at or above `samples` at which an error target may end the job.
   int stop_at(double samples) const;
 
-  /// What is compared with the error target; infinite where nothing is known.
+  /// Returns the bound that is compared with the error target; infinite if unknown.
   double error_bound(const ErrorEstimate& look) const;
-  /// With what probability a bound may be exceeded at a look.
+  /// Returns the probability with which the bound of one look may be exceeded.
   double alpha() const;
-  /// Is the picture denoised at such a look, to see whether that ends the job?
+  /// Returns whether the image is denoised at this look to test the stop rule.
   bool denoises_at(int samples) const;
-  /// After a complete pass of `samples`. bound: error_bound() of a look at them, infinite without
-  /// one; denoised_bound: of the denoised picture. kNone: go on.
+  /// Decides after a complete pass of `samples`. bound: error_bound() of the look at that count,
+  /// infinite if there was none. denoised_bound: that of the denoised image. Returns kNone to
+  /// continue.
   StopReason decide(int samples, double relative_rmse, double bound,
                     double denoised_bound = std::numeric_limits<double>::infinity()) const;
 
@@ -63,8 +64,9 @@ class PassPolicy {
   int replicates_;
   int unit_;
   int samples_max_;
-  bool one_by_one_;  ///< samples need a prepass: every tile has one before the next begins
-  bool asked_;       ///< samples_max() is what the job asked for
+  bool one_by_one_;  ///< samples need a prepass: every tile gets one sample before the next sample
+                     ///< begins
+  bool asked_;       ///< the job set samples_max() itself
 };
 
 }  // namespace core

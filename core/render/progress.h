@@ -1,4 +1,4 @@
-/// Progress of a task: the errors measured so far, and the work that is left.
+/// Progress of a task: errors measured so far and work that remains.
 #pragma once
 
 #include <cstdint>
@@ -18,25 +18,26 @@ struct ConvergencePoint {
 };
 
 struct Progress {
-  double fraction = 0;  ///< below 1 until the end; does not fall while the stop rules stay
+  double fraction = 0;  ///< below 1 until the end; never decreases while the stop rules stay the
+                        ///< same
   int samples_min = 0;
   double samples_mean = 0;
   int samples_max = 0;
   double elapsed_seconds = 0;
   double cpu_seconds = 0;
   std::optional<double> eta_seconds;
-  /// Interval of eta_seconds, as long as the pace stays the same.
+  /// Interval of eta_seconds, assuming a constant pace.
   std::optional<double> eta_low_seconds;
   std::optional<double> eta_high_seconds;
   std::uint64_t rays = 0;
   double rays_per_second = 0;
   std::uint64_t rejected_samples = 0;
-  ErrorInterval error;  ///< of the last estimate; NaN before
+  ErrorInterval error;  ///< from the last estimate; NaN before the first
   std::uint32_t revision = 0;
 
-  /// 1 / (relative error^2 * CPU seconds); NaN when unknown.
+  /// 1 / (relative error^2 * CPU seconds); NaN if unknown.
   double efficiency() const noexcept { return efficiency_at(error.relative_rmse); }
-  /// Ends of its interval, with the confidence of the error's.
+  /// Bounds of the efficiency at the confidence level of the error.
   double efficiency_low() const noexcept { return efficiency_at(error.high); }
   double efficiency_high() const noexcept { return efficiency_at(error.low); }
 

@@ -9,7 +9,7 @@
 namespace core {
 namespace {
 
-/// Passes that the pace is taken from.
+/// Number of passes from which the pace is estimated.
 constexpr std::size_t kPacePoints = 32;
 
 double unix_seconds() {
@@ -38,7 +38,7 @@ void ProgressMeter::note_look(const ConvergencePoint& point, double bound) {
   bound_ = bound;
 }
 
-/// Samples at which the rules about samples and errors end the job.
+/// Returns the samples at which the rules about samples and errors end the job.
 Remaining ProgressMeter::samples_at_end(const PassPolicy& policy, int base) const {
   const double most = policy.samples_max();
   const ErrorInterval seen = error();
@@ -57,7 +57,7 @@ Remaining ProgressMeter::samples_at_end(const PassPolicy& policy, int base) cons
                                             *policy.stop().relative_error, falls);
     return policy.stop_at(std::max(needed, static_cast<double>(base) + 1));
   };
-  // At worst the rest errs as independent samples do.
+  // In the worst case the remaining error falls as with independent samples.
   return {end(bound, exponent), end(bound * seen.low / e, exponent),
           end(bound * seen.high / e, 0.5)};
 }
@@ -70,8 +70,8 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;
-  // Before the first estimate any count may meet a target; how the error of the denoised picture
-  // falls is not known at all.
+  // Before the first estimate any count may meet a target; the convergence of the denoised error is
+  // unknown.
   const bool has_target = stop.denoised_error || (stop.relative_error && !(e > 0));
   const bool unknown = has_target && !stop.samples_per_pixel;
   const auto rate = seconds_for(pace_, 1.0);
@@ -99,8 +99,8 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
     const double rest = *stop.deadline_unix_seconds - unix_seconds();
     clock(rest, p.elapsed_seconds + std::max(rest, 0.0));
   }
-  // An estimate may find that more samples are needed than was expected: then the fraction stands
-  // still, and the time left grows.
+  // If an estimate requires more samples than expected, the fraction stays and the remaining time
+  // grows.
   fraction_ = std::max(fraction_, std::clamp(share, 0.0, 0.999));
   p.fraction = fraction_;
   if (!is_over && left) {

@@ -1,4 +1,5 @@
-/// ProgressMeter: errors and times that a task has measured, and how much is left. Not thread-safe.
+/// ProgressMeter: records the errors and times of a task and estimates the remaining work. Not
+/// thread-safe.
 #pragma once
 
 #include <vector>
@@ -14,23 +15,23 @@ class ProgressMeter {
   explicit ProgressMeter(std::vector<ConvergencePoint> before) : points_(std::move(before)) {}
 
   const std::vector<ConvergencePoint>& points() const noexcept { return points_; }
-  ErrorInterval error() const;  ///< of the last estimate; NaN before
-  /// A complete pass, after so many seconds of rendering.
+  ErrorInterval error() const;  ///< from the last estimate; NaN before the first
+  /// Records a complete pass after `elapsed_seconds` of rendering.
   void note_pass(int samples, double elapsed_seconds);
   /// bound: PassPolicy::error_bound().
   void note_look(const ConvergencePoint& point, double bound);
-  void forget_fraction() { fraction_ = 0; }  ///< the stop rules have changed
+  void forget_fraction() { fraction_ = 0; }  ///< call when the stop rules have changed
 
-  /// Fills fraction, ETA and error of `p`, which has the other members. samples: mean
-  /// over the film as its tiles are; base: of the last complete pass.
+  /// Fills fraction, ETA and error of `p`; its other members are already set. samples: current mean
+  /// over the film. base: samples of the last complete pass.
   void tell(const PassPolicy& policy, double samples, int base, bool is_over, Progress& p);
 
  private:
   Remaining samples_at_end(const PassPolicy& policy, int base) const;
   std::vector<ConvergencePoint> points_;
-  std::vector<PacePoint> pace_;  ///< of the last passes of this run
-  double bound_ = 0;             ///< that was compared with the error target last; 0: none yet
-  double fraction_ = 0;          ///< reported so far
+  std::vector<PacePoint> pace_;  ///< the last passes of this run
+  double bound_ = 0;             ///< last bound compared with the error target; 0: none yet
+  double fraction_ = 0;          ///< last reported value
 };
 
 }  // namespace core

@@ -1,4 +1,4 @@
-// The prepass of a task: rounds of parts, before the samples that look up what it makes.
+// The prepass of a task: rounds of parts, run before the samples that look up their result.
 #include <memory>
 #include <utility>
 
@@ -52,7 +52,8 @@ void RenderTask::Impl::run_part(const Slice& slice) {
   advance(std::move(due));
 }
 
-/// One sample of a tile. The first that a pass serves bears the tile's share of its cost.
+/// Renders one sample of a tile. The first sample that a prepass serves is charged the tile's share
+/// of its cost.
 bool RenderTask::Impl::gather(TileState& state, std::stop_token stop) {
   PrepassWork from;
   {

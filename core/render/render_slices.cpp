@@ -1,4 +1,4 @@
-// Slices of a task: what they need, rendered here or elsewhere, and into the film with them.
+// Slices of a task: prepares them, renders them here or elsewhere, and commits them.
 #include <algorithm>
 #include <utility>
 
@@ -8,7 +8,7 @@
 
 namespace core {
 
-/// What the unit lacks of light samples up to last_sample.
+/// Returns the light samples that the unit lacks up to last_sample.
 LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
   LightBatch light;
   light.unit = unit;
@@ -40,7 +40,7 @@ SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
     cut(kMeterChunk * kMeterReplicates, work.meter);
   } else {
     const bool has_pixels = slice.tile < m.film->tile_count();
-    // Slices of units outside of the crop are as long as the first tile's.
+    // Slices of units outside the crop are as long as those of the first tile.
     TileState state = m.film->tile(has_pixels ? slice.tile : 0);
     cut(static_cast<double>(state.rect.width) * state.rect.height, state);
     if (has_pixels) {
@@ -98,7 +98,7 @@ void RenderTask::accept(SliceWork done) {
 }
 
 void RenderTask::accept(std::vector<SliceWork> unit) {
-  // Sums of all slices are in the first: they go in together, before the tiles.
+  // The first slice holds the sums of all; they are committed together, before the tiles.
   std::vector<LightBatch> light;
   for (SliceWork& each : unit) {
     light.push_back(std::exchange(each.light, {}));

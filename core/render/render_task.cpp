@@ -99,7 +99,7 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
   return slice;
 }
 
-/// Before the pass that takes every tile beyond pass.base.
+/// Returns whether a prepass is due before the pass beyond pass.base.
 bool RenderTask::Impl::needs_prepass() const {
   return integrator_has_prepass(settings()) && pass.base < policy.barrier(pass) &&
          (prepass.pass == nullptr || !prepass.pass->serves(pass.base));
@@ -122,8 +122,8 @@ void RenderTask::Impl::note_clock() {
   }
 }
 
-/// The decision that is due when no slice is out; the thread that gets one takes it, and no other
-/// until the phase changes.
+/// Returns the decision that is due when no slice is out. The thread that receives it makes it; no
+/// other does until the phase changes.
 RenderTask::Impl::Due RenderTask::Impl::next_due() {
   if (in_flight > 0 || phase == Phase::kDeciding || phase == Phase::kOver) {
     return {};
@@ -168,7 +168,7 @@ RenderTask::Impl::Due RenderTask::Impl::due_end() {
   due.samples = std::min_element(tiles.begin(), tiles.end(), [](const Tile& a, const Tile& b) {
                   return a.samples < b.samples;
                 })->samples;
-  // A cancelled job must end soon: it keeps its last error estimate.
+  // A cancelled job must end soon, so it keeps its last error estimate.
   due.is_news = ending != StopReason::kCancelled && due.samples > 0 &&
                 (meter.points().empty() || meter.points().back().samples_per_pixel != due.samples);
   due.looks = due.is_news;
@@ -176,7 +176,7 @@ RenderTask::Impl::Due RenderTask::Impl::due_end() {
   return due;
 }
 
-/// last: samples that the tile has now; what it had where the slice was stopped.
+/// last: samples that the tile has now, which are fewer if the slice was stopped.
 RenderTask::Impl::Due RenderTask::Impl::complete(const Slice& slice, int last,
                                                  std::optional<TileState> before) {
   MutexLock lock(mutex);
@@ -215,7 +215,7 @@ void RenderTask::Impl::advance(Due due) {
   }
 }
 
-/// What light paths added to other tiles than their own shows from here on.
+/// Makes the splats that light paths added to other tiles visible.
 void RenderTask::Impl::settle_splats() {
   const std::vector<std::uint32_t> revisions = film->settle_splats();
   for (std::size_t t = 0; t < revisions.size(); ++t) {
@@ -234,7 +234,7 @@ RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
                                        seen.denoised_bound));
 }
 
-/// Makes the plan of the epoch that begins where every tile is.
+/// Plans the epoch that begins at the current samples.
 RenderTask::Impl::Due RenderTask::Impl::begin_epoch(int from) {
   film->install_plans({from, epoch_end(from)}, make_plans(*film, settings(), from));
   MutexLock lock(mutex);
@@ -267,7 +267,7 @@ PassPolicy RenderTask::Impl::policy_now() const {
   return policy;
 }
 
-/// Asks for the error once; changes are noted and sent to the sink.
+/// Estimates the error once; records changes and sends them to the sink.
 RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& by) {
   const ErrorEstimate estimate(*film);
   Look seen;
@@ -321,7 +321,7 @@ std::optional<Slice> RenderTask::take(Place place) {
         return slice;
       }
     }
-    due = m.next_due();  // nothing was out: a restored film that is whole, or a clock that ran out
+    due = m.next_due();  // no slice was out: a restored complete film, or an expired clock
   }
   m.advance(std::move(due));
   return std::nullopt;

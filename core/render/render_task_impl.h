@@ -1,4 +1,4 @@
-/// RenderTask::Impl: the phases of a task, for render_task.cpp alone.
+/// RenderTask::Impl: the phases of a task; used by render_task.cpp only.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace core {
 
 using Clock = std::chrono::steady_clock;
 
-/// Seconds of rendering, without pauses.
+/// Measures seconds of rendering, without pauses.
 struct Stopwatch {
   double before = 0;
   std::optional<Clock::time_point> since;
@@ -31,52 +31,52 @@ struct Stopwatch {
   }
 };
 
-/// CPU time that a sample of all pixels takes, from what some took.
+/// Returns the CPU time of one sample of all pixels, extrapolated from `samples`.
 inline double seconds_of_sample(double pixels, int samples, double cpu_seconds) {
   constexpr double kFirstGuess =
-      1.5e-6;  // seconds a sample; only the first slice of a tile uses it
+      1.5e-6;  // seconds per sample; used only for the first slice of a tile
   return std::max(samples > 0 ? cpu_seconds / samples : pixels * kFirstGuess, 1e-9);
 }
 
-/// Samples that a slice is to have for so many seconds. pixels: of each sample; samples,
-/// cpu_seconds: so far.
+/// Returns the number of samples of a slice of `seconds`. pixels: per sample. samples, cpu_seconds:
+/// so far.
 inline int slice_length(double pixels, int samples, double cpu_seconds, double seconds) {
   const double each = seconds_of_sample(pixels, samples, cpu_seconds);
-  // Samples of a pixel are far fewer.
+  // Pixels have far fewer samples than this.
   return std::max(1, static_cast<int>(std::min(seconds / each, 1e6)));
 }
 
-/// Phases: rendering passes, piloting before an epoch, a prepass before a pass, deciding (one
-/// thread does, and no slice is out), over. Every function takes the lock once at most; what is
-/// REQUIRES(mutex) never calls out.
+/// Phases: rendering passes, pilot samples before an epoch, a prepass before a pass, deciding (on
+/// one thread, while no slice is out), over. Every function locks at most once; functions with
+/// REQUIRES(mutex) make no callbacks.
 struct RenderTask::Impl {
   enum class Phase { kRendering, kPiloting, kPrepass, kDeciding, kOver };
-  /// What the deciding thread does next.
+  /// The next action of the deciding thread.
   enum class Step { kNone, kPass, kPlan, kPrepass, kBuild, kEnd };
   struct Due {
     Step step = Step::kNone;
     int samples = 0;
-    bool looks = false;    ///< at the error
-    bool is_news = false;  ///< no point has as many samples
+    bool looks = false;    ///< estimates the error
+    bool is_news = false;  ///< no earlier point has this many samples
     StopReason why = StopReason::kNone;
-    std::map<int, TileState> taken_back = {};  ///< tiles as they were at the last complete pass
+    std::map<int, TileState> taken_back = {};  ///< tiles as of the last complete pass
   };
-  /// At the error of a complete pass.
+  /// The error estimate after a complete pass.
   struct Look {
     ConvergencePoint point;
     double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
     double denoised_bound = std::numeric_limits<double>::infinity();
   };
   struct Tile {
-    int samples = 0;  ///< both of camera and light paths, where it has both
+    int samples = 0;  ///< the minimum of camera and light paths, if there are both
     int pilot_samples = 0;
-    bool is_out = false;  ///< a slice of it is
+    bool is_out = false;  ///< one of its slices is handed out
   };
 
-  /// Those of sample pass.base, where samples need any.
+  /// The prepass of sample pass.base, if samples need one.
   struct PrepassWork {
     std::shared_ptr<Prepass> pass;
-    int parts_out = 0;  ///< handed out
+    int parts_out = 0;  ///< number of parts handed out
     int parts_done = 0;
     std::uint64_t rays = 0;
     double cpu_seconds = 0;
@@ -88,17 +88,17 @@ struct RenderTask::Impl {
   const double slice_seconds;
   const std::function<double(const Film&, double)> denoised_bound;
   RenderSink& sink;
-  std::stop_source stop_source;  // of slices: cancelled, or a clock ran out
+  std::stop_source stop_source;  // stops slices on cancellation or when a time limit is reached
 
   mutable Mutex mutex;
   Phase phase GUARDED_BY(mutex) = Phase::kRendering;
-  StopReason ending GUARDED_BY(mutex) = StopReason::kNone;  // no slice is handed out any more
+  StopReason ending GUARDED_BY(mutex) = StopReason::kNone;  // if set, no more slices are handed out
   bool paused GUARDED_BY(mutex) = false;
   int in_flight GUARDED_BY(mutex) = 0;
   PassPolicy policy GUARDED_BY(mutex);
   Pass pass GUARDED_BY(mutex);
   std::vector<Tile> tiles GUARDED_BY(mutex);
-  std::size_t cursor GUARDED_BY(mutex) = 0;  // the tile that is asked first
+  std::size_t cursor GUARDED_BY(mutex) = 0;  // index of the tile to try first
   PrepassWork prepass GUARDED_BY(mutex);
   std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
   Stopwatch clock GUARDED_BY(mutex);

@@ -36,11 +36,11 @@ namespace {
 
 struct Planned {
   std::unique_ptr<const Integrator> integrator;
-  std::unique_ptr<const WaveTracer> waves;  ///< of the picture's paths; null: one by one
-  int split_count = 0;                      ///< that was measured; 0: none was
+  std::unique_ptr<const WaveTracer> waves;  ///< for the image's paths; null: one path at a time
+  int split_count = 0;                      ///< measured count; 0: not measured
 };
 
-/// With `measured` splitting: as fixed, with the count that the pilot finds.
+/// Resolves `measured` splitting to a fixed count found by the pilot.
 Planned planned_integrator(const View& view, const Camera& camera) {
   Planned planned;
   RenderSettings settings = view.settings;
@@ -102,18 +102,17 @@ class PictureRenderer final : public Renderer {
   }
 
  private:
-  /// One camera path; what is not finite counts as zero and is counted.
+  /// Traces one camera path. Non-finite samples count as zero and are counted.
   PathSample trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
                    std::uint64_t& rejected) const;
-  /// The camera ray of a sample, for which the sampler is started, and its weight in the film's
-  /// filter.
+  /// The camera ray of a sample, its weight in the film's filter; starts the sampler.
   struct Start {
     Camera::CameraRay ray;
     float weight = 1;
   };
   Start start(PathSampler& sampler, int x, int y, int s) const;
   void finish(PathSample& sample, float weight, std::uint64_t& rejected) const;
-  /// Of the layer, W/m^2.
+  /// Returns a sample of the irradiance layer [W/m^2].
   Rgb irradiance(const Camera::CameraRay& ray, const PathSampler& sampler, TileState& state) const;
   bool render_waves(TileState& state, const FillRule& rule, int last_sample,
                     const std::stop_token& stop) const;
@@ -127,11 +126,11 @@ class PictureRenderer final : public Renderer {
   View view_;
   MovingCamera moving_camera_;
   Camera camera_;                 ///< when the shutter opens
-  std::optional<Motion> motion_;  ///< where the layer is recorded
+  std::optional<Motion> motion_;  ///< if the layer is recorded
   FilterSampler filter_;
   Planned planned_;
   std::optional<Meter> meter_;
-  std::optional<IrradianceTracer> irradiance_;  ///< where a share is that
+  std::optional<IrradianceTracer> irradiance_;  ///< if a share is irradiance
 };
 
 PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std::uint64_t& rays,
@@ -159,7 +158,7 @@ void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& re
   sample.radiance *= weight;
   sample.fit.control *= weight;
   if (view_.settings.film.errors_over_white) {
-    sample.alpha *= weight;  // has to fit the radiance
+    sample.alpha *= weight;  // must match the radiance
   }
   if (!is_finite(sample.radiance + sample.fit.control + sample.fit.y + sample.fit.xy +
                  Rgb(sample.alpha))) {
@@ -176,7 +175,7 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
   const WaveStart start = {
       camera_, filter_,
       PathSampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate)};
-  // Not cleared: begin() sets what is read.
+  // Not cleared: begin() sets everything that is read.
   const auto wave = std::make_unique_for_overwrite<Wave>();
   return fill_tile_in_waves(
       state, rule, planned_.waves->samples_max(), last_sample, stop,
@@ -254,8 +253,8 @@ bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int 
       });
 }
 
-/// Camera rays of the samples from first_sample on once more, for the first surfaces that they
-/// meet: the same ones whatever the integrator is, since holes follow from the sample's numbers.
+/// Traces the camera rays of the samples from first_sample on again for their first surfaces. These
+/// are the same for any integrator, because holes follow from the sample's random numbers.
 bool PictureRenderer::count_mattes(TileState& state, const FillRule& rule, int first_sample,
                                    const std::stop_token& stop) const {
   if (state.mattes.empty()) {
@@ -268,7 +267,7 @@ bool PictureRenderer::count_mattes(TileState& state, const FillRule& rule, int f
   return visit_samples(
       state, rule, first_sample, state.samples, stop, [&](std::size_t pixel, int x, int y, int s) {
         PathState path = start_path(start(sampler, x, y, s).ray, sampler, state.rays);
-        count_matte(view_.scene->data(), path, kinds, s % 2,  // replicates are even in number
+        count_matte(view_.scene->data(), path, kinds, s % 2,  // the number of replicates is even
                     std::span(state.mattes).subspan(pixel * kinds.count(), kinds.count()));
       });
 }
@@ -434,7 +433,7 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
   }
   if (camera->first().type() == CameraType::kPanorama && integrator != nullptr &&
       integrator->splats) {
-    // Filters reach over the seam of a panorama and its poles, where splats would be cut.
+    // Filters reach across the seam and the poles of a panorama, where splats would be cut off.
     return Error{ErrorCode::kInvalidArgument,
                  "'panorama' goes with integrators that follow paths from the camera alone, not " +
                      settings.integrator + "; path does",

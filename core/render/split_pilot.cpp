@@ -14,14 +14,15 @@ namespace core {
 namespace {
 
 constexpr int kPixelsForRays = 64;
-/// Of a picture of 64 samples, the share of independent samples' variance that well-spread points
-/// leave of what depends on the camera ray alone: with edges it falls with the samples to the power
-/// -3/2 in place of -1. Source: Mitchell, Consequences of Stratified Sampling in Graphics, 1996, on
-/// edges in two dimensions.
+/// The fraction of variance due to the camera ray that well-distributed points leave in an image of
+/// 64 samples, relative to independent samples: with edges variance falls as n^(-3/2) instead of
+/// n^-1. Source: Mitchell, Consequences of Stratified Sampling in Graphics, 1996, on edges in two
+/// dimensions.
 constexpr double kSpread = 1.0 / 8;
-constexpr std::uint64_t kStream = 0x5b117;  ///< keeps the pilot's numbers apart from the picture's
+constexpr std::uint64_t kStream = 0x5b117;  ///< separates the pilot's random numbers from the
+                                            ///< image's
 
-/// Of the luminance in one pixel.
+/// Variances of the luminance in one pixel.
 struct PixelVariances {
   double mean = 0;
   double branch = 0;
@@ -54,7 +55,7 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
   std::uint64_t rays = 0;
   int paths = 0;
   for (int i = 0; i < count; ++i) {
-    // Even over the film: the R2 sequence (Roberts 2018).
+    // Spreads pixels evenly over the film: the R2 sequence (Roberts 2018).
     const double u = 0.5 + i * 0.7548776662466927;
     const double v = 0.5 + i * 0.5698402909980532;
     const int x = std::min(static_cast<int>((u - std::floor(u)) * settings.film.width),
@@ -76,7 +77,7 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
         ++paths;
       }
     }
-    // Two paths of one camera ray differ by the branch alone, those of two by both.
+    // Two paths of one camera ray differ only by the branch; paths of two rays differ by both.
     const auto half_square = [](double a, double b) { return 0.5 * (a - b) * (a - b); };
     const double within =
         0.5 * (half_square(value[0][0], value[0][1]) + half_square(value[1][0], value[1][1]));
@@ -89,7 +90,7 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
   for (const PixelVariances& p : pixels) {
     luminance_sum += p.mean;
   }
-  // Over signal and floor, as in the error of a picture.
+  // Relative to signal and floor, as in the error of an image.
   const double floor = error_floor(luminance_sum / count);
   SplitCosts out;
   for (const PixelVariances& p : pixels) {

@@ -1,4 +1,4 @@
-/// fill_tile: which samples of a tile come next, and into the statistics with them.
+/// fill_tile: selects the next samples of a tile and adds them to its statistics.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@
 
 namespace core {
 
-/// Welford's update: mean and sum of squared deviations of the luminance.
+/// Updates mean and sum of squared deviations of the luminance (Welford).
 inline void add_sample(ReplicatePixel& p, const PathSample& s) {
   ++p.count;
   const float w = 1 / static_cast<float>(p.count);
   const Rgb before = {p.mean_r, p.mean_g, p.mean_b};
   const Rgb after = before + (s.radiance - before) * w;
-  // Light of 1e20 is rare, its square overflows a float: the largest float replaces it.
+  // A radiance of 1e20 is rare, but its square overflows a float: clamp to the largest float.
   p.m2_luminance =
       std::min(p.m2_luminance + luminance(s.radiance - before) * luminance(s.radiance - after),
                std::numeric_limits<float>::max());
@@ -51,8 +51,8 @@ inline void add_pilot(PilotPixel& p, Rgb radiance, float rays) {
   p.rays += (rays - p.rays) * w;
 }
 
-/// Adds to the sample's radiance what the pair of replicates has learnt, and to what it has learnt
-/// the sample. fits: of the pixel; count: samples that the replicate has so far.
+/// Adds the fitted control variate to the sample's radiance, and the sample to the fit. fits: those
+/// of the pixel. count: samples of the replicate so far.
 inline void apply_fit(std::span<ReplicateFit> fits, std::size_t replicate, std::uint32_t count,
                       FitType type, PathSample& s) {
   if (replicate % 2 == 0 && fit_is_due(count)) {
@@ -69,11 +69,11 @@ struct FillRule {
   int replicates = 2;
   int step = 1;  ///< plan_step()
   FitType fit = FitType::kNone;
-  int history = 1;  ///< samples of a replicate, one after another, that are traced together
+  int history = 1;  ///< consecutive samples of a replicate that are traced together
 };
 
-/// Calls take(pixel, x, y, sample) for every sample that brings the pixels of the tile from
-/// first_sample to last_sample, in the order of the plan. Returns false when stop was requested.
+/// Calls take(pixel, x, y, sample) for every sample from first_sample to last_sample of the tile,
+/// in the order of the plan. Returns false if stop was requested.
 template <typename Take>
 bool visit_samples(const TileState& state, const FillRule& rule, int first_sample, int last_sample,
                    const std::stop_token& stop, Take&& take) {
@@ -92,8 +92,7 @@ bool visit_samples(const TileState& state, const FillRule& rule, int first_sampl
       const PixelPlan& plan = state.plan[pixel];
       const PlanPosition at = {state.span, rule.step, x, y};
       std::uint32_t has = planned_count(plan, at, first_sample);
-      // One step of the mean after the other: the order is then the same however a pass is cut into
-      // slices.
+      // Advances one step of the mean at a time, so that the order does not depend on slices.
       for (int s = first_sample + 1; s <= last_sample; ++s) {
         const std::uint32_t want = planned_count(plan, at, s);
         for (const int half : {0, 1}) {
@@ -108,9 +107,9 @@ bool visit_samples(const TileState& state, const FillRule& rule, int first_sampl
   return true;
 }
 
-/// Brings every pixel of the tile from state.samples to last_sample, in the order of the plan.
-/// trace(x, y, sample) gives the PathSample of a pixel of the full film. Returns false, leaving
-/// `state` half done, when stop was requested.
+/// Adds the samples from state.samples to last_sample of every pixel, in the order of the plan.
+/// trace(x, y, sample) returns the PathSample of a pixel of the full film. Returns false, leaving
+/// `state` incomplete, if stop was requested.
 template <typename Trace>
 bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const std::stop_token& stop,
                Trace&& trace) {
@@ -137,10 +136,10 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
   return true;
 }
 
-/// As fill_tile(), for paths that are traced `wave` at a time and share nothing: one sample of each
-/// pixel after the other. trace(due) traces, result(i) then gives the PathSample of due[i]. The
-/// content is the same whatever `wave` is, for each pixel gets its samples in the order of the
-/// plan. Not for fits.
+/// As fill_tile(), for independent paths traced `wave` at a time, one sample of each pixel after
+/// the other. trace(due) traces; result(i) then returns the PathSample of due[i]. The content does
+/// not depend on `wave`, because each pixel gets its samples in the order of the plan. Does not
+/// support fits.
 template <typename Trace, typename Result>
 bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave, int last_sample,
                         const std::stop_token& stop, Trace&& trace, Result&& result) {
@@ -193,20 +192,21 @@ bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave
   return true;
 }
 
-/// Which samples are traced together: of every pixel of a square, one or `history` after another of
-/// one replicate.
+/// A group of samples traced together: from every pixel of a square one sample, or `history`
+/// consecutive samples of one replicate.
 struct GroupTurn {
-  int step = 0;          ///< of the mean, from step to step + 1 samples
+  int step = 0;          ///< mean sample count: from step to step + 1
   int first_sample = 0;  ///< of the slice
   int last_sample = 0;
-  int half = 0;  ///< with a plan: group `round` of what this half of the pixels gets with this step
+  int half = 0;  ///< with a plan: group `round` of the samples that this half of the pixels gets in
+                 ///< this step
   std::uint32_t round = 0;
 };
 
-/// Samples of the pixels of `cell` that are due in this turn, those of each pass together. Cleared
-/// first; empty: none. Without a plan windows begin at multiples of history * replicates samples,
-/// and a window comes with the first sample of its replicate; with one every step of a pixel is
-/// whole windows.
+/// Finds the samples of the pixels of `cell` that are due in this turn, ordered by pass. Clears
+/// `due` first. Without a plan, windows begin at multiples of history * replicates samples, and a
+/// window is due with the first sample of its replicate. With a plan, every step of a pixel
+/// consists of complete windows.
 inline void find_due(const TileState& state, const FillRule& rule, PixelRect cell,
                      const GroupTurn& turn, std::vector<DueSample>& due) {
   due.clear();
@@ -243,11 +243,11 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
   }
 }
 
-/// As fill_tile(), for paths that are traced in groups: the pixels of squares of `block` by
-/// `block`, cut by the tile, each with rule.history samples of the same replicate. Where the
-/// squares lie changes from group to group. trace(due, each, samples) gives the PathSamples of a
-/// group, `each` of every pixel. Squares and groups are functions of the job, the tile and the
-/// sample, never of the slice, if slices end where windows do (shared_window()).
+/// As fill_tile(), for paths traced in groups: the pixels of squares of `block` by `block`, clipped
+/// to the tile, each with rule.history samples of the same replicate. The squares are shifted from
+/// group to group. trace(due, each, samples) returns the PathSamples of a group with `each` samples
+/// per pixel. Squares and groups depend on the job, the tile and the sample, not on the slice,
+/// provided that slices end at the ends of windows (shared_window()).
 template <typename Trace>
 bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int last_sample,
                          const std::stop_token& stop, Trace&& trace) {
@@ -277,7 +277,7 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
             cell.width = std::min(x + block, right) - cell.x;
             cell.height = std::min(y + block, bottom) - cell.y;
             find_due(state, rule, cell, {s, state.samples, last_sample, half, round}, due);
-            if (due.empty()) {  // also where a crop leaves nothing of the square
+            if (due.empty()) {  // includes squares outside the crop
               continue;
             }
             any = true;
@@ -304,8 +304,9 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
   return true;
 }
 
-/// Brings the pilot samples of every pixel from state.pilot_samples to last_sample. trace(x, y,
-/// sample, rays) gives the radiance and adds up the rays. Returns false when stop was requested.
+/// Adds the pilot samples from state.pilot_samples to last_sample of every pixel. trace(x, y,
+/// sample, rays) returns the radiance and adds to the ray count. Returns false if stop was
+/// requested.
 template <typename Trace>
 bool fill_pilot(TileState& state, int last_sample, const std::stop_token& stop, Trace&& trace) {
   state.pilot.resize(static_cast<std::size_t>(state.rect.width) *

@@ -62,7 +62,7 @@ void UnitRenderer::trace_parts(Photons& photons, std::uint64_t& rays) {
       is_last = ++photons.parts_done == photons.parts;
     }
     if (is_last) {
-      // Rounds after the first, where there are any, are this thread's alone.
+      // Further rounds, if any, run on this thread only.
       while (!photons.pass->build()) {
         for (int each = 0; each < photons.pass->part_count(); ++each) {
           renderer_->run_prepass(*photons.pass, each, rays);
@@ -88,7 +88,7 @@ bool UnitRenderer::render_one(SliceWork& work, const std::stop_token& stop) {
 
 bool UnitRenderer::render_light(SliceWork& work, const SplatLayout& layout, SplatTiles& sums,
                                 const std::stop_token& stop) const {
-  // So many samples of a tile bring some megabytes of splats.
+  // This many samples of a tile make a few megabytes of splats.
   constexpr int kPieceSamples = 16;
   LightBatch& light = work.light;
   for (int first = light.first_sample; first < light.last_sample; first += kPieceSamples) {

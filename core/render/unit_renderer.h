@@ -1,4 +1,4 @@
-/// UnitRenderer: slices of one job for a process that has nothing of its film.
+/// UnitRenderer: renders slices of a job in a process that does not hold its film.
 #pragma once
 
 #include <memory>
@@ -17,9 +17,9 @@ class UnitRenderer {
   explicit UnitRenderer(std::shared_ptr<const Renderer> renderer)
       : renderer_(std::move(renderer)) {}
 
-  /// Brings the work to the ends of its slices; what its light paths splat is summed up in the
-  /// first. Photons that it looks up are traced here, once for all threads that need them. False,
-  /// leaving it half done, when stop was requested.
+  /// Renders the work to the ends of its slices; the splats of its light paths are summed in the
+  /// first slice. Photons that it looks up are traced here, once for all threads. Returns false,
+  /// leaving the work incomplete, if stop was requested.
   bool render(std::span<SliceWork> work, const std::stop_token& stop);
 
  private:
@@ -28,13 +28,13 @@ class UnitRenderer {
   bool render_light(SliceWork& work, const SplatLayout& layout, SplatTiles& sums,
                     const std::stop_token& stop) const;
   void trace_parts(Photons& photons, std::uint64_t& rays);
-  /// Those of a sample; takes part in making them.
+  /// Returns the photons of a sample; takes part in tracing them.
   std::shared_ptr<const Prepass> photons(int sample, std::uint64_t& rays);
 
   const std::shared_ptr<const Renderer> renderer_;
   Mutex mutex_;
   CondVar built_;
-  std::shared_ptr<Photons> photons_ GUARDED_BY(mutex_);  ///< of the latest sample
+  std::shared_ptr<Photons> photons_ GUARDED_BY(mutex_);  ///< those of the latest sample
 };
 
 }  // namespace core

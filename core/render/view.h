@@ -1,4 +1,4 @@
-/// View: everything a renderer needs to make one picture.
+/// View: everything that a renderer needs to render one image.
 #pragma once
 
 #include <memory>
@@ -15,11 +15,11 @@ struct View {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Environment> environment;  ///< null: black
   CameraSettings camera;
-  /// The scene at the second time of the layer `motion`; null: nothing moves.
+  /// The scene at the second time of the layer `motion`; null if nothing moves.
   std::shared_ptr<const MotionTarget> later;
   RenderSettings settings;
-  /// Paths side by side, where waves serve: 8, or 1 for tests. 0: one path after the other, the
-  /// same picture up to rounding.
+  /// Paths per wave, if the integrator supports waves: 8, or 1 for tests. 0 traces one path at a
+  /// time; the image is the same up to rounding.
   int wave_width = 8;
 };
 

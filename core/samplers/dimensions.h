@@ -76,11 +76,11 @@ namespace core {
 
 inline constexpr int kCameraGroup = 0;
 
-/// Where a light path starts, and in which direction.
+/// Selects the point and direction at which a light path starts.
 inline constexpr int kStartGroup = 2 << 20;
 inline constexpr int kAimGroup = kStartGroup + 1;
 
-/// Every bounce owns a block of groups of the same size, so that a new use never shifts the others.
+/// Every bounce has a block of groups of fixed size, so that a new use does not shift the others.
 enum class BounceGroup { kLight, kBsdf, kVolume, kCount };
 
 constexpr int dimension_group(int bounce, BounceGroup group) {
@@ -96,13 +96,13 @@ constexpr bool is_of_bsdf(int group) {
 /// The group "choice": beyond the blocks of the deepest bounce.
 constexpr int choice_group(int bounce) { return (1 << 20) + bounce; }
 
-/// The group "vertex": of a light path, beyond its start.
+/// The group "vertex" of a light path, beyond its start.
 constexpr int vertex_group(int bounce) { return (3 << 20) + bounce; }
 
-/// The group "stretch": of a path's segment in a medium.
+/// The group "stretch" of a path's segment in a medium.
 constexpr int stretch_group(int bounce) { return (4 << 20) + bounce; }
 
-/// The group "time": of a path, while the shutter is open.
+/// The group "time" of a path, while the shutter is open.
 inline constexpr int kTimeGroup = 5 << 20;
 
 }  // namespace core

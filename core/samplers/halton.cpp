@@ -13,7 +13,7 @@ namespace {
 
 struct Base {
   std::uint32_t b = 2;
-  std::uint32_t digits = 0;   ///< least n with b^n >= kHaltonPointsMax
+  std::uint32_t digits = 0;   ///< smallest n with b^n >= kHaltonPointsMax
   std::uint32_t inverse = 0;  ///< ceil(2^32 / b): quotients are exact for numbers below 2^32 / b
   double scale = 1;           ///< b^-digits
 };
@@ -76,11 +76,11 @@ float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept {
     prefix = r ^ (std::uint64_t{digit} * 0xd1342543de82ef95ULL);
     rest = next;
   }
-  // The digits that follow are those of no point but this one: uniform.
+  // Further digits belong to this point alone: uniform.
   const std::uint64_t tail = hash_combine(prefix, index);
   const double x =
       (static_cast<double>(value) + static_cast<double>(tail >> 11) * 0x1p-53) * base.scale;
-  // Down to a float of 24 bits, which never is 1.
+  // Rounds down to a float of 24 bits, which is never 1.
   return static_cast<float>(static_cast<std::uint32_t>(std::min(x, 0x1.ffffffp-1) * 0x1p24)) *
          0x1p-24F;
 }

@@ -1,4 +1,4 @@
-/// Integer hashes: a number from (seed, pixel, sample, dimension) without state.
+/// Integer hashes: stateless random numbers from (seed, pixel, sample, dimension).
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ constexpr std::uint64_t hash_combine(std::uint64_t a, std::uint64_t b) noexcept 
   return mix_bits(a + 0x9e3779b97f4a7c15ULL * (b + 1));
 }
 
-/// [0,1) with 24 bits.
+/// Maps 24 bits to [0,1).
 constexpr float to_unit_float(std::uint32_t bits) noexcept {
   return static_cast<float>(bits >> 8) * 0x1p-24F;
 }

@@ -1,5 +1,4 @@
-// The samplers beside independent and sobol: out of line, so that the loop around those stays
-// small.
+// Samplers other than independent and sobol: out of line, to keep the loops of those small.
 #include "core/samplers/path_sampler.h"
 
 #include "core/samplers/halton.h"
@@ -14,8 +13,8 @@ constexpr std::uint64_t key_of(std::uint32_t x, std::uint32_t y) {
   return (static_cast<std::uint64_t>(y) << 32) | x;
 }
 
-/// Across a pixel, a lens or an emitter radiance mostly varies monotonically: a point and its
-/// mirror image err in opposite directions. Directions after the first surface have no such order.
+/// Across a pixel, a lens or an emitter radiance is mostly monotonic: a point and its mirror image
+/// have opposite errors. Directions after the first surface have no such order.
 constexpr bool is_mirrored(int group) {
   return group == kCameraGroup || (group - 1) % static_cast<int>(BounceGroup::kCount) ==
                                       static_cast<int>(BounceGroup::kLight);

@@ -1,8 +1,8 @@
 /// PathSampler: the random numbers of one camera path, by named dimension.
 ///
 /// A number is a pure function of (seed, pixel, sample, dimension). Sample s belongs to replicate
-/// first + s % R and is point s / R of that replicate's own randomisation, which is independent of
-/// every other replicate's.
+/// first + s % R and is point s / R of that replicate's randomisation, which is independent of all
+/// others.
 ///
 /// independent       uniform numbers.
 /// antithetic        pairs: the second takes 1 - u for film, lens and lights, fresh numbers for the
@@ -22,7 +22,7 @@
 ///                   not.
 ///
 /// Sources: Burley, Practical Hash-based Owen Scrambling, JCGT 2020; the hash is Laine and Karras'
-/// form with Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
+/// with Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
 #pragma once
 
 #include <cstdint>
@@ -41,8 +41,9 @@ struct alignas(16) FourWords {
   std::uint32_t x, y, z, w;
 };
 
-/// The first four dimensions of the Sobol sequence, one byte of the index at a time, bits reversed
-/// on both sides: reversed(sobol(index)) = xor over bytes b of entry[b][byte b of reversed(index)].
+/// The first four dimensions of the Sobol sequence, tabulated per byte of the index with bits
+/// reversed on both sides: reversed(sobol(index)) = xor over bytes b of entry[b][byte b of
+/// reversed(index)].
 struct SobolTables {
   FourWords entry[4][256];
 };
@@ -55,7 +56,7 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) noexcept {
   return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
 }
 
-/// Nested uniform (Owen) scramble of a value whose bits are reversed; the result is reversed too.
+/// Applies a nested uniform (Owen) scramble to a bit-reversed value; the result is reversed too.
 constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) noexcept {
   x ^= x * 0x3d20adeaU;
   x += seed;
@@ -65,7 +66,7 @@ constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) n
   return x;
 }
 
-/// to_unit_float(reverse_bits(scramble_reversed(value, seed))) in four lanes at once.
+/// Computes to_unit_float(reverse_bits(scramble_reversed(value, seed))) in four lanes.
 inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
   const auto splat = [](std::uint32_t v) { return _mm_set1_epi32(static_cast<int>(v)); };
   const __m128i seed = _mm_set_epi32(static_cast<int>(seeds.w), static_cast<int>(seeds.z),
@@ -76,7 +77,7 @@ inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
   x = _mm_mullo_epi32(x, _mm_or_si128(_mm_srli_epi32(seed, 16), splat(1)));
   x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x05526c56U)));
   x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x53a22864U)));
-  // Bits reversed: bytes by a shuffle, then each byte by its two nibbles.
+  // Reverses bits: bytes by a shuffle, then each byte by its two nibbles.
   x = _mm_shuffle_epi8(x, _mm_set_epi8(12, 13, 14, 15, 8, 9, 10, 11, 4, 5, 6, 7, 0, 1, 2, 3));
   const __m128i nibble = _mm_set1_epi8(15);
   const __m128i table = _mm_set_epi8(15, 7, 11, 3, 13, 5, 9, 1, 14, 6, 10, 2, 12, 4, 8, 0);
@@ -91,7 +92,7 @@ inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
 
 class PathSampler {
  public:
-  /// first_replicate: number of the first of the `replicates` ones that take turns.
+  /// Takes `replicates` replicates in turn, starting at index first_replicate.
   PathSampler(SamplerType type, int replicates, std::uint64_t seed,
               int first_replicate = 0) noexcept
       : type_(type),
@@ -99,10 +100,10 @@ class PathSampler {
         first_replicate_(static_cast<std::uint32_t>(first_replicate)),
         seed_(mix_bits(seed)) {}
 
-  /// The numbers of a Markov chain, which must outlive it; stream: what they are for. Not to be
-  /// started.
+  /// Draws the numbers of a Markov chain, which must outlive it. stream: selects their use. Must
+  /// not be started.
   PathSampler(PrimaryNumbers& chain, std::uint64_t stream) noexcept
-      : type_(SamplerType::kZsobol),  // none of those that are drawn in line
+      : type_(SamplerType::kZsobol),  // any type not drawn inline
         replicates_(1),
         first_replicate_(0),
         seed_(0),
@@ -128,7 +129,7 @@ class PathSampler {
     }
   }
 
-  /// Four numbers in [0,1).
+  /// Returns four numbers in [0,1).
   Vec4 get_4d(int group) const noexcept {
     const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
     const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
@@ -138,8 +139,8 @@ class PathSampler {
     return type_ == SamplerType::kIndependent ? independent_4d(h, h2) : other_4d(group);
   }
 
-  /// A number for decisions whose count is not known beforehand (holes along a ray): independent of
-  /// the named dimensions.
+  /// Returns a number for decisions whose count is not known in advance (holes along a ray),
+  /// independent of the named dimensions.
   float extra_1d(int bounce, std::uint32_t index) const noexcept {
     const auto key =
         (std::uint64_t{0xa1b2} << 48) | (static_cast<std::uint64_t>(bounce) << 32) | index;
@@ -150,9 +151,9 @@ class PathSampler {
         static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
   }
 
-  /// The numbers of continuation k of `count` of this path. With sobol and halton those of all
-  /// continuations of all samples are again point sets, `count` times as large; with the others
-  /// continuation k of all samples is a set of its own.
+  /// Returns the sampler of continuation k of `count` of this path. With sobol and halton the
+  /// continuations of all samples together again form point sets, `count` times as large; with
+  /// other types continuation k of all samples is a set of its own.
   PathSampler branch(int k, int count) const noexcept {
     PathSampler out = *this;
     const auto n = static_cast<std::uint32_t>(count);
@@ -169,9 +170,9 @@ class PathSampler {
     return (std::uint64_t{0xb4a2} << 32) | count;
   }
 
-  /// Of the seed, of the sample that it was started for.
+  /// Returns the replicate, within the seed, of the current sample.
   int replicate() const noexcept { return static_cast<int>(replicate_); }
-  /// What sobol numbers are made from, for those who draw them for many paths at once.
+  /// Inputs of sobol numbers, for drawing them for many paths at once.
   SamplerType type() const noexcept { return type_; }
   std::uint64_t base() const noexcept { return base_; }
   std::uint32_t index() const noexcept { return index_; }
@@ -191,8 +192,8 @@ class PathSampler {
   /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the
   /// laboratory.
   static Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
-    // An Owen scramble of the index keeps every block [m 2^k, (m + 1) 2^k) together, so that each
-    // prefix of 2^k points remains a net.
+    // Owen scrambling of the index keeps every block [m 2^k, (m + 1) 2^k) together, so each prefix
+    // of 2^k points remains a net.
     const std::uint32_t shuffled =
         scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h));
     const auto entry = [shuffled](int byte) {
@@ -201,7 +202,7 @@ class PathSampler {
     };
     const __m128i point =
         _mm_xor_si128(_mm_xor_si128(entry(0), entry(1)), _mm_xor_si128(entry(2), entry(3)));
-    // Four 32-bit seeds from 128 bits of hash; the first is reused through another multiplier.
+    // Derives four 32-bit seeds from 128 bits of hash; the first is reused with another multiplier.
     const auto seed0 = static_cast<std::uint32_t>((h * 0xd1342543de82ef95ULL) >> 32);
     return scrambled_4d(point,
                         {seed0, static_cast<std::uint32_t>(h >> 32), static_cast<std::uint32_t>(h2),
@@ -217,11 +218,11 @@ class PathSampler {
   std::uint32_t replicates_;
   std::uint32_t first_replicate_;
   std::uint64_t seed_;
-  std::uint64_t base_ = 0;   ///< names the set that the sample belongs to
-  std::uint32_t index_ = 0;  ///< of the point in it: below samples_in_set() where that is above 1;
-                             ///< zsobol: along the curve
+  std::uint64_t base_ = 0;   ///< selects the sample's point set
+  std::uint32_t index_ = 0;  ///< of the point in its set (below samples_in_set() if that is above
+                             ///< 1); zsobol: along the curve
   std::uint32_t replicate_ = 0;
-  PrimaryNumbers* chain_ = nullptr;  ///< null: numbers are those of a point set
+  PrimaryNumbers* chain_ = nullptr;  ///< null: numbers come from a point set
 };
 
 }  // namespace core

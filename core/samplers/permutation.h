@@ -1,4 +1,4 @@
-/// Permutations and strata without tables: random access to one element.
+/// Permutations and strata with random access to single elements, without tables.
 #pragma once
 
 #include <bit>
@@ -8,17 +8,18 @@
 
 namespace core {
 
-/// A number of [0, count) from 32 random bits; count > 0.
+/// Maps 32 random bits to [0, count); count > 0.
 constexpr std::uint32_t to_range(std::uint32_t bits, std::uint32_t count) noexcept {
   return static_cast<std::uint32_t>((static_cast<std::uint64_t>(bits) * count) >> 32);
 }
 
-/// Where the permutation of [0, count) that `key` names sends `index`. Pre: index < count < 2^31.
+/// Returns the image of `index` under a permutation of [0, count) selected by `key`. Pre: index <
+/// count < 2^31.
 ///
-/// Rounds of multiply-add and xor-shift are bijections of the numbers of as many bits as count - 1
-/// has; values outside are permuted again (cycle walking, Black and Rogaway 2002). A random
-/// rotation at the end makes every image equally likely whatever the rounds do; images of two
-/// elements are so to a few percent.
+/// Rounds of multiply-add and xor-shift are bijections of the numbers with as many bits as count -
+/// 1; values outside the range are permuted again (cycle walking, Black and Rogaway 2002). A random
+/// rotation at the end makes every image equally likely for any rounds; pairs of images are equally
+/// likely to within a few percent.
 constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,
                                  std::uint64_t key) noexcept {
   const std::uint64_t k0 = mix_bits(key + 0x9e3779b97f4a7c15ULL);
@@ -41,8 +42,9 @@ constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,
   return x < count ? x : x - count;
 }
 
-/// The same for a prime count by x -> a x + c with random a != 0 and c: images of any two elements
-/// are uniform, which is all that variances depend on. bits: 64 random ones. Pre: x < p < 2^15.
+/// As permuted(), for a prime count: x -> a x + c with random a != 0 and c. Images of any two
+/// elements are uniform, and variances depend on nothing else. bits: 64 random bits. Pre: x < p <
+/// 2^15.
 constexpr std::uint32_t permuted_prime(std::uint32_t x, std::uint32_t p,
                                        std::uint64_t bits) noexcept {
   return (x * (1 + to_range(static_cast<std::uint32_t>(bits), p - 1)) +
@@ -50,8 +52,9 @@ constexpr std::uint32_t permuted_prime(std::uint32_t x, std::uint32_t p,
          p;
 }
 
-/// A float in stratum `cell` of `count` equal ones of [0,1): floor(result * count) == cell exactly.
-/// The density within is uniform to count * 2^-24. Pre: cell < count <= 2^20.
+/// Returns a float in stratum `cell` of `count` equal strata of [0,1): floor(result * count) ==
+/// cell exactly. The density within the stratum is uniform to count * 2^-24. Pre: cell < count <=
+/// 2^20.
 constexpr float in_stratum(std::uint32_t cell, std::uint32_t count, std::uint32_t jitter) noexcept {
   const auto edge = [count](std::uint64_t c) {
     return static_cast<std::uint32_t>(((c << 24) + count - 1) / count);

@@ -1,9 +1,9 @@
-/// Randomised sets of 4-D points, by random access: the samplers whose sets have no useful
+/// Randomised sets of 4-D points with random access: the samplers whose sets have no useful
 /// prefixes.
 ///
-/// index: of the point, below the size of the set. (h, h2): 128 random bits that name the set; sets
-/// of other bits are independent. The order of the points within a set is random, so that each is
-/// uniform over the unit cube by itself and any part of a set gives an unbiased mean.
+/// index: of the point, less than the size of the set. (h, h2): 128 random bits that select the
+/// set; sets with different bits are independent. The points of a set are in random order, so each
+/// point alone is uniform over the unit cube and any part of a set gives an unbiased mean.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 
 namespace core {
 
-/// Which of the four dimensions of a group are a point of a plane.
+/// Selects the dimensions of a group that are stratified as a plane.
 enum class Pairing {
   kXyZw,  ///< camera: film and lens
-  kYz,    ///< bounce: y and z; x and w alone
+  kYz,    ///< bounce: y and z; x and w separately
 };
 
 struct Jitter {
@@ -30,9 +30,9 @@ constexpr Jitter jitter_of(std::uint32_t index, std::uint64_t h, std::uint64_t h
           static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(b >> 32)};
 }
 
-/// A jittered point in each of side x side cells of every pair, and of side^2 intervals where a
-/// dimension stands alone; pairs are combined at random. Size side^2. Variance of a smooth function
-/// of a pair: O(n^-2).
+/// Returns a jittered point: one per cell of side x side for every pair of dimensions, one per
+/// interval of side^2 for single dimensions; pairs are combined at random. Size side^2. Variance of
+/// a smooth function of a pair: O(n^-2).
 inline Vec4 stratified_4d(std::uint32_t index, std::uint32_t side, Pairing pairing, std::uint64_t h,
                           std::uint64_t h2) noexcept {
   const std::uint32_t n = side * side;
@@ -48,9 +48,9 @@ inline Vec4 stratified_4d(std::uint32_t index, std::uint32_t side, Pairing pairi
           in_stratum(a / side, side, j.z), in_stratum(permuted(index, n, h ^ (h2 << 1)), n, j.w)};
 }
 
-/// Latin hypercube of any size: each dimension has one point in each of `size` intervals, in an
-/// order of its own. Error of a sum of functions of one dimension each: O(n^-3/2). Source: McKay,
-/// Beckman and Conover 1979.
+/// Returns a point of a Latin hypercube of any size: each dimension has one point in each of `size`
+/// intervals, in independent random order. Error of a sum of functions of one dimension each:
+/// O(n^-3/2). Source: McKay, Beckman and Conover 1979.
 inline Vec4 latin_hypercube_4d(std::uint32_t index, std::uint32_t size, std::uint64_t h,
                                std::uint64_t h2) noexcept {
   const Jitter j = jitter_of(index, h, h2);
@@ -60,18 +60,17 @@ inline Vec4 latin_hypercube_4d(std::uint32_t index, std::uint32_t size, std::uin
           in_stratum(permuted(index, size, h2 ^ (h << 1)), size, j.w)};
 }
 
-/// Orthogonal array of strength 2 with Latin sub-strata (a U design): every pair of dimensions has
-/// one point in each of p x p cells, every single one has one in each of p^2 intervals. Pre: p
-/// prime, at least 3. Size p^2. Sources: Bose's construction over the integers modulo p; Owen 1992;
-/// Tang 1993.
+/// Returns a point of an orthogonal array of strength 2 with Latin sub-strata (a U design): every
+/// pair of dimensions has one point in each of p x p cells, every dimension has one in each of p^2
+/// intervals. Pre: p prime, at least 3. Size p^2. Sources: Bose's construction over the integers
+/// modulo p; Owen 1992; Tang 1993.
 inline Vec4 orthogonal_array_4d(std::uint32_t index, std::uint32_t p, std::uint64_t h,
                                 std::uint64_t h2) noexcept {
   const Jitter j = jitter_of(index, h, h2);
   const std::uint32_t row = permuted(index, p * p, h);
   const std::uint32_t a = row / p;
   const std::uint32_t b = row % p;
-  // Among the p points of a level, `other` tells one from another: it takes a different value in
-  // each.
+  // `other` takes a different value for each of the p points of a level.
   const auto coordinate = [p](std::uint32_t level, std::uint32_t other, std::uint64_t key,
                               std::uint32_t bits) {
     const std::uint32_t cell = permuted_prime(level, p, key);

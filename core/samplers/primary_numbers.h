@@ -1,4 +1,4 @@
-/// PrimaryNumbers: the numbers of a path as a point that a Markov chain moves.
+/// PrimaryNumbers: the random numbers of a path as a point that a Markov chain mutates.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace core {
 class PrimaryNumbers {
  public:
   virtual ~PrimaryNumbers() = default;
-  /// Four numbers in [0,1), the same for the same key until the chain moves.
+  /// Returns four numbers in [0,1), constant per key until the chain mutates.
   virtual Vec4 at(std::uint64_t key) noexcept = 0;
 };
 

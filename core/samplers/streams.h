@@ -1,5 +1,5 @@
-/// Seeds of random numbers beside those of a job's camera paths: independent of them and of each
-/// other, as no job's seed reaches 2^53.
+/// Seeds of random streams other than a job's camera paths. They are independent of those and of
+/// each other, because no job's seed reaches 2^53.
 #pragma once
 
 #include <cstdint>

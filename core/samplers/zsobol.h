@@ -1,10 +1,10 @@
-/// Blue-noise order of the Sobol points of neighbouring pixels.
+/// Blue-noise ordering of Sobol points among neighbouring pixels.
 ///
-/// The pixels of a tile of 32 x 32 share one Owen-scrambled sequence along a Z curve, each taking
-/// the next kBlueNoiseSize points; at every level of the curve the four parts come in random order.
-/// Every aligned block of 2^k x 2^k pixels so holds one net: errors of neighbours differ in sign
-/// rather than by chance, and cancel over blocks. Tiles are independent. Errors of the pixels of a
-/// tile are correlated: variances do not add up over a block. Sources: Ahmed and Wonka,
+/// The pixels of a tile of 32 x 32 share one Owen-scrambled sequence along a Z curve, and each
+/// takes the next kBlueNoiseSize points; at every level of the curve the four quadrants are in
+/// random order. Every aligned block of 2^k x 2^k pixels then holds one net, so errors of
+/// neighbours are negatively correlated and cancel over blocks. Tiles are independent. Errors
+/// within a tile are correlated: variances do not add up over a block. Sources: Ahmed and Wonka,
 /// Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
 /// pixels, 2020; PBR 4th ed. 8.7.
 #pragma once
@@ -20,7 +20,7 @@ namespace core {
 inline constexpr int kZcurveLevels = 5;  ///< tiles of 32 x 32 pixels
 inline constexpr std::uint32_t kZcurveMask = (1U << kZcurveLevels) - 1;
 
-/// The bits of x and y (the lower kZcurveLevels) in turns.
+/// Interleaves the lower kZcurveLevels bits of x and y.
 constexpr std::uint32_t zcurve_index(std::uint32_t x, std::uint32_t y) noexcept {
   std::uint32_t z = 0;
   for (int bit = 0; bit < kZcurveLevels; ++bit) {
@@ -30,7 +30,7 @@ constexpr std::uint32_t zcurve_index(std::uint32_t x, std::uint32_t y) noexcept 
   return z;
 }
 
-/// The 24 orders of four things, two bits each.
+/// Returns the 24 permutations of four elements, two bits each.
 constexpr std::array<std::uint8_t, 24> orders_of_four() {
   std::array<std::uint8_t, 24> orders{};
   std::size_t n = 0;
@@ -48,12 +48,13 @@ constexpr std::array<std::uint8_t, 24> orders_of_four() {
 }
 inline constexpr std::array<std::uint8_t, 24> kOrdersOfFour = orders_of_four();
 
-/// The Z curve with the parts of every square in the order given by h.
+/// Returns the index along a Z curve whose quadrants are permuted at every level; h selects the
+/// permutations.
 constexpr std::uint32_t shuffled_zcurve(std::uint32_t z, std::uint64_t h) noexcept {
   std::uint32_t out = 0;
   for (int level = kZcurveLevels - 1; level >= 0; --level) {
     const std::uint32_t digit = (z >> (2 * level)) & 3U;
-    // The square that is divided, with a leading bit that encodes the number of its digits.
+    // The square being divided, with a leading bit that encodes its number of digits.
     const std::uint32_t square = (z | (1U << (2 * kZcurveLevels))) >> (2 * level + 2);
     const auto bits =
         static_cast<std::uint32_t>(mix_bits(h + square * 0x9e3779b97f4a7c15ULL) >> 32);

@@ -8,7 +8,7 @@
 namespace core {
 namespace {
 
-/// Appends the n + 1 values of the weights' cdf. Their sum.
+/// Appends the n + 1 values of the weights' cdf and returns the sum of weights.
 double append_cdf(const float* weights, std::size_t n, std::vector<float>& cdf) {
   std::vector<double> sums(n + 1, 0.0);
   for (std::size_t i = 0; i < n; ++i) {

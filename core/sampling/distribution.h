@@ -9,10 +9,11 @@
 
 namespace core {
 
-/// A density over equal cells of [0,1), as it is read.
+/// A read-only density over equal cells of [0,1).
 struct DistributionTable {
   const float* cdf = nullptr;            ///< size + 1 values from 0 to 1
-  const std::uint32_t* guide = nullptr;  ///< [i]: the cell of i / size; null: search for cells
+  const std::uint32_t* guide = nullptr;  ///< [i]: the cell that contains i / size; null: search for
+                                         ///< cells
   int size = 0;
 
   struct Sample {
@@ -23,18 +24,18 @@ struct DistributionTable {
   Sample sample(float u) const noexcept;
   float pdf_unit(float x) const noexcept;
   float prob_cell(std::size_t cell) const noexcept { return cdf[cell + 1] - cdf[cell]; }
-  /// The last cell that begins at u or before.
+  /// Returns the last cell that begins at or before u.
   std::size_t cell_of(float u) const noexcept;
 };
 
-/// Density proportional to non-negative weights over equal cells of [0,1).
+/// Density proportional to non-negative weights of equal cells of [0,1).
 class Distribution1D {
  public:
   using Sample = DistributionTable::Sample;
   Distribution1D() = default;
-  /// weights: finite, >= 0. All zero: uniform.
+  /// weights: finite and >= 0. If all are zero, the density is uniform.
   explicit Distribution1D(const std::vector<float>& weights);
-  /// sample() then starts near its cell instead of searching for it, one step away on average.
+  /// Lets sample() start near its cell instead of searching, one step away on average.
   void add_guide();
 
   Sample sample(float u) const noexcept { return table().sample(u); }
@@ -50,7 +51,7 @@ class Distribution1D {
   std::vector<std::uint32_t> guide_;
 };
 
-/// Density over the unit square: rows by their sums, then within the row.
+/// Density over the unit square: samples a row by the row sums, then a cell in the row.
 class Distribution2D {
  public:
   Distribution2D() = default;
@@ -60,7 +61,7 @@ class Distribution2D {
   struct Sample {
     Vec2 uv;
     float pdf_unit = 0;      ///< density over [0,1)^2
-    std::size_t column = 0;  ///< of the cell that was drawn
+    std::size_t column = 0;  ///< of the sampled cell
     std::size_t row = 0;
   };
   Sample sample(Vec2 u) const noexcept;
@@ -68,7 +69,7 @@ class Distribution2D {
   std::size_t bytes() const noexcept;
 
   DistributionTable marginal() const noexcept { return marginal_.table(); }
-  /// Rows lie one behind the other: the cdf of each has size + 1 values, its guide size.
+  /// Rows are stored one after another; each cdf has size + 1 values, each guide has size.
   DistributionTable row(std::size_t row) const noexcept {
     const auto w = static_cast<std::size_t>(width_);
     return {&cdfs_[row * (w + 1)], &guides_[row * w], width_};

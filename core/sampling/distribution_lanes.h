@@ -1,4 +1,4 @@
-/// DistributionTable and Distribution2D in lanes.
+/// DistributionTable and Distribution2D in SIMD lanes.
 #pragma once
 
 #include "core/math/lane_math.h"
@@ -6,8 +6,7 @@
 
 namespace core {
 
-/// A table for each lane: that of lane k begins at [cdf_first[k]] and [guide_first[k]] of the
-/// arrays.
+/// One table per lane: that of lane k begins at [cdf_first[k]] and [guide_first[k]] of the arrays.
 template <std::size_t N>
 struct TableLanes {
   DistributionTable table;
@@ -21,7 +20,7 @@ struct TableLanes {
   };
   Floats<N> cdf_at(Ints<N> cell) const { return gather(table.cdf, cdf_first + cell); }
   Floats<N> prob_cell(Ints<N> cell) const { return cdf_at(cell + Ints<N>(1)) - cdf_at(cell); }
-  /// DistributionTable::sample(); with a guide.
+  /// As DistributionTable::sample() with a guide.
   Sample sample(Floats<N> u) const {
     const auto* guide = reinterpret_cast<const std::int32_t*>(table.guide);
     const Floats<N> n(static_cast<float>(table.size));
@@ -46,9 +45,9 @@ struct TableLanes {
     }
     return {x, width * n, cell};
   }
-  /// DistributionTable::pdf_unit()
+  /// As DistributionTable::pdf_unit().
   Floats<N> pdf_unit(Floats<N> x) const { return prob_cell(cell_at(x)) * length(); }
-  /// The cell that x lies in.
+  /// Returns the cell that contains x.
   Ints<N> cell_at(Floats<N> x) const {
     const Ints<N> last(table.size - 1);
     const Ints<N> cell = truncated(max(x, Floats<N>(0)) * length());
@@ -77,7 +76,7 @@ TableLanes<N> rows_of(const Distribution2D& d, Ints<N> row) {
 
 }  // namespace distribution_detail
 
-/// Distribution2D::sample()
+/// As Distribution2D::sample().
 template <std::size_t N>
 SquareSample<N> sample_square(const Distribution2D& d, Vec2s<N> u) {
   const auto y = TableLanes<N>{d.marginal()}.sample(u.y);
@@ -85,7 +84,7 @@ SquareSample<N> sample_square(const Distribution2D& d, Vec2s<N> u) {
   return {{x.x, y.x}, y.pdf_unit * x.pdf_unit, x.cell, y.cell};
 }
 
-/// Distribution2D::pdf_unit()
+/// As Distribution2D::pdf_unit().
 template <std::size_t N>
 Floats<N> pdf_square(const Distribution2D& d, Vec2s<N> uv) {
   const TableLanes<N> marginal{d.marginal()};

@@ -12,9 +12,9 @@ struct MisRule {
   MisType type = MisType::kPower;
   float exponent = 2;
 
-  /// Weight of a sample of technique a whose densities (same measure) are pdf_a > 0 and pdf_b >= 0.
-  /// kOptimal is no heuristic: its samples are weighted as by kBalance, and the rest is
-  /// core/film/replicate_fit.h.
+  /// Returns the weight of a sample of technique a; pdf_a > 0 and pdf_b >= 0 are in the same
+  /// measure. kOptimal is not a heuristic: its samples have the weights of kBalance, and
+  /// core/film/replicate_fit.h does the rest.
   float weight(float pdf_a, float pdf_b) const noexcept {
     if (!(pdf_b > 0)) {
       return 1;

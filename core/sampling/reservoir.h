@@ -1,9 +1,9 @@
-/// WeightedReservoir: one item of a stream, taken with probability in proportion to its weight, by
-/// one uniform number for the whole stream.
+/// WeightedReservoir: selects one item of a stream with probability proportional to its weight,
+/// with one uniform number for the whole stream.
 ///
-/// Item i replaces what is held with probability p = w_i / (w_1 + ... + w_i). Of u, the part below
-/// p or above it is stretched to [0,1) again, so that it serves the next item. Sources: Chao, A
-/// general purpose unequal probability sampling plan, 1982; the reuse of u is Shirley's.
+/// Item i replaces the selected one with probability p = w_i / (w_1 + ... + w_i). The part of u
+/// below or above p is rescaled to [0,1) for the next item. Sources: Chao, A general purpose
+/// unequal probability sampling plan, 1982; the reuse of u is Shirley's.
 #pragma once
 
 namespace core {
@@ -14,7 +14,7 @@ class WeightedReservoir {
   /// u in [0,1).
   explicit WeightedReservoir(double u) noexcept : u_(u) {}
 
-  /// weight: finite; items of weight 0 or less are never taken.
+  /// weight: finite; items of weight 0 or less are never selected.
   void add(const Item& item, double weight) noexcept {
     if (!(weight > 0)) {
       return;

@@ -1,15 +1,18 @@
 /// SharedSamples: the weights with which several paths use each other's samples.
 ///
 /// Path j drew sample j, which represents M_j draws, in a measure that all paths share. t_i(y) is
-/// in proportion to the density with which path i draws y; it may be off, but it is 0 wherever path
-/// i cannot draw. A path whose set of paths is N gives sample j of N the weight
+/// proportional to the density with which path i draws y; it may be approximate, but must be 0
+/// wherever path i cannot draw. A path that uses the samples of the set N gives sample j of N the
+/// weight
+///
 ///     m_j = M_j t_j(y_j) / sum_{i in N} M_i t_i(y_j),
-/// the balance heuristic: as functions of y the m_j add up to 1 wherever any path of N can draw, so
+///
+/// the balance heuristic: as functions of y the m_j sum to 1 wherever any path of N can draw, so
 /// the sum of m_j g(y_j) W_j has the integral of g as its mean if E[W_j | y_j] is one over the
-/// density of y_j. N must not depend on samples. Weights that leave t out, M_j / sum M_i, are
-/// biased: they count paths which could never have drawn y_j. Sources: Bitterli et al.,
-/// Spatiotemporal reservoir resampling for real-time ray tracing, 2020; Lin et al., Generalized
-/// resampled importance sampling, 2022.
+/// density of y_j. N must not depend on the samples. Weights without t, M_j / sum M_i, are biased:
+/// they count paths that could never have drawn y_j. Sources: Bitterli et al., Spatiotemporal
+/// reservoir resampling for real-time ray tracing, 2020; Lin et al., Generalized resampled
+/// importance sampling, 2022.
 #pragma once
 
 #include <array>
@@ -25,17 +28,17 @@ class SharedSamples {
 
   SharedSamples() : densities_(kMost * kMost) {}
 
-  /// Forgets everything. count <= kMost: of paths and of samples.
+  /// Clears all densities. count <= kMost: number of paths, and of samples.
   void start(std::size_t count) noexcept {
     count_ = count;
     users_ = 0;
   }
-  /// density: M t >= 0 of a path at a sample. Every pair is set before weight() is asked.
+  /// density: M t >= 0 of a path at a sample. Set all pairs before calling weight().
   void set(std::size_t path, std::size_t sample, float density) noexcept {
     densities_[path * count_ + sample] = density;
   }
 
-  /// Chooses N: bit i is path i.
+  /// Sets N: bit i selects path i.
   void choose(std::uint64_t users) noexcept {
     if (users == users_) {
       return;
@@ -48,7 +51,8 @@ class SharedSamples {
       }
     }
   }
-  /// m of sample j for the N that is chosen; 0: j is not of it, or could not have drawn its sample.
+  /// Returns m of sample j for the selected N; 0 if j is not in N or could not have drawn its
+  /// sample.
   float weight(std::size_t j) const noexcept {
     const float own = densities_[j * count_ + j];
     return has(users_, j) && own > 0 ? own / sums_[j] : 0.0F;

@@ -1,4 +1,4 @@
-/// Maps from the unit square to the domains a renderer samples, each with its density.
+/// Maps from the unit square to sampling domains, each with its density.
 ///
 /// u in [0,1)^2. Local frames have n = (0,0,1).
 #pragma once
@@ -47,8 +47,8 @@ inline Vec3 uniform_sphere(Vec2 u) noexcept {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-/// Barycentric weights of vertices 1 and 2, uniform over a triangle's area.
-/// Source: Heitz, A Low-Distortion Map Between Triangle and Square, 2019.
+/// Returns barycentric weights of vertices 1 and 2, uniform over a triangle's area. Source: Heitz,
+/// A Low-Distortion Map Between Triangle and Square, 2019.
 inline Vec2 uniform_triangle(Vec2 u) noexcept {
   if (u.x < u.y) {
     const float b0 = u.x * 0.5F;
@@ -58,7 +58,7 @@ inline Vec2 uniform_triangle(Vec2 u) noexcept {
   return {u.x - b1, b1};
 }
 
-/// A density over a surface's area as one over solid angle at a point distance_squared away.
+/// Converts a density over surface area to one over solid angle at a point distance_squared away.
 inline float area_to_solid_angle(float pdf_area, float distance_squared, float cos_light) noexcept {
   return cos_light > 0 ? pdf_area * distance_squared / cos_light : 0.0F;
 }

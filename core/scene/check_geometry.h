@@ -1,4 +1,4 @@
-/// Meshes and instances of a description: do their parts fit together?
+/// Checks that the meshes and instances of a description are consistent.
 #pragma once
 
 #include "core/base/result.h"
@@ -6,7 +6,7 @@
 
 namespace core {
 
-/// Errors: kInvalidArgument, with the place.
+/// Errors: kInvalidArgument, with the location.
 Status check_geometry(const SceneDescription& scene);
 
 }  // namespace core

@@ -11,15 +11,15 @@
 namespace core {
 namespace {
 
-/// A surface between two directions: columns along `across`, rows along a profile in the plane of
-/// `along` and up.
+/// A surface swept between two directions: columns along `across`, rows along a profile in the
+/// plane of `along` and up.
 struct Strip {
   Vec3 center;
   Vec3 across;  ///< unit
-  Vec3 along;   ///< unit, level
+  Vec3 along;   ///< unit, horizontal
 };
 
-/// Of a profile: place along and height, and the angle by which its normal leans back.
+/// A point of a profile: position along, height, and the angle by which its normal leans back.
 struct ProfilePoint {
   float along = 0;
   float up = 0;
@@ -41,7 +41,7 @@ PrimitiveDescription extruded(const Strip& strip, const std::vector<float>& colu
   for (std::uint32_t row = 0; row + 1 < profile.size(); ++row) {
     for (std::uint32_t column = 0; column + 1 < width; ++column) {
       const std::uint32_t a = row * width + column;
-      // Counter-clockwise from above, as across x up is along's opposite.
+      // Counter-clockwise seen from above, because across x up is opposite to along.
       for (const std::uint32_t v : {a, a + 1, a + width, a + 1, a + width + 1, a + width}) {
         out.indices.push_back(v);
       }
@@ -50,8 +50,8 @@ PrimitiveDescription extruded(const Strip& strip, const std::vector<float>& colu
   return out;
 }
 
-/// Steps out from the middle, each the double of the one before: triangles are small where the
-/// model stands, which keeps the digits of points on them.
+/// Returns steps outwards from the centre, each twice the previous one: triangles are small under
+/// the model, which keeps points on them accurate.
 std::vector<float> doubling(float first, float last) {
   std::vector<float> out = {0};
   for (float at = first; at < last; at *= 2) {
@@ -87,20 +87,20 @@ void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 vi
   }
   const Bounds bounds = bounds_of(scene);
   const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
-  // A hair below the model: it may have a floor of its own.
+  // Slightly below the model, which may have a floor of its own.
   constexpr float kGap = 1e-4F;
   const float height =
       settings.height_m.value_or(bounds.empty() ? 0.0F : bounds.min.y - kGap * radius);
   Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
   center.y = height;
   const Vec3 level = {view_direction.x, 0, view_direction.z};
-  // From straight above, "behind" is where -z is. A catcher has no "behind".
+  // Seen from straight above, "behind" is -z. A catcher has no "behind".
   const bool has_behind = settings.type == GroundType::kSweep && length(level) > 1e-3F;
   const Vec3 along = has_behind ? normalize(level) : Vec3{0, 0, -1};
   const Strip strip = {center, cross(along, Vec3{0, 1, 0}), along};
   std::vector<ProfilePoint> profile;
   if (settings.type == GroundType::kCatcher) {
-    // Light that comes from below the horizon of its edge is 1e-6 of that of an even sky.
+    // Light from below the horizon of its edge is 1e-6 of that of a uniform sky.
     constexpr float kExtent = 1024;
     for (const float at : doubling(radius, kExtent * radius)) {
       profile.push_back({at, 0, 0});

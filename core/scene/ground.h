@@ -1,4 +1,4 @@
-/// Ground for a model to stand on, as geometry that is added to its description.
+/// Adds a ground below the model to its description, as geometry.
 #pragma once
 
 #include "core/description/scene_description.h"
@@ -7,13 +7,13 @@
 
 namespace core {
 
-/// World, metres; of all instances that are no ground.
+/// Returns the world bounds [m] of all instances that are not ground.
 Bounds bounds_of(const SceneDescription& scene);
 
-/// Adds the ground that the settings ask for; none: the scene stays. A catcher is a level square
-/// about the model that is so large that what lies beyond does not matter. A sweep is a floor that
-/// curves up into a wall on the far side. view_direction: of the camera; its level part says where
-/// that is. A catcher is the same for all cameras, which share it.
+/// Adds the ground that the settings ask for, if any. A catcher is a horizontal square around the
+/// model, so large that its edges do not matter; all cameras share the same one. A sweep is a floor
+/// that curves up into a wall on the far side, as given by the horizontal part of the camera's
+/// view_direction.
 void add_ground(SceneDescription& scene, const GroundSettings& settings,
                 Vec3 view_direction = {0, 0, -1});
 

@@ -1,4 +1,4 @@
-/// Groups of lights: names that lights share, by number.
+/// Light groups: names that lights share, stored by index.
 #pragma once
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 
 namespace core {
 
-/// Of lights without a name.
+/// The group of lights without a name.
 inline constexpr const char* kUnnamedGroup = "unnamed";
 
-/// The number of a name, which is added if it is new.
+/// Returns the index of a name; adds the name if it is new.
 inline std::uint32_t light_group(std::vector<std::string>& groups, const std::string& given) {
   const std::string name = given.empty() ? kUnnamedGroup : given;
   const auto found = std::find(groups.begin(), groups.end(), name);

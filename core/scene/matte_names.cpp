@@ -12,7 +12,7 @@ std::uint32_t scrambled(std::uint32_t k) noexcept {
   return std::rotl(k * 0xcc9e2d51U, 15) * 0x1b873593U;
 }
 
-/// Gives out names, each of them once.
+/// Makes names unique.
 class UniqueNames {
  public:
   explicit UniqueNames(std::string_view folder) : folder_(folder) {}

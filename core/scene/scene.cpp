@@ -27,7 +27,7 @@ std::size_t memory_of(const SceneData& data) {
   return bytes;
 }
 
-/// Colours and their distribution, as Environment keeps them of each texel.
+/// Returns the memory per texel that Environment uses for colours and their distribution.
 std::size_t environment_bytes(const Image* map) {
   return map == nullptr ? 0 : map->value_count() / 3 * (sizeof(Rgb) + 2 * sizeof(float));
 }

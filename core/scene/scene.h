@@ -1,6 +1,6 @@
-/// Scene: geometry, materials, textures and lights, ready to be traced. Immutable once built;
-/// shared by jobs. The camera belongs to the job (core::View), and so does the environment: that of
-/// the scene is used when the job has none.
+/// Scene: geometry, materials, textures and lights, ready for rendering. Immutable once built and
+/// shared by jobs. Camera and environment belong to the job (core::View); the scene's own
+/// environment is used if the job has none.
 #pragma once
 
 #include <cstddef>
@@ -18,34 +18,34 @@
 namespace core {
 
 class Environment;
-class SceneData;  // the parts the integrators use: core/scene/scene_data.h
+class SceneData;  // the parts for integrators: core/scene/scene_data.h
 
-/// The facts of a scene that GET /v1/scenes/{id} shows.
+/// The properties of a scene that GET /v1/scenes/{id} returns.
 struct SceneSummary {
   std::string name;
   Bounds bounds;              ///< world, metres
-  std::size_t triangles = 0;  ///< as placed: a mesh used twice counts twice
+  std::size_t triangles = 0;  ///< counted per instance: a mesh used twice counts twice
   std::size_t instances = 0;
-  std::size_t bytes = 0;  ///< memory of geometry, acceleration structure and textures
+  std::size_t bytes = 0;  ///< geometry, acceleration structure and textures
   std::size_t emissive_triangles = 0;
   std::vector<CameraDescription> cameras;
   std::vector<PunctualLightDescription> lights;
   std::vector<std::string> materials;
   std::vector<ObjectDescription> objects;      ///< by id
-  std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file
+  std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh in the file
   std::vector<std::string> light_groups;
   std::vector<std::string> variants;
   std::vector<std::string> animations;
   std::vector<std::string> extensions;
   std::vector<std::string> warnings;
   bool has_emissive_strength = false;
-  bool has_environment = false;  ///< of its own
+  bool has_environment = false;  ///< the file has an environment
 };
 
 class Scene {
  public:
-  /// Takes the description apart. threads: for the acceleration structure. isa: see Accel::build().
-  /// Errors: kInvalidArgument (indices that do not fit), kTooLarge, kCancelled.
+  /// Builds a scene and consumes the description. threads: for the acceleration structure. isa: see
+  /// Accel::build(). Errors: kInvalidArgument (indices out of range), kTooLarge, kCancelled.
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description, int threads,
                                                     std::string_view isa = {});
   ~Scene();
@@ -54,7 +54,7 @@ class Scene {
 
   const SceneSummary& summary() const noexcept { return summary_; }
   const SceneData& data() const noexcept { return *data_; }
-  /// The scene's own environment, for jobs that give none; null when it has none.
+  /// Returns the scene's own environment, for jobs without one; null if it has none.
   const std::shared_ptr<const Environment>& environment() const noexcept { return environment_; }
 
  private:

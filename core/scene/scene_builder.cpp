@@ -18,7 +18,7 @@
 namespace core {
 namespace {
 
-/// Adds one kind of part after the other.
+/// Adds the parts, one kind after another.
 class Builder {
  public:
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
@@ -49,7 +49,8 @@ class Builder {
   std::size_t placed_triangles() const { return placed_triangles_; }
 
  private:
-  /// What decides which texels a slot reads: size, set, transform, wrap modes, nearest.
+  /// The properties that determine which texels a slot reads: size, set, transform, wrap modes,
+  /// nearest.
   using Places = std::tuple<int, int, int, std::array<float, 6>, TextureWrap, TextureWrap, bool>;
 
   TextureSlot slot(const TextureDescription& description, bool srgb) {
@@ -98,7 +99,7 @@ class Builder {
   }
 
   Status add_materials() {
-    from_.materials.push_back(MaterialDescription{});  // glTF's default, for primitives without one
+    from_.materials.push_back(MaterialDescription{});  // glTF's default material
     from_.materials.back().name = "default";
     std::size_t number = 0;
     for (const MaterialDescription& d : from_.materials) {
@@ -148,8 +149,8 @@ class Builder {
     return ok_status();
   }
 
-  /// Thin walls that are smooth somewhere, and solids whose index may equal that of the
-  /// surroundings them.
+  /// Thin walls that are smooth somewhere, and solids whose index may equal that of their
+  /// surroundings.
   bool may_be_clear(const Material& m) const {
     const MaterialDescription& d = m.factors;
     const bool textured = m.metallic_roughness.texture != nullptr;
@@ -157,7 +158,7 @@ class Builder {
       return false;
     }
     if (!m.is_volume) {
-      constexpr float kSmooth = 0.028F;  // a quarter above the roughness of Bsdf's mirrors
+      constexpr float kSmooth = 0.028F;  // a quarter above the roughness limit of Bsdf's mirrors
       return d.roughness < kSmooth || textured;
     }
     return !(d.dispersion > 0) &&
@@ -193,7 +194,7 @@ class Builder {
         const Vec3 moved = normalize_or(to_world->vector({t.x, t.y, t.z}), {1, 0, 0});
         t = {moved.x, moved.y, moved.z, mirrored ? -t.w : t.w};
       }
-      if (mirrored) {  // keep counter-clockwise the front
+      if (mirrored) {  // keep counter-clockwise triangles in front
         for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
           std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
         }
@@ -214,7 +215,7 @@ class Builder {
     for (const InstanceDescription& instance : from_.instances) {
       ++uses[static_cast<std::size_t>(instance.mesh)];
     }
-    // Meshes used once are moved into world space: one level less to traverse.
+    // Meshes used once are transformed to world space, which saves a level of traversal.
     std::vector<std::uint32_t> tree_of(from_.meshes.size(), 0);
     for (const InstanceDescription& instance : from_.instances) {
       const auto id = static_cast<std::size_t>(instance.mesh);
@@ -261,7 +262,7 @@ class Builder {
     }
   }
 
-  /// Of lights; what does not shine has none, and is given the first.
+  /// Returns the light group; meshes without emission get the first.
   std::uint32_t group_of(const InstanceDescription& instance, std::uint32_t material) {
     const Material& m = to_.materials[material];
     if (!m.is_emissive && !m.factors.unlit) {
@@ -332,7 +333,7 @@ class Builder {
       light.group = light_group(to_.light_groups, d.group.empty() ? d.name : d.group);
       to_.punctual_lights.push_back(light);
     }
-    // Directional lights have no place in the tree: they come last.
+    // Directional lights are not in the tree: they come last.
     std::stable_partition(
         to_.punctual_lights.begin(), to_.punctual_lights.end(),
         [](const PunctualLight& l) { return l.type != PunctualType::kDirectional; });
@@ -361,7 +362,7 @@ class Builder {
       }
     }
     if (!material.is_emissive || !mesh.later.empty()) {
-      return;  // light samples have no time: paths find the light of what moves
+      return;  // light samples have no time: only paths find the light of moving emitters
     }
     to_.placed[placed].first_light = static_cast<std::uint32_t>(to_.triangle_lights.size());
     const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
@@ -391,7 +392,7 @@ class Builder {
       b.cos_theta_o = 1;
       b.cos_theta_e = 0;
       b.two_sided = light.two_sided;
-      // Zero only for a triangle that shines nowhere: the tree leaves it out.
+      // Zero only for a triangle that emits nowhere: the tree leaves it out.
       if (!is_black(light.radiance)) {
         b.power = std::max(luminance(light.radiance) * light.area_m2, 1e-30F);
       }
@@ -400,7 +401,7 @@ class Builder {
     }
   }
 
-  /// Mean radiance of a triangle; black only where it shines nowhere.
+  /// Returns the mean radiance of a triangle; black only if it emits nowhere.
   Rgb mean_emission(const MeshData& mesh, const Material& material, std::uint32_t triangle) {
     const Rgb factor = material.factors.emissive;
     const Texture* texture = material.emissive.texture;
@@ -421,7 +422,7 @@ class Builder {
     if (blocks.is_black({u_low, v_low}, {u_high, v_high}, d.wrap_u, d.wrap_v)) {
       return {};
     }
-    // The upright ones of kSide^2 equal parts, each averaged by the pyramid.
+    // The upright ones of kSide^2 equal parts, each averaged by the mip pyramid.
     constexpr int kSide = 4;
     const Vec2 edge1 = (corner[1] - corner[0]) * (1.0F / kSide);
     const Vec2 edge2 = (corner[2] - corner[0]) * (1.0F / kSide);
@@ -439,8 +440,8 @@ class Builder {
         sum += Rgb{c.x, c.y, c.z};
       }
     }
-    // Coarse levels of 8-bit textures round to black what is fainter than half of the first step of
-    // the sRGB curve.
+    // Coarse levels of 8-bit textures round values below half of the first step of the sRGB curve
+    // to black.
     constexpr float kLeast = 0.5F / 255 / 12.92F;
     const Rgb mean = sum / (kSide * (kSide + 1) / 2.0F);
     return factor * (luminance(mean) > kLeast ? mean : Rgb(kLeast));
@@ -456,7 +457,7 @@ class Builder {
   std::size_t top_level_ = 0;
   std::size_t placed_triangles_ = 0;
   Bounds bounds_;         ///< of the model
-  Bounds ground_bounds_;  ///< of what it stands on
+  Bounds ground_bounds_;  ///< of the ground
   Bounds moved_bounds_;   ///< at later times of an open shutter
 };
 

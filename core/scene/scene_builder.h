@@ -1,4 +1,4 @@
-/// Turns a description into the data of a scene.
+/// Builds the data of a scene from its description.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace core {
 
-/// All instances together.
+/// The geometry of all instances.
 struct PlacedGeometry {
   Bounds bounds;
   std::size_t triangles = 0;
 };
 
-/// Moves the meshes out of `from`. Errors: those of Scene::build().
+/// Moves the meshes out of `from`. Errors: as Scene::build().
 Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, int threads,
                                         std::string_view isa);
 

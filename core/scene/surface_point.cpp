@@ -12,7 +12,7 @@ struct Corners {
   std::uint32_t v[3];
 };
 
-/// Of a vertex of a mesh that moves, straight between its time steps, as Embree has it.
+/// Interpolates a vertex of a moving mesh linearly between its time steps, as Embree does.
 Vec3 at_time(const MeshData& mesh, std::vector<Vec3> MovedVertices::*values, Vec3 first,
              std::uint32_t vertex, float time) {
   const float at = time * static_cast<float>(mesh.later.size());
@@ -36,8 +36,8 @@ Corners corners(const MeshData& mesh, const Transform* to_world, std::uint32_t t
   return c;
 }
 
-/// Barycentric weights of where the ray meets the triangle's plane, clamped into the triangle.
-/// n: cross of the edges, not normalised.
+/// Returns the barycentric weights of the ray's intersection with the triangle's plane, clamped to
+/// the triangle. n: cross product of the edges, not normalised.
 Vec3 barycentrics(const Corners& c, Vec3 n, const Ray& ray) {
   const Vec3 e1 = c.p[1] - c.p[0];
   const Vec3 e2 = c.p[2] - c.p[0];
@@ -73,9 +73,9 @@ Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
 }
 
-/// Where a quadratic surface through the vertices, perpendicular to their normals along the edges,
-/// stands above the triangle at b: half the sum over edges of b_i b_j (n_j - n_i) . (p_j - p_i),
-/// the sagitta of a sphere's chord among them. Edges that bend the other way do not count. side: 1
+/// Returns the height above the triangle at b of a quadratic surface through the vertices,
+/// perpendicular to their normals along the edges: half the sum over edges of b_i b_j (n_j - n_i) .
+/// (p_j - p_i), which includes the sagitta of a sphere's chord. Concave edges do not count. side: 1
 /// above the front, -1 above the back.
 float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
   const auto edge = [&](int i, int j) {
@@ -84,7 +84,7 @@ float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
   return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
 }
 
-/// A vector of the mesh at time 0, carried along by its triangle.
+/// Transforms a vector of the mesh at time 0 along with its triangle.
 Vec3 carried(Vec3 way, const Corners& from, const Corners& to) {
   const Vec3 e1 = from.p[1] - from.p[0];
   const Vec3 e2 = from.p[2] - from.p[0];

@@ -80,7 +80,7 @@ Bytes make_cornell_box() {
   const int red = add_material(scene, diffuse_material("red", {0.570068F, 0.0430135F, 0.0443706F}));
   const int green =
       add_material(scene, diffuse_material("green", {0.105421F, 0.37798F, 0.076425F}));
-  // The measured light reflects 0.78 of the incident light, negligible beside its own 18.
+  // The measured light reflects 0.78 of the incident light, negligible beside its emission of 18.
   const int lamp = add_material(scene, emissive_material("lamp", {18.387F, 13.9873F, 6.75357F}));
   add_object(scene, "floor", metres(kFloor), white);
   add_object(scene, "ceiling", ceiling_with_hole(), white);

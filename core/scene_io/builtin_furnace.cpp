@@ -1,5 +1,5 @@
-// Bodies that absorb nothing, without a light of their own: under the white sky that scenes without
-// lights get, radiance is 1 everywhere, and whatever shows in the picture is an error of ours.
+// Bodies without absorption or emission: under the white sky of scenes without lights, radiance is
+// 1 everywhere, so any structure in the image is a renderer error.
 #include <array>
 
 #include "core/scene_io/builtin_list.h"

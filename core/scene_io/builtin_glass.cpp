@@ -11,7 +11,7 @@
 namespace core {
 namespace {
 
-// Foot, stem and bowl of a goblet: up along the outside, down along the inside. Metres.
+// Foot, stem and bowl of a goblet: up the outside, down the inside. Metres.
 constexpr std::array<Vec2, 34> kGoblet = {{
     {0, 0.002F},       {0.10F, 0.002F},   {0.128F, 0.004F},  {0.132F, 0.009F}, {0.126F, 0.014F},
     {0.08F, 0.022F},   {0.04F, 0.034F},   {0.02F, 0.056F},   {0.0155F, 0.09F}, {0.0145F, 0.13F},
@@ -22,7 +22,7 @@ constexpr std::array<Vec2, 34> kGoblet = {{
     {0.02F, 0.198F},   {0.008F, 0.1955F}, {0.003F, 0.1952F}, {0, 0.1951F},
 }};
 
-// A block whose edges are cut off, so that they glint.
+// A block with chamfered edges, which catch highlights.
 PrimitiveDescription chamfered_block(Vec3 half, float cut) {
   const std::array<std::array<Vec3, 3>, 3> axes = {{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
                                                     {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}},
@@ -48,7 +48,7 @@ PrimitiveDescription chamfered_block(Vec3 half, float cut) {
       }
     }
   }
-  // Corners: one triangle each, as a quad would have a side of no length.
+  // Corners: one triangle each, because a quad would have an edge of zero length.
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 s = {(corner & 1) != 0 ? 1.0F : -1.0F, (corner & 2) != 0 ? 1.0F : -1.0F,
                     (corner & 4) != 0 ? 1.0F : -1.0F};
@@ -72,7 +72,7 @@ PrimitiveDescription chamfered_block(Vec3 half, float cut) {
   return out;
 }
 
-// A floor that bends up into the wall behind.
+// A floor that curves up into the wall behind.
 PrimitiveDescription backdrop() {
   std::vector<Vec2> line;  // z, y
   constexpr int kSteps = 24;
@@ -110,7 +110,7 @@ Bytes make_glass() {
   const int teal = add_material(scene, glass_material("teal glass", {0.35F, 0.8F, 0.78F}, 0.12F));
   const int lamp = add_material(scene, emissive_material("lamp", Rgb{170, 156, 134}));
   add_object(scene, "backdrop", backdrop(), paper);
-  // Everything floats a tenth of a millimetre above the floor, so that no two faces coincide.
+  // Objects are a tenth of a millimetre above the floor, so that no two faces coincide.
   add_object(scene, "sphere", sphere(0.2F, 128), clear, translation({-0.4F, 0.2001F, 0.1F}));
   add_object(scene, "block", chamfered_block({0.12F, 0.16F, 0.12F}, 0.008F), amber,
              translation({0.12F, 0.1601F, -0.32F}) * rotation_y(0.55F));

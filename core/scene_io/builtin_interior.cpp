@@ -1,5 +1,5 @@
-// A living room in the evening. All light comes from the corridor through a door that is ajar; most
-// of the visible light is indirect.
+// A living room in the evening. All light comes from the corridor through a half-open door; most of
+// the visible light is indirect.
 #include <array>
 #include <string>
 #include <utility>
@@ -20,7 +20,7 @@ constexpr float kZ = 2.2F;
 constexpr float kDoorFrom = -1.5F;  // z
 constexpr float kDoorTo = -0.6F;
 constexpr float kDoorTop = 2.05F;
-constexpr float kWall = 0.16F;  // thickness where the door is
+constexpr float kWall = 0.16F;  // thickness at the door
 
 struct Materials {
   int plaster, ceiling, wood_floor, oak, dark_wood, cloth, cushion, rug, canvas, brass, ceramic,
@@ -86,7 +86,7 @@ void add_shell(SceneDescription& scene, const Materials& m) {
 }
 
 void add_door_and_light(SceneDescription& scene, const Materials& m) {
-  // Hinged at kDoorFrom and turned into the room; closed it would run along +z.
+  // Hinged at kDoorFrom and opened into the room; closed it would extend along +z.
   constexpr float kWidth = kDoorTo - kDoorFrom - 0.01F;
   const Transform hinge = translation({kX - 0.03F, 0, kDoorFrom + 0.005F}) * rotation_y(-0.85F);
   PrimitiveDescription leaf = box({-0.02F, 0.01F, 0}, {0.02F, kDoorTop - 0.01F, kWidth});
@@ -107,7 +107,7 @@ void add_door_and_light(SceneDescription& scene, const Materials& m) {
   add_object(scene, "corridor light",
              quad({kFar, 0.05F, kFrom}, {kFar, 0.05F, kTo}, {kFar, 2.4F, kTo}, {kFar, 2.4F, kFrom}),
              glow);
-  // Ends and ceiling of the corridor send some of the light back.
+  // Ends and ceiling of the corridor reflect some of the light.
   PrimitiveDescription corridor =
       quad({kNear, 0, -kZ}, {kFar, 0, -kZ}, {kFar, kY, -kZ}, {kNear, kY, -kZ});
   append(corridor, quad({kFar, 0, kZ}, {kNear, 0, kZ}, {kNear, kY, kZ}, {kFar, kY, kZ}));

@@ -1,6 +1,6 @@
-// A dark room beside a bright one. The emitter there shines away from the door between them, whose
-// keyhole is the only way in: every path that counts is reflected at least twice and passes an
-// opening of a few centimetres.
+// A dark room beside a bright one. The emitter faces away from the door between them, whose keyhole
+// is the only opening: every contributing path is reflected at least twice and passes an opening of
+// a few centimetres.
 #include "core/scene_io/builtin_list.h"
 #include "core/scene_io/builtin_shapes.h"
 #include "core/scene_io/glb_writer.h"
@@ -36,7 +36,7 @@ void add_rooms(SceneDescription& scene, int plaster, int boards) {
 }
 
 void add_door(SceneDescription& scene, int plaster, int paint) {
-  constexpr float kHalf = 0.45F;  // of the door's width
+  constexpr float kHalf = 0.45F;  // half the door's width
   constexpr float kTop = 2;
   PrimitiveDescription wall = box({0, 0, -kZ}, {kDoor, kY, -kHalf});
   append(wall, box({0, 0, kHalf}, {kDoor, kY, kZ}));

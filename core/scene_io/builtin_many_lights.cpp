@@ -1,5 +1,5 @@
-// A thousand small lanterns, drifting over dunes between standing stones: what light sampling is
-// for. Octahedra of eight triangles each; 25 colours share their meshes.
+// A thousand small lanterns over dunes between standing stones: a test of light sampling. Octahedra
+// of eight triangles each; 25 colours share their meshes.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -30,7 +30,7 @@ PrimitiveDescription octahedron(float radius) {
     const Vec3 a = corner[face[0]] * radius;
     const Vec3 b = corner[face[1]] * radius;
     const Vec3 c = corner[face[2]] * radius;
-    // Front is outside; the table's order is checked by the sign of the volume.
+    // Triangles face outwards; the sign of the volume checks the table's order.
     const bool outward = dot(cross(b - a, c - a), a + b + c) > 0;
     const Vec3 n = normalize(cross(b - a, c - a)) * (outward ? 1.0F : -1.0F);
     const auto first = static_cast<std::uint32_t>(p.positions.size());

@@ -1,5 +1,6 @@
 // A pool under one small light. All light below the water comes through its waves, and back through
-// them to the camera: caustics seen through glass, which neither camera paths nor connections find.
+// them to the camera: caustics seen through a refractive surface, which neither camera paths nor
+// connections find.
 #include <cmath>
 
 #include "core/scene_io/builtin_list.h"
@@ -17,7 +18,7 @@ constexpr float kDepth = 0.9F;
 constexpr float kDeck = 0.12F;
 constexpr float kRim = 0.9F;  // of the deck
 
-/// Four trains of waves; slopes below 0.2, so that light passes both ways.
+/// Four wave trains; slopes below 0.2, so that light passes both ways.
 float wave_height(float x, float z) {
   return 0.011F * std::sin(5.1F * x + 2.3F * z) + 0.009F * std::sin(-3.7F * x + 6.2F * z + 1) +
          0.005F * std::sin(9.3F * x - 4.1F * z + 2.2F) +
@@ -59,8 +60,7 @@ Bytes make_caustic_pool() {
   const int water = add_material(scene, water_material());
   const int lamp = add_material(scene, emissive_material("lamp", Rgb{11000, 10500, 9400}));
   add_basin(scene, tiles, stone);
-  // The surface reaches into the walls, so that no gap is left: the water's other bounds are
-  // theirs.
+  // The surface extends into the walls to leave no gap; the walls bound the rest of the water.
   add_object(scene, "water", height_field(2 * kX + 0.02F, 2 * kZ + 0.02F, 192, &wave_height),
              water);
   add_object(scene, "red ball", sphere(0.2F, 96), red,

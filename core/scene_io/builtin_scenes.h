@@ -1,4 +1,4 @@
-/// The built-in scenes, made in code as GLB files and read by the ordinary loader.
+/// The built-in scenes, generated as GLB files and read by the ordinary loader.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@ namespace core {
 
 struct BuiltinScene {
   std::string_view name;     ///< as in the job request
-  std::string_view summary;  ///< one line for people
+  std::string_view summary;  ///< one line of description
   Bytes (*make_glb)();
 };
 

@@ -72,7 +72,7 @@ PrimitiveDescription sphere(float radius, int segments) {
   const int rows = segments / 2;
   for (int r = 0; r <= rows; ++r) {
     const float theta = kPi * static_cast<float>(r) / static_cast<float>(rows);
-    // sin(pi) is not 0 in floats; the poles are points all the same.
+    // sin(pi) is not 0 in floats, but the poles must be points.
     const float ring = r == 0 || r == rows ? 0 : std::sin(theta);
     const float height = r == 0 ? 1 : (r == rows ? -1 : std::cos(theta));
     for (int s = 0; s <= segments; ++s) {
@@ -96,7 +96,7 @@ PrimitiveDescription lathe(std::span<const Vec2> profile, int segments) {
     const auto i = static_cast<std::size_t>(r);
     const Vec2 before = profile[r == 0 ? 0 : i - 1];
     const Vec2 after = profile[r == rows ? i : i + 1];
-    // The profile runs upwards on the outside: its right-hand side is out.
+    // The profile goes upwards on the outside: its right-hand side faces out.
     const Vec2 along = after - before;
     const Vec3 out = normalize_or({along.y, -along.x, 0}, {0, along.x < 0 ? 1.0F : -1.0F, 0});
     const bool is_pole = profile[i].x == 0;

@@ -1,5 +1,5 @@
 // Tea for two under a large soft box: glazed clay, brass, fruit and billy buttons on a walnut
-// table. Wide lights and rough walls, so that it is clear within seconds.
+// table. Large lights and rough surfaces converge within seconds.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-// Profiles: (radius, height) in metres, up the outside; open vessels come down the inside.
+// Profiles: (radius, height) in metres, up the outside; open vessels continue down the inside.
 constexpr std::array<Vec2, 17> kPot = {{{0, 0},
                                         {0.05F, 0},
                                         {0.056F, 0.004F},
@@ -98,13 +98,13 @@ constexpr std::array<Vec2, 9> kFruit = {{{0, -0.036F},
                                          {0.006F, 0.034F},
                                          {0, 0.0325F}}};
 
-/// A tube along a line, closed by its own narrowing; radius at each point.
+/// Returns a tube along a line with the radius at each point, closed where it narrows to zero.
 PrimitiveDescription tube(std::span<const Vec3> line, std::span<const float> radius, int segments) {
   PrimitiveDescription p;
   const auto count = line.size();
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3 along = normalize(line[i + 1 < count ? i + 1 : i] - line[i > 0 ? i - 1 : 0]);
-    // The lines lie in planes through z: that axis never is along them.
+    // The lines lie in planes that contain z, but never run along z.
     const Vec3 side = normalize(cross({0, 0, 1}, along));
     const Vec3 other = cross(along, side);
     for (int s = 0; s <= segments; ++s) {
@@ -127,7 +127,7 @@ PrimitiveDescription tube(std::span<const Vec3> line, std::span<const float> rad
   return p;
 }
 
-/// Through four control points, with radii from one end to the other.
+/// Through four control points, with interpolated radii.
 PrimitiveDescription bent_tube(const std::array<Vec3, 4>& c, float from, float to, int steps) {
   std::vector<Vec3> line;
   std::vector<float> radius;
@@ -141,7 +141,7 @@ PrimitiveDescription bent_tube(const std::array<Vec3, 4>& c, float from, float t
   return tube(line, radius, 24);
 }
 
-/// A rectangle that shines where it faces.
+/// Adds a rectangle that emits on its front.
 void add_panel(SceneDescription& scene, const std::string& name, Vec3 at, Vec3 towards, Vec2 half,
                Rgb radiance) {
   const Vec3 n = normalize(towards - at);
@@ -248,7 +248,7 @@ Bytes make_still_life() {
              quad({-3, -0.75F, 2.5F}, {3, -0.75F, 2.5F}, {3, -0.75F, -1.1F}, {-3, -0.75F, -1.1F}),
              add_material(scene, diffuse_material("floor", {0.3F, 0.27F, 0.24F})));
   PrimitiveDescription table = lathe(kTable, 128);
-  // Planks lie flat: their texture follows the top, not the turning.
+  // Planks lie flat: their texture follows the top, not the rotation.
   for (std::size_t i = 0; i < table.positions.size(); ++i) {
     table.uv[0][i] = {table.positions[i].x * 0.9F, table.positions[i].z * 0.9F};
   }

@@ -20,7 +20,7 @@ float hashed(int x, int y) {
   return static_cast<float>((h ^ (h >> 15U)) >> 8U) * 0x1p-24F;
 }
 
-// Smooth noise in [0,1] that repeats after period_x and period_y cells.
+// Returns smooth noise in [0,1] with periods of period_x and period_y cells.
 float noise(float x, float y, int period_x, int period_y) {
   const float fx = std::floor(x);
   const float fy = std::floor(y);

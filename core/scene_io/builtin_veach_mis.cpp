@@ -14,8 +14,8 @@ struct Plate {
   Vec2 back;   // y, z of the upper edge
   float roughness;
 };
-// Each plate's normal halves the way from the camera to the lights. Roughness is the square root of
-// the widths 0.005, 0.02, 0.05 and 0.1.
+// Each plate's normal bisects the directions to the camera and to the lights. Roughness is the
+// square root of the widths 0.005, 0.02, 0.05 and 0.1.
 constexpr std::array kPlates = {
     Plate{{-2.70651F, 0.25609F}, {-2.08375F, -0.526323F}, 0.0707F},
     Plate{{-3.28825F, 1.36972F}, {-2.83856F, 0.476536F}, 0.1414F},
@@ -63,7 +63,7 @@ Bytes make_veach_mis() {
     add_object(scene, "plate", slab, steel);
   }
   for (const Lamp& lamp : kLamps) {
-    // Radiance times radius squared is the same for all.
+    // Radiance times radius squared is equal for all.
     const int glow = add_material(
         scene, emissive_material("lamp", lamp.tint * (1 / (lamp.radius * lamp.radius))));
     add_object(scene, "lamp", sphere(lamp.radius, 48), glow, translation({lamp.x, 0, 0}));

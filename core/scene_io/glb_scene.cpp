@@ -1,4 +1,4 @@
-// write_glb(): a scene description as a GLB.
+// write_glb(): writes a scene description as a GLB.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -62,7 +62,7 @@ class SceneWriter {
     for (int c = 0; c < image.channels; ++c) {
       pixels.channel_names.emplace_back(names[c]);
     }
-    // encode_image() divides by alpha; colour behind alpha 0 is lost.
+    // encode_image() divides by alpha; colour where alpha is 0 is lost.
     const auto channels = static_cast<std::size_t>(image.channels);
     for (std::size_t i = 0; i < image.bytes.size(); ++i) {
       const auto value = [&image](std::size_t at) {
@@ -72,14 +72,14 @@ class SceneWriter {
       pixels.values.push_back(is_color_with_alpha ? value(i) * value(i / 4 * 4 + 3) : value(i));
     }
     EncodeOptions options;
-    options.is_color = false;  // The bytes are encoded already and shall stay as they are.
+    options.is_color = false;  // the bytes are already encoded
     const auto png = encode_image(pixels, image_formats()[0], options);
     CHECK(png.has_value());
     const int view = writer_.add_view(*png);
     writer_.add("images", Json{{"bufferView", view}, {"mimeType", "image/png"}}.dump());
   }
 
-  // A texture object for each use: samplers and textures are small.
+  // One texture object per use: samplers and textures are small.
   Json texture_json(const TextureDescription& texture) {
     const auto wrap = [](TextureWrap w) {
       return w == TextureWrap::kRepeat ? 10497
@@ -258,7 +258,7 @@ class SceneWriter {
     }
   }
 
-  // Positions carry their bounds, as the specification requires.
+  // Positions have bounds, as the specification requires.
   int position_accessor(const std::vector<Vec3>& positions) {
     Bounds bounds;
     for (const Vec3 p : positions) {

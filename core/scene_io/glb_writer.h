@@ -1,4 +1,4 @@
-/// Writes GLB files: whole scene descriptions, or piece by piece for what these cannot express.
+/// Writes GLB files: whole scene descriptions, or piece by piece for features that these lack.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace core {
 
-/// A glTF document that grows by JSON text; our own text, so malformed JSON stops the process.
+/// Builds a glTF document from JSON text. The text is ours, so malformed JSON aborts the process.
 class GlbWriter {
  public:
   GlbWriter();
@@ -20,23 +20,24 @@ class GlbWriter {
   GlbWriter(const GlbWriter&) = delete;
   GlbWriter& operator=(const GlbWriter&) = delete;
 
-  /// Appends an object to a top-level array ("nodes", "materials", ...); its index.
+  /// Appends an object to a top-level array ("nodes", "materials", ...) and returns its index.
   int add(std::string_view collection, std::string_view json);
   /// Sets a member of the document, e.g. "extensionsRequired" or "scene".
   void set(std::string_view member, std::string_view json);
-  /// Names an extension in extensionsUsed, once.
+  /// Adds an extension to extensionsUsed, once.
   void use_extension(std::string_view name);
 
-  /// A view of a copy of the bytes, aligned to 4; its index. `more` is merged into the view's JSON.
+  /// Adds a view of a copy of the bytes, aligned to 4, and returns its index. `more` is merged into
+  /// the view's JSON.
   int add_view(std::span<const std::byte> bytes, std::string_view more = "{}");
-  /// A view and an accessor of all its elements. component_type and type as glTF names them;
+  /// Adds a view and an accessor of all its elements. component_type and type are glTF's names;
   /// `more` is merged into the accessor's JSON.
   int add_accessor(std::span<const std::byte> bytes, int component_type, std::string_view type,
                    std::size_t count, std::string_view more = "{}");
 
-  /// The file. The JSON's "scenes" default to one that holds all root nodes.
+  /// Returns the file. By default "scenes" has one scene with all root nodes.
   Bytes finish();
-  /// The same document as JSON text whose one buffer is `bin_uri`, and that buffer.
+  /// The same document as JSON text with one buffer, `bin_uri`, and that buffer.
   struct Separate {
     std::string json;
     Bytes bin;
@@ -48,9 +49,10 @@ class GlbWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Everything in `scene` that glTF can hold, materials with their KHR extensions. 8-bit images
-/// of 1, 3 or 4 channels become PNGs. Instances become nodes; nodes of cameras and lights carry
-/// their names. Pre: scene is valid, its images have 8 bits and no light a profile.
+/// Writes everything in `scene` that glTF can express, including materials with their KHR
+/// extensions. 8-bit images of 1, 3 or 4 channels become PNGs. Instances become nodes; nodes of
+/// cameras and lights have their names. Pre: the scene is valid, its images have 8 bits, and no
+/// light has a profile.
 Bytes write_glb(const SceneDescription& scene);
 
 }  // namespace core

@@ -18,7 +18,7 @@ T load(const std::byte* from) noexcept {
   return value;
 }
 
-// Integer to float, glTF 2.0 section 3.11: c / 127 held above -1, c / 255, and so on.
+// Converts an integer to float, glTF 2.0 section 3.11: c / 127 clamped to -1, c / 255, and so on.
 float load_float(const std::byte* from, ComponentType type, bool normalized) noexcept {
   switch (type) {
     case ComponentType::kI8: {
@@ -84,7 +84,7 @@ void for_each_value(std::span<const std::byte> view, const GltfAccessor& accesso
   }
 }
 
-// Dense values, then sparse ones on top. `convert` turns an address into a T.
+// Reads dense values, then replaces sparse ones. `convert` turns an address into a T.
 template <typename T, typename Convert>
 Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string& where,
                                 const Convert& convert) {
@@ -94,7 +94,7 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
     return Error{ErrorCode::kTooLarge,
                  std::to_string(accessor.count) + " elements are more than fit in memory", where};
   }
-  // Twice: callers make vectors of the numbers.
+  // Counts twice: callers make vectors of the numbers.
   if (auto status = source.budget().take(2 * accessor.count * width * sizeof(T), where); !status) {
     return status.error();
   }

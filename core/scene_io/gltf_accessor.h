@@ -1,4 +1,4 @@
-/// Values of accessors: any component type, stride, normalisation, sparse substitution.
+/// Reads accessors: any component type, stride, normalisation, sparse substitution.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@
 
 namespace core {
 
-/// accessor.count * shape.values() floats, matrices column by column. Normalised integers become
-/// [0,1] or [-1,1] by the specification's formulas, other integers keep their value.
-/// Errors at `where`: kInvalidArgument (also for values that are not finite), kTooLarge.
+/// Returns accessor.count * shape.values() floats, matrices column by column. Normalised integers
+/// are mapped to [0,1] or [-1,1] by the specification's formulas; other integers keep their value.
+/// Errors at `where`: kInvalidArgument (also for non-finite values), kTooLarge.
 Result<std::vector<float>> read_floats(GltfSource& source, int accessor, const std::string& where);
 
-/// The same for unsigned integer accessors, without normalisation.
+/// As above for unsigned integer accessors, without normalisation.
 Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor,
                                                  const std::string& where);
 
-/// Floats as Vec2, Vec3 or Vec4. Pre: floats.size() is a multiple of the vector's.
+/// Converts floats to Vec2, Vec3 or Vec4. Pre: floats.size() is a multiple of the vector's size.
 template <typename V>
 std::vector<V> to_vectors(std::span<const float> floats) {
   constexpr std::size_t kRows = sizeof(V) / sizeof(float);
@@ -40,7 +40,7 @@ std::vector<V> to_vectors(std::span<const float> floats) {
   return vectors;
 }
 
-/// kInvalidArgument at `where` unless elements of the accessor have this shape.
+/// Returns kInvalidArgument at `where` unless elements of the accessor have this shape.
 Status check_shape(const GltfSource& source, int accessor, ElementShape shape,
                    const std::string& where);
 

@@ -17,12 +17,12 @@ Error invalid(std::string where, std::string message) {
 
 struct Track {
   std::vector<float> times;
-  std::vector<float> values;  // per key `width` values; three times as many for cubic splines
+  std::vector<float> values;  // `width` values per key; three times as many for cubic splines
   std::size_t width = 0;
   std::string interpolation;
 };
 
-// The key at or before `time`, and how far it is to the next one, in [0, 1].
+// The key at or before `time`, and the position between it and the next, in [0, 1].
 struct Place {
   std::size_t key = 0;
   float fraction = 0;
@@ -52,7 +52,7 @@ std::vector<float> slerp(const float* a, const float* b, float t) {
   d = std::min(std::abs(d), 1.0F);
   const float angle = std::acos(d);
   const float s = std::sin(angle);
-  // For nearly equal rotations the arc is a straight line.
+  // For nearly equal rotations uses linear interpolation.
   const float wa = s > 1e-4F ? std::sin((1 - t) * angle) / s : 1 - t;
   const float wb = (s > 1e-4F ? std::sin(t * angle) / s : t) * sign;
   std::vector<float> out(4);
@@ -155,7 +155,7 @@ std::string path_of(const tinygltf::AnimationChannel& channel) {
   return "/nodes/" + std::to_string(channel.target_node) + "/" + channel.target_path;
 }
 
-/// Animations of a file at one moment.
+/// Evaluates the animations of a file at one time.
 class Player {
  public:
   Player(const tinygltf::Model& model, GltfSource& source, double time_seconds,

@@ -1,4 +1,4 @@
-/// Animations of a glTF file at one moment: the values that replace those of the nodes.
+/// Evaluates the animations of a glTF file at one time: values that replace those of the nodes.
 #pragma once
 
 #include <map>
@@ -22,12 +22,12 @@ struct AnimatedNode {
 
 using AnimatedNodes = std::map<int, AnimatedNode>;
 
-/// What a channel of KHR_animation_pointer sets.
+/// A value set by a channel of KHR_animation_pointer.
 struct AnimatedValue {
   std::string path;  ///< JSON pointer into the document
   std::vector<float> values;
   bool is_boolean = false;
-  bool is_array = false;  ///< else a single number
+  bool is_array = false;  ///< false: a single number
 };
 
 struct AnimatedMoment {
@@ -35,10 +35,10 @@ struct AnimatedMoment {
   std::vector<AnimatedValue> values;
 };
 
-/// Before its first and after its last key an animation holds that key, as glTF 2.0 requires. All
-/// animations play at once; one that moves what an earlier one moves is left out with a warning.
-/// Values are held within the range of their member, which a cubic spline may leave.
-/// Errors: kInvalidArgument with a JSON pointer.
+/// Evaluates all animations at once. Before its first and after its last key an animation holds
+/// that key, as glTF 2.0 requires. An animation of a target that an earlier one already animates is
+/// ignored with a warning. Values are clamped to the range of their member, which cubic splines may
+/// exceed. Errors: kInvalidArgument with a JSON pointer.
 Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
                                            double time_seconds, std::vector<std::string>& warnings);
 

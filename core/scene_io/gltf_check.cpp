@@ -73,7 +73,7 @@ Status check_extensions(const Json& root, std::vector<std::string>& warnings) {
   return ok_status();
 }
 
-// tinygltf would take the matrix and drop the rest without a word.
+// tinygltf would use the matrix and silently ignore the rest.
 Status check_node_transforms(const Json& root) {
   const auto nodes = root.find("nodes");
   for (std::size_t i = 0; nodes != root.end() && i < nodes->size(); ++i) {
@@ -194,8 +194,8 @@ GltfTables read_tables(const Json& root) {
   return tables;
 }
 
-// Input that crashes tinygltf 2.7 to 2.9: index accessors without a view, channels without a
-// node (both valid), and everything that holds bytes.
+// Removes input that crashes tinygltf 2.7 to 2.9: index accessors without a view, channels without
+// a node (both valid), and everything that holds bytes.
 void reduce_for_tinygltf(Json& root) {
   root.erase("buffers");
   root.erase("images");
@@ -249,7 +249,7 @@ Result<CheckedGltf> check_gltf(const GltfContainer& container) {
     Json root = Json::parse(container.json);
     return check_document(root, container);
   } catch (const Json::parse_error& problem) {
-    // Without the parser's own message, which quotes the input.
+    // Omits the parser's own message, which quotes the input.
     return invalid("", "the glTF JSON cannot be read: it is not JSON from " +
                            place_of(container.json, problem.byte > 0 ? problem.byte - 1 : 0) +
                            " on");

@@ -1,5 +1,5 @@
-/// Parses glTF JSON and refuses whatever does not fit the schemas, or points outside of what it
-/// points into, before any other code reads the file.
+/// Parses glTF JSON and refuses anything that does not fit the schemas or refers out of range,
+/// before other code reads the file.
 #pragma once
 
 #include <string>
@@ -13,13 +13,13 @@ namespace core {
 
 struct CheckedGltf {
   GltfTables tables;
-  /// The document for tinygltf. It holds no buffers and no images, and stubs for views and
-  /// accessors: what those name is in `tables`, checked, and tinygltf over-reads on bad ones.
+  /// The document for tinygltf. It has no buffers and images, and stubs for views and accessors,
+  /// because tinygltf reads out of bounds on invalid ones; `tables` has the checked content.
   std::string model_json;
   std::vector<std::string> warnings;
 };
 
-/// Pre: open_container() has looked at the nesting. Errors: kInvalidArgument with a JSON pointer.
+/// Pre: open_container() has checked the nesting. Errors: kInvalidArgument with a JSON pointer.
 Result<CheckedGltf> check_gltf(const GltfContainer& container);
 
 }  // namespace core

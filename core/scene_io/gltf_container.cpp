@@ -15,14 +15,14 @@ constexpr std::size_t kChunkHeaderBytes = 8;
 
 Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
-// glTF is little-endian, and so is every machine that this builds for.
+// glTF is little-endian, like every supported machine.
 std::uint32_t u32(std::span<const std::byte> file, std::size_t at) {
   std::uint32_t value = 0;
   std::memcpy(&value, file.data() + at, sizeof(value));
   return value;
 }
 
-/// Judged by the first byte after white space and a byte order mark, as parsers do.
+/// Tests the first byte after white space and a byte order mark, as parsers do.
 bool looks_like_an_object(std::string_view json) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (json.starts_with(kByteOrderMark)) {

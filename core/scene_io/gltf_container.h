@@ -1,4 +1,4 @@
-/// Splits a glTF file into its JSON text and its binary chunk; nothing is copied.
+/// Splits a glTF file into its JSON text and binary chunk, without copying.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@ namespace core {
 
 struct GltfContainer {
   std::string_view json;
-  std::span<const std::byte> bin;  ///< of a GLB that has one
+  std::span<const std::byte> bin;  ///< of a GLB, if present
   bool has_bin = false;
 };
 
-/// GLB by its magic, JSON text by its brace; anything else is neither. Checks lengths, chunk order
-/// and the nesting of the JSON (limits.json_depth_max), so that a recursive parser may follow.
-/// Errors: kInvalidArgument, kTooLarge.
+/// Recognises GLB by its magic and JSON by its opening brace; refuses other data. Checks lengths,
+/// chunk order and the nesting of the JSON (limits.json_depth_max), so that it is safe to parse
+/// recursively. Errors: kInvalidArgument, kTooLarge.
 Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits);
 
 }  // namespace core

@@ -12,7 +12,7 @@ void turn_triangle(std::vector<std::uint32_t>& indices, std::size_t triangle) {
 
 Vec4 moved_tangent(const Transform& m, Vec4 tangent) {
   const Vec3 t = normalize_or(m.vector({tangent.x, tangent.y, tangent.z}), {1, 0, 0});
-  // The bitangent is cross(n, t) * w; a mirror turns the cross product but not the bitangent.
+  // The bitangent is cross(n, t) * w; a mirror flips the cross product but not the bitangent.
   return {t.x, t.y, t.z, m.determinant() < 0 ? -tangent.w : tangent.w};
 }
 

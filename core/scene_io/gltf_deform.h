@@ -1,4 +1,4 @@
-/// Morph targets and skins, applied to a primitive's vertices.
+/// Applies morph targets and skins to a primitive's vertices.
 #pragma once
 
 #include <span>
@@ -10,18 +10,17 @@
 
 namespace core {
 
-/// Adds weight times target to the base; targets without a weight count as 0.
+/// Adds weight times target to the base; a missing weight is 0.
 void apply_morph_targets(GltfPrimitive& primitive, std::span<const float> weights);
 
 /// Moves the vertices by their joints. joint_matrices: joint to world times inverse bind matrix, so
-/// that the result is in world space. Weights are used relative to their sum; a vertex without
-/// weight follows the first joint. Errors: kInvalidArgument for a joint that the skin does not
-/// have.
+/// the result is in world space. Weights are normalised by their sum; a vertex without weight
+/// follows the first joint. Errors: kInvalidArgument for a joint that the skin does not have.
 Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices,
                   const std::string& where);
 
-/// Moves the vertices, normals and tangents by one transform, which may be singular; turns the
-/// triangles when it mirrors.
+/// Transforms vertices, normals and tangents, also by a singular transform; reverses the triangles
+/// if it mirrors.
 void apply_transform(PrimitiveDescription& primitive, const Transform& transform);
 
 }  // namespace core

@@ -119,7 +119,7 @@ Result<DracoPrimitive> decode_draco(GltfSource& source, int view,
   try {
     return decode(source, view, attributes, where);
   } catch (const std::bad_alloc&) {
-    // Malformed Draco data requests absurd amounts; nothing of ours is large here.
+    // Malformed Draco data requests huge allocations; none of ours is large here.
     return Error{ErrorCode::kTooLarge, "Draco: the data asks for more memory than there is", where};
   } catch (const std::exception& problem) {
     return invalid(where, std::string("Draco: ") + problem.what());

@@ -14,12 +14,12 @@ namespace core {
 
 struct DracoAttribute {
   int unique_id = -1;  ///< as in the extension's "attributes"
-  int accessor = -1;   ///< holds the number of values and whether they are normalised
+  int accessor = -1;   ///< gives the number of values and whether they are normalised
 };
 
 struct DracoPrimitive {
   std::map<std::string, std::vector<float>> attributes;  ///< by glTF name, normalised
-  std::vector<std::uint32_t> triangles;                  ///< three indices each
+  std::vector<std::uint32_t> triangles;                  ///< three indices per triangle
 };
 
 /// Errors: kInvalidArgument at `where`; kTooLarge.

@@ -19,12 +19,12 @@ namespace core {
 namespace {
 
 constexpr std::size_t kFaces = 6;
-/// Texels of the map along a face's edge: in the middle of a face, the finest place, 4/pi of those
-/// of the face. Larger faces than this are averaged.
+/// Texels of the map per face edge: at the centre of a face, where the map is finest, 4/pi times
+/// those of the face. Larger faces are averaged.
 constexpr int kFaceMax = 2048;
-/// Looked up in each texel of the map, both ways.
+/// Lookups per texel of the map in each direction.
 constexpr int kTaps = 2;
-/// Floats of the map, and what Environment makes of each texel: colour and two weights.
+/// Floats of the map, plus Environment's data per texel: colour and two weights.
 constexpr std::uint64_t kTexelBytes = 12 + 28;
 
 struct Face {
@@ -32,7 +32,7 @@ struct Face {
   std::vector<Rgb> texels;
 };
 
-/// The light of the scene; null when it has none.
+/// Returns the light of the scene; null if it has none.
 const tinygltf::Value* light_of(const tinygltf::Model& model, int scene) {
   if (scene < 0) {
     return nullptr;
@@ -114,7 +114,7 @@ Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits) 
   return face;
 }
 
-/// The light from a direction in the cube's frame. Of the faces' order, and of s and t on each:
+/// Returns the light from a direction in the cube's frame. Order of the faces, and s and t on each:
 /// OpenGL 4.6, table 8.19.
 Rgb light_from(const std::array<Face, kFaces>& faces, Vec3 d) {
   const Vec3 a = {std::abs(d.x), std::abs(d.y), std::abs(d.z)};
@@ -140,11 +140,11 @@ Rgb light_from(const std::array<Face, kFaces>& faces, Vec3 d) {
     const auto i = static_cast<int>(0.5F * (coordinate + 1) * static_cast<float>(f.side));
     return static_cast<std::size_t>(std::clamp(i, 0, f.side - 1));
   };
-  const std::size_t column = place(-s / major);  // flipped from left to right
+  const std::size_t column = place(-s / major);  // flipped horizontally
   return f.texels[place(t / major) * static_cast<std::size_t>(f.side) + column];
 }
 
-/// The inverse of a rotation: what the world's direction is in the light's frame.
+/// Applies the inverse of a rotation: from world to light space.
 Vec3 to_light(const std::array<float, 4>& q, Vec3 d) {
   const Vec3 axis = {-q[0], -q[1], -q[2]};
   const Vec3 twice = cross(axis, d) * 2.0F;

@@ -1,13 +1,12 @@
-/// EXT_lights_image_based: the light of a scene that comes from all around it.
+/// EXT_lights_image_based: the environment of a scene.
 ///
-/// A path tracer needs the radiance of every direction and nothing else: the first level of
-/// `specularImages` is that, and becomes the environment. The blurred levels below it and
-/// `irradianceCoefficients` are integrals of the same light over lobes, which the renderer takes
-/// itself, with shadows; both are left alone.
-/// Images of 8 and 16 bits are sRGB-encoded; with alpha, they are RGBD: colour divided by alpha.
-/// Each face is what a viewer in the middle of the cube sees: the faces of OpenGL's cube maps,
-/// flipped from left to right, as the extension asks.
-/// Source: EXT_lights_image_based; OpenGL 4.6, table 8.19.
+/// A path tracer needs only the radiance of every direction: the first level of `specularImages`,
+/// which becomes the environment. The blurred levels and `irradianceCoefficients` are integrals of
+/// the same light over lobes, which the renderer computes itself, with shadows; both are ignored.
+/// Images of 8 and 16 bits are sRGB-encoded; with alpha they are RGBD: colour divided by alpha.
+/// Each face shows the view from the centre of the cube: the faces of OpenGL's cube maps, flipped
+/// horizontally, as the extension specifies. Source: EXT_lights_image_based; OpenGL 4.6, table
+/// 8.19.
 #pragma once
 
 #include <memory>
@@ -21,13 +20,12 @@
 
 namespace core {
 
-/// The images that the environment of the scene is made of: none, or six.
-/// Errors: those of nodes_of_scene().
+/// Returns the images of the scene's environment: none, or six. Errors: as nodes_of_scene().
 Result<std::vector<int>> images_of_environment(const tinygltf::Model& model, int scene_index);
 
-/// As Environment reads it: RGB floats, equirectangular, rotated and multiplied by the intensity;
-/// null when the scene has none. Errors: those of decode_image at "/images/N"; kInvalidArgument for
-/// a face that is not square; kTooLarge.
+/// Returns the environment as Environment reads it: RGB floats, equirectangular, rotated and
+/// multiplied by the intensity; null if the scene has none. Errors: those of decode_image at
+/// "/images/N"; kInvalidArgument for a face that is not square; kTooLarge.
 Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& model,
                                                       GltfSource& source,
                                                       const GltfOptions& options);

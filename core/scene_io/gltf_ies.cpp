@@ -11,8 +11,8 @@
 namespace core {
 namespace {
 
-/// A number of at least two characters becomes a double, and four times by symmetry a float of the
-/// intensity and two of the distribution that it is sampled by.
+/// A number of at least two characters becomes a double, and by symmetry up to four times a float
+/// of the intensity and two of the sampling distribution.
 constexpr std::uint64_t kBytesPerCharacter = 28;
 
 }  // namespace

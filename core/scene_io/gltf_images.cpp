@@ -26,8 +26,8 @@ TextureWrap wrap_mode(int mode) noexcept {
                                                        : TextureWrap::kRepeat;
 }
 
-// translation * rotation * scale. "Rotate the UVs counter-clockwise": as seen on the picture, whose
-// v points down.
+// Returns translation * rotation * scale. "Rotate the UVs counter-clockwise" applies to the image,
+// whose v points down.
 std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
   const auto pair = [&transform](const char* name, float otherwise) {
     if (!transform.Has(name) || transform.Get(name).ArrayLen() != 2) {
@@ -81,7 +81,7 @@ Result<int> GltfImages::noted(int image) {
   }
   Noted note{.image = image, .to = scene_.images.size(), .file = *file};
   note.bytes_max = source_.budget().left();
-  // Before it is decoded, where the header tells; else after.
+  // Before decoding, if the header gives the size; else after.
   const auto header = read_image_header(*file);
   if (header) {
     const std::size_t bytes = header->value_count() * bytes_per_value(header->type);

@@ -1,5 +1,5 @@
-/// Images and textures of a glTF file: which image a texture reads, and each image decoded once,
-/// side by side on the machine's cores.
+/// Images and textures of a glTF file: selects the image of each texture, and decodes each image
+/// once, in parallel.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@
 
 namespace core {
 
-/// For each texture the image that it reads, -1 for none: the KTX2 of KHR_texture_basisu or the
-/// WebP of EXT_texture_webp where its file is there, else the plain source.
+/// Returns the image of each texture, or -1: the KTX2 of KHR_texture_basisu or the WebP of
+/// EXT_texture_webp if its file exists, else the plain source.
 std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
                                        const ResolveUri& resolve);
 
-/// How a material refers to a texture.
+/// A material's reference to a texture.
 struct TextureReference {
   int texture = -1;
   int uv_set = 0;
@@ -32,7 +32,7 @@ struct TextureReference {
 
 class GltfImages {
  public:
-  /// All arguments are borrowed and outlive this.
+  /// Borrows all arguments; they must outlive it.
   GltfImages(const tinygltf::Model& model, GltfSource& source,
              const std::vector<int>& texture_images, const GltfLimits& limits,
              SceneDescription& scene)
@@ -42,21 +42,21 @@ class GltfImages {
         limits_(limits),
         scene_(scene) {}
 
-  /// Notes the image for decode_all(); its place in the scene is empty until then. uv_set is the
-  /// file's number. Errors: kTooLarge, or those of decode_image where the file's head does not tell
-  /// its size, at "/images/N".
+  /// Registers the image for decode_all(); its entry in the scene is empty until then. uv_set is
+  /// the file's number. Errors: kTooLarge, or those of decode_image if the header does not give the
+  /// size, at "/images/N".
   Result<TextureDescription> texture(const TextureReference& reference);
-  /// Decodes all that texture() has noted. Errors: those of decode_image, at "/images/N".
+  /// Decodes all images that texture() registered. Errors: those of decode_image, at "/images/N".
   Status decode_all();
 
-  /// Adds an image made by us; its index in the scene.
+  /// Adds a generated image and returns its index in the scene.
   int add(Image image);
 
  private:
-  /// An image of the file that has yet to be decoded.
+  /// An image of the file that remains to be decoded.
   struct Noted {
     int image;           ///< of the file
-    std::size_t to = 0;  ///< its place in the scene
+    std::size_t to = 0;  ///< its index in the scene
     std::span<const std::byte> file;
     std::size_t bytes_max = 0;
     std::optional<Result<Image>> pixels = {};

@@ -1,4 +1,4 @@
-/// JSON between the sources of core/scene_io. No header that others include reads this one.
+/// JSON helpers for the sources of core/scene_io. Not included by headers that others include.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -25,13 +25,13 @@ namespace {
 
 constexpr std::size_t kWarningsMax = 100;
 
-// Bytes that JSON takes as two documents, one after the other, and as tinygltf's model. Measured by
-// tests/stress/memory --measure: 190 for a number in a list; objects of three members 300 each.
+// Memory of JSON as two documents, one after the other, and as tinygltf's model. Measured by
+// tests/stress/memory --measure: 190 per number in a list; 300 per object of three members.
 constexpr std::uint64_t kObjectBytes = 1000;
 constexpr std::uint64_t kValueBytes = 200;
 constexpr std::uint64_t kTextCopies = 3;
 
-/// kTooLarge for JSON that would take more memory than the limit.
+/// Returns kTooLarge if JSON would need more memory than the limit.
 Status check_json_bytes(std::string_view json, const GltfLimits& limits) {
   std::uint64_t bytes = kTextCopies * json.size();
   bool in_string = false;
@@ -90,7 +90,7 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
       "/variant"};
 }
 
-/// What animations move; what they set beside nodes is in `model` then.
+/// Returns the nodes that animations move; other animated values are set in `model`.
 Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& source,
                                       const GltfOptions& options, tinygltf::Model& model,
                                       std::vector<std::string>& warnings) {

@@ -1,7 +1,7 @@
 /// Reads glTF 2.0 (GLB or JSON with side files) into a SceneDescription.
 ///
-/// Never touches the file system: side files come from `resolve`. Every count and size is checked
-/// before memory is taken. Error::where is a JSON pointer into the glTF document
+/// Never accesses the file system: side files come from `resolve`. Every count and size is checked
+/// before memory is allocated. Error::where is a JSON pointer into the glTF document
 /// ("/meshes/0/primitives/1/indices"), or empty for the container.
 #pragma once
 
@@ -30,33 +30,33 @@ struct GltfLimits {
   std::size_t instances_max = 10'000'000;
   std::size_t decoded_bytes_max = std::size_t{8} << 30;  ///< geometry and images together
   int image_side_max = 16384;
-  /// Asked before reading, or building what was read, takes so many bytes more, for JSON too; its
-  /// error ends the reading. Null: no such check.
+  /// Called before reading or building allocates this many more bytes, including JSON; an error
+  /// ends the reading. Null: no check.
   std::function<Status(std::uint64_t bytes)> admit = {};
 };
 
 struct GltfOptions {
   std::optional<double> time_seconds = 0;  ///< animation time; empty: the rest pose
-  /// Above 0: the shutter is open so long, from time_seconds on (core/scene_io/shutter.h).
+  /// If positive, the shutter is open for this long from time_seconds on (core/scene_io/shutter.h).
   double shutter_seconds = 0;
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
-  int scene_index = -1;  ///< -1: the file's own choice
-  /// Positions, cameras and names alone: images are not read and tangents are not made.
+  int scene_index = -1;  ///< -1: the file's default scene
+  /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;
   GltfLimits limits;
 };
 
-/// Looks up a side file by the uri in the glTF (percent-decoded); empty when it was not uploaded.
+/// Looks up a side file by the uri in the glTF (percent-decoded); empty if it was not uploaded.
 using ResolveUri = std::function<SharedBytes(std::string_view uri)>;
 
-/// Errors: kInvalidArgument (broken or unsupported content, with the place), kTooLarge,
-/// kMissingFiles (message lists every uri that `resolve` did not have).
+/// Errors: kInvalidArgument (broken or unsupported content, with its location), kTooLarge,
+/// kMissingFiles (the message lists every uri that `resolve` does not have).
 Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
                                    const GltfOptions& options);
 
-/// The side files that a glTF document names, in document order, without repeats; data URIs are
-/// left out. Errors as load_gltf.
+/// Returns the side files of a glTF document, in document order, without repeats and data URIs.
+/// Errors: as load_gltf().
 Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
                                            const GltfLimits& limits = {});
 

@@ -14,7 +14,7 @@
 namespace core {
 namespace {
 
-// The texture coordinates that tangents follow, or -1 when the material has no use for tangents.
+// Returns the texture coordinates for tangents, or -1 if the material needs no tangents.
 int tangent_uv_set(const MaterialDescription& material) {
   for (const TextureDescription* texture :
        {&material.normal_texture, &material.clearcoat_normal_texture}) {
@@ -25,7 +25,7 @@ int tangent_uv_set(const MaterialDescription& material) {
   return material.anisotropy != 0 ? material.anisotropy_texture.uv_set : -1;
 }
 
-// Unit normals; where a file has none that can be used, the mean of the triangles around.
+// Normalises normals; replaces unusable ones by the mean of the adjacent triangles.
 void repair_normals(PrimitiveDescription& p) {
   std::vector<bool> unusable(p.normals.size(), false);
   bool any = false;

@@ -1,4 +1,4 @@
-/// Meshes of a scene: shared where nodes show them alike, separate where weights or joints differ.
+/// Meshes of a scene: shared between nodes with equal use, separate if weights or joints differ.
 #pragma once
 
 #include <map>
@@ -14,19 +14,19 @@
 
 namespace core {
 
-/// Key of a mesh instance: what distinguishes two uses of a mesh.
+/// Key of a mesh instance: distinguishes uses of a mesh.
 struct MeshUse {
   int mesh = -1;
   std::vector<float> weights;                 ///< of the morph targets; empty: none
-  int node = -1;                              ///< set when the vertices are moved to the world
-  std::span<const Transform> joint_matrices;  ///< of the skin; then node is set
-  const Transform* baked = nullptr;           ///< a singular transform to apply; then node is set
+  int node = -1;                              ///< set if the vertices are moved to world space
+  std::span<const Transform> joint_matrices;  ///< of the skin; `node` is then set
+  const Transform* baked = nullptr;           ///< a singular transform to apply; `node` is then set
 };
 
 class GltfMeshes {
  public:
-  /// variant: index into KHR_materials_variants, -1 for none. All references outlive this.
-  /// Pre: scene.mesh_primitives are there.
+  /// variant: index into KHR_materials_variants, -1 for none. All references must outlive it. Pre:
+  /// scene.mesh_primitives is filled.
   GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfOptions& options,
              int variant, SceneDescription& scene)
       : model_(model),
@@ -36,7 +36,8 @@ class GltfMeshes {
         variant_(variant),
         scene_(scene) {}
 
-  /// Index into scene.meshes, made on first use; -1 when nothing of the mesh can be drawn.
+  /// Returns the index into scene.meshes, creating the mesh on first use; -1 if nothing of it can
+  /// be drawn.
   Result<int> mesh_for(const MeshUse& use);
 
  private:
@@ -47,7 +48,7 @@ class GltfMeshes {
   const tinygltf::Model& model_;
   GltfSource& source_;
   GltfLimits limits_;
-  bool has_tangents_;  ///< made where materials need them
+  bool has_tangents_;  ///< created if materials need them
   int variant_;
   SceneDescription& scene_;
   std::size_t triangles_ = 0;

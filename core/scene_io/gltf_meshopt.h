@@ -11,7 +11,7 @@
 
 namespace core {
 
-/// view_bytes bytes, of which the first count * stride are decoded and filtered, the rest zero.
+/// Returns view_bytes bytes: the first count * stride are decoded and filtered, the rest are zero.
 /// Pre: check_tables() accepted `meshopt`. Errors: kInvalidArgument at `where`.
 Result<Bytes> decode_meshopt(const GltfMeshopt& meshopt, std::span<const std::byte> compressed,
                              std::uint64_t view_bytes, const std::string& where);

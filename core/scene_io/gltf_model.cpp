@@ -13,7 +13,7 @@ Error invalid(std::string where, std::string message) {
   return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
 }
 
-// tinygltf gets no access to files: every callback refuses.
+// Denies tinygltf file access: every callback refuses.
 tinygltf::FsCallbacks no_files() {
   tinygltf::FsCallbacks callbacks{};
   callbacks.FileExists = [](const std::string&, void*) { return false; };
@@ -34,7 +34,7 @@ std::string at(const char* collection, std::size_t i) {
   return std::string("/") + collection + "/" + std::to_string(i);
 }
 
-// Every node has at most one parent, and following children never comes back.
+// Checks that every node has at most one parent and that there is no cycle.
 Status check_forest(const tinygltf::Model& model) {
   std::vector<int> parent(model.nodes.size(), -1);
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
@@ -49,7 +49,7 @@ Status check_forest(const tinygltf::Model& model) {
       of_child = static_cast<int>(i);
     }
   }
-  // With one parent each, a cycle is a set of nodes that no root reaches.
+  // With one parent each, a cycle is a set of nodes not reachable from a root.
   std::vector<int> open;
   for (std::size_t i = 0; i < parent.size(); ++i) {
     if (parent[i] < 0) {

@@ -1,4 +1,4 @@
-/// The structure of a glTF document as tinygltf sees it, after check_gltf(); and small readers for
+/// The structure of a glTF document as parsed by tinygltf after check_gltf(), and readers for
 /// extension objects.
 #pragma once
 
@@ -12,19 +12,19 @@
 
 namespace core {
 
-/// Parses the reduced document and checks what no schema row can express: the nodes form a forest,
-/// cameras and spots have their objects, channels their samplers.
-/// Errors: kInvalidArgument with a JSON pointer.
+/// Parses the reduced document and checks properties that the schemas cannot express: nodes form a
+/// forest, cameras and spots have their objects, channels their samplers. Errors: kInvalidArgument
+/// with a JSON pointer.
 Result<tinygltf::Model> parse_model(const std::string& model_json);
 
-/// The object of an extension, or null.
+/// Returns the object of an extension, or null.
 const tinygltf::Value* find_extension(const tinygltf::ExtensionMap& extensions, const char* name);
 
-/// Members of an extension object; types were checked by the schemas.
+/// Read members of an extension object; the schemas have checked the types.
 float value_number(const tinygltf::Value& object, const char* name, float otherwise);
 int value_integer(const tinygltf::Value& object, const char* name, int otherwise);
-/// The elements of an array; none of anything else. (Value::Get takes an int or a size_t, by
-/// version.)
+/// Returns the elements of an array; none for other values. (Value::Get takes an int or a size_t,
+/// depending on the version.)
 const std::vector<tinygltf::Value>& value_array(const tinygltf::Value& value);
 Rgb value_rgb(const tinygltf::Value& object, const char* name, Rgb otherwise);
 

@@ -72,7 +72,7 @@ Affine local_matrix(const tinygltf::Node& node, const AnimatedNode* animated) {
   return from_parts(t, q, s);
 }
 
-// Whether only weights are animated, which leaves the node where it is.
+// Returns null if only weights are animated, which do not move the node.
 const AnimatedNode* moving(const AnimatedNodes& animated, int node) {
   const auto it = animated.find(node);
   const bool moves =
@@ -96,7 +96,7 @@ std::vector<int> roots(const tinygltf::Model& model) {
   return out;
 }
 
-// Depth first in document order. A node that is listed twice counts once.
+// Depth first in document order. A node listed twice counts once.
 std::vector<int> below(const tinygltf::Model& model, const std::vector<int>& start) {
   std::vector<int> order;
   std::vector<bool> seen(model.nodes.size(), false);
@@ -151,7 +151,7 @@ Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
   std::vector<Affine> world(model.nodes.size());
   for (const int i : below(model, roots(model))) {
     const auto node = static_cast<std::size_t>(i);
-    // Parents come first, so world[node] holds the parent's matrix by now.
+    // Parents come first, so world[node] already holds the parent's matrix.
     world[node] = world[node] * local_matrix(model.nodes[node], moving(animated, i));
     if (!world[node].is_finite()) {
       return Error{ErrorCode::kInvalidArgument,

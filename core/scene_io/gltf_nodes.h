@@ -1,4 +1,4 @@
-/// The node hierarchy at one moment: world matrices in double precision.
+/// The node hierarchy at one time: world matrices in double precision.
 #pragma once
 
 #include <array>
@@ -12,32 +12,32 @@
 
 namespace core {
 
-/// An affine map like Transform, in double: deep hierarchies keep their last bits.
+/// An affine map like Transform, in double, to stay accurate in deep hierarchies.
 struct Affine {
   /// Columns x, y, z, t.
   std::array<std::array<double, 3>, 4> column = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 
   Transform to_transform() const noexcept;
-  bool is_finite() const noexcept;  ///< as floats
+  bool is_finite() const noexcept;  ///< after conversion to floats
 };
 Affine operator*(const Affine& a, const Affine& b) noexcept;
 
 /// translation * rotation * scale.
 Affine affine_from_parts(Vec3 translation, Vec4 rotation, Vec3 scale) noexcept;
 
-/// World matrices of all nodes. Pre: parse_model() accepted the nodes.
-/// Errors: kInvalidArgument at the node whose matrix does not fit in floats.
+/// Returns the world matrices of all nodes. Pre: parse_model() accepted the nodes. Errors:
+/// kInvalidArgument at the node whose matrix does not fit in floats.
 Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,
                                            const AnimatedNodes& animated);
 
-/// Nodes below the roots of a scene, parents first. scene_index -1: the file's own choice, or all
-/// roots when the file has no scenes. Errors: kInvalidArgument at "/scene_index".
+/// Returns the nodes below the roots of a scene, parents first. scene_index -1: the file's default
+/// scene, or all roots if the file has no scenes. Errors: kInvalidArgument at "/scene_index".
 Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_index);
 
-/// The scene that is read, or -1 where the file has none. Errors: those of nodes_of_scene().
+/// Returns the selected scene, or -1 if the file has none. Errors: as nodes_of_scene().
 Result<int> chosen_scene(const tinygltf::Model& model, int scene_index);
 
-/// By node, whether it and all above it are visible: KHR_node_visibility.
+/// Returns for each node whether it and all its ancestors are visible (KHR_node_visibility).
 std::vector<bool> visible_nodes(const tinygltf::Model& model);
 
 }  // namespace core

@@ -10,7 +10,7 @@
 namespace core {
 namespace {
 
-/// Images of floats hold ids exactly up to here.
+/// Float images hold ids exactly up to this number.
 constexpr std::uint64_t kIdMax = std::uint64_t{1} << 24U;
 
 std::uint64_t instances_of(const tinygltf::Node& node, const GltfTables& tables) {

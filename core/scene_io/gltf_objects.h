@@ -1,4 +1,4 @@
-/// Numbers what a glTF file shows: its nodes with meshes, their instances, its primitives.
+/// Numbers the objects of a glTF file: nodes with meshes, their instances, and primitives.
 #pragma once
 
 #include "core/base/result.h"
@@ -8,9 +8,9 @@
 
 namespace core {
 
-/// Fills scene.objects and scene.mesh_primitives from the document alone: with nodes that are not
-/// of this scene, or hidden, or nothing at this moment. Instances have a range of their own for
-/// each node. Errors: kTooLarge, for more instances than a float counts.
+/// Fills scene.objects and scene.mesh_primitives from the document alone, including nodes that are
+/// hidden, in another scene, or empty at this time. Each node has its own range of instance ids.
+/// Errors: kTooLarge for more instances than a float can count.
 Status number_objects(const tinygltf::Model& model, const GltfTables& tables,
                       SceneDescription& scene);
 

@@ -28,8 +28,7 @@ std::vector<float> narrowed(const std::vector<double>& values) {
   return out;
 }
 
-// A map that squeezes space into a plane or less cannot be inverted, and Embree instances have to
-// be.
+// Returns whether a map has no inverse, which Embree instances need.
 bool is_singular(const Transform& m) {
   const float lengths = length(m.x) * length(m.y) * length(m.z);
   return !(std::abs(m.determinant()) > 1e-9F * lengths);
@@ -137,7 +136,7 @@ class NodePlacer {
     light.group = group_of(node);
   }
 
-  /// Of lights: extras.light_group, else the node's name.
+  /// Light group: extras.light_group, else the node's name.
   std::string group_of(int node) const {
     const tinygltf::Node& n = node_at(node);
     if (n.extras.IsObject() && n.extras.Has("light_group") &&
@@ -183,7 +182,7 @@ class NodePlacer {
                               is_zero(cross(to_world.y, to_world.z)) &&
                               is_zero(cross(to_world.z, to_world.x));
     if (nothing_left) {
-      return ok_status();  // Scaled to a point or a line: this is how animations hide things.
+      return ok_status();  // scaled to a point or a line, as animations do to hide objects
     }
     use.node = node;
     use.baked = &to_world;
@@ -192,7 +191,7 @@ class NodePlacer {
 
   static bool is_zero(Vec3 v) { return !(length_squared(v) > 0); }
 
-  /// copy: which of the node's instances.
+  /// copy: index among the node's instances.
   Status add_instance(const MeshUse& use, const Transform& to_world, int node,
                       std::uint32_t copy = 0) {
     auto mesh = meshes_.mesh_for(use);
@@ -214,7 +213,7 @@ class NodePlacer {
     return ok_status();
   }
 
-  // The vertices follow the joints in the world; the node's own transform does not count.
+  // The vertices follow the joints in world space; the node's own transform does not apply.
   Status place_skinned(int node, MeshUse& use) {
     const int skin_index = node_at(node).skin;
     const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(skin_index)];
@@ -284,7 +283,7 @@ class NodePlacer {
       if (!to_world.is_finite()) {
         return invalid(where, "instance " + std::to_string(i) + " is too large for a 32-bit float");
       }
-      // Flattened instances are rare and would each need a mesh of their own.
+      // Flattened instances are rare, and each would need its own mesh.
       if (is_singular(to_world.to_transform())) {
         continue;
       }

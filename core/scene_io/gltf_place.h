@@ -11,8 +11,8 @@
 
 namespace core {
 
-/// Fills scene.instances, lights and cameras; scene.objects are there. Errors: kInvalidArgument,
-/// kTooLarge with a pointer.
+/// Fills scene.instances, lights and cameras. Pre: scene.objects is filled. Errors:
+/// kInvalidArgument, kTooLarge with a pointer.
 Status place_nodes(const tinygltf::Model& model, GltfSource& source, GltfMeshes& meshes,
                    const GltfOptions& options, const AnimatedNodes& animated,
                    SceneDescription& scene);

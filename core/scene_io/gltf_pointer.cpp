@@ -21,7 +21,7 @@ Error invalid(std::string where, std::string message) {
   return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
 }
 
-/// The steps of a JSON pointer, unescaped (RFC 6901); empty for one that is none.
+/// Returns the unescaped steps of a JSON pointer (RFC 6901); empty if it is invalid.
 std::vector<std::string> steps_of(std::string_view pointer) {
   std::vector<std::string> steps;
   while (pointer.starts_with('/')) {
@@ -38,7 +38,7 @@ std::vector<std::string> steps_of(std::string_view pointer) {
   return pointer.empty() ? steps : std::vector<std::string>();
 }
 
-/// The element of `array` that a step names; null when there is none.
+/// Returns the element of `array` that a step names; null if there is none.
 const Json* element(const Json& array, const std::string& step) {
   std::size_t index = 0;
   const auto [end, fault] = std::from_chars(step.data(), step.data() + step.size(), index);
@@ -57,7 +57,7 @@ const SchemaMember* find_member(std::string_view schema, std::string_view name) 
   return it == members->end() ? nullptr : &*it;
 }
 
-/// Follows a pointer through the document and the schemas at once.
+/// Follows a pointer through the document and its schemas.
 class TargetWalk {
  public:
   enum class Outcome : std::uint8_t { kFound, kMissing, kFixed };
@@ -65,7 +65,7 @@ class TargetWalk {
   TargetWalk(const Json& root, const std::vector<std::string>& steps)
       : value_(&root), steps_(steps) {}
 
-  /// Fills width, range and kind of `to` where it is found.
+  /// Fills width, range and kind of `to` if the target is found.
   Outcome walk(GltfPointer& to) {
     if (steps_.empty() || !may_change()) {
       return Outcome::kFixed;
@@ -75,7 +75,7 @@ class TargetWalk {
         return *outcome;
       }
     }
-    return Outcome::kFixed;  // It ends at an object.
+    return Outcome::kFixed;  // ends at an object
   }
 
  private:

@@ -1,8 +1,9 @@
-/// KHR_animation_pointer: channels that change a member of the document instead of a node.
+/// KHR_animation_pointer: channels that animate a member of the document other than node
+/// transforms.
 ///
-/// What may change are the numbers of materials, cameras, meshes, nodes and lights that the schemas
-/// name, and KHR_node_visibility; those of the glTF 2.0 Asset Object Model. A target that is none
-/// of these is left alone with a warning.
+/// Supported are the numbers of materials, cameras, meshes, nodes and lights that the schemas name,
+/// and KHR_node_visibility; those of the glTF 2.0 Asset Object Model. Other targets are ignored
+/// with a warning.
 #pragma once
 
 #include <span>
@@ -16,13 +17,13 @@
 
 namespace core {
 
-/// Fills tables.pointers. Channels that move a node become plain ones in `root`, which the
-/// specification calls the same. Pre: check_schemas() and check_tables() accepted both.
-/// Errors: kInvalidArgument where a pointer names what the document does not have, two ways to
-/// write a target are mixed, or the output does not fit a boolean.
+/// Fills tables.pointers. Channels that move a node become ordinary channels in `root`, which the
+/// specification defines as equivalent. Pre: check_schemas() and check_tables() accepted both.
+/// Errors: kInvalidArgument if a pointer refers to a missing member, two ways to write a target are
+/// mixed, or the output is not valid for a boolean.
 Status read_pointers(GltfJson& root, GltfTables& tables, std::vector<std::string>& warnings);
 
-/// The document with these values in it. Pre: their paths are those of tables.pointers.
+/// Returns the document with these values. Pre: their paths are in tables.pointers.
 std::string with_values(const std::string& model_json, std::span<const AnimatedValue> values);
 
 }  // namespace core

@@ -18,8 +18,8 @@ Error invalid(std::string where, std::string message) {
 
 using Indices = std::vector<std::uint32_t>;
 
-// Triangle lists of strips and fans, glTF 2.0 section 3.7.2.1. Repeated vertices, which join
-// strips, give no triangle.
+// Converts strips and fans to triangle lists, glTF 2.0 section 3.7.2.1. Skips degenerate triangles,
+// whose repeated vertices join strips.
 Indices triangle_list(const Indices& in, int mode) {
   if (mode == TINYGLTF_MODE_TRIANGLES) {
     return Indices(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(in.size() / 3 * 3));
@@ -37,13 +37,13 @@ Indices triangle_list(const Indices& in, int mode) {
   return out;
 }
 
-/// Reads the attributes of one primitive from wherever they are.
+/// Reads the attributes of one primitive from accessors or Draco data.
 class AttributeReader {
  public:
   AttributeReader(GltfSource& source, std::optional<DracoPrimitive> draco, std::string where)
       : source_(source), draco_(std::move(draco)), where_(std::move(where)) {}
 
-  /// Vectors of an attribute, as many as there are vertices (any number for the first one read).
+  /// Reads vectors of an attribute: one per vertex (any number for the first attribute).
   template <typename V>
   Status read(std::vector<V>& to, const std::map<std::string, int>& attributes,
               const std::string& name, const std::string& place) {
@@ -65,7 +65,7 @@ class AttributeReader {
     return check_count(to.size(), where);
   }
 
-  /// COLOR_0: three values get an alpha of `alpha`.
+  /// Reads COLOR_0; colours of three values get alpha `alpha`.
   Status read_color(std::vector<Vec4>& to, const std::map<std::string, int>& attributes,
                     float alpha, const std::string& place) {
     const auto it = attributes.find("COLOR_0");
@@ -220,7 +220,7 @@ Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader
     }
     joint_set.joints.reserve(joints.size());
     for (const Vec4 j : joints) {
-      // 16-bit numbers are exact in a float; anything else ends up beyond the skin's joints.
+      // 16-bit numbers are exact in a float; others are out of range for the skin's joints.
       const auto whole = [](float v) {
         return v >= 0 && v <= 65535 ? static_cast<std::uint32_t>(v) : ~0U;
       };

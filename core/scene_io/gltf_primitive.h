@@ -1,5 +1,5 @@
-/// One glTF primitive: accessors or Draco data to a triangle list, with morph targets and joints
-/// still apart.
+/// Converts one glTF primitive, from accessors or Draco data, to a triangle list. Morph targets and
+/// joints are kept separate.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace core {
 
-/// Differences to the base; arrays are empty or as long as the base's.
+/// Differences to the base; arrays are empty or have the base's length.
 struct MorphTarget {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;
@@ -31,14 +31,14 @@ struct JointSet {
 };
 
 struct GltfPrimitive {
-  PrimitiveDescription base;  ///< material is left at -1
+  PrimitiveDescription base;  ///< material stays -1
   std::vector<MorphTarget> targets;
   std::vector<JointSet> joint_sets;
 };
 
-/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Empty for points and lines, and for primitives
-/// without a whole triangle (a warning is added). Errors at `where` or below it: kInvalidArgument,
-/// kTooLarge.
+/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Returns empty for points and lines, and for
+/// primitives without a complete triangle (adds a warning). Errors at or below `where`:
+/// kInvalidArgument, kTooLarge.
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
                                                     std::array<int, 2> uv_sets,

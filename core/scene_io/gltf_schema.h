@@ -1,7 +1,7 @@
-/// Members of glTF objects, as data: one row each.
+/// Schemas of glTF objects as data: one row per member.
 ///
-/// The rows come from the JSON schemas of glTF 2.0 and of the extensions that are read. Members
-/// that no row names are allowed and ignored, as the specification asks.
+/// The rows come from the JSON schemas of glTF 2.0 and of the supported extensions. Members without
+/// a row are ignored, as the specification requires.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,13 @@ enum class JsonKind : std::uint8_t {
   kString,
   kBoolean,
   kObject,       ///< of schema `child`
-  kIntegers,     ///< array; range and refers_to hold for each element
+  kIntegers,     ///< array; range and refers_to apply to each element
   kNumbers,      ///< array
   kStrings,      ///< array
   kObjects,      ///< array of objects of schema `child`
-  kIntegerMap,   ///< object whose every member is an integer
-  kIntegerMaps,  ///< array of these
-  kIntegerRows,  ///< array of arrays of `row_count`; range and refers_to hold for each integer
+  kIntegerMap,   ///< object with integer members only
+  kIntegerMaps,  ///< array of integer maps
+  kIntegerRows,  ///< array of arrays of `row_count`; range and refers_to apply to each integer
   kNumberRows    ///< array of arrays of `row_count`
 };
 
@@ -34,8 +34,8 @@ struct SchemaMember {
   bool required = false;
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  /// Top-level array that an integer is an index into: "accessors"; or "lights",
-  /// "light profiles", "image-based lights", "variants".
+  /// Top-level array that an integer indexes: "accessors"; or "lights", "light profiles",
+  /// "image-based lights", "variants".
   std::string_view refers_to = {};
   std::size_t count_min = 0;  ///< of an array or a map
   std::size_t count_max = std::numeric_limits<std::size_t>::max();
@@ -44,13 +44,13 @@ struct SchemaMember {
   std::string_view one_of = {};  ///< allowed values of a string or integer, "A|B|C"
 };
 
-/// The rows of schema `name`, e.g. "material", or "material/KHR_materials_sheen" for the object of
-/// an extension. Null when there is none.
+/// Returns the rows of schema `name`, such as "material", or "material/KHR_materials_sheen" for an
+/// extension object. Null if there is none.
 const std::span<const SchemaMember>* find_schema(std::string_view name);
 
-/// Whether files may require this extension.
+/// Returns whether files may require this extension.
 bool is_supported_extension(std::string_view name);
-/// In alphabetical order.
+/// Returns the extensions in alphabetical order.
 std::span<const std::string_view> supported_extensions();
 
 }  // namespace core

@@ -15,7 +15,7 @@ namespace {
 
 using Json = GltfJson;
 
-// Numbers up to 2^53 are exact in JSON readers; file offsets never come near.
+// JSON readers represent integers up to 2^53 exactly; file offsets are far smaller.
 constexpr double kIntegerMax = 9007199254740992.0;
 constexpr double kNumberMax = 3.4e38;  // FLT_MAX, rounded down
 
@@ -56,7 +56,7 @@ std::string pointer_step(std::string_view name) {
   return step;
 }
 
-/// Walks the document along the schemas. Integers that are written as 5.0 become 5 on the way.
+/// Traverses the document along the schemas. Converts integers written as 5.0 to 5.
 class SchemaWalk {
  public:
   explicit SchemaWalk(Json& root) : root_(root) {

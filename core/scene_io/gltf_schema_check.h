@@ -1,4 +1,4 @@
-/// Compares a glTF document with the schemas.
+/// Validates a glTF document against the schemas.
 #pragma once
 
 #include <string>
@@ -8,11 +8,10 @@
 
 namespace core {
 
-/// Integers that are written as 5.0 become 5 on the way. Errors: kInvalidArgument with a JSON
-/// pointer.
+/// Converts integers written as 5.0 to 5. Errors: kInvalidArgument with a JSON pointer.
 Status check_schemas(GltfJson& root);
 
-/// A value as messages quote it: its JSON, cut where it is long.
+/// Returns a value as quoted in messages: its JSON, shortened if long.
 std::string shown(const GltfJson& value);
 
 }  // namespace core

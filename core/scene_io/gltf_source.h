@@ -1,5 +1,5 @@
-/// The bytes that a checked glTF document names: side files, data URIs, the binary chunk, and
-/// views that are decompressed when they are first asked for.
+/// GltfSource: the bytes that a checked glTF document refers to: side files, data URIs, the binary
+/// chunk, and views, which are decompressed on first use.
 #pragma once
 
 #include <functional>
@@ -15,12 +15,12 @@
 
 namespace core {
 
-/// Counts the memory that a file makes us take; refuses before it is taken.
+/// Limits the memory for decoding a file; refuses before allocation.
 class DecodeBudget {
  public:
   explicit DecodeBudget(const GltfLimits& limits)
       : bytes_max_(limits.decoded_bytes_max), admit_(limits.admit) {}
-  /// kTooLarge when `bytes` more would pass the limit; errors of GltfLimits::admit.
+  /// Errors: kTooLarge if `bytes` more would exceed the limit; those of GltfLimits::admit.
   Status take(std::uint64_t bytes, const std::string& where);
   std::size_t left() const noexcept { return bytes_max_ - used_; }
 
@@ -32,18 +32,18 @@ class DecodeBudget {
 
 class GltfSource {
  public:
-  /// `tables` is borrowed and outlives this. `needed_images` index tables.images.
-  /// Errors: kMissingFiles naming all files that `resolve` does not have, kInvalidArgument.
+  /// Borrows `tables`, which must outlive it. `needed_images` index tables.images. Errors:
+  /// kMissingFiles with all files that `resolve` does not have, kInvalidArgument.
   static Result<GltfSource> open(const GltfTables& tables, const GltfContainer& container,
                                  const ResolveUri& resolve, std::span<const int> needed_images,
                                  const GltfLimits& limits);
 
-  /// Content of a view, decompressed if it is compressed. Pre: 0 <= index < views.size().
+  /// Returns the content of a view, decompressed if needed. Pre: 0 <= index < views.size().
   Result<std::span<const std::byte>> view(int index);
-  /// File of an image that was in `needed_images`.
+  /// Returns the file of an image in `needed_images`.
   Result<std::span<const std::byte>> image_file(int index);
 
-  /// File of a light profile. Pre: 0 <= index < profiles.size().
+  /// Returns the file of a light profile. Pre: 0 <= index < profiles.size().
   Result<std::span<const std::byte>> profile_file(int index);
 
   const GltfTables& tables() const noexcept { return *tables_; }
@@ -53,15 +53,15 @@ class GltfSource {
   GltfSource(const GltfTables& tables, const GltfLimits& limits)
       : tables_(&tables), budget_(limits) {}
 
-  /// Bytes behind a uri; null when `resolve` does not have it.
+  /// Returns the bytes of a uri; null if `resolve` does not have it.
   Result<SharedBytes> fetch(const std::string& uri, const ResolveUri& resolve,
                             const std::string& where);
 
   const GltfTables* tables_;
   DecodeBudget budget_;
   std::vector<SharedBytes> owned_;                      // keeps buffers_ alive
-  std::vector<std::span<const std::byte>> buffers_;     // as long as tables_->buffers
-  std::map<int, SharedBytes> image_files_;              // those with a uri
+  std::vector<std::span<const std::byte>> buffers_;     // as many as tables_->buffers
+  std::map<int, SharedBytes> image_files_;              // images with a uri
   std::vector<SharedBytes> profile_files_;              // null: in a view
   std::map<int, std::shared_ptr<Bytes>> decompressed_;  // by view
 };

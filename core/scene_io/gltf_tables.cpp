@@ -13,7 +13,7 @@ std::string at(const char* collection, std::size_t i) {
   return std::string("/") + collection + "/" + std::to_string(i);
 }
 
-// All numbers are integers below 2^53 here, so that sums of two cannot overflow.
+// All numbers are integers below 2^53, so sums of two cannot overflow.
 bool fits(std::uint64_t offset, std::uint64_t bytes, std::uint64_t whole) {
   return offset <= whole && bytes <= whole - offset;
 }
@@ -96,8 +96,8 @@ Status check_view(const GltfTables& tables, std::size_t i) {
 struct Elements {
   std::uint64_t offset = 0;
   std::uint64_t count = 0;
-  std::uint64_t bytes = 0;   // of one
-  std::uint64_t stride = 0;  // from one to the next
+  std::uint64_t bytes = 0;   // of one element
+  std::uint64_t stride = 0;  // between elements
 };
 
 Status check_elements(const GltfView& view, const Elements& e, const std::string& where) {

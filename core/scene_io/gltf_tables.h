@@ -1,6 +1,6 @@
-/// The parts of a glTF document that name bytes: buffers, views, accessors, images, light profiles.
-/// Filled by check_gltf(), which makes sure (by check_tables) that every view lies in its buffer
-/// and every accessor in its view.
+/// The parts of a glTF document that refer to bytes: buffers, views, accessors, images, light
+/// profiles. Filled by check_gltf(), which ensures with check_tables() that every view lies in its
+/// buffer and every accessor in its view.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace core {
 struct GltfBuffer {
   std::uint64_t bytes = 0;
   std::optional<std::string> uri;    ///< none: the binary chunk of the GLB, or a meshopt fallback
-  bool is_meshopt_fallback = false;  ///< without content; its views are made by decoding
+  bool is_meshopt_fallback = false;  ///< has no content; its views are created by decoding
 };
 
 enum class MeshoptMode : std::uint8_t { kAttributes, kTriangles, kIndices };
@@ -41,7 +41,7 @@ struct GltfView {
   std::optional<GltfMeshopt> meshopt;
 };
 
-/// Values are the numbers that glTF uses.
+/// The values are those of glTF.
 enum class ComponentType : std::uint16_t {
   kI8 = 5120,
   kU8 = 5121,
@@ -63,7 +63,7 @@ struct ElementShape {
   constexpr int values() const noexcept { return rows * columns; }
 };
 
-/// Bytes of one element: columns of matrices start at multiples of four.
+/// Returns the bytes of one element: matrix columns start at multiples of four.
 constexpr std::uint64_t element_bytes(ComponentType type, ElementShape shape) noexcept {
   const std::uint64_t column = component_bytes(type) * static_cast<std::uint64_t>(shape.rows);
   const std::uint64_t padded = shape.columns > 1 ? (column + 3) / 4 * 4 : column;
@@ -101,7 +101,7 @@ struct GltfProfile {
   int view = -1;
 };
 
-/// A channel of KHR_animation_pointer whose target is a member of the document that may change.
+/// A channel of KHR_animation_pointer that targets a supported member of the document.
 struct GltfPointer {
   std::size_t animation = 0;
   std::size_t channel = 0;
@@ -109,7 +109,7 @@ struct GltfPointer {
   int output = -1;  ///< accessor of the values
   std::string interpolation;
   std::string path;       ///< JSON pointer
-  std::size_t width = 1;  ///< of a value; 0: as the accessor has it (morph target weights)
+  std::size_t width = 1;  ///< of a value; 0: as in the accessor (morph target weights)
   bool is_boolean = false;
   bool is_array = false;
   bool is_rotation = false;
@@ -126,8 +126,8 @@ struct GltfTables {
   std::vector<GltfPointer> pointers;
 };
 
-/// Ranges of everything in the tables: views in buffers, accessors and sparse parts in views.
-/// Pre: indices between the tables are valid. Errors: kInvalidArgument with a JSON pointer.
+/// Checks all ranges in the tables: views in buffers, accessors and sparse parts in views. Pre:
+/// indices between the tables are valid. Errors: kInvalidArgument with a JSON pointer.
 Status check_tables(const GltfTables& tables, const GltfContainer& container);
 
 }  // namespace core

@@ -1,4 +1,4 @@
-/// URIs in glTF files: data URIs are decoded, everything else is a relative name.
+/// URIs in glTF files: data URIs are decoded; others are relative names.
 #pragma once
 
 #include <optional>
@@ -13,19 +13,20 @@ namespace core {
 
 bool is_data_uri(std::string_view uri) noexcept;
 
-/// Bytes of a data URI, base64 or percent-encoded. Errors: kInvalidArgument without a place.
+/// Returns the bytes of a data URI, base64 or percent-encoded. Errors: kInvalidArgument without a
+/// location.
 Result<Bytes> decode_data_uri(std::string_view uri);
 
-/// %41 becomes A; malformed escapes stay as they are.
+/// Decodes percent escapes (%41 becomes A); malformed ones stay unchanged.
 std::string percent_decode(std::string_view text);
 
-/// True for "http://...", "file:...", and other names that are not relative.
+/// Returns true for "http://...", "file:..." and other names that are not relative.
 bool has_scheme(std::string_view uri) noexcept;
 
-/// At most the first 200 bytes, for messages.
+/// Returns at most the first 200 bytes, for messages.
 std::string shown_uri(std::string_view uri);
 
-/// kMissingFiles: `words`, and as many of the names as make a message, which is 4 kB at most.
+/// Returns kMissingFiles with `words` and as many of the names as fit in 4 kB.
 Error missing_files(std::string_view words, const std::vector<std::string>& uris);
 
 }  // namespace core

@@ -9,12 +9,12 @@
 namespace core {
 namespace {
 
-/// Of values, and of their factor; floats hold sums of the product.
+/// Limit of values and of their factor; floats can hold sums of the product.
 constexpr double kCandelaMax = 1e9;
 
 Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
-/// As in a message: 90, 22.5.
+/// Formats a number for messages: 90, 22.5.
 std::string shown(double value) {
   char text[32];
   const auto end = std::to_chars(std::begin(text), std::end(text), value).ptr;
@@ -42,7 +42,8 @@ class Reader {
     return trimmed(line);
   }
 
-  /// Numbers are separated by blanks, ends of lines or commas. `to` stays where one fails.
+  /// Reads a number; numbers are separated by blanks, line ends or commas. `to` is unchanged on
+  /// failure.
   Status number(std::string_view what, double& to) {
     at_ = std::min(text_.find_first_not_of(kSeparators, at_), text_.size());
     if (at_end()) {
@@ -75,7 +76,7 @@ class Reader {
 
   Status count(std::string_view what, double min, std::size_t& to) {
     double value = 0;
-    // More numbers than characters cannot follow.
+    // There cannot be more numbers than characters.
     if (auto status = number_in(what, min, static_cast<double>(text_.size()), value); !status) {
       return status;
     }
@@ -107,13 +108,13 @@ class Reader {
   std::size_t at_ = 0;
 };
 
-/// A plane of the whole profile, and the plane of the file that it repeats.
+/// A plane of the full profile, and the plane of the file that it repeats.
 struct Plane {
   double degrees = 0;
   std::size_t source = 0;
 };
 
-/// Adds the planes beyond the last one as they are mirrored there.
+/// Adds the mirror images of the planes beyond the last one.
 void mirror_at_end(std::vector<Plane>& planes) {
   const double middle = planes.back().degrees;
   for (std::size_t i = planes.size() - 1; i-- > 0;) {
@@ -121,8 +122,8 @@ void mirror_at_end(std::vector<Plane>& planes) {
   }
 }
 
-/// What the horizontal angles leave out by symmetry. Source: LM-63-02, 3.18, and, for 90 to 270
-/// degrees, LM-63-95.
+/// Completes the horizontal angles that the file omits by symmetry. Source: LM-63-02, 3.18, and,
+/// for 90 to 270 degrees, LM-63-95.
 Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector<double>& degrees) {
   std::vector<Plane> planes;
   for (std::size_t i = 0; i < degrees.size(); ++i) {
@@ -154,7 +155,7 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
       mirror_at_end(planes);
     }
   } else if (first == 0 && last > 180 && last < 360) {
-    planes.push_back({360, 0});  // as many files leave it out
+    planes.push_back({360, 0});  // omitted by many files
   } else if (first != 0 || last != 360) {
     return invalid("horizontal angles from " + shown(first) + " to " + shown(last) +
                    " degrees; those of type C go from 0 to 0, 90, 180 or 360, or from 90 to 270");
@@ -174,7 +175,7 @@ Status check_increasing(std::string_view what, const std::vector<double>& degree
 
 float radians(double degrees) { return static_cast<float>(degrees * std::numbers::pi / 180); }
 
-/// What the file says before its angles.
+/// The content of the file before its angles.
 struct Head {
   Photometry photometry = Photometry::kC;
   std::size_t vertical = 0;
@@ -182,7 +183,7 @@ struct Head {
   double factor = 1;
 };
 
-/// Up to the line of the tilt. The first line names the standard from 1991 on.
+/// Reads up to the TILT line. From 1991 on the first line names the standard.
 Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& warnings) {
   const std::string_view standard = in.line();
   has_lamp_factor = !standard.starts_with("IESNA:LM-63-1995") &&
@@ -235,7 +236,7 @@ Status read_head(Reader& in, bool has_lamp_factor, Head& head) {
   status = status ? in.number_in("the photometric type", 1, 3, type) : status;
   for (const std::string_view what :
        {"the type of units", "the width", "the length", "the height"}) {
-    next(what, -kAny, ignored);  // negative sizes are of round luminaires
+    next(what, -kAny, ignored);  // negative sizes denote round luminaires
   }
   next("the ballast factor", 0, ballast);
   next("the ballast-lamp photometric factor", 0, lamp);
@@ -251,7 +252,7 @@ Status read_head(Reader& in, bool has_lamp_factor, Head& head) {
   return ok_status();
 }
 
-/// The planes of the file as IesProfile has them.
+/// Converts the planes of the file to IesProfile's grid.
 IesProfile::Grid make_grid(const Head& head, const std::vector<double>& vertical,
                            const std::vector<Plane>& planes, const std::vector<double>& candela) {
   IesProfile::Grid grid;

@@ -11,7 +11,8 @@
 namespace core {
 namespace {
 
-/// How far vertices may be off, of the way that they go: a blur of 1000 pixels is right to one.
+/// Maximum error of vertices relative to their displacement: a blur of 1000 pixels is accurate to
+/// one.
 constexpr float kOff = 1e-3F;
 
 Error refused(std::string message) {
@@ -22,8 +23,8 @@ bool is_same(const Transform& a, const Transform& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z && a.t == b.t;
 }
 
-/// Of the moments after the first every `stride`th, if the others are nearly straight between
-/// them. first: the positions then.
+/// Returns whether every `stride`th time after the first suffices: the others are nearly linear
+/// between them. first: the positions at the first time.
 bool serves(const std::vector<Vec3>& first, const std::vector<MovedVertices>& all,
             std::size_t stride) {
   for (std::size_t v = 0; v < first.size(); ++v) {
@@ -60,13 +61,13 @@ std::vector<MovedVertices> fewest(const std::vector<Vec3>& first, std::vector<Mo
   return all;
 }
 
-/// An instance as it is at one of the later times.
+/// An instance at one of the later times.
 struct Seen {
   const MeshDescription* mesh = nullptr;
   const Transform* to_world = nullptr;
 };
 
-/// The vertices of a primitive as `then` has them, in the order of those now.
+/// Returns the vertices of a primitive in `then`, in the order of those now.
 Result<MovedVertices> moved(const PrimitiveDescription& now, const PrimitiveDescription& then,
                             const Transform& to_world) {
   MovedVertices out;

@@ -15,17 +15,17 @@ using Index = std::uint32_t;
 constexpr Index kNone = 0xFFFFFFFFU;
 
 struct Face {
-  Vec3 tangent;             // unit direction of growing u, the same for mirrored faces
-  bool preserves = false;   // handedness: signed texture area above 0
-  bool any_group = false;   // no texture area: joins the group of a neighbour
-  bool degenerate = false;  // no area at all: takes no part
+  Vec3 tangent;             // unit direction of increasing u, the same for mirrored faces
+  bool preserves = false;   // handedness: positive signed texture area
+  bool any_group = false;   // no texture area: joins a neighbour's group
+  bool degenerate = false;  // no area at all: ignored
   std::array<Index, 3> neighbor = {kNone, kNone, kNone};  // across the edge from corner i to i + 1
   std::array<Index, 3> group = {kNone, kNone, kNone};     // of each corner
 };
 
 Vec3 in_plane(Vec3 v, Vec3 n) { return v - n * dot(n, v); }
 
-// The attributes of `from` at the places named by `corners`, one vertex for each.
+// Returns the attributes of `from` at `corners`, one vertex per corner.
 template <typename V>
 void pick(std::vector<V>& values, const std::vector<Index>& from) {
   if (values.empty()) {
@@ -81,7 +81,7 @@ class TangentMaker {
  private:
   Index corner(std::size_t face, std::size_t i) const { return welded_[p_.indices[face * 3 + i]]; }
 
-  // Vertices that agree in position, normal and texture coordinate become one.
+  // Merges vertices with equal position, normal and texture coordinates.
   void weld() {
     std::vector<Index> order(p_.positions.size());
     for (Index i = 0; i < order.size(); ++i) {
@@ -124,8 +124,8 @@ class TangentMaker {
     }
   }
 
-  // Faces that run along an edge in opposite directions are neighbours; the first of each direction
-  // meet first where more than two share it.
+  // Pairs faces that traverse an edge in opposite directions; if more than two share it, the first
+  // of each direction are paired first.
   void find_neighbors() {
     struct Edge {
       Index low, high, face, side;
@@ -146,7 +146,7 @@ class TangentMaker {
     });
     for (std::size_t first = 0; first < edges.size();) {
       std::size_t last = first;
-      std::size_t rising = first;  // where the rising ones begin
+      std::size_t rising = first;  // start of the rising ones
       while (last < edges.size() && edges[last].low == edges[first].low &&
              edges[last].high == edges[first].high) {
         rising += edges[last].rises ? 0U : 1U;
@@ -160,7 +160,8 @@ class TangentMaker {
     }
   }
 
-  // All faces around a vertex that are reached over shared edges without changing handedness.
+  // Groups all faces around a vertex that are connected by shared edges without changing
+  // handedness.
   void make_groups() {
     for (Index f = 0; f < faces_.size(); ++f) {
       for (std::size_t i = 0; i < 3; ++i) {
@@ -227,9 +228,9 @@ class TangentMaker {
     }
   }
 
-  // One vertex for each pair of original vertex and tangent.
+  // Writes one vertex for each pair of original vertex and tangent.
   void write() {
-    std::vector<Index> group_at(welded_.size(), kNone);  // for faces that are in no group
+    std::vector<Index> group_at(welded_.size(), kNone);  // for faces without a group
     for (Index f = 0; f < faces_.size(); ++f) {
       for (std::size_t i = 0; i < 3; ++i) {
         Index& group = group_at[corner(f, i)];

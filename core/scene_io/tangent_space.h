@@ -1,18 +1,18 @@
-/// Tangents for primitives that have none, by the rules of MikkTSpace, as glTF 2.0 requires.
+/// Computes missing tangents by the rules of MikkTSpace, as glTF 2.0 requires.
 ///
-/// Triangles that share an edge and have the same handedness of texture coordinates are averaged
-/// at their common vertices, weighted by the angle there; vertices are split where handedness or
+/// Tangents of triangles that share an edge and have the same handedness of texture coordinates are
+/// averaged at their common vertices, weighted by the angle; vertices are split where handedness or
 /// groups differ. Source: M. Mikkelsen, Simulation of Wrinkled Surfaces Revisited, 2008, and the
-/// description that accompanies mikktspace; written anew, for the default angular threshold of 180
-/// degrees. glTF's v points down, therefore w is the negative of MikkTSpace's sign.
+/// description that accompanies mikktspace; an independent implementation for the default angular
+/// threshold of 180 degrees. glTF's v points down, so w is the negative of MikkTSpace's sign.
 #pragma once
 
 #include "core/description/scene_description.h"
 
 namespace core {
 
-/// Fills primitive.tangents from uv[uv_set]; splits vertices, makes flat normals (and splits for
-/// them) when there are none. Does nothing when the uv set is empty.
+/// Fills primitive.tangents from uv[uv_set]; splits vertices, and computes flat normals (splitting
+/// for them) if there are none. Does nothing if the uv set is empty.
 void make_tangents(PrimitiveDescription& primitive, int uv_set);
 
 }  // namespace core

@@ -1,9 +1,9 @@
-/// tinygltf under a name of our own, without its image readers and its way to the file system.
+/// tinygltf in a namespace of its own, without its image readers and file system access.
 ///
-/// libdraco.so exports another version of tinygltf and of stb_image under their usual names, with
-/// classes laid out differently; which of the two a program calls would depend on the order in
-/// which it was linked. So libtinygltf.so is not used: its header is compiled in tinygltf.cpp, and
-/// the macro below gives its symbols another namespace. Include it through this header only.
+/// libdraco.so exports another version of tinygltf and of stb_image under the original names, with
+/// different class layouts; the link order would decide which one a program calls. So
+/// libtinygltf.so is not used: its header is compiled in tinygltf.cpp, and the macro below moves
+/// its symbols to another namespace. Include it only through this header.
 #pragma once
 
 #define TINYGLTF_NO_STB_IMAGE

@@ -1,4 +1,4 @@
-/// What the records of integrator `irradiance-cache` take in memory.
+/// Memory of the records of integrator `irradiance-cache`.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +8,15 @@
 
 namespace core {
 
-/// Of one record and its places in the index.
+/// Bytes of one record, including its index entries.
 inline constexpr std::uint64_t kRecordBytes = 288;
-/// Camera paths of one round, for each replicate.
+/// Camera paths per round and replicate.
 inline constexpr int kRoundPointsMost = 1 << 18;
-/// Of the places along one such path that lack a record.
+/// Bytes of the points along one such path that lack a record.
 inline constexpr std::uint64_t kRoundPointBytes = 64;
 
-/// Most that the caches of all replicates take, the records of a round that are not in them yet
-/// included.
+/// Returns the maximum memory of the caches of all replicates, including the new records of a
+/// round.
 inline std::uint64_t cache_bytes(const RenderSettings& settings) noexcept {
   const auto replicates = static_cast<std::uint64_t>(settings.replicates);
   const auto points = static_cast<std::uint64_t>(

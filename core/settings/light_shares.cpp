@@ -29,7 +29,7 @@ constexpr std::string_view kStrategy = "st:";
 constexpr std::string_view kUnweighted = ":unweighted";
 constexpr std::string_view kIrradiance = "irradiance";
 
-/// Digits without a sign or zeros in front; empty: it is none.
+/// Parses digits without sign and leading zeros; empty if invalid.
 std::optional<int> count_of(std::string_view text) {
   constexpr std::size_t kDigitsMost = 6;
   if (text.empty() || text.size() > kDigitsMost || (text.size() > 1 && text.front() == '0')) {
@@ -41,7 +41,7 @@ std::optional<int> count_of(std::string_view text) {
   return is_whole && value >= 0 ? std::optional(value) : std::nullopt;
 }
 
-/// "S,T"; the camera has one vertex at least, and a path two.
+/// Parses "S,T"; the camera has at least one vertex, and a path two.
 std::optional<SubpathLengths> lengths_of(std::string_view text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string_view::npos) {

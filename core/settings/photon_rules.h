@@ -1,4 +1,4 @@
-/// How many photons a sample has, how far it looks for them, and what they take in memory.
+/// Number of photons per sample, their search radius and their memory.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 namespace core {
 
 inline constexpr int kPhotonPathsLeast = 1 << 10;
-/// Unless the job asks for more.
+/// Default number of photon paths.
 inline constexpr int kPhotonPathsUsual = 1 << 18;
-/// Of one Photon.
+/// Bytes of one Photon.
 inline constexpr std::uint64_t kPhotonBytes = 36;
 
-/// Particles that leave the lights for each sample of the pixels: one for each pixel of the full
-/// film, within limits, unless the job says how many.
+/// Returns the number of particles emitted per sample of the pixels: one per pixel of the full
+/// film, within limits, unless the job sets the number.
 inline int photon_paths(const RenderSettings& settings) noexcept {
   const std::int64_t pixels = static_cast<std::int64_t>(settings.film.width) * settings.film.height;
   return settings.photons.paths > 0 ? settings.photons.paths
@@ -24,8 +24,8 @@ inline int photon_paths(const RenderSettings& settings) noexcept {
                                           pixels, kPhotonPathsLeast, kPhotonPathsUsual));
 }
 
-/// Radius of the disks of a replicate's sample number `pass`, over that of its first: r^2 grows by
-/// (i + alpha) / (i + 1). Source: Knaus and Zwicker 2011, eq. 15.
+/// Returns the radius of the disks of sample `pass` of a replicate, relative to its first sample:
+/// r^2 is multiplied by (i + alpha) / (i + 1). Source: Knaus and Zwicker 2011, eq. 15.
 inline double sppm_radius(float alpha, int pass) noexcept {
   double square = 1;
   for (int i = 1; i <= pass; ++i) {
@@ -34,8 +34,8 @@ inline double sppm_radius(float alpha, int pass) noexcept {
   return std::sqrt(square);
 }
 
-/// Most that the photons of one sample take: each particle at every surface that it may meet, twice
-/// while the map is made.
+/// Returns the maximum memory of the photons of one sample: each particle at every surface that it
+/// may hit, twice while the map is built.
 inline std::uint64_t photon_bytes(const RenderSettings& settings) noexcept {
   const auto places = static_cast<std::uint64_t>(photon_paths(settings)) *
                       static_cast<std::uint64_t>(std::max(settings.max_depth, 1));

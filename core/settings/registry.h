@@ -1,5 +1,5 @@
-/// Tables of integrators, samplers, layers and every other named choice. Names in requests,
-/// refusals, GET /v1/server and the OpenAPI page come from the rows: a row is the registration.
+/// Tables of integrators, samplers, layers and every other named choice. A row is the registration:
+/// names in requests, refusals, GET /v1/server and the OpenAPI page come from the rows.
 #pragma once
 
 #include <algorithm>
@@ -28,62 +28,61 @@ struct NamedValue {
   std::string_view name;
   T value;
   std::string_view summary;
-  Options accepts = {};  ///< honours these; the other values of its group, unless they list them
-                         ///< too, refuse them
+  Options accepts = {};  ///< options that it honours; other values of its group refuse them unless
+                         ///< they list them too
   std::string_view bias = "none";
 };
 
-/// Does (A - B)^2 / 4 of a picture's halves estimate the variance of the mean?
+/// Whether (A - B)^2 / 4 of an image's halves estimates the variance of the mean.
 enum class ErrorValidity {
   kValid,
-  kFromChains,  ///< yes; independent are chains, not samples
-  kNone         ///< no: the picture is biased, or its halves depend on each other
+  kFromChains,  ///< yes; chains are independent, samples are not
+  kNone         ///< no: the image is biased, or its halves depend on each other
 };
 
-/// A row is all that an integrator needs to be offered: in requests, by GET /v1/server, on the
-/// OpenAPI page, in the page's form and in the tests that walk the rows.
+/// Everything needed to offer an integrator: in requests, by GET /v1/server, on the OpenAPI page,
+/// in the page's form and in the tests that iterate over the rows.
 struct IntegratorEntry {
   std::string_view name;
   std::string_view summary;
   std::string_view bias;  ///< "none", "consistent" or "biased"
   ErrorValidity error;
   std::unique_ptr<const Integrator> (*make)(const IntegratorInput& input);
-  /// Of integrator_options(): it honours these, and refuses other values than its defaults for the
-  /// rest.
+  /// The integrator_options() that it honours; it refuses non-default values of all others.
   Options accepts;
-  bool splats = false;      ///< light paths add to any pixel: errors of pixels are correlated
+  bool splats = false;      ///< light paths add to any pixel, so errors of pixels are correlated
   bool disperses = true;    ///< false: scenes with dispersion are refused
   bool media = false;       ///< false: scenes with media that scatter are refused
-  bool shares = false;      ///< keeps shares of the picture's light in layers of their own
-  bool strategies = false;  ///< also of its strategies
-  /// Most that what camera paths look up takes, where a pass before them makes it
-  /// (core/integrators/prepass.h); null: there is none.
+  bool shares = false;      ///< records shares of the image's light as separate layers
+  bool strategies = false;  ///< including shares by strategy
+  /// Maximum memory of data from the prepass (core/integrators/prepass.h); null if there is no
+  /// prepass.
   std::uint64_t (*prepass_bytes)(const RenderSettings& settings) = nullptr;
-  /// That pass is made once, for all samples, so that workers take no jobs; false: for each anew.
+  /// True: one prepass serves all samples, so workers take no jobs. False: one prepass per sample.
   bool keeps_prepass = false;
-  /// Its own defaults, over those of RenderSettings; null: it has none.
+  /// Sets defaults that differ from those of RenderSettings; null if there are none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
-/// Stands for the row that choose_integrator() picks (core/render/choose_integrator.h).
+/// Replaced by the row that choose_integrator() picks (core/render/choose_integrator.h).
 inline constexpr std::string_view kAutomaticIntegrator = "auto";
 /// The table is in core/integrators/registry.cpp.
 std::span<const IntegratorEntry> integrators();
-/// Null: no such row.
+/// Returns null if there is no such row.
 const IntegratorEntry* find_integrator(std::string_view name);
-/// The row of a name. Pre: there is one.
+/// Returns the row of a name. Pre: it exists.
 inline const IntegratorEntry& row_of(std::span<const IntegratorEntry> rows, std::string_view name) {
   const auto row = std::find_if(rows.begin(), rows.end(),
                                 [name](const IntegratorEntry& r) { return r.name == name; });
   CHECK(row != rows.end());
   return *row;
 }
-/// Options that at least one integrator accepts.
+/// Returns the options that at least one integrator accepts.
 std::vector<std::string_view> integrator_options();
 
-/// The settings of a job that names the integrator only. Unknown name: those of RenderSettings.
-/// has_error_target: the job stops at an error. It then takes far fewer samples where a pilot
-/// stream decides about them; other jobs take the same count everywhere, so that parts of a job
-/// make up its film bit for bit.
+/// Returns the settings of a job that names only the integrator. Unknown name: those of
+/// RenderSettings. has_error_target: the job stops at an error target. It then uses pilot-driven
+/// adaptive sampling, which takes far fewer samples. Other jobs take the same count everywhere, so
+/// that parts of a job make up its film bit for bit.
 RenderSettings default_settings(std::string_view integrator, bool has_error_target = false);
 
 std::span<const NamedValue<ErrorValidity>> error_validities();
@@ -105,7 +104,7 @@ std::span<const NamedValue<GroundType>> grounds();
 std::span<const NamedValue<EnvironmentPreset>> environment_presets();
 std::span<const NamedValue<CameraType>> camera_types();
 
-/// Is the ground seen by its shadow alone?
+/// Returns whether the ground is a shadow catcher.
 inline bool has_catcher(const RenderSettings& settings) {
   return settings.ground.type == GroundType::kCatcher;
 }
@@ -113,7 +112,7 @@ inline bool is_transparent(const RenderSettings& settings) {
   return settings.background.type == BackgroundType::kTransparent;
 }
 
-/// The row of a value. Pre: there is one.
+/// Returns the row of a value. Pre: it exists.
 template <typename T>
 const NamedValue<T>& row_of(std::span<const NamedValue<T>> rows, T value) {
   const auto row = std::find_if(rows.begin(), rows.end(),
@@ -122,7 +121,7 @@ const NamedValue<T>& row_of(std::span<const NamedValue<T>> rows, T value) {
   return *row;
 }
 
-/// Adaptive rules that only the laboratory has: as an estimator of one of its experiments.
+/// Adaptive rules available only in the laboratory, as estimators of its experiments.
 struct LaboratoryRule {
   std::string_view name;
   std::string_view experiment;
@@ -130,78 +129,78 @@ struct LaboratoryRule {
 };
 std::span<const LaboratoryRule> laboratory_rules();
 
-/// The worst bias of what the settings choose: "none", "consistent" or "biased".
+/// Returns the worst bias among the choices of the settings: "none", "consistent" or "biased".
 std::string_view bias_of(const RenderSettings& settings);
-/// Does the integrator's row say so?
+/// Returns whether the integrator's row declares valid errors.
 bool errors_are_valid(const RenderSettings& settings);
 
-/// The layer that is the picture.
+/// The layer that is the image.
 inline constexpr std::string_view kBeauty = "beauty";
 
-/// What the values of a layer are.
+/// The kind of values in a layer.
 enum class LayerForm {
-  kValues,  ///< colours or data, which can be averaged
-  kIds,     ///< whole numbers
-  kMattes   ///< pairs of Cryptomatte: an id whose bits are a float, its coverage
+  kValues,  ///< colours or other values that can be averaged
+  kIds,     ///< integers
+  kMattes   ///< Cryptomatte pairs: an id whose bits form a float, and its coverage
 };
 
 /// A layer that a film can show.
 struct LayerEntry {
   std::string_view name;
   std::string_view summary;
-  bool is_color;              ///< tone curve applies
-  std::string_view channels;  ///< of its image, a letter each
-  /// A letter for each channel in an EXR of all layers; empty: left out there.
+  bool is_color;              ///< the tone curve applies
+  std::string_view channels;  ///< of its image, one letter each
+  /// One letter per channel in an EXR of all layers; empty if the layer is left out there.
   std::string_view exr_channels;
-  /// Values of all pixels, channels together; NaN where unknown.
+  /// Writes the values of all pixels, channels interleaved; NaN if unknown.
   void (*fill)(const FilmSnapshot& film, std::span<float> out);
-  bool has_value = false;                  ///< of a pixel by itself
-  bool FilmSettings::*recorded = nullptr;  ///< its switch; null: every film has it
-  /// Does this film have it? For layers with a switch.
+  bool has_value = false;                  ///< defined for a single pixel
+  bool FilmSettings::*recorded = nullptr;  ///< its setting; null if every film has the layer
+  /// Returns whether the film has the layer. For layers with a setting.
   bool (*is_held)(const FilmSnapshot& film) = nullptr;
   LayerForm form = LayerForm::kValues;
-  /// Of layers that show a denoised picture, which is made on demand; null: of the film alone.
+  /// For layers that show a denoised image, which is computed on demand; null: the film suffices.
   void (*fill_denoised)(const FilmSnapshot& film, const DenoisedLook& look,
                         std::span<float> out) = nullptr;
 };
 /// The table is in core/layers/layers.cpp.
 std::span<const LayerEntry> layers();
-/// Null: no such row.
+/// Returns null if there is no such row.
 const LayerEntry* find_layer(std::string_view name);
 
-/// Layers that have no row, for there is one for each number or name.
+/// Layers without a row of their own, one per number or name.
 struct LayerPattern {
   std::string_view name;
   std::string_view summary;
 };
 std::span<const LayerPattern> layer_patterns();
-/// Of a layer `bounce:N`, `bounce:N-` (N and more), `light:NAME`, `st:S,T`, `st:S,T:unweighted` or
-/// `irradiance`; empty: it is none of them.
+/// Parses a layer `bounce:N`, `bounce:N-` (N and more), `light:NAME`, `st:S,T`, `st:S,T:unweighted`
+/// or `irradiance`; empty for other names.
 std::optional<LightShare> light_share(std::string_view layer);
-/// Does the integrator keep it beside the picture?
+/// Returns whether the integrator records this share besides the image.
 bool keeps_share(const IntegratorEntry& integrator, const LightShare& share);
 
-/// Samples per pixel of one whole set in every replicate, for samplers whose sets have no prefixes;
-/// 1 for the others.
+/// Returns the samples per pixel of one complete set in every replicate, for samplers whose sets
+/// have no useful prefixes; 1 for the others.
 int sample_unit(SamplerType sampler, int replicates);
 
-/// The sample count in force under the sampler's rule. sobol, halton: even counts, except 1.
-/// Samplers without prefixes: multiples of sample_unit(). Never less than what was asked for.
+/// Rounds a sample count up to what the sampler supports. sobol, halton: even counts, except 1.
+/// Samplers without prefixes: multiples of sample_unit().
 int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel);
 
-/// Samples per pixel, all replicates together, that share light samples over passes and are
-/// rendered in one go; 1: none do.
+/// Returns the samples per pixel, summed over replicates, that share light samples across passes
+/// and are rendered together; 1 if none do.
 int shared_window(const RenderSettings& settings);
-/// The same where samples also come in whole windows: a unit is then whole sets and whole windows.
+/// As above, also counting windows: a unit consists of complete sets and complete windows.
 int sample_unit(const RenderSettings& settings);
 int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
 
-/// Do light paths add to pixels anywhere?
+/// Returns whether light paths splat to arbitrary pixels.
 bool integrator_splats(const RenderSettings& settings);
-/// Do camera paths look up what a pass before them has made?
+/// Returns whether camera paths look up results of a prepass.
 bool integrator_has_prepass(const RenderSettings& settings);
 
-/// Does the estimation correlate the errors of neighbouring pixels?
+/// Returns whether the estimator correlates the errors of neighbouring pixels.
 PixelErrors pixel_errors(const RenderSettings& settings);
 
 }  // namespace core

@@ -1,4 +1,4 @@
-/// How many samples make a set: the rule of each sampler's counts.
+/// Sizes of sample sets, which determine each sampler's counts.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ inline constexpr std::uint32_t kLatinSize = 16;      ///< intervals of a dimensi
 inline constexpr std::uint32_t kArrayPrime = 5;      ///< levels of a dimension; 5^2 points
 inline constexpr std::uint32_t kBlueNoiseSize = 8;   ///< points of a pixel; a power of two
 
-/// Samples of one set in one replicate; further samples of the replicate belong to further,
-/// independent sets, which have a fixed size so that a longer job begins with the samples of a
-/// shorter one. A picture is whole after a multiple of this times the replicates. 1: any number of
-/// samples will do (independent), or any prefix (sobol, halton).
+/// Returns the samples of one set in one replicate. Further samples belong to further, independent
+/// sets; the size is fixed so that a longer job begins with the samples of a shorter one. An image
+/// is complete after a multiple of this times the number of replicates. 1: any count is complete
+/// (independent), or any prefix (sobol, halton).
 constexpr int samples_in_set(SamplerType type) noexcept {
   switch (type) {
     case SamplerType::kAntithetic:

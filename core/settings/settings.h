@@ -1,4 +1,4 @@
-/// What a picture is made with: plain values, checked by api::parse before they come here.
+/// Render settings: plain values, validated by api::parse.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace core {
 
-/// Pixels of the full film; half-open.
+/// A rectangle of pixels of the full film; half-open.
 struct PixelRect {
   int x = 0;
   int y = 0;
@@ -30,21 +30,22 @@ struct FilterSettings {
   float radius_px = 1.5F;
 };
 
-/// Vertices of a path's two halves: s from the light, t from the camera, both ends counted.
+/// Vertex counts of a path's subpaths: s from the light, t from the camera, including the end
+/// points.
 struct SubpathLengths {
   int light = 0;
   int camera = 0;
   friend bool operator==(const SubpathLengths&, const SubpathLengths&) = default;
 };
 
-/// A plane of light that a film keeps beside the picture. A layer `bounce:N`, `light:NAME` or
-/// `st:S,T` is a part of the picture; `irradiance` is what falls on its first surfaces.
+/// A plane of light that a film records besides the image. A layer `bounce:N`, `light:NAME` or
+/// `st:S,T` is a part of the image; `irradiance` is the irradiance of the first surfaces.
 struct LightShare {
   std::string layer;
-  int first_bounce = 0;  ///< scatterings of the paths, from the first to the last
+  int first_bounce = 0;  ///< range of scattering counts of the paths, inclusive
   int last_bounce = std::numeric_limits<int>::max();
-  std::optional<std::string> group;        ///< lights that they come from; empty: all
-  std::optional<SubpathLengths> strategy;  ///< which makes them; empty: any
+  std::optional<std::string> group;        ///< group of the lights; empty: all
+  std::optional<SubpathLengths> strategy;  ///< strategy that makes the paths; empty: any
   bool is_weighted = true;                 ///< false: as if that strategy were the only one
   bool is_irradiance = false;
   bool is_part() const noexcept { return is_weighted && !is_irradiance; }
@@ -56,12 +57,12 @@ struct FilmSettings {
   int height = 540;
   std::optional<PixelRect> crop;
   FilterSettings filter;
-  /// Auxiliary layers that are recorded: albedo, normal, depth. The others cost nothing.
+  /// Recorded auxiliary layers: albedo, normal, depth. Other layers cost nothing.
   bool albedo = true;
   bool normal = true;
   bool depth = true;
   std::vector<LightShare> shares;
-  /// Of the ray through the pixel's centre.
+  /// From the ray through the pixel's centre.
   bool object = false;
   bool instance = false;
   bool material = false;
@@ -71,7 +72,7 @@ struct FilmSettings {
   bool motion = false;
   bool object_mattes = false;  ///< Cryptomatte
   bool material_mattes = false;
-  /// Errors are those of the picture over white (radiance 1): of one whose noise is in its alpha.
+  /// Errors are those of the image over white (radiance 1), for images with noise in alpha.
   bool errors_over_white = false;
 
   bool has_aux() const noexcept { return albedo || normal || depth; }
@@ -82,17 +83,17 @@ struct FilmSettings {
 
 enum class CameraType { kPerspective, kOrthographic, kPanorama };
 
-/// Overrides of the file's camera; empty members are the file's own values.
+/// Overrides of the file's camera; empty members keep the file's values.
 struct CameraSettings {
-  std::optional<CameraType> type;  ///< empty: perspective where the pose is not the file's
+  std::optional<CameraType> type;  ///< empty: perspective if the pose differs from the file's
   std::optional<std::string> name;
   std::optional<int> index;
   std::optional<Vec3> position;
   std::optional<Vec3> target;
   std::optional<Vec3> up;
   std::optional<float> vertical_fov_degrees;
-  /// Of the film, metres; empty: the file's, or what a perspective camera sees of the plane through
-  /// the target (else the scene's centre).
+  /// Height of the film in metres; empty: the file's, or the height that a perspective camera
+  /// covers in the plane through the target (or else the scene's centre).
   std::optional<float> orthographic_height_m;
   std::optional<float> aperture_radius_m;
   std::optional<float> focus_distance_m;
@@ -112,7 +113,8 @@ enum class SamplerType {
   kSobol,
   kZsobol
 };
-/// Are the errors of neighbouring pixels independent? If not, variances do not add up over a block.
+/// Whether the errors of neighbouring pixels are independent. If not, variances do not add up over
+/// a block.
 enum class PixelErrors { kIndependent, kCorrelated };
 enum class LightSamplerType { kUniform, kPower, kTree, kRis, kRestir };
 
@@ -134,49 +136,49 @@ struct EstimatorSettings {
 enum class AdaptiveType { kNone, kPilot };
 enum class Granularity { kPixel, kTile };
 
-/// Where further samples go. What decides about a pixel: nothing (every pixel gets the same), or a
-/// pilot stream that is never in the picture.
+/// Adaptive sampling. Counts are uniform, or follow a pilot stream that never enters the image.
 struct AdaptiveSettings {
   AdaptiveType type = AdaptiveType::kNone;
-  int min_samples = 32;  ///< of every pixel before the first decision, all replicates together
+  int min_samples = 32;  ///< per pixel before the first decision, summed over replicates
   Granularity granularity = Granularity::kPixel;
-  int dilation = 1;  ///< radius in pixels (tiles with kTile): the neediest neighbour counts
+  int dilation = 1;  ///< radius in pixels (tiles with kTile) over which the maximum need is taken
 };
 
-/// Photon maps: integrators `sppm` and `photon-map`.
+/// Photon mapping: integrators `sppm` and `photon-map`.
 struct PhotonSettings {
-  int paths = 0;           ///< particles for each sample of the pixels; 0: photon_paths()
-  float radius_m = 0;      ///< of the disks that gather them, at first; 0: three pixels wide
-  float alpha = 2.0F / 3;  ///< sppm: the disks' areas fall as N^(alpha - 1)
-  int final_gather = 1;    ///< photon-map: directions in which the map is looked up; 0: here
+  int paths = 0;           ///< particles per sample of the pixels; 0: photon_paths()
+  float radius_m = 0;      ///< initial radius of the gather disks; 0: three pixels wide
+  float alpha = 2.0F / 3;  ///< sppm: disk areas fall as N^(alpha - 1)
+  int final_gather = 1;    ///< photon-map: directions of final gathering; 0: looks up the map
+                           ///< directly
 };
 
 /// Integrator `irradiance-cache`.
 struct CacheSettings {
-  float tolerance = 0.25F;  ///< error of interpolation that is allowed, as a share
-  int rays = 256;           ///< paths over the hemisphere of each record
-  int records = 1 << 15;    ///< of each replicate, at most
+  float tolerance = 0.25F;  ///< allowed relative error of interpolation
+  int rays = 256;           ///< paths over the hemisphere per record
+  int records = 1 << 15;    ///< maximum per replicate
 };
 
 enum class FogType { kHomogeneous };
 
-/// A medium around everything, within the sphere around the scene. Coefficients at height 0 [1/m].
+/// A medium that fills the bounding sphere of the scene. Coefficients at height 0 [1/m].
 struct FogSettings {
   FogType type = FogType::kHomogeneous;
   Rgb scattering;
   Rgb absorption;
-  float g = 0;               ///< mean cosine of the angle of scattering
+  float g = 0;               ///< mean cosine of the scattering angle
   float height_falloff = 0;  ///< density falls with exp(-height_falloff * y) [1/m]
 };
 
-/// Where irradiance is measured: on a small plane at `position` that faces along `normal`.
+/// A point at which irradiance is measured, on the side that `normal` faces.
 struct MeterPoint {
   Vec3 position;  ///< world [m]
-  Vec3 normal;    ///< of any length but 0
+  Vec3 normal;    ///< of any nonzero length
   friend bool operator==(const MeterPoint&, const MeterPoint&) = default;
 };
 
-/// The centres of a rectangle's cells, which face along edge_u x edge_v. World [m].
+/// Meter points at the centres of a rectangle's cells, facing along edge_u x edge_v. World [m].
 struct MeterPlane {
   Vec3 origin;
   Vec3 edge_u;
@@ -199,10 +201,11 @@ struct MeterSettings {
 
 enum class BackgroundType { kEnvironment, kTransparent, kColor, kBlurred };
 
-/// What camera rays see that meet nothing; mirrors and glass show the environment all the same.
+/// The background of camera rays that leave the scene. Mirrors and glass still show the
+/// environment.
 struct BackgroundSettings {
   BackgroundType type = BackgroundType::kEnvironment;
-  Rgb color = {1, 1, 1};  ///< radiance, with kColor
+  Rgb color = {1, 1, 1};  ///< radiance, for kColor
 };
 
 enum class GroundType { kNone, kCatcher, kSweep };
@@ -210,7 +213,7 @@ enum class GroundType { kNone, kCatcher, kSweep };
 /// Something for the model to stand on, horizontal and diffuse, with or without a polished coat.
 struct GroundSettings {
   GroundType type = GroundType::kNone;
-  std::optional<float> height_m;  ///< y; empty: the model's lowest point
+  std::optional<float> height_m;  ///< y; empty: the lowest point of the model
   Rgb color = {0.8F, 0.8F, 0.8F};
   float reflection = 0;  ///< weight of a smooth clear coat, in [0,1]
 };
@@ -222,13 +225,14 @@ struct RenderSettings {
   EstimatorSettings estimator;
   SamplerType sampler = SamplerType::kSobol;
   int replicates = 2;       ///< even, at least 2
-  int first_replicate = 0;  ///< of the seed; even. Jobs with others have no sample in common
+  int first_replicate = 0;  ///< index within the seed; even. Jobs with other replicates share no
+                            ///< samples
   LightSamplerType light_sampler = LightSamplerType::kTree;
-  int light_candidates = 2;  ///< ris: light samples of which one is taken
+  int light_candidates = 2;  ///< ris: light samples, one of which is chosen
   int light_block = 3;       ///< restir: side of the squares of pixels that share light samples
   int light_history =
-      1;  ///< restir: samples of a replicate, one after another, that share theirs too
-  int block_candidates = 1;  ///< restir: light samples of each path, of which one is shared
+      1;  ///< restir: consecutive samples of a replicate that also share light samples
+  int block_candidates = 1;  ///< restir: light samples per path, one of which is shared
   AdaptiveSettings adaptive;
   PhotonSettings photons;
   CacheSettings cache;
@@ -236,19 +240,19 @@ struct RenderSettings {
   MeterSettings meter;
   BackgroundSettings background;
   GroundSettings ground;
-  bool spectral = false;       ///< paths carry wavelengths instead of colours
-  double shutter_seconds = 0;  ///< how long the shutter is open; what moves then is blurred
+  bool spectral = false;       ///< paths carry wavelengths instead of RGB
+  double shutter_seconds = 0;  ///< exposure time; motion during it is blurred
   std::uint64_t seed = 0;
 };
 
-/// When to stop; the first rule met ends the job.
+/// Stop rules; the first one met ends the job.
 struct StopRules {
   std::optional<int> samples_per_pixel;
   std::optional<double> relative_error;
   double confidence = 0.95;
   bool worst_tile = false;
-  std::optional<double> denoised_error;  ///< of the mixed picture
-  std::optional<double> seconds;         ///< rendering time without pauses and downtime
+  std::optional<double> denoised_error;  ///< of the mixed denoised image
+  std::optional<double> seconds;         ///< rendering time, without pauses and downtime
   std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
 };
@@ -272,21 +276,20 @@ constexpr bool is_by_error(StopReason reason) {
 
 enum class EnvironmentPreset { kStudio, kTent, kRim };
 
-/// Where and when the sun shines.
+/// Place and time for the position of the sun.
 struct SunSettings {
   double latitude_degrees = 0;   ///< north is positive
   double longitude_degrees = 0;  ///< east is positive
   double unix_seconds = 0;
 };
 
-/// Environment of a job; pixels come from a decoded image, a preset, the sky model, or are
-/// constant.
+/// The environment of a job: a decoded image, a preset, the sky model or a constant.
 struct EnvironmentSettings {
   Rgb color = {1, 1, 1};
   float intensity = 1;
   float rotation_degrees = 0;
   std::optional<EnvironmentPreset> preset;
-  std::optional<SunSettings> sun;  ///< and its sky
+  std::optional<SunSettings> sun;  ///< with its sky
 };
 
 }  // namespace core

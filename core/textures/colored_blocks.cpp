@@ -5,12 +5,13 @@
 namespace core {
 namespace {
 
-constexpr int kSide = 8;  ///< of a block: what a map of 2048 x 2048 leaves is 8 KB
+constexpr int kSide = 8;  ///< of a block: a map of 2048 x 2048 then takes 8 KB
 
-/// The blocks along one axis that hold texels read for coordinates in [low, high], each once but
-/// where the texture repeats within; `size` texels. Empty: all of them.
+/// Returns the blocks along one axis with texels read for coordinates in [low, high], each once
+/// unless the texture repeats within; `size` texels. Empty: all of them.
 std::vector<int> blocks_between(float low, float high, int size, TextureWrap mode) {
-  // Bilinear reads reach half a texel to either side; another one is for rounding of coordinates.
+  // Bilinear reads reach half a texel to either side; one more texel covers rounding of
+  // coordinates.
   const float first = std::floor(low * static_cast<float>(size) - 0.5F) - 1;
   const float last = std::floor(high * static_cast<float>(size) - 0.5F) + 2;
   // Beyond 2^23 a float cannot distinguish texels.

@@ -1,4 +1,4 @@
-/// ColoredBlocks: where a texture is wholly black, known for squares of texels.
+/// ColoredBlocks: marks squares of texels in which a texture is entirely black.
 #pragma once
 
 #include <vector>
@@ -11,15 +11,15 @@ class ColoredBlocks {
  public:
   explicit ColoredBlocks(const Texture& texture);
 
-  /// Is every texel black that Texture::sample() reads at the finest level for uv within the box?
-  /// May be false where the texels are black but others nearby are not.
+  /// Returns true only if every texel that Texture::sample() reads at the finest level, for uv in
+  /// the box, is black. May return false if these are black but nearby ones are not.
   bool is_black(Vec2 uv_low, Vec2 uv_high, TextureWrap wrap_u, TextureWrap wrap_v) const;
 
  private:
   int width_;
   int height_;
-  int columns_;                ///< blocks in a row
-  std::vector<bool> colored_;  ///< by block, row by row
+  int columns_;                ///< blocks per row
+  std::vector<bool> colored_;  ///< per block, row by row
   bool any_ = false;
 };
 

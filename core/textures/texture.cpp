@@ -34,7 +34,7 @@ Vec4 mix(Vec4 a, Vec4 b, float t) {
           a.w + (b.w - a.w) * t};
 }
 
-/// One channel of a stored pixel as [0,1] (integers) or as is (floats).
+/// Returns one channel of a stored pixel as [0,1] (integers) or unchanged (floats).
 float stored(const Image& image, std::size_t index) {
   switch (image.type) {
     case PixelType::kU8:
@@ -56,7 +56,7 @@ std::uint32_t to_byte(float c) {
   return static_cast<std::uint32_t>(std::clamp(c, 0.0F, 1.0F) * 255.0F + 0.5F);
 }
 
-/// The nearest of 256 steps of the sRGB curve, without its power.
+/// Finds the nearest of 256 steps of the sRGB curve without evaluating its power.
 class SrgbEncoder {
  public:
   SrgbEncoder() {
@@ -76,15 +76,15 @@ class SrgbEncoder {
   }
 
  private:
-  /// A part holds at most one border of steps: where the curve is steepest, near black, a part is
-  /// 12.92 * 255 / 4096 = 0.8 of a step.
+  /// A part contains at most one border of steps: where the curve is steepest, near black, a part
+  /// is 12.92 * 255 / 4096 = 0.8 of a step.
   static constexpr std::size_t kParts = 4096;
   std::array<std::uint8_t, kParts + 1> below_{};  ///< the step at the part's lower end
   std::array<float, 256> least_{};                ///< of the next step
 };
 const SrgbEncoder kSrgbEncoder;
 
-/// The mean of four texels, each channel rounded.
+/// Averages four texels, each channel rounded.
 std::uint32_t mean_of(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
   constexpr std::uint32_t kEven = 0x00ff00ffU;
   const std::uint32_t even = (a & kEven) + (b & kEven) + (c & kEven) + (d & kEven) + 0x00020002U;
@@ -311,7 +311,7 @@ void Texture::find_taps(const Lookup& lookup, Taps& taps) const noexcept {
   }
 }
 
-// Four channels at once: this is most of what textures cost.
+// Four channels at once: this is most of the cost of textures.
 template <typename TexelAt>
 __m128 Texture::sum(const Taps& taps, const TexelAt& texel_at) const noexcept {
   const auto between = [](__m128 a, __m128 b, __m128 t) { return a + (b - a) * t; };

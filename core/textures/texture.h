@@ -1,8 +1,9 @@
 /// Texture: decoded pixels with a mip pyramid, sampled in linear light.
 ///
-/// 8-bit images stay 8-bit (sRGB decoded by table at each tap); others are floats. Level 0 is the
-/// image; each next level halves it by a box filter in linear light, alpha-unweighted as glTF's
-/// textures are not premultiplied. Read-only after creation, so no locks.
+/// 8-bit images stay 8-bit (sRGB is decoded by table at each tap); others are stored as floats.
+/// Level 0 is the image; each next level halves it with a box filter in linear light, not weighted
+/// by alpha because glTF's textures are not premultiplied. Read-only after creation, so it needs no
+/// locks.
 #pragma once
 
 #include <array>
@@ -19,44 +20,45 @@
 
 namespace core {
 
-/// The texel that index i maps to on an axis of n: itself within [0, n), else by the wrap mode.
+/// Returns the texel of index i on an axis of n texels: i itself within [0, n), else by the wrap
+/// mode.
 int wrapped_texel(int i, int n, TextureWrap mode);
 
-/// Footprints longer than this many times their width are blurred across as well.
+/// Footprints longer than this multiple of their width are also blurred across.
 inline constexpr int kTextureTapsMax = 8;
 
-/// All pixels of an image in linear light, row 0 on top; grey is spread to RGB, alpha is 1 where
-/// there is none. srgb: as for Texture::create().
+/// Returns all pixels of an image in linear light, row 0 on top. Grey is copied to RGB; alpha is 1
+/// if missing. srgb: as for Texture::create().
 std::vector<Vec4> linear_texels(const Image& image, bool srgb);
 
 class Texture {
  public:
-  /// srgb: 8- and 16-bit RGB values are sRGB-encoded; alpha never is. Grey is spread to RGB.
+  /// srgb: 8- and 16-bit RGB values are sRGB-encoded; alpha never is. Grey is copied to RGB.
   static std::shared_ptr<const Texture> create(const Image& image, bool srgb);
 
   struct Lookup {
     Vec2 uv = {0, 0};  ///< v = 0 at the top row
-    /// Axes of the footprint's ellipse, in uv: its whole width and length, either first. Zero: the
-    /// finest level.
+    /// Axes of the elliptical footprint in uv: full width and length, in either order. Zero selects
+    /// the finest level.
     Vec2 across = {0, 0};
     Vec2 along = {0, 0};
     int taps_max =
-        1;  ///< 1: a round footprint of the same area; more: that many reads along the longer axis
+        1;  ///< 1: a round footprint of the same area; more: that many taps along the longer axis
     TextureWrap wrap_u = TextureWrap::kRepeat;
     TextureWrap wrap_v = TextureWrap::kRepeat;
     bool nearest = false;
   };
-  /// The texels that a lookup reads, with their weights; the same for all textures of one size.
+  /// The texels and weights of a lookup; the same for all textures of one size.
   struct Taps {
     struct Tap {
-      std::uint32_t level, i00, i10, i01, i11;  ///< i10: to the right of i00, i01: below it
-      float right, down;                        ///< towards them, in [0, 1]
+      std::uint32_t level, i00, i10, i01, i11;  ///< i10: right of i00; i01: below it
+      float right, down;                        ///< interpolation weights in [0, 1]
       float weight;
     };
-    int count = 0;  ///< 0: the texture's mean
+    int count = 0;  ///< 0: uses the texture's mean
     std::array<Tap, 2 * kTextureTapsMax> tap;
   };
-  /// Trilinear; several reads in a row where a footprint is long; nearest when asked and the
+  /// Finds the taps: trilinear; several in a row for long footprints; nearest if requested and the
   /// texture is magnified.
   void find_taps(const Lookup& at, Taps& taps) const noexcept;
   Vec4 read(const Taps& taps) const noexcept;
@@ -70,7 +72,7 @@ class Texture {
   int height() const noexcept { return levels_[0].height; }
   int level_count() const noexcept { return static_cast<int>(levels_.size()); }
   std::size_t bytes() const noexcept;
-  /// Has the finest level's texel no colour, whatever its alpha?
+  /// Returns whether the texel of the finest level is black, whatever its alpha.
   bool is_black(int x, int y) const noexcept {
     const Level& level = levels_[0];
     const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
@@ -81,7 +83,7 @@ class Texture {
     const Vec4& c = level.floats[at];
     return c.x == 0 && c.y == 0 && c.z == 0;
   }
-  /// Mean over level 0.
+  /// Returns the mean over level 0.
   Vec4 mean() const noexcept { return mean_; }
 
  private:

@@ -1,4 +1,4 @@
-/// intersect: the next surface along a path.
+/// intersect: finds the next surface along a path.
 #pragma once
 
 #include "core/scene/scene_data.h"
@@ -7,9 +7,9 @@
 
 namespace core {
 
-/// Traces path.ray to the nearest surface that is there and fills point, wo_world and distance_m of
-/// `vertex`. Holes are skipped: at coverage a (MASK: 0 or 1; BLEND: alpha) a surface is there with
-/// probability a. False: the ray left the scene.
+/// Traces path.ray to the nearest surface and fills point, wo_world and distance_m of `vertex`.
+/// Skips holes: a surface with coverage a (MASK: 0 or 1; BLEND: alpha) is hit with probability a.
+/// Returns false if the ray left the scene.
 bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
 
 }  // namespace core

@@ -18,7 +18,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
     path.wavelength_nm = 0;  // only refraction disperses
   }
   if (sample.is_straight) {
-    ++path.null_scatterings;  // path.last stays: emitters are seen from there
+    ++path.null_scatterings;  // path.last stays: emitters are weighted as seen from there
   } else {
     path.last = {sample.is_delta ? 0.0F : sample.pdf_solid_angle, vertex.shading.origin,
                  vertex.light_normal, light_samples};

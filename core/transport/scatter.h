@@ -1,4 +1,4 @@
-/// scatter: continues a path in a sampled direction; Russian roulette, which may end it.
+/// scatter: continues a path in a sampled direction; Russian roulette may end it.
 #pragma once
 
 #include <optional>
@@ -10,24 +10,25 @@
 
 namespace core {
 
-/// Continues `path` from `vertex` along a BSDF sample whose weight is not black: throughput, next
-/// ray, media, ray cone and path.last. light_samples: taken at this vertex, for MIS.
+/// Continues `path` from `vertex` with a BSDF sample whose weight is not black: updates throughput,
+/// ray, media, ray cone and path.last. light_samples: number taken at this vertex, for MIS.
 void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
              const BsdfSample& sample, float light_samples) noexcept;
-/// The same along a direction of sample_scatter() in that mode; one light sample at each vertex.
+/// As above, for a direction from sample_scatter() in that transport mode, with one light sample
+/// per vertex.
 void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
              const ScatterSample& sample, TransportMode mode) noexcept;
 
-/// Magnitude of the largest channel, which roulette goes by.
+/// Returns the magnitude of the largest channel, as used by Russian roulette.
 float throughput_size(Rgb beta) noexcept;
 
-/// Probability with which Russian roulette continues the path after scatter()
-/// (core/transport/roulette.h). eta_scale takes out the n^2 of radiance in denser media, which
-/// comes back when the path leaves them.
+/// Returns the probability with which Russian roulette continues the path after scatter()
+/// (core/transport/roulette.h). eta_scale removes the n^2 of radiance in denser media, which is
+/// undone when the path leaves them.
 float continuation_probability(const PathState& path) noexcept;
 
-/// Russian roulette: continues the path with probability `survive` (1 and more: certain) and
-/// divides its throughput by it. u in [0,1). False: the path is over.
+/// Applies Russian roulette: continues the path with probability `survive` (1 and more: certain)
+/// and divides its throughput by it. u in [0,1). Returns false if the path ends.
 bool survives_roulette(PathState& path, float u, float survive) noexcept;
 
 }  // namespace core

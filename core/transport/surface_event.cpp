@@ -10,7 +10,7 @@
 namespace core {
 namespace {
 
-/// Index of refraction that this path sees, at its wavelength once it has one.
+/// Returns the index of refraction for this path, at its wavelength if it has one.
 float ior_of(const PathState& path, const Material* material) noexcept {
   if (material == nullptr) {
     return 1;

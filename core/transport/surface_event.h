@@ -7,26 +7,27 @@
 
 namespace core {
 
-/// Widens the ray cone over the segment to `vertex`, enters the solid when the segment turns out to
-/// lie inside one that was never entered (the eye is inside, or the way led through a hole), and
-/// returns what fills the solid around the segment; null: it is in none.
+/// Widens the ray cone over the segment to `vertex` and returns the interior medium of the solid
+/// around the segment; null if it is in none. Enters the solid if the segment lies inside one that
+/// the path never entered (the camera is inside, or the path passed a hole).
 const Medium* segment_medium(const SceneData& scene, PathState& path,
                              const PathVertex& vertex) noexcept;
 
-/// The same for media that absorb only: returns the transmittance of the segment (Beer and
-/// Lambert), per channel.
+/// As above, for absorbing media: returns the transmittance of the segment per channel
+/// (Beer-Lambert).
 Rgb segment_transmittance(const SceneData& scene, PathState& path,
                           const PathVertex& vertex) noexcept;
 
 /// Fills vertex.shading: material, normal map, layers. At the boundary of a solid the relative
-/// index of refraction follows from the media around; the first dispersive boundary draws the
-/// path's hero wavelength. Met from outside, what is reflected keeps all wavelengths: each channel
-/// then counts with the reflectance at its own mean index (of 1 / wavelength^2, in which the index
-/// is linear), over that at the wavelength drawn, which decides.
+/// index of refraction follows from the media on both sides; the first dispersive boundary draws
+/// the path's hero wavelength. If the path comes from outside, its reflection keeps all
+/// wavelengths: each channel is then weighted by the reflectance at its own mean index (the mean of
+/// 1 / wavelength^2, in which the index is linear) over the reflectance at the drawn wavelength,
+/// which decides between reflection and refraction.
 void surface_event(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
 
-/// Index of refraction of a solid over that of its surroundings, for a path inside `media`.
-/// front: the boundary is seen from outside.
+/// Returns the index of refraction of a solid over that of its surroundings, for a path inside
+/// `media`. front: the path hits the boundary from outside.
 float relative_ior(const PathState& path, const MediumStack& media, const Material& material,
                    bool front) noexcept;
 

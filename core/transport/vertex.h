@@ -1,4 +1,4 @@
-/// PathVertex: a surface that a path has met.
+/// PathVertex: a surface hit of a path.
 #pragma once
 
 #include "core/bsdf/bsdf.h"
@@ -11,20 +11,20 @@ namespace core {
 struct PathVertex {
   SurfacePoint point;
   Vec3 wo_world;                 ///< unit, back along the path
-  float distance_m = 0;          ///< from the vertex before, holes passed included
+  float distance_m = 0;          ///< from the previous vertex, including passed holes
   Shading shading;               ///< filled by surface_event()
-  Vec3 light_normal;             ///< for the light sampler; zero where light may come from behind
-  bool drew_wavelength = false;  ///< here, and reflection keeps all wavelengths
+  Vec3 light_normal;             ///< for the light sampler; zero if light may come from behind
+  bool drew_wavelength = false;  ///< at this vertex, with a reflection that keeps all wavelengths
 };
 
-/// The BSDF at a shaded point, for the viewer direction wo. `shading` must outlive it.
+/// Returns the BSDF at a shaded point for viewing direction wo. `shading` must outlive it.
 inline Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) noexcept {
   return Bsdf(shading.bsdf, shading.frame.to_local(wo_world),
               shading.frame.to_local(shading.horizon),
               shading.has_layers ? &shading.layers : nullptr);
 }
 
-/// Albedo, normal and depth of the first surface, for the auxiliary layers.
+/// Records albedo, normal and depth of the first surface for the auxiliary layers.
 inline void record_first_surface(PathSample& out, const PathVertex& vertex, Rgb albedo) noexcept {
   out.hit = true;
   out.albedo = albedo;

@@ -20,7 +20,7 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& toward
       open *= path.fog->transmittance(from, segment * (1 / distance_m), distance_m);
     }
   };
-  // To infinity solids end somewhere; where they do not, their mesh has a hole.
+  // Solids end before infinity; if one does not, its mesh has a hole.
   const auto absorb_far = [&open, &media, &path](const Ray& ray) {
     if (media.top() == nullptr && path.fog != nullptr) {
       open *= path.fog->transmittance(ray.origin, ray.direction, kFar);

@@ -1,4 +1,4 @@
-/// visibility: how much light gets along a shadow ray.
+/// visibility: traces shadow rays.
 #pragma once
 
 #include "core/scene/scene_data.h"
@@ -12,26 +12,30 @@ namespace core {
 inline constexpr float kFar = 3.0e38F;
 
 struct Visibility {
-  Rgb transmittance;      ///< 0 behind opaque surfaces
-  bool is_clear = false;  ///< nothing at all was in the way
+  Rgb transmittance;      ///< 0 if an opaque surface occludes
+  bool is_clear = false;  ///< the ray hit no surface at all
 };
 
-/// Clear surfaces (smooth thin transmission, solids of the index around them) along a shadow ray.
+/// Treatment of clear surfaces (smooth thin transmission, or solids with the index of their
+/// surroundings) along a shadow ray.
 enum class ClearSurfaces {
-  kPass,  ///< they transmit straight on: for paths whose scatter() treats them as no vertex
-  kBlock  ///< they occlude: for paths that meet them as vertices
+  kPass,  ///< transmit without deflection: for paths whose scatter() does not treat them as
+          ///< vertices
+  kBlock  ///< occlude: for paths that treat them as vertices
 };
 
-/// `towards` starts inside `media`; its direction is unit and t_max kFar for infinity, else its
-/// direction spans to the end point and t_max is 1; its time is the path's. BLEND surfaces transmit
-/// 1 - alpha, solids absorb. The cone and wavelength are the path's.
+/// Traces the shadow ray `towards`, which starts inside `media`. To infinity: its direction is unit
+/// and t_max is kFar; else its direction spans to the end point and t_max is 1. Its time is the
+/// path's. BLEND surfaces transmit 1 - alpha; solids absorb. The cone and wavelength are the
+/// path's.
 template <typename Colors = RgbColors>
 Visibility visibility(const SceneData& scene, PathState& path, const Ray& towards,
                       MediumStack& media, ClearSurfaces clear = ClearSurfaces::kPass,
                       const Colors& colors = {}) noexcept;
 
-/// Shadow ray from `vertex` to `target` (is_far: along the unit direction `wi_world` to infinity),
-/// leaving on the side of the surface that wi_world points to, through the media around it.
+/// Traces a shadow ray from `vertex` to `target` (is_far: to infinity along the unit direction
+/// `wi_world`), starting on the side of the surface that wi_world points to, through the media
+/// there.
 template <typename Colors = RgbColors>
 Visibility visibility_from(const SceneData& scene, PathState& path, const PathVertex& vertex,
                            Vec3 wi_world, Vec3 target, bool is_far,

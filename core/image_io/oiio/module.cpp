@@ -1,4 +1,4 @@
-// What libtessera-images.so exports.
+// The exports of libtessera-images.so.
 #include "core/image_io/oiio/oiio.h"
 
 extern "C" {

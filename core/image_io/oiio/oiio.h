@@ -1,11 +1,11 @@
-/// The functions of ImageCodec by OpenImageIO, which never touches a path here.
+/// Implements ImageCodec with OpenImageIO, in memory only.
 #pragma once
 
 #include "core/image_io/image_codec.h"
 
 namespace core::oiio {
 
-/// OpenImageIO shall start no threads of its own: the renderer's pool owns the cores.
+/// Stops OpenImageIO from starting threads: the renderer's pool owns the cores.
 void set_up();
 Result<Image> read_header(std::string_view kind, std::span<const std::byte> file,
                           const ImageLimits& limits);

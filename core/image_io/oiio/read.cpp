@@ -20,7 +20,7 @@ namespace {
 
 Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
-// The library's words, one line, without the made-up file name.
+// Returns the library's message as one line, without the made-up file name.
 std::string library_words(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && text.back() == ' ') {
@@ -37,7 +37,7 @@ PixelType pixel_type(OIIO::TypeDesc format) noexcept {
                                                                              : PixelType::kF32;
 }
 
-// An opened file. The reader borrows the proxy, so the proxy outlives it.
+// An open file. The reader borrows the proxy, which must outlive it.
 struct OpenedImage {
   std::unique_ptr<OIIO::Filesystem::IOMemReader> proxy;
   std::unique_ptr<OIIO::ImageInput> input;
@@ -58,7 +58,7 @@ Result<OpenedImage> open_image(std::string_view kind, std::span<const std::byte>
                  "OpenImageIO cannot read " + std::string(kind) + " from memory", ""};
   }
   OIIO::ImageSpec config;
-  config.attribute("oiio:UnassociatedAlpha", 1);  // Textures want colour and alpha as stored.
+  config.attribute("oiio:UnassociatedAlpha", 1);  // Textures need colour and alpha as stored.
   OIIO::ImageSpec spec;
   if (!opened.input->open("memory." + std::string(kind), spec, config)) {
     return invalid(std::string(kind) + ": " + library_words(opened.input->geterror()));
@@ -99,7 +99,7 @@ Result<Image> decode_pixels(std::string_view kind, std::span<const std::byte> fi
   return image;
 }
 
-// Exceptions of OpenImageIO and its codecs end here; std::bad_alloc is left to the job.
+// Catches exceptions of OpenImageIO and its codecs; std::bad_alloc propagates to the job.
 template <typename Function>
 auto without_exceptions(const Function& function) -> decltype(function()) {
   try {

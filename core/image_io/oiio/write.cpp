@@ -29,8 +29,8 @@ std::uint8_t quantize(float v) noexcept {
   return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255.0F));
 }
 
-// One row for a screen: exposure, division by alpha, tone map and rounding. Data goes through
-// unchanged but for clipping.
+// Converts one row for display: exposure, division by alpha, tone map and rounding. Data is only
+// clipped.
 class DisplayRow {
  public:
   DisplayRow(int channels, int channels_out, const EncodeOptions& options)
@@ -50,7 +50,7 @@ class DisplayRow {
     }
     Rgb c = apply_tone_map(tone_map_, Rgb{in[0], in[1], in[2]} * scale);
     if (is_before_) {
-      // Blended as a browser does, in what is shown.
+      // Blends display values, as a browser does.
       const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
       const auto blend = [a](float front, float back) {
         return (a > 0 ? a * std::clamp(front, 0.0F, 1.0F) : 0.0F) + (1 - a) * back;
@@ -75,7 +75,8 @@ class DisplayRow {
   bool is_before_;
 };
 
-// Colour survives half precision; variances, depths and counts do not.
+// Returns whether a channel is colour, for which half precision suffices; not so for variances,
+// depths and counts.
 bool is_half_channel(std::string_view name) {
   const std::size_t dot = name.rfind('.');
   const std::string_view layer = dot == std::string_view::npos ? "" : name.substr(0, dot);
@@ -84,7 +85,7 @@ bool is_half_channel(std::string_view name) {
          (layer.empty() || layer == "beauty" || layer == "albedo");
 }
 
-/// Gives what OpenImageIO writes to a sink, and keeps the sink's error.
+/// Passes OpenImageIO's output to a sink, and keeps the sink's error.
 class SinkProxy final : public OIIO::Filesystem::IOProxy {
  public:
   explicit SinkProxy(const ImageSink& sink) : IOProxy("", Write), sink_(sink) {}
@@ -111,10 +112,10 @@ class SinkProxy final : public OIIO::Filesystem::IOProxy {
   std::size_t size_ = 0;
 };
 
-// Rows that go to the library at a time: one block of a zip-compressed EXR or TIFF, or two.
+// Rows passed to the library at a time: one or two blocks of a zip-compressed EXR or TIFF.
 constexpr int kRows = 32;
 
-/// fill(y, to): row y as the spec has it.
+/// fill(y, to): writes row y in the spec's format.
 template <typename Value, typename Fill>
 bool write_part(OIIO::ImageOutput& output, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
                 const Fill& fill) {
@@ -132,7 +133,7 @@ bool write_part(OIIO::ImageOutput& output, const OIIO::ImageSpec& spec, OIIO::Ty
   return good;
 }
 
-/// Without a name of its own, gone when it is closed.
+/// Has no name; deleted when closed.
 class TemporaryFile {
  public:
   TemporaryFile() : file_(std::tmpfile(), &std::fclose) {}
@@ -154,7 +155,7 @@ class TemporaryFile {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-/// write(output): all of it, from open() on.
+/// write(output): writes everything, from open() on.
 template <typename Write>
 Status write_file(std::string_view extension, const ImageSink& sink, const Write& write) {
   SinkProxy proxy(sink);
@@ -195,7 +196,7 @@ bool drops_alpha(const ImageRows& image, const ImageFormat& format, const Encode
 Status write_display(const ImageRows& image, const ImageFormat& format,
                      const EncodeOptions& options, const ImageSink& sink) {
   // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
-  // is only given what it takes: three or four channels, and not too large.
+  // only gets images that it supports: three or four channels, and not too large.
   const bool webp = format.extension == "webp";
   if (webp && (image.width > kWebpSideMax || image.height > kWebpSideMax)) {
     return Error{ErrorCode::kInvalidArgument,
@@ -226,7 +227,7 @@ Status write_display(const ImageRows& image, const ImageFormat& format,
                                   });
 }
 
-/// Channels of an image, one after another, as a linear format has them.
+/// Channels of an image that are written together in a linear format.
 struct LinearPart {
   std::size_t first = 0;
   OIIO::ImageSpec spec;
@@ -235,18 +236,19 @@ struct LinearPart {
   bool has_whole = false;
 };
 
-/// A value as it is given to the library.
+/// Returns a value as passed to the library.
 float stored(const LinearPart& part, std::size_t c, float v) {
   v = part.whole[c] ? std::bit_cast<float>(static_cast<std::uint32_t>(v)) : v;
   return part.half[c] && std::isfinite(v) ? std::clamp(v, -kHalfMax, kHalfMax) : v;
 }
 
-/// OpenImageIO would scale floats that become integers, so that it gets the bits of either.
+/// Integers are passed as bits in floats, because OpenImageIO would scale floats that become
+/// integers.
 OIIO::TypeDesc given_type(const LinearPart& part) {
   return part.has_whole ? OIIO::TypeDesc::UNKNOWN : OIIO::TypeDesc::FLOAT;
 }
 
-/// layer: what the names of channels begin with and lose, the dot after it too.
+/// layer: the prefix of channel names, which is removed together with the dot after it.
 LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count,
                     const std::string& layer, const EncodeOptions& options) {
   LinearPart part = {first, OIIO::ImageSpec(image.width, image.height, static_cast<int>(count),
@@ -269,12 +271,12 @@ LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count
   }
   part.spec.attribute("oiio:ColorSpace", "Linear");
   part.spec.attribute("compression", "zip");
-  // Without this OpenImageIO writes the clock into the file, and equal pictures differ.
+  // Otherwise OpenImageIO writes the current time into the file, and equal images differ.
   part.spec.attribute("DateTime", "1970:01:01 00:00:00");
   return part;
 }
 
-/// One for each layer, whose channels stand together.
+/// Returns one part per layer, whose channels are contiguous.
 std::vector<LinearPart> exr_parts(const ImageRows& image, const EncodeOptions& options) {
   const auto layer_of = [&](std::size_t c) {
     const std::string& name = image.channel_names[c];
@@ -310,7 +312,7 @@ Status write_exr_parts(const ImageRows& image, const EncodeOptions& options,
   for (const LinearPart& part : parts) {
     specs.push_back(part.spec);
   }
-  // OpenImageIO writes files of several parts by their name alone, whatever the proxy is.
+  // OpenImageIO writes multi-part files only by name, and ignores the proxy.
   const TemporaryFile file;
   const auto output = OIIO::ImageOutput::create("exr");
   if (!file.is_open() || !output) {

@@ -1,4 +1,4 @@
-/// The part of GET /v1/server about this program: version, build, names from the registries.
+/// The part of GET /v1/server that describes this program: version, build, registry names.
 #pragma once
 
 #include <string>
@@ -10,20 +10,19 @@
 namespace server {
 
 std::string program_version();
-/// What may be kept, in bytes. Pre: the data directory is there; where the size of the disk
-/// is unknown, percentages are no limit.
+/// Returns the storage limits in bytes. Pre: the data directory exists. If the size of the disk is
+/// unknown, percentages do not limit.
 StorageLimits storage_limits(const Config& config);
-/// What may be held in memory, in bytes; 0: any number. Where nothing is known of the machine,
-/// nobody is bound.
+/// Memory limits in bytes; 0: no limit. If the machine's memory is unknown, nothing is limited.
 struct MemoryLimits {
   std::uint64_t all_bytes = 0;
-  std::uint64_t gate_bytes = 0;  ///< for jobs and requests: without the process itself
+  std::uint64_t gate_bytes = 0;  ///< For jobs and requests, excluding the process itself.
   std::uint64_t scene_cache_bytes = 0;
   std::uint64_t film_cache_bytes = 0;
 };
-/// usable_bytes: as usable_memory_bytes() gives it.
+/// usable_bytes: from usable_memory_bytes().
 MemoryLimits memory_limits(const Config& config, std::uint64_t usable_bytes);
-/// config and memory: limits that the operator chose. isa: as core::resolve_isa() gives it.
+/// config and memory: limits chosen by the operator. isa: from core::resolve_isa().
 api::ServerView about_server(const Config& config, const MemoryLimits& memory,
                              const std::string& isa);
 

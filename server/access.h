@@ -1,8 +1,8 @@
-/// Access: in whose name something is asked, and what that lets one see and change.
+/// Access: on whose behalf a request is made, and what it may see and change.
 ///
 /// Every job, scene, asset, comparison and webhook delivery belongs to a tenant; each key names
-/// one. This is the only place with the rule of who may see what: stores and services take an
-/// Access wherever they take an id, and tell of what it does not see as if it did not exist.
+/// one. This is the only place that decides who may see what: stores and services take an Access
+/// wherever they take an id, and treat objects that it does not see as nonexistent.
 #pragma once
 
 #include <cstdint>
@@ -14,24 +14,24 @@ namespace server {
 
 struct Access {
   enum class Scope : std::uint8_t {
-    kOwn,     ///< What the tenant made.
-    kAll,     ///< What anybody made: the operator, and keys with the scope `admin`.
-    kShared,  ///< The same, as if one tenant had made everything.
+    kOwn,     ///< Objects of the tenant.
+    kAll,     ///< Objects of all tenants: the operator, and keys with the scope `admin`.
+    kShared,  ///< The same, as if one tenant had created everything.
   };
 
-  std::string tenant = {};  ///< Empty: the operator's.
+  std::string tenant = {};  ///< Empty: the operator.
   Scope scope = Scope::kOwn;
-  int priority_max = 100;  ///< Of the jobs that it submits.
+  int priority_max = 100;  ///< Highest priority of the jobs that it submits.
 
-  /// For what the server does by itself.
+  /// For actions of the server itself.
   static Access operators() { return {.scope = Scope::kAll}; }
   static Access of(std::string tenant) { return {.tenant = std::move(tenant)}; }
 
   bool sees_all() const { return scope != Scope::kOwn; }
   bool is_shared() const { return scope == Scope::kShared; }
-  /// May it know that something of that tenant exists?
+  /// Whether it may know that an object of that tenant exists.
   bool sees(std::string_view owner) const { return sees_all() || owner == tenant; }
-  /// Are names that this tenant gives and names that `owner` gave the same names?
+  /// Whether names given by this tenant and by `owner` share one namespace.
   bool shares_names_with(std::string_view owner) const { return is_shared() || owner == tenant; }
 };
 

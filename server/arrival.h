@@ -1,4 +1,4 @@
-/// Arrival: something that is awaited once. Thread-safe.
+/// Arrival: a one-shot event to wait for. Thread-safe.
 #pragma once
 
 #include <atomic>
@@ -17,9 +17,10 @@ class Arrival {
     came_.notify_all();
   }
   bool has_come() const { return has_come_; }
-  /// False: it did not come in time.
+  /// Returns false when it did not arrive in time.
   bool wait(const std::stop_token& stop) {
-    constexpr std::chrono::seconds kPatience{20};  // As of who waits for memory (MemoryGate).
+    // As for callers that wait for memory (MemoryGate).
+    constexpr std::chrono::seconds kPatience{20};
     const core::MutexLock lock(mutex_);
     came_.wait_for(mutex_, stop, kPatience, [this] { return has_come_.load(); });
     return has_come_;

@@ -1,4 +1,4 @@
-/// The verb `backup`: copies a data directory, also while a server uses it.
+/// The command `backup`: copies a data directory, even while a server uses it.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace server {
 
-/// args: what follows the verb. The exit code of the process.
+/// args: arguments of the command. Returns the exit code of the process.
 int backup_command(const std::vector<std::string>& args);
 
 }  // namespace server

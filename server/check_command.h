@@ -1,4 +1,4 @@
-/// The verb `check`: verifies a data directory that no server uses.
+/// The command `check`: verifies a data directory while no server uses it.
 #pragma once
 
 #include <string>
@@ -6,7 +6,8 @@
 
 namespace server {
 
-/// args: what follows the verb. The exit code of the process: 1 when something is damaged.
+/// args: arguments of the command. Returns the exit code of the process: 1 when something is
+/// damaged.
 int check_command(const std::vector<std::string>& args);
 
 }  // namespace server

@@ -1,8 +1,8 @@
-/// Guard: who may ask. Host and Origin of every request, its key where one is needed, what the key
-/// allows, and how often.
+/// Guard: authentication and authorization. Checks Host and Origin of every request, its key where
+/// one is required, the scopes of the key, and its rate.
 ///
-/// Runs before the routes. Probes answer anybody; the page, its files and the API's description
-/// need no key, so that a browser can get to the point of bringing one.
+/// Runs before the routes. Probes need no key; nor do the page, its files and the API's
+/// description, so that a browser can load the form in which users enter a key.
 #pragma once
 
 #include <optional>
@@ -18,24 +18,24 @@
 
 namespace server {
 
-/// /livez, /readyz and /metrics: they answer whatever the state of the server.
+/// /livez, /readyz and /metrics, which answer in any state of the server.
 bool is_probe(std::string_view path);
 
 class Guard {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive it.
   Guard(const LiveConfig& config, KeyRing& keys, const Tickets& tickets, SessionStore& sessions);
 
-  /// 421 for a wrong Host, 403 for a foreign Origin or a scope that the key lacks, 401 without a
-  /// key, 429 for too many requests; else empty, and request.principal is the key's id,
-  /// request.access what it may see.
+  /// Returns 421 for a wrong Host, 403 for a foreign Origin or a scope that the key lacks, 401
+  /// without a key, 429 for too many requests; else empty, and sets request.principal to the key's
+  /// id and request.access to its rights.
   std::optional<Response> check(Request& request);
-  /// What browsers may do with the answer, CORS headers for the origins that the operator named,
-  /// how much of its rate the key has left. What was given to a key is for no shared cache.
+  /// Adds the browser security headers, CORS headers for origins that the operator named, and the
+  /// key's remaining rate. Responses to requests with a key are marked as not for shared caches.
   void decorate(const Request& request, Response& response) const;
-  /// POST /v1/session: the key, brought as a bearer token, becomes a cookie for images and events.
+  /// POST /v1/session: turns the bearer token into a cookie for images and events.
   Response start_session(const Request& request);
-  /// DELETE /v1/session: the cookie is not valid any more.
+  /// DELETE /v1/session: invalidates the cookie.
   Response end_session(const Request& request);
 
  private:

@@ -1,4 +1,4 @@
-/// What the service of jobs is set up with, from what the operator chose.
+/// Derives the options of the job service from the configuration.
 #pragma once
 
 #include "api/server_view.h"
@@ -11,8 +11,8 @@ namespace server {
 
 /// At least 1.
 int render_threads(const Config& config);
-/// Connects to the queue, if there is one; one that cannot be reached is waited for. Errors, with
-/// where "--queue": an address that is none, a server that is not used.
+/// Connects to the queue, if there is one, and waits for one that cannot be reached. Errors, with
+/// where "--queue": an invalid address, an unsupported server.
 core::Result<JobServiceOptions> job_options(const Config& config, const MemoryLimits& memory,
                                             const api::ServerView& about);
 

@@ -1,6 +1,6 @@
-/// KeyRing: whose a key is, from the operator's own key and the stored ones.
+/// KeyRing: resolves keys, from the operator's own key and the stored ones.
 ///
-/// The stored keys are read anew every second: one that was removed stops working by then.
+/// The stored keys are reloaded every second: a removed key stops working within that time.
 #pragma once
 
 #include <chrono>
@@ -17,9 +17,9 @@
 
 namespace server {
 
-/// Who asks, and what they may.
+/// Holder of a key, and its rights.
 struct Holder {
-  std::string id;  ///< Of a stored key; empty: the operator, or anybody where no key is needed.
+  std::string id;  ///< Of a stored key; empty: the operator, or anybody where no key is required.
   std::string name = {};    ///< The key's, or "operator"; empty: anybody.
   std::string tenant = {};  ///< Empty: the operator's.
   bool may_read = true;
@@ -27,18 +27,18 @@ struct Holder {
   bool may_admin = true;
   bool may_work = true;
   int priority_max = 100;
-  int rate_limit = 0;  ///< Requests a minute; 0: any number.
+  int rate_limit = 0;  ///< Requests per minute; 0: any number.
 };
 
 class KeyRing {
  public:
   enum class Change : std::uint8_t { kAdded, kRemoved };
-  /// Told of stored keys that have come or gone since the last look.
+  /// Called for stored keys that were added or removed since the last reload.
   using Watcher = std::function<void(Change change, const KeyRow& key)>;
-  /// Config and table must outlive it.
+  /// config and table must outlive it.
   KeyRing(const LiveConfig& config, KeyTable& table, Watcher watcher = {});
 
-  /// Without any key, on loopback, nobody needs one.
+  /// Whether a key is required; false on loopback when no key exists.
   bool is_needed();
   /// hash: secret_hash() of the key.
   std::optional<Holder> holder_of_hash(std::string_view hash);
@@ -55,7 +55,7 @@ class KeyRing {
   std::map<std::string, KeyRow> rows_ GUARDED_BY(mutex_);  ///< By id.
   bool is_read_ GUARDED_BY(mutex_) = false;
   std::optional<Clock::time_point> read_at_
-      GUARDED_BY(mutex_);  ///< Empty: the next caller reads the table.
+      GUARDED_BY(mutex_);  ///< Empty: the next caller reloads the table.
 };
 
 }  // namespace server

@@ -1,5 +1,5 @@
-/// The verb `keys`: adds, lists and removes the bearer keys of a data directory, while a server
-/// runs on it or not.
+/// The command `keys`: adds, lists and removes the bearer keys of a data directory, even while a
+/// server uses it.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace server {
 
-/// args: what follows the verb. The exit code of the process.
+/// args: arguments of the command. Returns the exit code of the process.
 int keys_command(const std::vector<std::string>& args);
 
 }  // namespace server

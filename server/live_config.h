@@ -1,4 +1,4 @@
-/// LiveConfig: the configuration in force, replaced as a whole when it is read again.
+/// LiveConfig: the effective configuration, replaced as a whole on reload.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,6 @@
-/// Bytes to and from one client, with a limit on every wait.
+/// Channel: bytes to and from one client, with a limit on every wait.
 ///
-/// An interface because there are two: SocketChannel, and TlsChannel in tls.h.
+/// Two implementations: SocketChannel, and TlsChannel in tls.h.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@ namespace server {
 
 using Clock = std::chrono::steady_clock;
 
-/// When a client that does not read is given up.
+/// Limits for clients that read slowly.
 struct WritePace {
   std::chrono::milliseconds stall{10000};     ///< Longest single wait.
   std::uint64_t min_bytes_per_second = 1024;  ///< Over the time spent waiting, after one stall.
@@ -29,17 +29,18 @@ class Channel {
 
   virtual ~Channel() = default;
 
-  /// Waits for some bytes, until the deadline.
+  /// Waits for some bytes until the deadline.
   virtual Read read(char* into, std::size_t capacity, Clock::time_point deadline) = 0;
-  /// The same for a client that is expected to be idle: one system call when bytes come in time.
+  /// The same for a client expected to be idle: one system call when bytes arrive in time.
   virtual Read read_idle(char* into, std::size_t capacity, std::chrono::milliseconds timeout) = 0;
-  /// All pieces (at most 4), in order. False: the client is gone or too slow; never write again.
+  /// Writes all pieces (at most 4) in order. Returns false when the client is gone or too slow;
+  /// then do not write again.
   virtual bool write(std::initializer_list<std::string_view> pieces) = 0;
-  /// size bytes of a file from offset on. False also when the file ends early.
+  /// Sends `size` bytes of a file from `offset`. Also returns false when the file ends early.
   virtual bool write_file(int file_fd, std::uint64_t offset, std::uint64_t size) = 0;
-  /// Forgets the time spent waiting so far; for each answer.
+  /// Resets the time spent waiting; call it for each response.
   virtual void restart_pace() = 0;
-  /// No more will be written.
+  /// Announces that nothing more will be written.
   virtual void finish_writing() = 0;
   virtual int fd() const = 0;
 };
@@ -58,7 +59,7 @@ class SocketChannel final : public Channel {
   int fd() const override { return fd_; }
 
  private:
-  /// True when the socket takes bytes again, within the pace.
+  /// Waits, within the pace, until the socket accepts bytes; false on timeout.
   bool wait_writable();
 
   int fd_;

@@ -1,5 +1,5 @@
-/// Who a client is by its address: the peer of the connection or, behind a proxy that the operator
-/// trusts, whom that proxy names.
+/// Address of a client: the peer of the connection or, behind a proxy that the operator trusts, the
+/// client that this proxy names.
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@
 
 namespace server {
 
-/// Networks in CIDR notation: `10.0.0.0/8`, `fd00::/8`; an address alone is itself.
+/// Networks in CIDR notation: `10.0.0.0/8`, `fd00::/8`; a bare address is a network of one.
 class Networks {
  public:
   Networks() = default;
-  /// Errors: kInvalidArgument for a text that is not a network, or has bits beyond its prefix.
+  /// Errors: kInvalidArgument for a text that is not a network, or has bits set beyond its prefix.
   static core::Result<Networks> parse(const std::vector<std::string>& texts);
-  /// False also for a text that is not an address.
+  /// Also false for a text that is not an address.
   bool contains(std::string_view address) const;
 
  private:
@@ -30,17 +30,17 @@ class Networks {
   std::vector<Network> networks_;
 };
 
-/// Numeric address of the socket's peer, without port; empty when it has none. IPv4 in its own
-/// notation, however it came.
+/// Returns the numeric address of the socket's peer, without port; empty when it has none.
+/// IPv4-mapped addresses are returned as IPv4.
 std::string peer_address(int fd);
 
-/// Sets request.remote_addr and request.is_https. What X-Forwarded-For and X-Forwarded-Proto say
-/// counts only as far as the hops that said it are trusted: from the right, the first address that
-/// is not.
+/// Sets request.remote_addr and request.is_https. X-Forwarded-For and X-Forwarded-Proto count only
+/// as far as the hops that added them are trusted: the client is the first untrusted address from
+/// the right.
 void note_client(Request& request, std::string_view peer, bool is_tls, const Networks& trusted);
 
-/// What connections are counted by: an IPv4 address, or the first 64 bits of an IPv6 one, which is
-/// the least that a single customer has (RFC 6177).
+/// Returns the key by which connections are counted: an IPv4 address, or the first 64 bits of an
+/// IPv6 address, the smallest block assigned to one customer (RFC 6177).
 std::string address_group(const std::string& address);
 
 }  // namespace server

@@ -1,6 +1,7 @@
-/// Sees that clients have gone while their handlers wait for something else.
+/// ClientWatch: detects clients that disconnect while their handlers wait for something else.
 ///
-/// One thread and one epoll set for all; a silent stream costs nothing until its client leaves.
+/// Uses one thread and one epoll set for all connections; an idle stream costs nothing until its
+/// client disconnects.
 #pragma once
 
 #include <atomic>
@@ -17,7 +18,8 @@ namespace server {
 class ClientWatch {
  public:
   struct State {
-    std::stop_source stop;  ///< Asked when the client has gone or the server ends.
+    ///< Stop requested when the client disconnects or the server shuts down.
+    std::stop_source stop;
     std::atomic<bool> client_gone = false;
   };
 
@@ -26,7 +28,7 @@ class ClientWatch {
   ClientWatch(const ClientWatch&) = delete;
   ClientWatch& operator=(const ClientWatch&) = delete;
 
-  /// Watches until the result is destroyed, which must happen before the descriptor is closed.
+  /// Watches until the result is destroyed; destroy it before closing the descriptor.
   class Registration {
    public:
     Registration(ClientWatch& watch, int fd);
@@ -42,7 +44,7 @@ class ClientWatch {
     std::shared_ptr<State> state_ = std::make_shared<State>();
   };
 
-  /// The server ends: asks all clients' tokens to stop, and those of later registrations.
+  /// Requests a stop of all clients' tokens, current and future, when the server shuts down.
   void stop_all() EXCLUDES(mutex_);
   bool is_stopping() const { return is_stopping_.load(); }
 
@@ -53,7 +55,7 @@ class ClientWatch {
   int wake_fd_ = -1;
   core::Mutex mutex_;
   std::unordered_map<std::uint64_t, std::shared_ptr<State>> states_ GUARDED_BY(mutex_);
-  std::uint64_t last_id_ GUARDED_BY(mutex_) = 0;  ///< Not the fd, which may be reused.
+  std::uint64_t last_id_ GUARDED_BY(mutex_) = 0;  ///< Instead of the fd, which may be reused.
   std::atomic<bool> is_stopping_ = false;
   std::thread thread_;
 };

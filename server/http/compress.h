@@ -1,4 +1,4 @@
-/// gzip for answers, at the fastest level.
+/// gzip for responses, at the fastest level.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace server {
 
-/// A gzip stream made piece by piece.
+/// Produces a gzip stream incrementally.
 class GzipEncoder {
  public:
   GzipEncoder();
@@ -15,9 +15,9 @@ class GzipEncoder {
   GzipEncoder(const GzipEncoder&) = delete;
   GzipEncoder& operator=(const GzipEncoder&) = delete;
 
-  /// Appends to out what a decoder needs to give all bytes so far.
+  /// Appends to `out` all output that a decoder needs for the bytes so far.
   void encode(std::string_view bytes, std::string& out);
-  /// Appends the end. Nothing may follow.
+  /// Appends the end of the stream. No call may follow.
   void finish(std::string_view last_bytes, std::string& out);
 
  private:

@@ -1,7 +1,7 @@
 /// Entity tags and conditional requests (RFC 9110 section 13).
 ///
-/// Tags are given with their quotes: `"abc"` or weak `W/"abc"`. The server appends `-gzip` inside
-/// the quotes when it compresses a body; comparisons see through that.
+/// Tags include their quotes: `"abc"` or weak `W/"abc"`. The server appends `-gzip` inside the
+/// quotes when it compresses a body; comparisons ignore this suffix.
 #pragma once
 
 #include <string>
@@ -11,21 +11,21 @@
 
 namespace server {
 
-/// `"opaque"`, or `W/"opaque"`. opaque: no quotes, spaces or control characters.
+/// Returns `"opaque"` or `W/"opaque"`. opaque: no quotes, spaces or control characters.
 std::string make_etag(std::string_view opaque);
 std::string make_weak_etag(std::string_view opaque);
 
-/// Weak comparison against the list of an If-None-Match; `*` matches everything.
+/// Compares weakly against the list of an If-None-Match; `*` matches everything.
 bool etag_matches_weakly(std::string_view list, std::string_view etag);
-/// Strong comparison against the list of an If-Match: a weak tag on either side never matches.
+/// Compares strongly against the list of an If-Match: a weak tag on either side never matches.
 bool etag_matches_strongly(std::string_view list, std::string_view etag);
 
-/// GET or HEAD whose If-None-Match names this tag: answer not_modified().
+/// True for GET or HEAD whose If-None-Match names this tag: answer not_modified().
 bool is_not_modified(const Request& request, std::string_view etag);
-/// 304 with the tag.
+/// Returns a 304 with the tag.
 Response not_modified(std::string_view etag);
 
-/// If-Match is absent or names this tag; else answer 412.
+/// True if If-Match is absent or names this tag; otherwise answer 412.
 bool precondition_holds(const Request& request, std::string_view etag);
 
 }  // namespace server

@@ -1,4 +1,5 @@
-/// One connection from its first byte to its last: reads requests, calls routes, sends answers.
+/// Connection: one connection from first byte to last. Reads requests, calls routes, sends
+/// responses.
 #pragma once
 
 #include <atomic>
@@ -18,19 +19,19 @@
 
 namespace server {
 
-/// What all connections of a server share. Everything outlives them.
+/// State shared by all connections of a server. All members outlive the connections.
 struct ConnectionContext {
   const HttpOptions& options;
   const Router& router;
   StreamGate& streams;
-  StreamGate& requests;  ///< Those being answered that are no streams, by key or address.
+  StreamGate& requests;  ///< Requests in progress other than streams, by key or address.
   ClientWatch& watch;
   std::atomic<std::uint64_t>& request_count;
   std::atomic<std::uint64_t>& refused_request_count;
   std::uint64_t request_id_seed = 0;
 };
 
-/// The settings that may change while the server runs, as they were when a connection began.
+/// Settings that may change while the server runs, as of the start of the connection.
 struct ConnectionSettings {
   std::shared_ptr<const TlsContext> tls;
   std::shared_ptr<const Networks> trusted_proxies;
@@ -43,23 +44,23 @@ class Connection {
     kProbesOnly  ///< The server is full: one request; 503 unless its route is a probe.
   };
 
-  /// fd is borrowed; it must stay open for as long as this lives.
+  /// Borrows fd, which must stay open as long as this object exists.
   Connection(const ConnectionContext& context, ConnectionSettings settings, Lobby& lobby, int fd,
              Service service);
   void run();
-  /// From another thread, after ClientWatch::stop_all(): ends it if it waits for a request.
+  /// Closes the connection if it is idle. From another thread, after ClientWatch::stop_all().
   void stop_if_idle();
-  /// From another thread: ends it now. The handler notices at its next write or read.
+  /// Closes the connection now. From another thread; the handler notices at its next read or write.
   void cut();
 
  private:
-  /// False: nothing came, or the client is gone.
+  /// Returns false when nothing arrived or the client is gone.
   bool wait_for_request();
-  /// Fills request and framing; false: refused, and the answer was sent.
+  /// Fills request and framing. Returns false when the request was refused; the response is sent.
   bool read_head(Request& request, ParsedHead& parsed);
-  /// True: the connection is in order for the next request.
+  /// Returns true when the connection can take another request.
   bool serve_one();
-  /// What becomes of the connection after an answer.
+  /// What to do with the connection after a response.
   enum class Next : std::uint8_t { kReuse, kClose, kDiscardAndClose };
   Next serve(Request& request, const ParsedHead& parsed, Outcome& outcome);
   Response make_response(Request& request, const ParsedHead& parsed, RequestBody& body,
@@ -80,9 +81,9 @@ class Connection {
   Inbox inbox_;
   Lobby::Guest guest_;
   const std::string peer_;
-  const std::string peer_group_;  ///< Empty: a proxy, which many share.
-  bool is_known_ = false;         ///< A request on this connection has brought a key.
-  bool is_told_to_go_ = false;    ///< By the lobby: nothing more will be read.
+  const std::string peer_group_;  ///< Empty: a trusted proxy, shared by many clients.
+  bool is_known_ = false;         ///< A request on this connection has presented a key.
+  bool is_told_to_go_ = false;    ///< Evicted by the lobby: nothing more will be read.
   std::optional<ClientWatch::Registration> registration_;  ///< Since the first wait.
   std::atomic<bool> is_idle_ = false;
   bool is_first_request_ = true;

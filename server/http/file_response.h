@@ -1,4 +1,4 @@
-/// Files with everything a client may ask of them: Range, If-Range, If-None-Match, HEAD.
+/// Responses from files, with Range, If-Range, If-None-Match and HEAD.
 #pragma once
 
 #include <cstdint>
@@ -10,38 +10,38 @@
 
 namespace server {
 
-/// What a Range header asks of a representation of a known size.
+/// The part of a representation that a Range header requests.
 struct RangeRequest {
   enum class Kind : std::uint8_t { kWhole, kPart, kUnsatisfiable };
   Kind kind = Kind::kWhole;
-  std::uint64_t offset = 0;  ///< Of kPart: offset + size <= the whole.
+  std::uint64_t offset = 0;  ///< For kPart: offset + size <= total size.
   std::uint64_t size = 0;
 };
-/// Several ranges and unknown units ask for the whole, as RFC 9110 section 14.2 allows; a malformed
+/// Several ranges and unknown units request the whole, as RFC 9110 section 14.2 allows; a malformed
 /// or unsatisfiable `bytes=` range is kUnsatisfiable.
 RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes);
 
 struct FileSource {
-  std::string path;  ///< A symbolic link as its last part is refused.
+  std::string path;  ///< A symbolic link as the last component is refused.
   std::string content_type = "application/octet-stream";
   std::string etag = {};           ///< With quotes; may be empty.
   std::string cache_control = {};  ///< May be empty.
 };
-/// 200, 206, 304, 404 (not there, not a regular file) or 416. Reads nothing yet: the file is opened
-/// here and may be unlinked before it has been sent.
+/// Returns 200, 206, 304, 404 (missing or not a regular file) or 416. Opens the file but reads
+/// nothing; it may be unlinked before it has been sent.
 Response file_response(const Request& request, const FileSource& source);
 
-/// Content of a known size that is made anew, and the same, whenever it is asked for.
+/// Generated content of known size; every call of `make` must produce the same bytes.
 struct MadeSource {
-  /// Receives it piece by piece; false ends the making.
+  /// Receives a piece; returns false to cancel generation.
   using Sink = std::function<bool(std::string_view piece)>;
   std::uint64_t bytes = 0;
-  std::function<void(const Sink&)> make;  ///< Runs while the answer is sent.
+  std::function<void(const Sink&)> make;  ///< Called while the response is sent.
   std::string content_type = "application/octet-stream";
   std::string etag = {};
   std::string cache_control = {};
 };
-/// 200, 206, 304 or 416, as for a file.
+/// Returns 200, 206, 304 or 416, as for a file.
 Response made_response(const Request& request, MadeSource source);
 
 }  // namespace server

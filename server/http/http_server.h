@@ -1,23 +1,24 @@
-/// The HTTP/1.1 server: listens, reads requests strictly, calls routes, writes answers.
+/// HttpServer: an HTTP/1.1 server. Listens, parses requests strictly, calls routes, writes
+/// responses.
 ///
-/// Every connection has a thread of its own from an elastic pool; every size, count and wait has a
-/// limit. A request that is not understood exactly, or whose body was not read to its end, closes
-/// its connection, so that no byte of one request can be taken for another.
+/// Every connection has its own thread from an elastic pool; every size, count and wait is limited.
+/// A request that is not understood exactly, or whose body was not read to its end, closes its
+/// connection, so that no byte of one request can be taken for another (request smuggling).
 ///
-/// Connections without a complete request head are limited in all and by address (lobby.h): the
-/// oldest go. Requests that are being answered are limited by key, or by address where there is no
-/// key: 429. Streams have limits of their own (stream_gate.h). When all places are taken, threads
-/// kept back for them still answer the probes.
+/// Connections without a complete request head are limited in total and by address (lobby.h): the
+/// oldest are closed. Requests in progress are limited by key, or by address without a key: 429.
+/// Streams have their own limits (stream_gate.h). When all slots are taken, reserved threads still
+/// answer the probes.
 ///
-/// Of cpp-httplib only the listening socket and the accept loop are in use; it hands each accepted
-/// connection over, and everything after that is ours. The versions in Debian 12 (0.11.4) and 13
-/// (0.18.7) have faults there that no setting mends, measured with raw sockets: endless header
-/// lines fill the memory (0.11: 451 MB after 200 MB), a head dripped byte by byte holds its thread
-/// for ever (both), chunked bodies pass the size limit (0.11), Content-Length beside
-/// Transfer-Encoding is accepted (both) and a body that follows an early answer is taken for the
-/// next request (0.11), compressed bodies are inflated past the limit (both), std::regex overflows
-/// the stack on a long Range or path (both), a listen backlog of 5 drops bursts (both), and the
-/// text of an exception is sent as a header (both).
+/// Only the listening socket and the accept loop of cpp-httplib are used; it hands over each
+/// accepted connection. The versions in Debian 12 (0.11.4) and 13 (0.18.7) have flaws that no
+/// setting fixes, measured with raw sockets: endless header lines exhaust memory (0.11: 451 MB
+/// after 200 MB), a head sent byte by byte holds its thread for ever (both), chunked bodies exceed
+/// the size limit (0.11), Content-Length beside Transfer-Encoding is accepted (both) and a body
+/// that follows an early response is taken for the next request (0.11), compressed bodies are
+/// inflated past the limit (both), std::regex overflows the stack on a long Range or path (both), a
+/// listen backlog of 5 drops bursts (both), and the text of an exception is sent as a header
+/// (both).
 #pragma once
 
 #include <chrono>
@@ -44,42 +45,43 @@ struct HttpLimits {
   std::size_t target_bytes = 8U << 10U;             ///< 414 beyond.
   std::chrono::milliseconds header_deadline{5000};  ///< From first byte to last; 408 after.
   std::chrono::milliseconds body_idle{10000};       ///< Longest wait for the next piece; 408.
-  /// Over the time spent waiting for the body, once that exceeds body_idle; 408 below.
+  /// Over the time spent waiting for the body, once that exceeds body_idle; 408 below it.
   std::uint64_t body_min_bytes_per_second = 1024;
   std::chrono::milliseconds write_stall{10000};  ///< Longest wait for a client that does not read.
   std::chrono::milliseconds keep_alive_idle{20000};  ///< Between requests.
-  /// What is left of a body after the answer is read past up to this size; else it is closed.
+  /// Unread body bytes up to this size are skipped after the response; beyond it the connection is
+  /// closed.
   std::size_t drain_bytes = 64U << 10U;
   int max_connections = 4096;  ///< 503 with Retry-After beyond; probes are still answered.
-  /// Connections without a complete request head, idle ones between requests included; the oldest
-  /// are closed beyond.
+  /// Connections without a complete request head, including idle ones between requests; beyond it
+  /// the oldest are closed.
   int max_waiting = 1024;
-  int max_waiting_of_address = 256;  ///< The same of one address that has brought no key.
-  /// Requests of one key, or of one address without a key, that are being answered, streams apart;
-  /// 429 beyond.
+  int max_waiting_of_address = 256;  ///< The same for one address that has presented no key.
+  /// Requests in progress of one key, or of one address without a key, excluding streams; 429
+  /// beyond.
   int max_requests_of_client = 512;
   int backlog = 4096;  ///< Connections not yet accepted; the system may lower it.
 };
 
-/// How an exchange ended, for logs and metrics.
+/// Result of an exchange, for logs and metrics.
 struct Outcome {
   int status = 0;
-  double seconds = 0;  ///< From the first byte of the request to the last of the answer.
+  double seconds = 0;  ///< From the first byte of the request to the last of the response.
   std::uint64_t bytes_received = 0;  ///< Of the body.
   std::uint64_t bytes_sent = 0;      ///< Of the body.
-  bool client_gone = false;          ///< The answer could not be sent completely.
-  bool is_stream = false;            ///< It held a place among the streams: a stream, a long poll.
+  bool client_gone = false;          ///< The response could not be sent completely.
+  bool is_stream = false;            ///< It held a stream slot: a stream or a long poll.
   std::string internal_error = {};   ///< Text of an exception; never sent.
-  std::string location = {};         ///< Of what was made; empty: nothing.
+  std::string location = {};         ///< Location of the created resource; empty: none.
 };
 
 struct HttpHooks {
-  /// Host, Origin and key checks; runs before routing errors, `request.route` is known. An answer
+  /// Checks Host, Origin and key. Runs before routing errors; `request.route` is set. A response
   /// ends the request. May fill `request.principal`.
   std::function<std::optional<Response>(Request&)> before;
-  /// Last look at every answer: common headers.
+  /// Adds common headers to every response.
   std::function<void(const Request&, Response&)> decorate;
-  /// After the answer was sent. A request that could not be parsed has empty members.
+  /// Runs after the response was sent. A request that could not be parsed has empty members.
   std::function<void(const Request&, const Outcome&)> after;
 };
 
@@ -89,27 +91,28 @@ struct HttpOptions {
   HttpLimits limits = {};
   HttpHooks hooks = {};
   std::shared_ptr<const TlsContext> tls = {};  ///< Null: plain HTTP.
-  Networks trusted_proxies = {};               ///< Whose X-Forwarded-* are believed.
+  Networks trusted_proxies = {};               ///< Proxies whose X-Forwarded-* are trusted.
 };
 
 class HttpServer {
  public:
   /// streams must outlive the server.
   HttpServer(HttpOptions options, std::vector<Route> routes, StreamGate& streams);
-  /// Stops with no grace, then waits for handlers to return. Pre: run() has returned.
+  /// Stops without grace, then waits for handlers to return. Pre: run() has returned.
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
-  /// Takes the port; connections queue from here on. The real port, or why not.
+  /// Binds the port; connections queue from here on. Returns the actual port or the error.
   core::Result<int> bind();
-  /// Serves until stop(). Once, after bind().
+  /// Serves until stop(). Call once, after bind().
   void run();
-  /// From any thread but a handler's: takes no more requests, asks streams and waits to end, and
-  /// cuts what is left just before the grace time is over. True if all handlers have returned.
+  /// Accepts no more requests, asks streams and waits to end, and cuts the rest just before the
+  /// grace time is over. From any thread except a handler's. Returns true if all handlers have
+  /// returned.
   bool stop(std::chrono::milliseconds grace);
 
-  /// For connections that come from here on. Pre: tls is null exactly when it was at the start.
+  /// Applies to later connections. Pre: tls is null exactly if it was null at the start.
   void set_tls(std::shared_ptr<const TlsContext> tls);
   void set_trusted_proxies(Networks trusted);
 
@@ -118,11 +121,11 @@ class HttpServer {
     int threads = 0;
     std::uint64_t connections_accepted = 0;
     std::uint64_t connections_refused =
-        0;  ///< Only for probes, or not at all: the server was full.
-    std::uint64_t connections_evicted = 0;  ///< Closed while they waited, by the limit in all.
+        0;  ///< Admitted for probes only, or rejected: the server was full.
+    std::uint64_t connections_evicted = 0;  ///< Closed while waiting, by the total limit.
     std::uint64_t connections_evicted_of_address = 0;  ///< By the limit of their address.
     std::uint64_t requests = 0;
-    std::uint64_t requests_refused = 0;  ///< 429: their key or address had too many.
+    std::uint64_t requests_refused = 0;  ///< 429: the key or address had too many requests.
   };
   Stats stats() const;
   const std::vector<Route>& routes() const;

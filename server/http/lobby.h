@@ -1,9 +1,10 @@
-/// Connections that wait for a complete request head, and which of them go when there are too many.
+/// Lobby: connections that wait for a complete request head, and which of them to close when there
+/// are too many.
 ///
-/// Anybody can open connections, and nothing is known of a client before its first head is
-/// complete. Who sends a head at once is here for a moment; who drips one, or says nothing, stays.
-/// So the oldest goes, never the newest: a flood of slow clients closes its own connections, and a
-/// request that comes in one piece always gets its turn.
+/// Anybody can open connections, and nothing is known about a client before its first head is
+/// complete. A client that sends its head at once is here only for a moment; one that sends it
+/// slowly, or not at all, stays. Closing the oldest therefore makes a flood of slow clients close
+/// its own connections, and a request that arrives in one piece is always served.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +20,14 @@ namespace server {
 class Lobby {
  public:
   struct Limits {
-    int waiting = 0;             ///< In all, at least 1.
+    int waiting = 0;             ///< In total, at least 1.
     int waiting_of_address = 0;  ///< Of one address group, at least 1.
   };
   explicit Lobby(Limits limits) : limits_(limits) {}
   Lobby(const Lobby&) = delete;
   Lobby& operator=(const Lobby&) = delete;
 
-  /// One connection. The descriptor must stay open for as long as this lives.
+  /// One connection. The descriptor must stay open as long as this object exists.
   class Guest {
    public:
     Guest(Lobby& lobby, int fd) : lobby_(lobby), fd_(fd) {}
@@ -34,31 +35,31 @@ class Lobby {
     Guest(const Guest&) = delete;
     Guest& operator=(const Guest&) = delete;
 
-    /// Waits from here on; others may ask it to leave. address: of address_group(); empty: of a
-    /// client that is known, which only the limit in all binds.
+    /// Starts waiting; from now on it may be evicted. address: from address_group(); empty for a
+    /// known client, which only the total limit binds.
     void enter(const std::string& address) { lobby_.enter(*this, address); }
-    /// Waits no more. False: it was asked to leave, and its reading side is shut.
+    /// Stops waiting. Returns false when it was evicted and its reading side is shut.
     bool leave() { return lobby_.leave(*this); }
 
    private:
     friend class Lobby;
     Lobby& lobby_;
     const int fd_;
-    // All guarded by the lobby's mutex.
+    // Guarded by the lobby's mutex, like all members below.
     bool is_evicted_ = false;
     std::string address_;
     std::optional<std::list<Guest*>::iterator> place_;             ///< In waiting_, while it waits.
     std::optional<std::list<Guest*>::iterator> place_of_address_;  ///< In its address's list.
   };
 
-  /// Asks the one that has waited longest to leave. False: none waits.
+  /// Evicts the connection that has waited longest. Returns false when none waits.
   bool evict_oldest() EXCLUDES(mutex_);
-  /// Guests that were asked to leave and have not left yet.
+  /// Number of evicted guests that have not left yet.
   int leaving_count() const EXCLUDES(mutex_);
 
   struct Counts {
     std::uint64_t evicted_of_address = 0;  ///< Because their address had too many.
-    std::uint64_t evicted = 0;             ///< Because there were too many in all.
+    std::uint64_t evicted = 0;             ///< Because there were too many in total.
   };
   Counts counts() const EXCLUDES(mutex_);
 

@@ -8,9 +8,9 @@
 
 namespace server {
 
-/// Index of the offered media type that `accept` likes best; among equals the first offered.
-/// An empty header accepts everything. Empty result: nothing fits, 406. A malformed element or
-/// quality counts as not there. Offers are plain types in lower case: "image/png".
+/// Returns the index of the offered media type that `accept` prefers; among equals the first. An
+/// empty header accepts everything. Returns empty when nothing fits: 406. Malformed elements or
+/// qualities are ignored. Offers are plain types in lower case: "image/png".
 std::optional<std::size_t> negotiate_media_type(std::string_view accept,
                                                 std::span<const std::string_view> offers);
 

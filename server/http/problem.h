@@ -1,5 +1,4 @@
-/// Answers that say what is wrong: application/problem+json (RFC 9457), of one shape for the whole
-/// server.
+/// Error responses: application/problem+json (RFC 9457), in one form for the whole server.
 #pragma once
 
 #include <string_view>
@@ -9,13 +8,13 @@
 
 namespace server {
 
-/// The standard reason phrase, "" for an unknown status.
+/// Returns the standard reason phrase, "" for an unknown status.
 std::string_view reason_phrase(int status);
 
-/// 429 and 503 carry Retry-After; instance is the path of the request. Text that is not UTF-8 is
-/// sent with U+FFFD in its place.
+/// Adds Retry-After to 429 and 503. instance: the path of the request. Invalid UTF-8 is replaced by
+/// U+FFFD.
 Response problem_response(const api::Problem& problem, std::string_view instance);
-/// The same of a status that api::error_table() has.
+/// The same for a status in api::error_table().
 Response problem_response(int status, std::string_view detail, std::string_view instance);
 
 }  // namespace server

@@ -1,4 +1,5 @@
-/// The body of one request: counts it, limits it, and knows whether all of it has been read.
+/// RequestBody: the body of one request. Counts and limits it, and knows whether all of it was
+/// read.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct BodyPace {
 
 class RequestBody final : public BodyReader {
  public:
-  /// limit_bytes: of content; what the client declares beyond it fails at the first read.
+  /// limit_bytes: of content; a larger declared size fails at the first read.
   RequestBody(Channel& channel, Inbox& inbox, Framing framing, BodyPace pace)
       : channel_(channel), inbox_(inbox), framing_(framing), pace_(pace), left_(framing.length) {}
 
@@ -30,21 +31,22 @@ class RequestBody final : public BodyReader {
   std::uint64_t bytes_read() const override { return bytes_read_; }
   std::optional<std::uint64_t> declared_bytes() const override;
 
-  /// Reads past what is left, if that is at most so many bytes and no client waits for a 100.
+  /// Skips the rest of the body if it is at most max_bytes long and the client does not wait for a
+  /// 100.
   bool drain(std::uint64_t max_bytes);
-  /// Whether drain() can be expected to work: to be known before the answer is sent.
+  /// Whether drain() is expected to succeed; ask before the response is sent.
   bool is_drainable(std::uint64_t max_bytes) const;
   bool is_complete() const { return is_complete_ || framing_.body == Framing::Body::kNone; }
   Failure failure() const { return failure_; }
   std::uint64_t limit_bytes() const { return limit_bytes_; }
 
  private:
-  /// The next bytes of content, empty at the end and after a failure.
+  /// Returns the next bytes of content; empty at the end and after a failure.
   std::string_view next_piece();
   std::string_view next_content(std::uint64_t max_bytes);
-  /// Reads up to the content of the next chunk; sets left_. False: end or failure.
+  /// Reads up to the content of the next chunk; sets left_. Returns false at the end or on failure.
   bool begin_chunk();
-  /// Without its CRLF; empty optional: failure.
+  /// Returns a line without its CRLF; empty on failure.
   std::optional<std::string> take_line();
   bool read_trailers();
   bool fill();
@@ -57,7 +59,7 @@ class RequestBody final : public BodyReader {
   std::uint64_t limit_bytes_ = 0;
   std::uint64_t left_;  ///< Of the body, or of the current chunk.
   std::uint64_t bytes_read_ = 0;
-  std::uint64_t received_bytes_ = 0;  ///< With framing, since the first wait.
+  std::uint64_t received_bytes_ = 0;  ///< Including framing, since the first wait.
   Clock::duration waited_ = {};
   bool is_complete_ = false;
   bool is_inside_chunk_ = false;

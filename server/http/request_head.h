@@ -1,8 +1,9 @@
-/// Reads the head of a request: strictly, so that two readers of the same bytes agree (RFC 9112).
+/// Parses the head of a request strictly, so that all readers of the same bytes agree (RFC 9112).
 ///
 /// Refused: lines that do not end in CRLF, folded lines, NUL and other control characters, spaces
-/// before the colon, Content-Length twice or not a number or beside Transfer-Encoding, any transfer
-/// coding but `chunked`, content codings, two Host fields, HTTP other than 1.0 and 1.1.
+/// before the colon, a Content-Length that is repeated, not a number or beside Transfer-Encoding,
+/// any transfer coding other than `chunked`, content codings, two Host fields, HTTP other than 1.0
+/// and 1.1.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +22,13 @@ struct HeadLimits {
   std::size_t target_bytes = 8U << 10U;
 };
 
-/// Why a request is refused before any route sees it.
+/// Why a request is refused before routing.
 struct Refusal {
   int status = 400;
   std::string detail;
 };
 
-/// Finds the end of a head while it arrives; looks at each byte once.
+/// Finds the end of a head as it arrives; examines each byte once.
 class HeadScanner {
  public:
   explicit HeadScanner(HeadLimits limits) : limits_(limits) {}
@@ -36,17 +37,17 @@ class HeadScanner {
     std::size_t head_bytes = 0;  ///< Length of the whole head, 0 while it is incomplete.
     std::optional<Refusal> refusal;
   };
-  /// received: everything from the first byte of the request on; longer at each call.
+  /// received: all bytes since the start of the request; longer at each call.
   Progress scan(std::string_view received);
 
  private:
   HeadLimits limits_;
   std::size_t line_begin_ = 0;
   std::size_t scanned_ = 0;
-  std::size_t lines_ = 0;  ///< Complete ones, request line included.
+  std::size_t lines_ = 0;  ///< Complete lines, including the request line.
 };
 
-/// How the body is delimited, and whether the connection may live on.
+/// How the body is delimited, and whether the connection may be reused.
 struct Framing {
   enum class Body : std::uint8_t { kNone, kLength, kChunked };
   Body body = Body::kNone;
@@ -56,8 +57,8 @@ struct Framing {
   bool expects_continue = false;
 };
 
-/// Fills method, target, path, query_params and headers of the request, as far as it gets.
-/// head: from HeadScanner, with the empty line at its end. raw_path: a part of request.target.
+/// Fills method, target, path, query_params and headers of the request, as far as parsing succeeds.
+/// head: from HeadScanner, including the final empty line.
 struct ParsedHead {
   Framing framing;
   std::string_view raw_path;  ///< Undecoded, without query; points into request.target.

@@ -11,7 +11,7 @@
 
 namespace server {
 
-/// What the writer must know of the request and of the connection.
+/// Facts about the request and the connection that the writer needs.
 struct WriteContext {
   const Request& request;
   bool is_http_1_1 = true;
@@ -21,13 +21,13 @@ struct WriteContext {
 };
 
 struct Written {
-  bool is_complete = false;  ///< Else the connection is of no more use.
+  bool is_complete = false;  ///< Otherwise the connection is no longer usable.
   bool keep_alive = false;   ///< As sent to the client.
   std::uint64_t body_bytes = 0;
-  std::string internal_error;  ///< Text of what a stream's producer threw.
+  std::string internal_error;  ///< Text of the exception that a stream's producer threw.
 };
 
-/// Runs the producer of a stream. Adds the headers that are the server's business.
+/// Runs the producer of a stream. Adds the headers that the server sets.
 Written write_response(Channel& channel, Response& response, const WriteContext& context);
 
 }  // namespace server

@@ -19,14 +19,14 @@ namespace server {
 
 struct BodyPolicy {
   enum class Kind : std::uint8_t {
-    kNone,   ///< A body is read past and ignored.
+    kNone,   ///< A body is skipped.
     kJson,   ///< Read whole into Request::body; a Content-Type other than JSON is 415.
-    kStream  ///< Left to the handler, through Request::body_reader; any Content-Type.
+    kStream  ///< Read by the handler through Request::body_reader; any Content-Type.
   };
   Kind kind = Kind::kNone;
   std::uint64_t limit_bytes = 0;  ///< 413 beyond.
-  /// Of a body with a Content-Type image/..., which is left to the handler as with kStream; 0: none
-  /// is taken.
+  /// Limit of a body with Content-Type image/..., which the handler reads as with kStream; 0: not
+  /// accepted.
   std::uint64_t picture_limit_bytes = 0;
 
   static constexpr BodyPolicy none() { return {}; }
@@ -45,7 +45,7 @@ struct BodyPolicy {
 using Handler = std::function<Response(Request&)>;
 
 struct Route {
-  std::string method;  ///< "GET" answers HEAD too; OPTIONS is made by the server.
+  std::string method;  ///< "GET" answers HEAD too; the server handles OPTIONS.
   std::string pattern;
   Handler handler;
   BodyPolicy body = {};
@@ -55,17 +55,17 @@ struct Route {
 
 class Router {
  public:
-  /// Stops the process (CHECK) on a malformed pattern or two routes that match the same requests.
+  /// Aborts (CHECK) on a malformed pattern or two routes that match the same requests.
   explicit Router(std::vector<Route> routes);
 
   using Params = std::vector<std::pair<std::string, std::string>>;
   struct Match {
     const Route* route = nullptr;  ///< Null: see allow.
     Params params;
-    /// Without a route: the methods that the path has, "GET, HEAD, OPTIONS"; empty: unknown path.
+    /// Without a route: the path's methods, "GET, HEAD, OPTIONS"; empty: unknown path.
     std::string allow;
   };
-  /// raw_path: of the request target, without query, not decoded, well-formed.
+  /// raw_path: well-formed path of the request target, undecoded, without query.
   Match match(std::string_view method, std::string_view raw_path) const;
 
   const std::vector<Route>& routes() const { return routes_; }
@@ -84,7 +84,7 @@ class Router {
   static bool matches(const Pattern& pattern, const std::vector<std::string>& path, Params& params);
 
   std::vector<Route> routes_;
-  std::vector<std::pair<Pattern, const Route*>> table_;  ///< Most special pattern first.
+  std::vector<std::pair<Pattern, const Route*>> table_;  ///< Most specific pattern first.
 };
 
 }  // namespace server

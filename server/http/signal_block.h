@@ -1,5 +1,5 @@
-/// Blocks all signals on this thread while it exists. A thread made meanwhile inherits that, so
-/// that signals reach the threads of the application only.
+/// Blocks all signals on this thread for the lifetime of the object. Threads created meanwhile
+/// inherit the mask, so that signals reach only the application's threads.
 #pragma once
 
 #include <csignal>

@@ -1,4 +1,4 @@
-/// Text of server-sent events (HTML standard, section 9.2).
+/// Server-sent events (HTML standard, section 9.2).
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,21 @@ struct SseEvent {
   std::string_view data = {};   ///< Line breaks of any kind make several `data:` lines.
   std::optional<std::uint32_t> retry_ms = {};
 };
-/// Ready to send, with the empty line at its end. Line breaks in id and event are dropped.
+/// Returns the event ready to send, with its final empty line. Drops line breaks in id and event.
 std::string format_sse(const SseEvent& event);
-/// `: text`, which clients skip. For pings.
+/// Returns `: text`, which clients ignore. For keep-alives.
 std::string format_sse_comment(std::string_view text);
 
-/// Identity of an event on the wire: `STREAM-SEQ`, STREAM of [0-9a-z], SEQ decimal.
+/// Id of an event: `STREAM-SEQ`, STREAM of [0-9a-z], SEQ decimal.
 struct SseId {
   std::string stream;
   std::uint64_t seq = 0;
 };
 std::string format_sse_id(std::string_view stream, std::uint64_t seq);
-/// Empty when it is not of that form: up to 64 characters of stream, a sequence below 2^63.
+/// Returns empty unless it has that form: up to 64 characters of stream, a sequence below 2^63.
 std::optional<SseId> parse_sse_id(std::string_view text);
-/// The Last-Event-ID header, or the query parameter `last_event_id`; empty if absent or malformed.
+/// Returns the Last-Event-ID header or query parameter `last_event_id`; empty if absent or
+/// malformed.
 std::optional<SseId> last_event_id(const Request& request);
 
 }  // namespace server

@@ -1,8 +1,7 @@
-/// Counts what is open, in all and of each tenant, against limits. Each holds a thread, so there
-/// must be some.
+/// StreamGate: limits open streams, in total and for each tenant, since each holds a thread.
 ///
-/// A route that can say more than 503 takes its place first:
-/// `StreamSlot slot = gate.try_enter(request.access.tenant); if (!slot) return overloaded();`
+/// A route with a more specific error than 503 takes its slot first: `StreamSlot slot =
+/// gate.try_enter(request.access.tenant); if (!slot) return overloaded();`
 #pragma once
 
 #include <map>
@@ -15,14 +14,14 @@ namespace server {
 
 class StreamGate {
  public:
-  /// limit: the most open at a time, at least 1. limit_of_owner: of one tenant; 0: any number.
+  /// limit: most open streams, at least 1. limit_of_owner: for each tenant; 0: any number.
   explicit StreamGate(int limit, int limit_of_owner = 0)
       : limit_(limit), limit_of_owner_(limit_of_owner) {}
   StreamGate(const StreamGate&) = delete;
   StreamGate& operator=(const StreamGate&) = delete;
 
-  /// owner: a tenant; empty: the operator, whom only the first limit binds. An empty slot
-  /// when all places are taken. The gate must outlive its slots.
+  /// owner: a tenant; empty: the operator, whom only the total limit binds. Returns an empty slot
+  /// when all are taken. The gate must outlive its slots.
   StreamSlot try_enter(const std::string& owner = {});
   int open_count() const {
     const core::MutexLock lock(mutex_);

@@ -1,4 +1,4 @@
-/// Small text rules of HTTP (RFC 9110 section 5.6), and percent-decoding.
+/// Lexical rules of HTTP (RFC 9110 section 5.6), and percent-decoding.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,23 @@
 namespace server {
 
 bool equal_ignoring_case(std::string_view a, std::string_view b);
-/// Without spaces and tabs at both ends.
+/// Returns the text without leading and trailing spaces and tabs.
 std::string_view trim(std::string_view text);
-/// A method or field name: letters, digits and !#$%&'*+-.^_`|~, at least one.
+/// True for a method or field name: letters, digits and !#$%&'*+-.^_`|~, at least one.
 bool is_token(std::string_view text);
-/// Decimal digits only, no sign; empty when it is anything else or does not fit.
+/// Parses decimal digits without sign; empty for anything else or on overflow.
 std::optional<std::uint64_t> parse_decimal(std::string_view text);
-/// Splits at commas outside quoted strings; trims; leaves out empty elements.
+/// Splits at commas outside quoted strings; trims; omits empty elements.
 std::vector<std::string_view> split_list(std::string_view text);
 
-/// Empty on a broken escape or an encoded NUL. plus_is_space: as in query strings.
+/// Returns empty on a broken escape or an encoded NUL. PlusSign: kIsSpace as in query strings.
 enum class PlusSign : std::uint8_t { kIsPlus, kIsSpace };
 std::optional<std::string> percent_decode(std::string_view text, PlusSign plus);
-/// `a=1&b=2`; a name without `=` has an empty value. Empty on a broken escape.
+/// Parses `a=1&b=2`; a name without `=` has an empty value. Returns empty on a broken escape.
 std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std::string_view text);
 
-/// The media type in lower case without parameters: "text/html" of "Text/HTML; charset=utf-8".
+/// Returns the media type in lower case without parameters: "text/html" for "Text/HTML;
+/// charset=utf-8".
 std::string media_type(std::string_view content_type);
 
 }  // namespace server

@@ -14,8 +14,8 @@ namespace server {
 
 class TlsContext {
  public:
-  /// Both PEM; the certificate file may hold the chain. Errors: kInvalidArgument with the file as
-  /// `where` when it cannot be read, or the two do not belong together.
+  /// Both files are PEM; the certificate file may hold the chain. Errors: kInvalidArgument with the
+  /// file as `where` when it cannot be read or the two do not match.
   static core::Result<std::shared_ptr<const TlsContext>> load(const std::string& certificate_file,
                                                               const std::string& key_file);
   ~TlsContext();
@@ -29,8 +29,8 @@ class TlsContext {
   ssl_ctx_st* context_;
 };
 
-/// The descriptor is borrowed, and does not block from here on. The handshake is part of the first
-/// read, under its deadline.
+/// Borrows the descriptor and makes it non-blocking. The handshake is part of the first read, under
+/// its deadline.
 class TlsChannel final : public Channel {
  public:
   TlsChannel(const TlsContext& context, int fd, WritePace pace);
@@ -48,7 +48,8 @@ class TlsChannel final : public Channel {
 
  private:
   bool write_all(std::string_view bytes);
-  /// Waits for what the library asked for, within the pace. False: it is over.
+  /// Waits, within the pace, for the condition that the library requested. Returns false on
+  /// failure.
   bool wait_to_write(int result);
 
   int fd_;

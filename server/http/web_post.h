@@ -1,8 +1,8 @@
-/// POSTs to addresses that users chose, for webhooks. The only home of libcurl.
+/// POSTs to user-supplied addresses, for webhooks. The only code that uses libcurl.
 ///
-/// The address that a socket is about to connect to is checked, so that a name cannot mean another
-/// one a moment later. Redirects are not followed, no proxy is used; of the answer only the status
-/// is read.
+/// The address is checked when the socket connects, so that a name cannot resolve to another one in
+/// between (DNS rebinding). Redirects are not followed, no proxy is used; only the status of the
+/// response is read.
 #pragma once
 
 #include <chrono>
@@ -22,27 +22,27 @@ struct WebTarget {
   bool is_tls = false;
   std::string host;  ///< A name or an address, IPv6 without brackets.
   int port = 80;
-  std::string path = "/";  ///< With its query.
+  std::string path = "/";  ///< Including its query.
 };
-/// Empty when it is not http(s)://host[:port][/path][?query].
+/// Returns empty unless it is http(s)://host[:port][/path][?query].
 std::optional<WebTarget> parse_web_target(std::string_view url);
 
-/// localhost, or an address (not a name) that is not on the public internet.
+/// True for localhost, or an address (not a name) that is not on the public internet.
 bool is_private_literal(std::string_view host);
-/// An IPv4 or IPv6 address in numbers; other texts are not public.
+/// True for a public IPv4 or IPv6 address in numeric form; false for other texts.
 bool is_public_address(std::string_view address);
 
 enum class Reach { kPublicOnly, kAnywhere };
 
 struct WebPost {
-  std::string url;  ///< One that parse_web_target() reads.
+  std::string url;  ///< Must be accepted by parse_web_target().
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;  ///< With Content-Type.
   Reach reach = Reach::kPublicOnly;
-  std::chrono::milliseconds timeout{15'000};  ///< For everything together, the name's look-up too.
+  std::chrono::milliseconds timeout{15'000};  ///< For the whole call, including name resolution.
 };
 
-/// POSTs that are under way at the same time, on the thread that calls wait().
+/// Concurrent POSTs, driven by the thread that calls wait().
 class WebCalls {
  public:
   WebCalls();
@@ -53,13 +53,13 @@ class WebCalls {
   void begin(std::string id, const WebPost& post);
   struct Ended {
     std::string id;
-    /// The status of the answer. Errors: kForbidden for an address that is not public; kUnavailable
-    /// when there was no answer, with the reason.
+    /// Status of the response. Errors: kForbidden for an address that is not public; kUnavailable,
+    /// with the reason, when there was no response.
     core::Result<int> status;
   };
-  /// Returns when a call has ended, when wake() is called, or after that time.
+  /// Returns when a call has ended, when wake() is called, or after `time`.
   std::vector<Ended> wait(std::chrono::milliseconds time);
-  /// Ends a wait(); from any thread.
+  /// Ends a wait(). From any thread.
   void wake();
   std::size_t open_count() const { return calls_.size(); }
 

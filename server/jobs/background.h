@@ -1,4 +1,4 @@
-/// Background: a few threads for work that would hold up others: loading, saving.
+/// Background: a few threads for slow work such as loading and saving.
 #pragma once
 
 #include <deque>
@@ -15,12 +15,12 @@ class Background {
   using Work = std::function<void()>;
 
   explicit Background(int threads);
-  /// Drops what waits, finishes what runs.
+  /// Drops queued work and waits for running work.
   ~Background();
   Background(const Background&) = delete;
   Background& operator=(const Background&) = delete;
 
-  /// In order of posting. Ignored after stop().
+  /// Queues work in order. Ignored after stop().
   void post(Work work);
   enum class Waiting { kDrop, kFinish };
   void stop(Waiting waiting);

@@ -1,4 +1,4 @@
-/// FilmLibrary: the films of jobs, being rendered or stored: a cache, its readers, and eviction.
+/// FilmLibrary: films of jobs, rendering or stored. Caches them, serves readers, evicts old ones.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace server {
 
 class FilmLibrary {
  public:
-  /// All outlive it.
+  /// All members must outlive it.
   struct Parts {
     JobTable& table;
     const DataDir& data;
@@ -36,52 +36,52 @@ class FilmLibrary {
   FilmLibrary(Parts parts, std::uint64_t cache_bytes)
       : parts_(parts), cache_(cache_bytes, SingleFlightCache<StoredFilm>::Oversized::kNotKept) {}
 
-  /// The film as it is: being rendered, or stored. Errors: kConflict no sample yet; kGone evicted,
-  /// lost or damaged.
+  /// Returns the current film, rendering or stored. Errors: kConflict when it has no sample yet;
+  /// kGone when evicted, lost or damaged.
   core::Result<std::shared_ptr<const core::Film>> film(const Job& job);
-  /// The film of a job that has ended, which is not changed any more. Waits while it is being
-  /// settled. Errors: of film(); kConflict while the job is not final; kUnavailable.
+  /// Returns the final film of a finished job. Waits while it is being saved. Errors: of film();
+  /// kConflict while the job is not final; kUnavailable.
   core::Result<std::shared_ptr<const core::Film>> final_film(const Job& job,
                                                              const std::stop_token& stop);
-  /// Empty before the first error estimate.
+  /// Returns the convergence points; empty before the first error estimate.
   std::vector<core::ConvergencePoint> points(const Job& job);
-  /// A film that is not being rendered. Errors: of film().
+  /// Returns a film that is not being rendered. Errors: of film().
   core::Result<std::shared_ptr<const StoredFilm>> stored(const Job& job);
 
-  /// Keeps a film that is not changed any more: in the cache, or with a memory-only job.
+  /// Stores a final film: in the cache, or with a memory-only job.
   void keep(Job& job, std::shared_ptr<const core::Film> film, FilmRecord record);
-  /// What the cache has of the job is not true any more.
+  /// Invalidates the job's cache entry.
   void drop(const Job& job) { cache_.erase_prefix(key_of(job)); }
 
-  /// The job's film file, made if there is none. Errors: those of FilmFile::open(); kCancelled when
+  /// Opens the job's film file, creating it if needed. Errors: of FilmFile::open(); kCancelled when
   /// the job was deleted.
   core::Result<FilmFile> open_film_file(Job& job);
-  /// Writes the file of a job that is not known yet; settled when the job is stored. Bytes on the
-  /// disk. Errors: of the store and the disk.
+  /// Writes the film file of a job that is not stored yet; storing the job claims the file. Returns
+  /// its bytes on disk. Errors: of the store and the disk.
   core::Result<std::uint64_t> write_new(const std::string& id, const core::Film& film,
                                         const FilmRecord& record,
                                         const core::FilmSettings& settings);
   /// Removes a file that belongs to no job.
   void remove_loose(const std::string& id);
-  /// Those that were being made or removed when the last process ended.
+  /// Removes files whose creation or removal the previous process did not complete.
   void remove_all_loose();
-  /// The file of a job that ended before it had a sample.
+  /// Removes the file of a job that ended before it had a sample.
   void remove_unused(Job& job);
 
-  /// Removes the oldest films until the disk has no more than it may.
+  /// Evicts the oldest films until the disk limit holds.
   void evict();
 
-  /// Drops a cached film without readers. False: there is none.
+  /// Drops a cached film without readers. Returns false when there is none.
   bool drop_unused() { return cache_.drop_unused(); }
   std::uint64_t cached_bytes() const { return cache_.bytes(); }
 
  private:
   core::Result<StoredFilm> read(const Job& job, const JobRecord& record);
-  /// Notes in the log and in the job, once, that its film is lost; the answer for who asks for it.
+  /// Records once, in the log and in the job, that its film is lost. Returns the error for callers.
   core::Error report_damage(const Job& job, const core::Error& damage);
   bool evict(const JobRow& row);
   void drop_if_removed(const Job& job);
-  /// In the cache. Other than the id of a job, it is never given twice.
+  /// Key in the cache. Unlike a job id, it is never reused.
   static std::string key_of(const Job& job) { return std::to_string(job.sequence()) + "."; }
 
   const Parts parts_;

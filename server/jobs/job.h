@@ -1,4 +1,4 @@
-/// Job: one job in memory, shared by the service, the streams that watch it and its run.
+/// Job: one job in memory, shared by the service, the streams that watch it, and its run.
 #pragma once
 
 #include <atomic>
@@ -16,13 +16,13 @@
 
 namespace server {
 
-/// A film that is not being rendered: of a finished job, or left by the last process.
+/// A film that is not being rendered: of a finished job, or stored by the previous process.
 struct StoredFilm {
   std::shared_ptr<const core::Film> film;
   FilmRecord record;
 };
 
-/// Where the last `end` event stands, for clients that have seen it.
+/// Position of the last `end` event, for clients that have seen it.
 struct EndMark {
   std::int64_t stream = 0;
   std::uint64_t seq = 0;
@@ -30,8 +30,8 @@ struct EndMark {
 
 class Job {
  public:
-  /// Whether `log` holds all that happened since this run of the server began. Not so for a job
-  /// that had ended before and was read from the store.
+  /// Whether `log` holds all events since this run of the server began. It does not for a job that
+  /// had ended before and was read from the store.
   enum class History { kInLog, kInStore };
 
   Job(JobRecord record, History history)
@@ -43,7 +43,7 @@ class Job {
         record_(std::move(record)) {}
 
   const std::string& id() const { return id_; }
-  /// Whose it is; empty: the operator's.
+  /// The owner; empty: the operator.
   const std::string& tenant() const { return tenant_; }
   std::int64_t sequence() const { return sequence_; }
   bool memory_only() const { return memory_only_; }
@@ -60,7 +60,7 @@ class Job {
     const core::MutexLock lock(mutex_);
     return record_.view.state;
   }
-  /// The server paused it, and lets it go on.
+  /// True when the server paused it for lack of disk space and will resume it.
   bool waits_for_disk() const {
     const core::MutexLock lock(mutex_);
     return record_.view.pause_reason == api::PauseReason::kStorageFull;
@@ -73,7 +73,7 @@ class Job {
     const core::MutexLock lock(mutex_);
     return kept_film_;
   }
-  /// The newest denoised picture that was made of it since the server began.
+  /// Returns its newest denoised picture made since the server started.
   std::optional<api::DenoisedView> denoised() const {
     const core::MutexLock lock(mutex_);
     return denoised_;
@@ -82,7 +82,7 @@ class Job {
     const core::MutexLock lock(mutex_);
     denoised_ = std::move(denoised);
   }
-  /// Deleted: nothing of it is stored any more, and its id may be in use again.
+  /// Deleted: nothing of it is stored, and its id may be reused.
   bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
     const core::MutexLock lock(mutex_);
@@ -97,12 +97,12 @@ class Job {
     const core::MutexLock lock(mutex_);
     run_.swap(run);
   }
-  /// The run, which the job has no more.
+  /// Detaches the run from the job and returns it.
   std::shared_ptr<RenderRun> take_run() {
     const core::MutexLock lock(mutex_);
     return std::exchange(run_, nullptr);
   }
-  /// Only of memory-only jobs: there is no file to read it from again.
+  /// For memory-only jobs, which have no file to read it from.
   void keep_film(std::shared_ptr<const StoredFilm> film) {
     const core::MutexLock lock(mutex_);
     kept_film_.swap(film);
@@ -115,13 +115,13 @@ class Job {
   /// With change_mutex() held.
   void set_removed() { is_removed_ = true; }
 
-  /// Loading takes long, and a job may be paused and resumed meanwhile: only the latest load
-  /// counts. Both with change_mutex() held.
+  /// Loading is slow, and the job may be paused and resumed meanwhile: only the latest load counts.
+  /// Call both with change_mutex() held.
   int begin_load() { return ++load_generation_; }
   bool is_latest_load(int generation) const { return generation == load_generation_; }
 
-  /// Held from reading the record to telling its change, the commit to the store included: changes
-  /// of one job have an order. Taken before every other lock.
+  /// Serializes the changes of one job: held from reading the record until the change is committed
+  /// and published. Locked before all other mutexes.
   core::Mutex& change_mutex() { return change_mutex_; }
 
  private:

@@ -1,11 +1,10 @@
-/// JobBook: which jobs are known, which wait, which have a place among the running ones, and what
-/// they hold in memory.
+/// JobBook: known jobs, the queue, the running jobs, and the memory that they hold.
 ///
-/// Order of the queue: preview class first, then the higher priority, then tenants in turn (one
-/// with fewer jobs that run or stand before comes first), then the older; no job is passed over
-/// because it is large. A job holds its memory from its start to its end, pauses
-/// included, until it is parked. A job that is final stays for a while, for later requests; the
-/// oldest go first. Knows nothing of stores or threads.
+/// Order of the queue: preview class first, then higher priority, then tenants in turn (the tenant
+/// with fewer running or earlier jobs first), then age; a job is never passed over for its size. A
+/// job holds its memory from start to end, including pauses, until it is parked. Final jobs are
+/// kept for a while for later requests; the oldest are dropped first. Independent of stores and
+/// threads.
 #pragma once
 
 #include <algorithm>
@@ -28,34 +27,34 @@ namespace server {
 struct BookLimits {
   int queue_max = 1000;
   int running_max = 16;
-  int previews_max = 32;            ///< Preview jobs waiting, running or paused.
-  int previews_of_tenant_max = 16;  ///< 0: any number; the operator's are not counted.
-  int final_jobs_max = 512;         ///< Final jobs remembered that the store has, too.
+  int previews_max = 32;            ///< Preview jobs queued, running or paused.
+  int previews_of_tenant_max = 16;  ///< 0: any number; the operator's previews are not counted.
+  int final_jobs_max = 512;         ///< Final jobs kept in memory although the store has them.
   int final_previews_max = 64;
 };
 
-/// What a job needs in memory.
+/// Memory required by a job.
 struct JobMemory {
   std::uint64_t film_bytes = 0;
-  std::uint64_t work_bytes = 0;  ///< Beside the film while it renders.
-  std::uint64_t load_bytes = 0;  ///< Beside the scene while that is loaded, before there is a film.
-  /// Scenes and environments by what names them: jobs that need the same one hold it together.
+  std::uint64_t work_bytes = 0;  ///< Besides the film, while it renders.
+  ///< Besides the scene, while it is loaded and there is no film yet.
+  std::uint64_t load_bytes = 0;
+  /// Scenes and environments by name: jobs that use the same one share it.
   std::map<std::string, std::uint64_t> shared_bytes = {};
 
   std::uint64_t own_bytes() const { return std::max(film_bytes + work_bytes, load_bytes); }
-  /// At most, if the job is alone.
+  /// Upper bound if the job is alone.
   std::uint64_t bytes() const;
 };
 
 class JobBook {
  public:
-  /// memory: what jobs take is taken there; outlives this. on_leave: called, without a lock, after
-  /// a job gave back its place and its memory.
+  /// memory: the gate that accounts for the jobs' memory; must outlive this. on_leave: called
+  /// without a lock after a job released its slot and memory.
   JobBook(BookLimits limits, MemoryGate& memory, std::function<void()> on_leave = {});
 
-  /// A place among the running jobs, and the memory that goes with it. The loader or the renderer
-  /// of the job holds it; both are given back with it, however the work ends. Must not outlive the
-  /// book.
+  /// A slot among the running jobs, with the memory that goes with it. Held by the loader or the
+  /// renderer of the job; released when the work ends in any way. Must not outlive the book.
   class Place {
    public:
     Place(JobBook& book, std::uint64_t number, JobPointer job)
@@ -72,18 +71,19 @@ class JobBook {
   };
 
   void add(const JobPointer& job);
-  /// A final job that the store had; if another thread was faster, its job is returned.
+  /// Adds a final job read from the store; returns the existing one if another thread added it
+  /// first.
   JobPointer add_final(const JobPointer& job);
-  /// Deleted: not found any more. Its place is given back when its work ends.
+  /// Forgets a deleted job. Its slot is released when its work ends.
   void forget(const Job& job);
   JobPointer find(const std::string& id) const;
   std::vector<JobPointer> all() const;
 
-  /// False when the queue is full and the job could not start at once.
+  /// Returns false when the queue is full and the job could not start at once.
   bool has_room(Rank rank, const JobMemory& memory = {}, const std::string& tenant = {}) const;
-  /// Could so many more jobs of class normal wait?
+  /// Whether `jobs` more jobs of class normal fit into the queue.
   bool has_room_for(int jobs) const;
-  /// Why one of this rank has no room, and what to do.
+  /// Explains why a job of this rank has no room, and what to do.
   std::string full_text(Rank rank) const;
   void enqueue(const JobPointer& job, Rank rank, JobMemory memory = {});
   struct Entry {
@@ -93,44 +93,43 @@ class JobBook {
   };
   void enqueue(std::vector<Entry> entries);
   void dequeue(const Job& job);
-  /// Waiting or running: its new rank.
+  /// Changes the rank of a queued or running job.
   void set_rank(const Job& job, Rank rank);
-  /// 0 is next; empty when it does not wait.
+  /// Returns the position in the queue, 0 for the next; empty when it is not queued.
   std::optional<int> position(const Job& job) const;
   int queue_length() const;
-  /// Jobs that load, render or end; not the paused ones.
+  /// Number of jobs that load, render or end, excluding paused ones.
   int running_count() const;
 
-  /// Takes the next job out of the queue and gives it a place and its memory; null when none may
-  /// start now. A place beyond running_max is given to previews, to those that outrank one that
-  /// runs, and to the first of a tenant, up to twice running_max. One that would never have its
-  /// memory gets its place without it, and is refused when it is loaded.
+  /// Takes the next job out of the queue and gives it a slot and its memory; null when none may
+  /// start now. Slots beyond running_max, up to twice as many, are given to previews, to jobs that
+  /// outrank a running one, and to the first job of a tenant. A job that can never have its memory
+  /// gets its slot without it, and is refused when it is loaded.
   std::shared_ptr<Place> admit();
-  /// The scene of the job is loaded: others may have what that took. shared_bytes: what the job
-  /// holds from now on together with others.
+  /// Releases the memory for loading once the job's scene is loaded. shared_bytes: shared memory
+  /// that the job holds from now on.
   void end_load(const Job& job, std::map<std::string, std::uint64_t> shared_bytes);
-  /// The most that one job of this rank can get; 0: any number. An eighth of the memory is for
-  /// requests alone, half of which previews may have, too.
+  /// Returns the most that one job of this rank can get; 0: no limit. An eighth of the memory is
+  /// reserved for requests, half of which previews may use too.
   std::uint64_t memory_bytes_of(Rank rank) const;
-  /// Paused jobs, the longest first, without which the next job of the queue would have its memory;
-  /// empty when it waits for something else, or would still not. They are named once until they go
-  /// on, leave, or keep().
+  /// Returns paused jobs, longest first, whose parking would free the memory that the next job of
+  /// the queue needs; empty when it waits for something else, or would still not fit. Each job is
+  /// returned only once until it resumes, leaves, or keep().
   std::vector<JobPointer> take_parkable();
-  /// A job that was to be parked could not be; it may be asked again.
+  /// Makes a job that could not be parked available to take_parkable() again.
   void keep(const Job& job);
-  /// The job is paused: others may have its place. What it holds in memory, it keeps.
+  /// Releases the slot of a paused job, which keeps its memory.
   void pause(const Job& job);
-  /// A job goes on after a pause, beyond the limit if need be: its memory is held.
+  /// Gives a resumed job a slot, beyond the limit if necessary, since its memory is held.
   void claim(const Job& job, Rank rank);
-  /// Held by all jobs together, by what was said of them.
+  /// Returns the memory held by all jobs together, as declared.
   std::uint64_t memory_bytes() const;
   bool waits_for_memory() const;
-  /// Jobs with a place or memory: loading, rendering, paused in memory, or ending.
+  /// Returns jobs with a slot or memory: loading, rendering, paused in memory, or ending.
   std::vector<JobPointer> holders() const;
-  /// The job is final: it is the next to be remembered, and the oldest beyond the limit is
-  /// forgotten.
+  /// Adds a final job as the newest to be kept; drops the oldest beyond the limit.
   void retire(const JobPointer& job);
-  /// The oldest final preview goes, and its film with it. False: there is none.
+  /// Drops the oldest final preview and its film. Returns false when there is none.
   bool forget_oldest_preview();
 
  private:
@@ -138,27 +137,27 @@ class JobBook {
     JobPointer job;
     Rank rank;
     JobMemory memory;
-    int turn = 0;  ///< Jobs of its tenant and rank that run or stand before it.
+    int turn = 0;  ///< Jobs of its tenant and rank that run or are queued before it.
   };
   struct Holder {
     JobPointer job;
     Rank rank;
     JobMemory memory;
-    std::uint64_t paused_at = 0;  ///< In the order of pauses; 0: it runs.
+    std::uint64_t paused_at = 0;  ///< In the order of pauses; 0: not paused.
     bool is_parking = false;
   };
   void leave(std::uint64_t number);
   void remember_final(const JobPointer& job) REQUIRES(mutex_);
   static bool goes_before(const Waiting& a, const Waiting& b);
-  /// Puts the queue in order again, after a job came, went or got another rank.
+  /// Sorts the queue after a job was added, removed or got another rank.
   void arrange() REQUIRES(mutex_);
   bool may_start(Rank rank, const std::string& tenant) const REQUIRES(mutex_);
   bool may_start(const Waiting& next) const REQUIRES(mutex_) {
     return may_start(next.rank, next.job->tenant());
   }
-  /// Of all holders; parked: numbers of those that count for nothing.
+  /// Memory of all holders, except those whose numbers are in `parked`.
   MemoryUse use_of_holders(const std::set<std::uint64_t>& parked = {}) const REQUIRES(mutex_);
-  /// Of all holders, after one of them has changed.
+  /// Updates the lease after a holder has changed.
   void note_memory() REQUIRES(mutex_) { MemoryGate::change(held_, use_of_holders()); }
   bool is_too_large(Rank rank, const JobMemory& memory) const;
   bool fits(Rank rank, const JobMemory& memory, const std::set<std::uint64_t>& parked = {}) const
@@ -174,7 +173,7 @@ class JobBook {
   std::map<std::string, JobPointer> jobs_ GUARDED_BY(mutex_);
   std::vector<Waiting> queue_ GUARDED_BY(mutex_);  ///< Next first.
   std::uint64_t places_given_ GUARDED_BY(mutex_) = 0;
-  /// By the number of the place. A job that was paused while loading may have two for a moment.
+  /// By slot number. A job that was paused while loading may briefly have two.
   std::map<std::uint64_t, Holder> holders_ GUARDED_BY(mutex_);
   std::uint64_t pauses_ GUARDED_BY(mutex_) = 0;
   std::deque<std::string> final_ GUARDED_BY(mutex_);  ///< Oldest first.

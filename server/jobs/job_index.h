@@ -1,5 +1,5 @@
-/// JobIndex: jobs that were made, in memory or in the store: one by its id, lists, and who needs
-/// which scene.
+/// JobIndex: jobs in memory and in the store. Finds one by id, lists jobs, and tells which scenes
+/// they need.
 #pragma once
 
 #include <cstdint>
@@ -18,25 +18,25 @@ namespace server {
 
 class JobIndex {
  public:
-  /// Both outlive it.
+  /// Both arguments must outlive it.
   JobIndex(JobTable& table, JobBook& book) : table_(table), book_(book) {}
 
   /// Errors: kNotFound, also for a job that `access` does not see.
   core::Result<JobPointer> find(const std::string& id, const Access& access);
-  /// Among the jobs of all tenants.
+  /// The same among the jobs of all tenants.
   core::Result<JobPointer> find(const std::string& id);
-  /// With the latest figures of its run.
+  /// Returns the job with the latest figures of its run.
   api::JobView view(const Job& job) const;
 
   struct Page {
     std::vector<api::JobView> jobs;
-    std::optional<std::int64_t> next;  ///< Sequence that the next page is before.
+    std::optional<std::int64_t> next;  ///< Sequence before which the next page starts.
   };
-  /// Of what `access` sees.
+  /// Lists the jobs that `access` sees.
   core::Result<Page> list(JobQuery query, const Access& access);
 
-  /// Is there a job that renders, may yet, or could be extended, and needs it? tenant: among the
-  /// jobs of that one; empty: among all.
+  /// Whether an unfinished or extendable job needs the scene. tenant: among the jobs of that
+  /// tenant; empty: among all.
   core::Result<bool> needs_scene(const std::string& scene,
                                  const std::optional<std::string>& tenant);
   core::Result<bool> needs_asset(const std::string& asset,

@@ -1,8 +1,8 @@
-/// JobService: jobs from submission to deletion. What routes talk to.
+/// JobService: jobs from submission to deletion, as the routes use them.
 ///
 /// Its parts, each with its own header: Journal (changes, commits, publishes), JobIndex (finds and
-/// lists), FilmLibrary (cache, readers, eviction), RunBuilder (what a job needs), LifeCycle (queue
-/// to end). What clients ask for, and whether they may, is decided here.
+/// lists), FilmLibrary (cache, readers, eviction), RunBuilder (inputs of a job), LifeCycle (queue
+/// to end). This class decides what clients may ask for.
 #pragma once
 
 #include <atomic>
@@ -33,28 +33,29 @@
 
 namespace server {
 
-/// How long an idempotency key is known.
+/// Lifetime of an idempotency key.
 inline constexpr double kKeySeconds = 24 * 3600;
 
-/// Refused: the key may not give so high a priority.
+/// Refused when the key may not give so high a priority.
 Verdict priority_allowed(int priority, const Access& access);
 
 struct JobServiceOptions {
   int threads = 1;
   BookLimits book = {};
   int samples_max = 65536;
-  double checkpoint_seconds = 10;  ///< A checkpoint is complete this long after the one before.
+  double checkpoint_seconds = 10;  ///< From the end of one checkpoint to the end of the next.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
-  JobTable::Retention retention = {};           ///< Of jobs that have ended.
-  int quota_jobs = 0;                           ///< Unfinished jobs of one tenant; 0: any number.
-  std::string arithmetic = {};                  ///< core::arithmetic_class() of this process.
-  std::string build = {};                       ///< JSON text that goes with films made here.
-  std::shared_ptr<queue::NatsLink> queue = {};  ///< That workers take units from; null: none do.
-  int render_threads = 0;                       ///< With a queue: as LocalThreads::max.
+  JobTable::Retention retention = {};  ///< Of finished jobs.
+  int quota_jobs = 0;                  ///< Unfinished jobs of one tenant; 0: any number.
+  std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
+  std::string build = {};              ///< JSON text stored with films rendered here.
+  ///< From which workers take units; null: no workers.
+  std::shared_ptr<queue::NatsLink> queue = {};
+  int render_threads = 0;  ///< With a queue: LocalThreads::max.
   WorkOptions work = {};
 };
 
-/// What the service is built on; all outlive it.
+/// Dependencies of the service; all must outlive it.
 struct JobServiceParts {
   JobTable& table;
   SceneService& scenes;
@@ -73,70 +74,69 @@ class JobService {
   JobService(const JobService&) = delete;
   JobService& operator=(const JobService&) = delete;
 
-  /// Takes up what the last process left unfinished. Once, before anything else.
+  /// Resumes the jobs that the previous process left unfinished. Call once, before anything else.
   core::Status resume();
-  /// No new jobs, nothing rendered any more, every film on the disk as far as it is.
+  /// Refuses new jobs, stops rendering and saves every film.
   void stop();
-  /// For jobs with stop.denoised_error; before resume().
+  /// For jobs with stop.denoised_error. Call before resume().
   void set_denoised_bound(RunBuilder::DenoisedBound bound) {
     builder_.set_denoised_bound(std::move(bound));
   }
 
-  /// Draining: no new jobs are taken and none of the queue begins, until it is ended. What has
-  /// begun goes on. A restart ends it.
+  /// While draining, new jobs are refused and queued ones do not start; started ones continue. A
+  /// restart ends draining.
   void set_draining(bool is_draining) { life_.set_draining(is_draining); }
   api::DrainView drain() const;
 
-  /// Against the scene and the assets that `access` sees: what dry_run asks, and submit() does
-  /// first. Settles what depends on the scene. Problems: 404 scene, 422.
+  /// Checks the request against the scene and the assets that `access` sees, as dry_run and
+  /// submit() do, and resolves settings that depend on the scene. Problems: 404 scene, 422.
   api::Parsed<api::ParsedJob> check(api::ParsedJob request, const Access& access);
 
-  /// Where a submission comes from.
+  /// Origin of a submission.
   struct Submission {
-    Access access = {};    ///< Who submits; the job is of its tenant.
-    std::string key = {};  ///< Idempotency-Key; each tenant has its own; empty: none.
+    Access access = {};    ///< The submitter; the job belongs to its tenant.
+    std::string key = {};  ///< Idempotency-Key, separate for each tenant; empty: none.
     std::string body_hash = {};
-    std::string id = {};  ///< The client's own UUID; empty: one is made.
+    std::string id = {};  ///< The client's own UUID; empty: a new one.
   };
   struct Submitted {
     JobPointer job;
     bool is_replay = false;
   };
-  /// Problems: of check(); 404 an id that another tenant has taken; 409 key or id with another
-  /// body; 429 queue or quota full; 503 stopping; 507 disk full, or at /film more than the tenant
-  /// may keep.
+  /// Problems: of check(); 404 an id of another tenant; 409 key or id with another body; 429 queue
+  /// or quota full; 503 stopping; 507 disk full, or at /film more than the tenant's quota.
   api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
 
-  /// Jobs of a batch: all of them or none.
+  /// Jobs of a batch: all are stored or none.
   struct Together {
     Access access = {};
     std::optional<IdempotencyRow> key = {};
-    /// Writes the batch, knowing the jobs' sequences, in the transaction that makes the jobs.
+    /// Writes the batch, given the jobs' sequences, in the transaction that inserts the jobs.
     std::function<core::Status(Database::Session&, const std::vector<std::int64_t>&)> beside;
   };
-  /// Problems: as submit().
+  /// Problems: of submit().
   api::Parsed<std::vector<JobPointer>> submit_together(std::vector<api::ParsedJob> requests,
                                                        const Together& together);
 
-  /// What a job would cost, from a pilot among the other jobs' slices; waits for it, some seconds
-  /// at most. Errors: those of loading the scene; kUnavailable when the pilot got no turn.
+  /// Estimates the cost of a job from a pilot rendered between other jobs' slices; waits at most
+  /// some seconds. Errors: of loading the scene; kUnavailable when the pilot got no slice.
   core::Result<CostEstimate> estimate(const api::JobSpec& spec);
 
-  /// body: JSON merge patch. if_versions: those that spec_version may have. Refused: 409, 412, 422.
+  /// body: JSON merge patch. if_versions: accepted values of spec_version. Refused: 409, 412, 422.
   Verdict patch(const JobPointer& job, std::string_view body,
                 const std::optional<std::vector<std::uint32_t>>& if_versions, const Access& access);
-  /// Refused: 507 when the store cannot take it; the job is as it was then.
+  /// Refused: 507 when the store cannot record it; the job is then unchanged.
   Verdict cancel(const JobPointer& job) { return life_.cancel(job); }
-  /// Refused: 409 not finished or film gone; 422; 429 queue full, or the tenant's quota.
+  /// Refused: 409 not finished or film gone; 422; 429 queue or quota full.
   Verdict extend(const JobPointer& job, std::string_view body);
-  /// A failed job goes on from its last checkpoint, or from the start where there is none. Refused:
+  /// Resumes a failed job from its last checkpoint, or from the start if there is none. Refused:
   /// 409 not failed, or its inputs are gone; 429 as extend(); 507.
   Verdict retry(const JobPointer& job);
   /// Refused: 409 while it is not final.
   Verdict remove(const JobPointer& job);
 
-  /// A film from elsewhere becomes a finished job. spec: of the film's geometry; ledger as JobView
-  /// has it.
+  /// An imported film that becomes a finished job. spec: with the film's geometry; ledger: as in
+  /// JobView.
   struct FinishedFilm {
     api::JobSpec spec;
     std::shared_ptr<const core::Film> film;
@@ -161,8 +161,8 @@ class JobService {
   }
   api::JobView view(const Job& job) const { return index_.view(job); }
 
-  /// The view that the job is rendered from, loaded again where it has ended. Errors: those of
-  /// loading the scene.
+  /// Returns the view that the job is rendered from, loading it again if the job has ended. Errors:
+  /// of loading the scene.
   core::Result<core::View> scene_view(const Job& job) const;
 
   struct Counts {
@@ -173,31 +173,32 @@ class JobService {
     std::uint64_t rays = 0;     ///< Since this process began.
     std::uint64_t samples = 0;  ///< The same, over all pixels.
     std::uint64_t film_cache_bytes = 0;
-    std::uint64_t held_bytes = 0;  ///< By jobs from their start to their end.
+    std::uint64_t held_bytes = 0;  ///< By jobs from start to end.
     bool waits_for_memory = false;
   };
   Counts counts() const;
-  /// Those that the server has paused until the disk has room.
+  /// Jobs that the server paused until the disk has room.
   int jobs_without_room() const;
   bool any_job() const { return last_sequence_ > 0; }
   int threads() const { return scheduler_.threads(); }
-  /// Null: there is no queue.
+  /// Null without a queue.
   WorkBoard* board() { return board_.get(); }
 
  private:
-  /// Empty: new work is taken.
+  /// Why new work is refused; empty: it is accepted.
   std::optional<core::Error> refused_work() const;
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
   core::Result<JobPointer> find_replay(const Submission& submission);
   core::Result<JobPointer> find_own_id(const Submission& submission);
-  /// The tenant's place among its unfinished jobs, held until the job counts; or why there is none.
+  /// Locks the count of the tenant's unfinished jobs until the new jobs are added, or returns why
+  /// the quota does not allow them.
   api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant, int jobs = 1);
   core::Result<std::vector<JobPointer>> insert_together(std::vector<api::ParsedJob> requests,
                                                         const Together& together);
-  /// Cancels the previews that had the key before `by`.
+  /// Cancels earlier previews with the same key as `by`.
   void supersede(const std::string& preview_key, const Job& by, const Access& access);
   Verdict apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;
-  /// A job that has ended waits for another turn, as `modify` says. Refused: as extend().
+  /// Queues a finished job again, modified by `modify`. Refused: as extend().
   Verdict queue_again(const JobPointer& job, const Journal::Modify& modify);
 
   void upkeep(const std::stop_token& stop);
@@ -212,7 +213,8 @@ class JobService {
   const JobServiceOptions options_;
   std::counting_semaphore<16> pilots_;
   std::atomic<std::int64_t> last_sequence_ = 0;
-  core::Mutex keyed_mutex_;  ///< Held over a submission with a key: two of them are one job.
+  ///< Held during a submission with a key, so that two requests with one key create one job.
+  core::Mutex keyed_mutex_;
   core::Mutex
       quota_mutex_;  ///< Held from counting a tenant's jobs to adding one. After keyed_mutex_.
   JobBook book_;

@@ -1,5 +1,5 @@
-/// Journal: every change of a job's record is committed to the store before it is published, and
-/// published as events in the order of the commits.
+/// Journal: commits every change of a job's record to the store before publishing it, and publishes
+/// events in the order of the commits.
 #pragma once
 
 #include <cstdint>
@@ -20,47 +20,47 @@ namespace server {
 
 class Journal {
  public:
-  /// book: events of waiting jobs give their position in its queue. run: number of this run of the
-  /// server. All outlive it.
+  /// book: gives waiting jobs' positions for their events. run: number of this run of the server.
+  /// All arguments must outlive it.
   Journal(JobTable& table, const JobBook& book, Log& log, Metrics& metrics, std::int64_t run)
       : table_(table), book_(book), log_(log), metrics_(metrics), run_(run) {}
 
-  /// Changes the record, or refuses to.
+  /// Changes the record or refuses to.
   using Modify = std::function<Verdict(JobRecord&)>;
-  /// Handling of a change that the store does not take. kInMemory only for changes that were not
+  /// Handling of a change that the store cannot record. kInMemory only for changes that were not
   /// acknowledged to a client: a restart undoes them.
   enum class Unstored : std::uint8_t { kRefused, kRefusedIfFull, kInMemory };
   struct Options {
     Unstored unstored = Unstored::kRefused;
-    /// Runs when the change is committed, before it is published; the job's change_mutex() is held.
+    /// Called after the commit and before publishing, with the job's change_mutex() held.
     std::function<void(const JobRecord&)> before_publishing = {};
   };
   /// Modifies, commits, publishes; the events follow from the difference. Refused: by modify, by
-  /// the store; kConflict for a change of state that may not be; kNotFound when the job was
+  /// the store; kConflict for an invalid transition of the state; kNotFound when the job was
   /// deleted.
   Verdict change(Job& job, const Modify& modify, const Options& options);
-  /// New records of several jobs in one transaction, published even if the store does not take
-  /// them: the jobs are not visible yet.
+  /// Commits new records of several jobs in one transaction, and publishes them even if the store
+  /// fails: the jobs are not visible yet.
   void change_together(std::vector<std::pair<JobPointer, JobRecord>> changes);
 
-  /// What is stored beside the first record of a job.
+  /// Data stored together with the first record of a job.
   struct Beside {
     std::uint64_t reserved_bytes = 0;  ///< as in JobRow
     std::optional<IdempotencyRow> key = {};
   };
-  /// Commits and publishes the record that the job was made with. Errors: of the store.
+  /// Commits and publishes the initial record of a job. Errors: of the store.
   core::Status enter(Job& job, const Beside& beside);
 
-  /// The same for the jobs of a batch: all of them or none. reserved_bytes: of each job.
+  /// The same for the jobs of a batch: all or none. reserved_bytes: of each job.
   core::Status enter_together(const std::vector<JobPointer>& jobs,
                               const std::vector<std::uint64_t>& reserved_bytes,
                               const std::optional<IdempotencyRow>& key,
                               const JobTable::Beside& beside);
 
-  /// Called, while the job's change_mutex() is held, when its end is committed.
+  /// Sets a callback for committed ends of jobs, called with the job's change_mutex() held.
   void on_end(std::function<void(const Job&)> told) { on_end_ = std::move(told); }
 
-  /// Durable events after a mark of any run, up to seq of this run's stream.
+  /// Returns durable events after a mark of any run, up to seq of this run's stream.
   core::Result<std::vector<EventRow>> events_after(const Job& job, std::int64_t stream,
                                                    std::uint64_t seq);
   std::int64_t run_number() const { return run_; }
@@ -72,7 +72,7 @@ class Journal {
   };
   std::vector<News> news_between(const Job& job, const JobRecord& before,
                                  const JobRecord& after) const;
-  /// Takes numbers for the events; the first of them.
+  /// Reserves numbers for the events; returns the first.
   std::uint64_t reserve(Job& job, const std::vector<News>& news, std::vector<EventRow>& rows) const;
   static void publish(Job& job, std::uint64_t first, std::vector<News> news);
   static std::vector<DeliveryRow> deliveries_of(const JobRecord& record,

@@ -1,8 +1,8 @@
-/// LifeCycle: a job from the queue through loading and rendering to its end, with pauses, parking
-/// and checkpoints on the way.
+/// LifeCycle: takes a job from the queue through loading and rendering to its end, with pauses,
+/// parking and checkpoints.
 ///
-/// Rendering happens on the scheduler's threads, loading and saving on others; no call here waits
-/// for a renderer, except cancel() for some milliseconds.
+/// The scheduler's threads render, others load and save; no call here waits for a renderer, except
+/// cancel() for some milliseconds.
 #pragma once
 
 #include <atomic>
@@ -24,7 +24,7 @@ namespace server {
 
 class LifeCycle final : private RenderRun::Owner {
  public:
-  /// All outlive it.
+  /// All members must outlive it.
   struct Parts {
     const DataDir& data;
     StorageQuota& quota;
@@ -36,40 +36,40 @@ class LifeCycle final : private RenderRun::Owner {
     RunBuilder& builder;
     Scheduler& scheduler;
   };
-  /// checkpoint_seconds: a checkpoint is complete this long after the one before. build: JSON text
-  /// that goes with films made here.
+  /// checkpoint_seconds: from the end of one checkpoint to the end of the next. build: JSON text
+  /// stored with films rendered here.
   LifeCycle(Parts parts, double checkpoint_seconds, std::string build);
 
-  /// Begins what waits, as far as there are places and memory. To be called whenever that changes.
+  /// Starts queued jobs as slots and memory allow. Call it whenever these change.
   void admit();
-  /// None of the queue begins while the server drains.
+  /// While draining, queued jobs do not start.
   void set_draining(bool is_draining);
   bool is_draining() const { return draining_; }
   bool is_stopping() const { return stopping_; }
-  /// Nothing begins any more. False: that was said before.
+  /// Prevents further starts. Returns false when it was called before.
   bool begin_stop() { return !stopping_.exchange(true); }
-  /// Ends all work, with every film on the disk as far as it is. After begin_stop().
+  /// Stops all work and saves every film. Call after begin_stop().
   void finish_stop();
 
-  /// Cancels the job; one that has ended is left as it is. Refused: the store cannot take it, and
-  /// the job goes on.
+  /// Cancels the job; no effect on a finished one. Refused: the store cannot record it, and the job
+  /// continues.
   Verdict cancel(const JobPointer& job);
-  /// What follows from a change of the state. The job's change_mutex() is held.
+  /// Acts on a change of the state. The job's change_mutex() must be held.
   void follow_state(const JobPointer& job, api::JobState before, const JobRecord& after);
   /// The same for a change of priority and stop rule.
   void follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after);
 
   /// Saves the films that are due.
   void save_due(const std::stop_token& stop);
-  /// Jobs that wait for room on the disk go on if there is some.
+  /// Resumes jobs paused for lack of disk space if there is space now.
   void go_on_with_room();
 
-  /// What all runs of this process have done.
+  /// Returns the work done by all runs of this process.
   RenderRun::Work work_done() const;
 
  private:
-  // The way of a job: admit() -> load() -> start() -> on_end() -> finish(). A cancelled job is
-  // published as such at once, and settle_cancelled() keeps its film.
+  // Sequence of a job: admit() -> load() -> start() -> on_end() -> finish(). A cancelled job is
+  // published as such at once, and settle_cancelled() saves its film.
   void load(const std::shared_ptr<JobBook::Place>& place);
   void start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation);
   void on_first_slice(const RenderRun& run) override;
@@ -78,36 +78,37 @@ class LifeCycle final : private RenderRun::Owner {
   void settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
   void finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
               core::StopReason reason);
-  /// The end of the run could not be stored: the job waits for room, or ends as it can.
+  /// Handles an end that could not be stored: the job waits for disk space, or fails.
   void end_unstored(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
                     const core::Error& error);
   void settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
   /// run: null when there is none yet.
   void fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
             const core::Error& failure);
-  /// The job has ended: its run, if any, gets no slices any more and gives its place back.
+  /// Takes the run of a finished job, if any, off the scheduler and releases its slot.
   void release(const JobPointer& job);
   void keep_film_of(Job& job, const RenderRun& run);
 
-  /// Gives the memory of a paused job back; it goes on from its film file.
+  /// Releases the memory of a paused job; it resumes from its film file.
   void park(const JobPointer& job);
-  /// The disk is full: the job stands still until go_on_with_room(). ended: the run whose end could
-  /// not be stored, if there is one. False: the job has ended otherwise, and the caller settles
-  /// the run.
+  /// Pauses the job on a full disk until go_on_with_room(). ended: the run whose end could not be
+  /// stored, if any. Returns false when the job has ended otherwise; the caller then settles the
+  /// run.
   bool pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended);
   void checkpoint(const JobPointer& job);
-  /// Leaves the reserve of a full disk to the records. Errors: kNoSpace, kInternal.
+  /// Saves the film without using the disk reserve, which is kept for records. Errors: kNoSpace,
+  /// kInternal.
   core::Status save(RenderRun& run, const Job& job, bool is_final) const;
   void count_work(const RenderRun& run);
 
   const Parts parts_;
   const double checkpoint_seconds_;
   const std::string build_;
-  std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of runs that are over.
+  std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of completed runs.
   std::atomic<std::uint64_t> samples_done_ = 0;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> draining_ = false;
-  /// When a job was last saved; of the thread that calls save_due() alone.
+  /// Time of each job's last save; used only by the thread that calls save_due().
   std::map<std::string, std::chrono::steady_clock::time_point> saved_at_;
   Background loaders_;
   Background preview_loaders_;

@@ -1,4 +1,4 @@
-/// Pilot: a job rendered small for a moment, to say what the whole will cost.
+/// Pilot: renders a small version of a job for a moment, to estimate the cost of the whole.
 ///
 /// A source of slices for the scheduler; the requesting thread waits for it.
 #pragma once
@@ -14,18 +14,19 @@
 namespace server {
 
 struct CostEstimate {
-  double seconds = 0;  ///< On an idle server with that many threads.
+  double seconds = 0;  ///< On an idle server with the given number of threads.
   double seconds_low = 0;
   double seconds_high = 0;
   double cpu_seconds = 0;
-  double samples_per_pixel = 0;  ///< That the stop rules will need.
+  double samples_per_pixel = 0;  ///< Required by the stop rules.
   double memory_bytes = 0;       ///< Film and scene.
-  double memory_bytes_low = 0;   ///< The film alone: the scene may be loaded already.
-  double memory_bytes_high = 0;  ///< What it is admitted with: while it is loaded, or renders.
+  double memory_bytes_low = 0;   ///< The film alone, if the scene is loaded already.
+  ///< Memory reserved at admission: the larger of loading and rendering.
+  double memory_bytes_high = 0;
   double pilot_cpu_seconds = 0;
 };
 
-/// The same job with so few pixels and samples that it takes half a second at most.
+/// Returns the job with so few pixels and samples that it takes at most half a second.
 api::JobSpec pilot_spec(api::JobSpec spec);
 
 class Pilot final : public SliceSource, private core::RenderSink {
@@ -34,11 +35,11 @@ class Pilot final : public SliceSource, private core::RenderSink {
   explicit Pilot(std::shared_ptr<const core::Renderer> renderer);
 
   bool run_slice() override;
-  /// Until it is done. False: it has no sample of each pixel after some seconds.
+  /// Waits until it is done. Returns false when not every pixel has a sample after some seconds.
   bool wait();
-  /// spec: of the whole job. The interval is that of the mean over tiles, as if they were drawn at
-  /// random, widened by a quarter to each side for what another moment of the machine changes.
-  /// Memory is left out.
+  /// spec: of the whole job. The interval is that of the mean over tiles, treated as a random
+  /// sample, widened by a quarter on each side for variation of the machine's speed. Memory is not
+  /// filled in.
   CostEstimate estimate(const api::JobSpec& spec, int threads, int samples_max) const;
 
  private:

@@ -1,7 +1,7 @@
-/// RenderRun: one job while it renders: its task, its film, its film file.
+/// RenderRun: a rendering job: its task, its film, its film file.
 ///
 /// A source of slices for the scheduler, and the sink of its own task. Ends exactly once, by the
-/// task's decision or by a failure; the owner is notified through `Owner`.
+/// task's decision or by a failure, and notifies its `Owner`.
 #pragma once
 
 #include <atomic>
@@ -21,8 +21,7 @@ namespace server {
 
 class Job;
 
-/// How many threads of this process may render beside workers: with a queue, those of
-/// --render-threads.
+/// Limits the local threads that render beside workers: with a queue, to --render-threads.
 struct LocalThreads {
   int max = 0;
   std::atomic<int> busy = 0;
@@ -32,24 +31,24 @@ class RenderRun final : public SliceSource,
                         public std::enable_shared_from_this<RenderRun>,
                         private core::RenderSink {
  public:
-  /// Called from render threads, or from the thread that cancels; must be quick.
+  /// Called from render threads, or from the thread that cancels; must return quickly.
   class Owner {
    public:
     virtual ~Owner() = default;
     virtual void on_first_slice(const RenderRun& run) = 0;
-    /// It has an end().
+    /// Called when run->end() is set.
     virtual void on_end(std::shared_ptr<RenderRun> run) = 0;
   };
   struct Parts {
     std::weak_ptr<Job> job;
-    std::shared_ptr<void> place;  ///< Given back when the run is over.
+    std::shared_ptr<void> place;  ///< Released when the run is over.
     std::shared_ptr<const core::Renderer> renderer;
     std::shared_ptr<core::Film> film;
     std::optional<FilmFile> file;  ///< Empty: memory only.
     core::TaskOptions options;
     std::uint64_t scene_bytes = 0;
-    std::string arithmetic = {};    ///< Noted in the film file.
-    LocalThreads* local = nullptr;  ///< Null: there are no workers. Outlives the run.
+    std::string arithmetic = {};    ///< Recorded in the film file.
+    LocalThreads* local = nullptr;  ///< Null without workers. Must outlive the run.
   };
 
   /// owner must outlive the run; log is shared with the job.
@@ -57,53 +56,52 @@ class RenderRun final : public SliceSource,
 
   bool run_slice() override;
 
-  /// Slices for a worker, which take about so many CPU seconds together; empty: there are none now.
-  /// accept() or give_back() has to follow for each.
+  /// Lends slices to a worker, of about that many CPU seconds in total; empty: none now. accept()
+  /// or give_back() must follow for each.
   struct Lent {
     std::vector<core::Slice> slices;
     double expected_seconds = 0;
   };
   Lent lend(double seconds, std::size_t count_max);
-  /// What the slice needs, as it was lent.
+  /// Returns the inputs of the slice as of its lending.
   core::SliceWork prepare(const core::Slice& slice) const;
   void accept(std::vector<core::SliceWork> done);
   void give_back(const core::Slice& slice);
 
   /// Null: the job is gone.
   std::shared_ptr<Job> job() const { return job_.lock(); }
-  /// Gives the place back before the run is destroyed: readers may hold it for a while.
+  /// Releases the slot before the run is destroyed, since readers may hold the run for a while.
   void leave();
 
   core::RenderTask& task() { return task_; }
   const core::RenderTask& task() const { return task_; }
   std::shared_ptr<const core::Film> film() const { return film_; }
-  /// Of the film and the scene it is made from.
+  /// Of the film and its scene.
   std::uint64_t peak_bytes() const;
 
-  /// What this run has done, without what it found in the film file.
+  /// Work done by this run, without the contents of the film file that it resumed.
   struct Work {
     std::uint64_t rays = 0;
     std::uint64_t samples = 0;  ///< Over all pixels.
   };
   Work work() const;
 
-  /// Brings the film file up to the film. False status: kNoSpace, kInternal. Without a file:
-  /// nothing.
+  /// Writes the film file. Errors: kNoSpace, kInternal. No effect without a file.
   core::Status save(bool is_final);
   std::uint64_t file_bytes() const;
-  /// How long the last save took.
+  /// Duration of the last save.
   double last_save_seconds() const { return last_save_seconds_.load(); }
 
-  /// Ends the run for a reason from outside; no effect when it has ended.
+  /// Ends the run for an external reason; no effect when it has ended.
   void fail(core::Error failure);
 
   struct End {
     core::StopReason reason = core::StopReason::kNone;
     std::optional<core::Error> failure = {};  ///< Empty unless reason is kFailed.
   };
-  /// Empty: it goes on.
+  /// Empty while it runs.
   std::optional<End> end() const;
-  /// The end could not be stored: the thread that takes it tries again.
+  /// Marks that the end could not be stored; the thread that takes it retries.
   void leave_end() { is_end_left_ = true; }
   bool take_end() { return is_end_left_.exchange(false); }
   bool has_left_end() const { return is_end_left_; }
@@ -114,7 +112,7 @@ class RenderRun final : public SliceSource,
   void on_finished(core::StopReason reason) override;
   void end_with(End end);
   void note_start();
-  /// Calls it; what it throws ends the run.
+  /// Calls it; an exception ends the run.
   template <typename Call>
   void guarded(Call&& call);
 

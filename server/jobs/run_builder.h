@@ -1,4 +1,4 @@
-/// RunBuilder: what a job needs to be rendered, and how much memory that takes.
+/// RunBuilder: loads the inputs of a job, and computes its memory requirement.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,7 @@ Rank rank_of(const api::JobSpec& spec);
 
 class RunBuilder {
  public:
-  /// All outlive it.
+  /// All members must outlive it.
   struct Parts {
     SceneService& scenes;
     const DataDir& data;
@@ -31,39 +31,39 @@ class RunBuilder {
     Journal& journal;
     FilmLibrary& films;
   };
-  /// samples_max: of a pixel; arithmetic: core::arithmetic_class() of this process.
+  /// samples_max: per pixel; arithmetic: core::arithmetic_class() of this process.
   RunBuilder(Parts parts, int samples_max, std::string arithmetic)
       : parts_(parts), samples_max_(samples_max), arithmetic_(std::move(arithmetic)) {}
 
-  /// What is admitted, and what dry_run gives: at most so much is taken, from loading on.
-  /// view_direction: of a camera that is known, when everything is loaded.
+  /// Returns the upper bound of the memory used from loading on, as admission and dry_run use it.
+  /// view_direction: of the resolved camera, when everything is loaded.
   JobMemory memory_of(const api::JobSpec& spec,
                       std::optional<core::Vec3> view_direction = {}) const;
-  /// Empty: it fits into what a job may hold.
+  /// Returns empty if the job fits into the memory that one job may hold.
   std::optional<api::FieldError> too_large(const api::JobSpec& spec) const;
   /// Loads the scene and the environment. Errors: of loading.
   core::Result<std::shared_ptr<const core::Renderer>> renderer(
       const api::JobSpec& spec, SceneService::Admission admission) const;
-  /// Loads all that the job needs and opens its film. Errors: of loading, of the film file;
+  /// Loads all inputs of the job and opens its film. Errors: of loading, of the film file;
   /// kUnavailable when it is too large for the server; kCancelled when the job was deleted.
   core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Place>& place,
                                                  RenderRun::Owner& owner);
   const std::string& arithmetic() const { return arithmetic_; }
-  /// As core::TaskOptions::denoised_bound, of the job's film.
+  /// As core::TaskOptions::denoised_bound, for the job's film.
   using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
-  /// The same. local outlives the runs.
+  /// local must outlive the runs.
   void set_local_threads(LocalThreads* local) { local_ = local; }
-  /// Before the first build().
+  /// Call before the first build().
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
  private:
   core::Result<core::View> view_of(const api::JobSpec& spec,
                                    SceneService::Admission admission) const;
   core::Result<core::View> admitted_view(const api::JobSpec& spec) const;
-  /// With the integrator that `auto` chooses, which the job then names.
+  /// Resolves the integrator `auto` and records the choice in the job.
   core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job);
   core::Result<FilmFile> open_film(Job& job, core::Film& film, core::TaskOptions& options);
-  /// Errors: kCancelled when the job was deleted.
+  /// Adds a warning. Errors: kCancelled when the job was deleted.
   core::Status warn(Job& job, const std::string& warning);
 
   const Parts parts_;

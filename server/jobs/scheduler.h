@@ -1,9 +1,9 @@
-/// Scheduler: one pool of render threads that takes slices from all active jobs.
+/// Scheduler: one pool of render threads that runs slices of all active jobs.
 ///
-/// Which job gets the next free thread: preview class first, then the higher priority, then one of
-/// the tenant that was served least CPU time, and of its jobs the one that was served least
-/// (newcomers start level with the least served). The threads run at a lower priority than those
-/// that answer HTTP.
+/// Order in which jobs get a free thread: preview class first, then higher priority, then the
+/// tenant that has received the least CPU time, and of its jobs the one that has received the least
+/// (a new job starts at the minimum). The threads run at a lower OS priority than those that answer
+/// HTTP.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@
 
 namespace server {
 
-/// Work that can be handed out in slices of some milliseconds, to any number of threads.
+/// Work divided into slices of some milliseconds, for any number of threads.
 class SliceSource {
  public:
   virtual ~SliceSource() = default;
-  /// Does one slice. False: there is none now; one of those running may bring more.
+  /// Runs one slice. Returns false when there is none now; running slices may create more.
   virtual bool run_slice() = 0;
 };
 
@@ -33,23 +33,23 @@ struct Rank {
 class Scheduler {
  public:
   explicit Scheduler(int threads);
-  /// Waits for the slices that are running.
+  /// Waits for running slices.
   ~Scheduler();
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  /// Adds the source, or gives it a new rank. tenant: whom its time is counted for.
+  /// Adds the source, or changes its rank. tenant: to which its time is charged.
   void add(std::shared_ptr<SliceSource> source, Rank rank, const std::string& tenant = {});
   void set_rank(const SliceSource& source, Rank rank);
-  /// Slices that are running go on; no new ones are started. Unknown sources are no error.
+  /// Starts no more slices of the source; running ones continue. Ignores unknown sources.
   void remove(const SliceSource& source);
-  /// Whose turn it is, the first one first; for slices that are rendered elsewhere.
+  /// Returns the sources in scheduling order, for slices that are rendered elsewhere.
   std::vector<std::shared_ptr<SliceSource>> in_turn() const;
-  /// The source was served so much elsewhere. Unknown sources are no error.
+  /// Charges the source for CPU time used elsewhere. Ignores unknown sources.
   void charge(const SliceSource& source, double seconds);
-  /// There may be slices again where there were none.
+  /// Announces that sources may have slices again.
   void wake();
-  /// Hands out nothing more and waits for what is running.
+  /// Starts no more slices and waits for running ones.
   void stop();
 
   int threads() const { return static_cast<int>(threads_.size()); }
@@ -70,10 +70,10 @@ class Scheduler {
     double served_seconds = 0;
     std::uint64_t completions = 0;
     int running = 0;          ///< Threads inside run_slice().
-    bool is_starved = false;  ///< Had no slice when last asked.
+    bool is_starved = false;  ///< It had no slice when last asked.
   };
 
-  /// What the jobs of a tenant were given while it had any.
+  /// CPU time that a tenant received while it had jobs.
   struct Share {
     double served_seconds = 0;
     int running = 0;
@@ -82,10 +82,10 @@ class Scheduler {
   void work();
   std::shared_ptr<Entry> pick() REQUIRES(mutex_);
   bool goes_before(const Entry& a, const Entry& b) const REQUIRES(mutex_);
-  /// Of the tenant's jobs of that rank, the time of the least served.
+  /// Returns the least time among the tenant's jobs of that rank.
   double level(Rank rank, const std::string& tenant) const REQUIRES(mutex_);
   void join_share(const std::string& tenant) REQUIRES(mutex_);
-  /// Of a tenant that has no job left.
+  /// Called when a tenant has no jobs left.
   void leave_share(const std::string& tenant) REQUIRES(mutex_);
 
   mutable core::Mutex mutex_;

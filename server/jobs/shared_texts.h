@@ -1,4 +1,4 @@
-/// SharedTexts: texts that many readers get, made once.
+/// SharedTexts: texts sent to many readers, each generated once.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ class SharedTexts {
  public:
   using Text = std::shared_ptr<const std::string>;
 
-  /// The text about tile `tile` at event `seq`; make() -> std::string is called by the first who
-  /// asks. Of each tile the newest is kept.
+  /// Returns the text for tile `tile` at event `seq`; the first caller runs make() -> std::string.
+  /// Keeps the newest text of each tile.
   template <typename Make>
   Text of(int tile, std::uint64_t seq, const Make& make) {
     {
@@ -25,7 +25,7 @@ class SharedTexts {
         return found->second.text;
       }
     }
-    // Two threads at the same moment do the work twice, and neither waits.
+    // Two threads may both do the work; neither waits.
     Text text = std::make_shared<const std::string>(make());
     const core::MutexLock lock(mutex_);
     Entry& entry = texts_[tile];

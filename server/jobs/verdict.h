@@ -1,4 +1,4 @@
-/// Verdict: whether a job was changed as asked; if not, the refusal that the API answers.
+/// Verdict: the result of changing a job: success, or the refusal that the API returns.
 #pragma once
 
 #include <string>
@@ -14,16 +14,16 @@ namespace server {
 
 class [[nodiscard]] Verdict {
  public:
-  /// It was done.
+  /// Success.
   Verdict() = default;
   Verdict(core::Error error) : refusal_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
   Verdict(api::Problem problem)
       : refusal_(std::move(problem)) {}  // NOLINT(google-explicit-constructor)
 
   explicit operator bool() const { return std::holds_alternative<std::monostate>(refusal_); }
-  /// Refused with that code; false for problems that a parser has found.
+  /// True if refused with that code; false for problems found by a parser.
   bool is(core::ErrorCode code) const { return error() != nullptr && error()->code == code; }
-  /// Null for problems that a parser has found.
+  /// Null for problems found by a parser.
   const core::Error* error() const { return std::get_if<core::Error>(&refusal_); }
   /// Pre: refused.
   api::Problem problem() const {

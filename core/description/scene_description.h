@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/color/ior_curve.h"
 #include "core/color/rgb.h"
 #include "core/description/moved_vertices.h"
 #include "core/image_io/image.h"
@@ -91,6 +92,7 @@ struct MaterialDescription {
   float anisotropy_rotation_rad = 0;
   TextureDescription anisotropy_texture;  ///< RG direction, B strength
   float dispersion = 0;                   ///< 20 / Abbe number; 0: none
+  IorCurve ior_curve;  ///< for paths of wavelengths, instead of `dispersion`; `ior` is its n_d
   float diffuse_transmission = 0;
   TextureDescription diffuse_transmission_texture;  ///< A
   Rgb diffuse_transmission_color = {1, 1, 1};

@@ -173,6 +173,11 @@ class SceneWriter {
     Json dispersion;
     put(dispersion, "dispersion", m.dispersion, 0);
     put_extension(json, "KHR_materials_dispersion", std::move(dispersion));
+    if (m.ior_curve.formula == IorFormula::kCauchy) {
+      json["extras"]["ior_cauchy"] = m.ior_curve.a;
+    } else if (m.ior_curve.formula == IorFormula::kSellmeier) {
+      json["extras"]["ior_sellmeier"] = {{"b", m.ior_curve.a}, {"c_um2", m.ior_curve.c}};
+    }
     return json;
   }
 

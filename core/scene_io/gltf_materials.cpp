@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <set>
 #include <string>
 
+#include "core/scene_io/gltf_ior.h"
 #include "core/scene_io/gltf_model.h"
 
 namespace core {
@@ -80,6 +82,7 @@ class MaterialReader {
     read_surface_extensions();
     read_layers();
     read_interior();
+    read_ior_curve();
     if (const auto* e = extension("KHR_materials_pbrSpecularGlossiness")) {
       read_specular_glossiness(*e);
     }
@@ -262,7 +265,58 @@ class MaterialReader {
     }
   }
 
-  void warn(const char* what) { scene_.warnings.push_back("material '" + m_.name + "': " + what); }
+  void warn(const std::string& what) {
+    scene_.warnings.push_back("material '" + m_.name + "': " + what);
+  }
+
+  /// The curve of extras counts instead of KHR_materials_ior, and for paths of wavelengths instead
+  /// of KHR_materials_dispersion.
+  void read_ior_curve() {
+    auto curve =
+        core::read_ior_curve(in_.extras, "/materials/" + std::to_string(scene_.materials.size()));
+    if (!curve) {
+      if (status_) {
+        status_ = curve.error();
+      }
+      return;
+    }
+    if (!curve->is_known()) {
+      return;
+    }
+    if (extension("KHR_materials_pbrSpecularGlossiness") != nullptr) {
+      warn(
+          "KHR_materials_pbrSpecularGlossiness knows no index of refraction; that of extras has "
+          "no effect");
+      return;
+    }
+    m_.ior_curve = *curve;
+    const float n_d = curve->at(kLineDNm);
+    if (extension("KHR_materials_ior") != nullptr) {
+      warn_of_contradiction("KHR_materials_ior", m_.ior, n_d, "which counts");
+    }
+    if (extension("KHR_materials_dispersion") != nullptr) {
+      const float dispersion = 20 * (curve->at(kLineFNm) - curve->at(kLineCNm)) / (n_d - 1);
+      warn_of_contradiction("KHR_materials_dispersion", m_.dispersion, dispersion,
+                            "which counts with wavelengths");
+    }
+    m_.ior = n_d;
+    if (m_.thickness <= 0 || (m_.transmission <= 0 && m_.diffuse_transmission <= 0)) {
+      warn(
+          "the curve of extras disperses in volumes only (KHR_materials_volume with a thickness); "
+          "elsewhere its index at 587.6 nm counts");
+    }
+  }
+
+  /// Values agree that differ by no more than rounding to two decimals.
+  void warn_of_contradiction(const char* extension_name, float theirs, float ours,
+                             const char* which) {
+    if (std::fabs(theirs - ours) > 0.005F) {
+      char text[128];
+      std::snprintf(text, sizeof text, "%s says %.4g, the curve of extras %.4g, %s", extension_name,
+                    static_cast<double>(theirs), static_cast<double>(ours), which);
+      warn(text);
+    }
+  }
 
   /// A texture lies on the surface; what scatters is inside.
   void warn_of_scatter_texture(const tinygltf::Value& e) {

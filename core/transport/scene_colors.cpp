@@ -52,6 +52,9 @@ Rgb SpectralColors::relative_ior(const MediumStack& media, const Material& mater
       return Rgb(1);
     }
     const MaterialDescription& f = m->factors;
+    if (f.ior_curve.is_known()) {
+      return Rgb{f.ior_curve.at(nm.r), f.ior_curve.at(nm.g), f.ior_curve.at(nm.b)};
+    }
     const auto at = [&f](float one) { return dispersive_ior(f.ior, f.dispersion, one); };
     return f.dispersion > 0 ? Rgb{at(nm.r), at(nm.g), at(nm.b)} : Rgb(std::max(f.ior, 1.0F));
   };

@@ -163,6 +163,21 @@ class Scenes(ApiTest):
         self.assertEqual(answer.status, 201, answer)
         self.assertIn("EXT_nobody_needs", json.dumps(answer.json()["warnings"]))
 
+    def test_curves_of_the_index_of_refraction_are_checked(self):
+        def post(cauchy):
+            glass = {"extensions": {"KHR_materials_ior": {"ior": 1.45},
+                                    "KHR_materials_transmission": {"transmissionFactor": 1},
+                                    "KHR_materials_volume": {"thicknessFactor": 1}},
+                     "extras": {"ior_cauchy": cauchy}}
+            data = triangle_glb(materials=[glass], extensionsUsed=list(glass["extensions"]))
+            return self.server.post("/v1/scenes", data, GLB)
+        answer = post([1.504584, 0.004217, 0])
+        self.assertEqual(answer.status, 201, answer)
+        warnings = answer.json()["warnings"]
+        self.assertEqual(len(warnings), 1, warnings)
+        self.assertIn("KHR_materials_ior says 1.45", warnings[0])
+        self.assert_problem(post([0.9, 0, 0]), 422, "/materials/0/extras/ior_cauchy")
+
     def test_wrong_documents_are_422_with_a_reason(self):
         def broken(**members):
             return triangle_glb(**members)

@@ -24,6 +24,7 @@ list(APPEND RENDER_TEST_SOURCES
   asset_files.cpp
   assets_test.cpp
   gltf_stage.cpp
+  gltf_dispersion_test.cpp
   gltf_geometry_test.cpp
   gltf_glass_test.cpp
   gltf_lights_test.cpp

@@ -105,7 +105,8 @@ Document everything() {
     "attenuationColor": [0.5, 0.7, 0.9]},
     "KHR_materials_dispersion": {"dispersion": 0.3},
     "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.2,
-    "diffuseTransmissionColorFactor": [1, 1, 0]}}})");
+    "diffuseTransmissionColorFactor": [1, 1, 0]}},
+    "extras": {"ior_sellmeier": {"b": [1.04, 0.232, 1.01], "c_um2": [0.006, 0.02, 103.6]}}})");
   writer.add("materials", R"({"extensions": {"KHR_materials_unlit": {}},)"
                           R"( "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})");
   writer.add(

@@ -10,6 +10,7 @@ set(SCENE_IO_TEST_SOURCES
   gltf_deform_test.cpp
   gltf_environment_test.cpp
   gltf_geometry_test.cpp
+  gltf_ior_test.cpp
   gltf_material_test.cpp
   gltf_mutation_test.cpp
   gltf_motion_test.cpp

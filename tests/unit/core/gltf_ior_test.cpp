@@ -1,0 +1,128 @@
+// Curves of the index of refraction in a material's extras: read, written, refused, contradicted.
+#include <string>
+
+#include "tests/unit/core/gltf_test_support.h"
+
+namespace {
+
+using namespace gltf_test;
+using core::IorFormula;
+
+const char* const kVolume =
+    R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":1},)"
+    R"("KHR_materials_volume":{"thicknessFactor":1})";
+
+/// A volume with this text as its extras, and further extensions (", ..." or nothing).
+core::Result<core::SceneDescription> with_extras(const std::string& extras,
+                                                 const std::string& extensions = "") {
+  return load_material(kVolume + extensions + "},\"extras\":" + extras);
+}
+
+const char* const kCauchy = R"({"ior_cauchy":[1.504584,0.004217,0]})";
+// N-BK7 of Schott's data sheet.
+const char* const kSellmeier = R"({"ior_sellmeier":{"b":[1.03961212,0.231792344,1.01046945],)"
+                               R"("c_um2":[0.00600069867,0.0200179144,103.560653]}})";
+
+TEST(GltfIor, CurvesAreReadAndSetTheIndexOfTheDLine) {
+  const auto cauchy = with_extras(kCauchy);
+  ASSERT_TRUE(cauchy) << cauchy.error().message;
+  EXPECT_EQ(cauchy->materials[0].ior_curve.formula, IorFormula::kCauchy);
+  EXPECT_EQ(cauchy->materials[0].ior_curve.a[1], 0.004217F);
+  EXPECT_NEAR(cauchy->materials[0].ior, 1.5168F, 5e-6F);
+  EXPECT_TRUE(cauchy->warnings.empty());
+
+  const auto sellmeier = with_extras(kSellmeier);
+  ASSERT_TRUE(sellmeier) << sellmeier.error().message;
+  EXPECT_EQ(sellmeier->materials[0].ior_curve.formula, IorFormula::kSellmeier);
+  EXPECT_EQ(sellmeier->materials[0].ior_curve.c[2], 103.560653F);
+  EXPECT_NEAR(sellmeier->materials[0].ior, 1.5168F, 5e-6F);
+  EXPECT_TRUE(sellmeier->warnings.empty());
+}
+
+TEST(GltfIor, CurvesSurviveWriting) {
+  for (const char* extras : {kCauchy, kSellmeier}) {
+    const auto scene = with_extras(extras);
+    ASSERT_TRUE(scene);
+    const auto again = load(core::write_glb(*scene));
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_EQ(again->materials[0].ior_curve, scene->materials[0].ior_curve);
+    EXPECT_TRUE(again->warnings.empty());
+  }
+}
+
+TEST(GltfIor, OtherExtrasAreIgnored) {
+  for (const char* extras : {"7", "null", "\"ior_cauchy\"", "[1]", R"({"ior":2})"}) {
+    const auto scene = with_extras(extras);
+    ASSERT_TRUE(scene) << extras;
+    EXPECT_FALSE(scene->materials[0].ior_curve.is_known()) << extras;
+    EXPECT_EQ(scene->materials[0].ior, 1.5F) << extras;
+  }
+}
+
+TEST(GltfIor, WrongCurvesAreRefusedWithTheirPlace) {
+  struct Case {
+    const char* extras;
+    const char* where;
+  };
+  const Case cases[] = {
+      {R"({"ior_cauchy":1.5})", "/ior_cauchy"},
+      {R"({"ior_cauchy":[1.5,0.004]})", "/ior_cauchy"},
+      {R"({"ior_cauchy":[1.5,"a",0]})", "/ior_cauchy/1"},
+      {R"({"ior_cauchy":[1.5,0,1e300]})", "/ior_cauchy/2"},
+      {R"({"ior_cauchy":[0.9,0.001,0]})", "/ior_cauchy"},  // below 1
+      // Above 1 at d, below at 380 nm: 1.5 - 0.08 / 0.38^2 = 0.946.
+      {R"({"ior_cauchy":[1.5,-0.08,0]})", "/ior_cauchy"},
+      {R"({"ior_cauchy":[1.5,4217,0]})", "/ior_cauchy"},  // B in nm^2
+      {R"({"ior_sellmeier":[1,2,3]})", "/ior_sellmeier"},
+      {R"({"ior_sellmeier":{"b":[1,0,0]}})", "/ior_sellmeier/c_um2"},
+      {R"({"ior_sellmeier":{"b":[1,0],"c_um2":[0.01,0,0]}})", "/ior_sellmeier/b"},
+      {R"({"ior_sellmeier":{"b":[1,0,0],"c_um2":[0.01,null,0]}})", "/ior_sellmeier/c_um2/1"},
+      {R"({"ior_sellmeier":{"b":[1,0.1,0],"c_um2":[0.01,0.25,0]}})",
+       "/ior_sellmeier/c_um2/1"},  // a resonance at 500 nm
+      // C1 in nm^2: a resonance at 77 um, and an index of less than 1.
+      {R"({"ior_sellmeier":{"b":[1,0,0],"c_um2":[6000,0,0]}})", "/ior_sellmeier"},
+      {R"({"ior_sellmeier":{"b":[-3,0,0],"c_um2":[0.01,0,0]}})", "/ior_sellmeier"},
+      {R"({"ior_cauchy":[1.5,0,0],"ior_sellmeier":{"b":[1,0,0],"c_um2":[0,0,0]}})", "/ior_cauchy"},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.extras);
+    expect_error_at(with_extras(each.extras), std::string("/materials/0/extras") + each.where);
+  }
+}
+
+TEST(GltfIor, ContradictionsAreWarnings) {
+  const auto warnings = [](const std::string& extensions) {
+    const auto scene = with_extras(kSellmeier, extensions);
+    EXPECT_TRUE(scene);
+    return scene ? scene->warnings : std::vector<std::string>();
+  };
+  // n_d = 1.5168 and 20 / V_d = 20 / 64.17 = 0.3117, rounded as exporters do.
+  EXPECT_TRUE(warnings(R"(,"KHR_materials_ior":{"ior":1.52},)"
+                       R"("KHR_materials_dispersion":{"dispersion":0.31})")
+                  .empty());
+  const auto ior = warnings(R"(,"KHR_materials_ior":{"ior":1.45})");
+  ASSERT_EQ(ior.size(), 1U);
+  EXPECT_EQ(ior[0],
+            "material '': KHR_materials_ior says 1.45, the curve of extras 1.517, which counts");
+  const auto dispersion = warnings(R"(,"KHR_materials_dispersion":{"dispersion":0.4})");
+  ASSERT_EQ(dispersion.size(), 1U);
+  EXPECT_EQ(dispersion[0],
+            "material '': KHR_materials_dispersion says 0.4, the curve of extras 0.3117, which "
+            "counts with wavelengths");
+}
+
+TEST(GltfIor, CurvesWithoutEffectAreWarnings) {
+  const auto surface = load_material(std::string("\"extras\":") + kCauchy);
+  ASSERT_TRUE(surface);
+  EXPECT_NEAR(surface->materials[0].ior, 1.5168F, 5e-6F);
+  ASSERT_EQ(surface->warnings.size(), 1U);
+  EXPECT_NE(surface->warnings[0].find("disperses in volumes only"), std::string::npos);
+
+  const auto glossy = with_extras(kCauchy, R"(,"KHR_materials_pbrSpecularGlossiness":{})");
+  ASSERT_TRUE(glossy);
+  EXPECT_FALSE(glossy->materials[0].ior_curve.is_known());
+  ASSERT_EQ(glossy->warnings.size(), 1U);
+  EXPECT_NE(glossy->warnings[0].find("has no effect"), std::string::npos);
+}
+
+}  // namespace

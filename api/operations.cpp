@@ -1,6 +1,5 @@
 #include "api/operations.h"
 
-#include <algorithm>
 #include <array>
 
 #include "api/schemas.h"
@@ -68,6 +67,7 @@ constexpr std::array kDrain = {ContentRow{"application/json", "Drain"}};
 constexpr std::array kWorkerReport = {ContentRow{"application/json", "WorkerReport"}};
 constexpr std::array kWorkerOrders = {ContentRow{"application/json", "WorkerOrders"}};
 constexpr std::array kWorkerList = {ContentRow{"application/json", "WorkerList"}};
+constexpr std::array kWorkerTiles = {ContentRow{"application/json", "WorkerTiles"}};
 constexpr std::array kUnitRequest = {ContentRow{"application/json", "UnitRequest"}};
 constexpr std::array kInputs = {ContentRow{"application/json", "WorkInputs"}};
 constexpr std::array kUsage = {ContentRow{"application/json", "Usage"}};
@@ -192,6 +192,7 @@ constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
 constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
 constexpr std::array kDrainAnswer = {ResponseRow{200, "How far it is.", kDrain}};
 constexpr std::array kWorkersAnswer = {ResponseRow{200, "The workers.", kWorkerList}};
+constexpr std::array kWorkerTilesAnswer = {ResponseRow{200, "The tiles.", kWorkerTiles}};
 constexpr std::array kOrdersAnswer = {ResponseRow{200, "What it is to do.", kWorkerOrders}};
 constexpr std::array kInputsAnswer = {ResponseRow{200, "The inputs.", kInputs}};
 constexpr std::array kLeaseAnswer = {ResponseRow{200, "Its slices.", kBytes}};
@@ -468,6 +469,9 @@ constexpr std::array kOperations = {
               kNoHeaders, kNoBody, kGone, k404, true},
     Operation{"listWorkers", "GET", "/v1/workers", "Workers", "List the workers.", "", "read",
               kNoHeaders, kNoBody, kWorkersAnswer, kNoProblems, true},
+    Operation{"listWorkerTiles", "GET", "/v1/jobs/{id}/workers", "Workers",
+              "Which worker renders which tile.", "Of this moment. Empty without workers.", "read",
+              kNoHeaders, kNoBody, kWorkerTilesAnswer, k404, true},
     Operation{"reportWorker", "PUT", "/v1/workers/{id}", "Workers", "A worker lives.", "", "worker",
               kNoHeaders, kWorkerReport, kOrdersAnswer, kSubmitProblems, true},
     Operation{"getWorkInputs", "GET", "/v1/work/jobs/{id}", "Workers", "What its units need.",
@@ -490,11 +494,5 @@ constexpr std::array kOperations = {
 }  // namespace
 
 std::span<const Operation> operations() { return kOperations; }
-
-const Operation* find_operation(std::string_view id) {
-  const auto* found = std::find_if(kOperations.begin(), kOperations.end(),
-                                   [id](const Operation& each) { return each.id == id; });
-  return found == kOperations.end() ? nullptr : &*found;
-}
 
 }  // namespace api

@@ -2,6 +2,7 @@
 /// document and the documentation page all come from here.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <string_view>
 
@@ -53,6 +54,11 @@ struct Operation {
 
 std::span<const Operation> operations();
 /// Null when there is none.
-const Operation* find_operation(std::string_view id);
+inline const Operation* find_operation(std::string_view id) {
+  const auto all = operations();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [id](const Operation& each) { return each.id == id; });
+  return found == all.end() ? nullptr : &*found;
+}
 
 }  // namespace api

@@ -142,6 +142,26 @@ const View<WorkerView>& worker_view() {
   return kView;
 }
 
+const View<WorkerTile>& tile_view() {
+  static const View<WorkerTile> kView = {
+      "WorkerTile",
+      "A tile that a worker renders. Pixels count from the top left of the full film.",
+      {{"worker", shape::text("Its id."), [](const WorkerTile& t) -> Json { return t.worker; }},
+       {"x", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.x; }},
+       {"y", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.y; }},
+       {"width", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.width; }},
+       {"height", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.height; }}}};
+  return kView;
+}
+
+Json list_schema(const char* doc, const char* member, const char* schema) {
+  Json list = basic_schema("object", doc);
+  list["properties"] = {{member, shape::list(shape::reference(schema), "")}};
+  list["required"] = {member};
+  list["additionalProperties"] = false;
+  return list;
+}
+
 }  // namespace
 
 Parsed<WorkerReport> parse_worker_report(std::string_view body) {
@@ -162,6 +182,10 @@ std::string worker_list_json(std::span<const WorkerView> workers) {
   return dump({{"workers", print_list(worker_view(), workers)}});
 }
 
+std::string worker_tiles_json(std::span<const WorkerTile> tiles) {
+  return dump({{"tiles", print_list(tile_view(), tiles)}});
+}
+
 void add_worker_schemas(Json& components) {
   components["WorkerReport"] = as_request(
       object_schema(report_table(), WorkerReport{}, "A worker lives, and what it is busy with."));
@@ -170,11 +194,10 @@ void add_worker_schemas(Json& components) {
   components["WorkerOrders"] = orders_view().schema();
   components["WorkInputs"] = inputs_view().schema();
   components["Worker"] = worker_view().schema();
-  Json list = basic_schema("object", "All workers that were seen lately.");
-  list["properties"] = {{"workers", shape::list(shape::reference("Worker"), "")}};
-  list["required"] = {"workers"};
-  list["additionalProperties"] = false;
-  components["WorkerList"] = std::move(list);
+  components["WorkerTile"] = tile_view().schema();
+  components["WorkerList"] = list_schema("All workers that were seen lately.", "workers", "Worker");
+  components["WorkerTiles"] =
+      list_schema("Tiles of a job that workers render.", "tiles", "WorkerTile");
 }
 
 }  // namespace api

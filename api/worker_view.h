@@ -62,6 +62,13 @@ struct WorkerView {
 };
 std::string worker_list_json(std::span<const WorkerView> workers);
 
+/// A tile of a job that a worker renders now.
+struct WorkerTile {
+  std::string worker;
+  core::PixelRect rect;  ///< in pixels of the full film
+};
+std::string worker_tiles_json(std::span<const WorkerTile> tiles);
+
 /// Adds the schemas of all of these to `components`.
 void add_worker_schemas(Json& components);
 

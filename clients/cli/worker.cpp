@@ -32,6 +32,14 @@ using core::ErrorCode;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
+/// After so long a server that is busy or away is asked again: little beside a unit of seconds, and
+/// few requests for a server that has much to do.
+constexpr std::chrono::milliseconds kAskAgain{200};
+/// An idle thread asks the broker twice a second, and ends so late when it is told to.
+constexpr std::chrono::milliseconds kPull{500};
+/// A signal or an order is noticed so late.
+constexpr std::chrono::milliseconds kTick{50};
+
 struct WorkerFlags {
   ServerFlags server;
   queue::Address queue;
@@ -111,8 +119,9 @@ class Worker {
   void do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server);
   /// Empty: it could not be rendered. Errors: why it is handed back.
   core::Result<std::string> render(Held& held, const std::string& input, ApiClient& server);
-  /// False: it was stopped before the server had said what becomes of the result.
-  bool deliver(const Held& held, const std::string& result, ApiClient& server);
+  /// Errors: kCancelled when it was stopped before the server had said what becomes of the result;
+  /// why the server does not take it.
+  core::Status deliver(const Held& held, const std::string& result, ApiClient& server);
   void hand_back(const std::string& name, const std::string& fault, ApiClient& server) const;
   /// Returns how long to wait until the next one.
   double report(ApiClient& server);
@@ -163,16 +172,16 @@ double Worker::report(ApiClient& server) {
     }
     told_ = text;
   };
-  constexpr double kAskAgain = 0.5;
+  constexpr double kAskAgainSeconds = std::chrono::duration<double>(kAskAgain).count();
   if (!reply) {
     tell(reply.error().message);
     is_suitable_ = false;
-    return kAskAgain;
+    return kAskAgainSeconds;
   }
   const json orders = json::parse(reply->body, nullptr, false);
   if (!orders.is_object() || !orders.contains("suitable") || !orders.contains("dropped")) {
     tell("the server's answer is not understood");
-    return kAskAgain;
+    return kAskAgainSeconds;
   }
   is_suitable_ = orders["suitable"] == true;
   tell(is_suitable_ ? "" : "it gets no units: " + orders.value("reason", ""));
@@ -184,16 +193,15 @@ double Worker::report(ApiClient& server) {
       }
     }
   }
-  return orders.value("report_seconds", kAskAgain);
+  return orders.value("report_seconds", kAskAgainSeconds);
 }
 
 void Worker::work() {
-  constexpr std::chrono::milliseconds kPull{500};
   const Server server = connect();
   queue::UnitPuller puller(link_);
   while (!is_draining_) {
     if (!is_suitable_) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::this_thread::sleep_for(kTick);
       continue;
     }
     if (const auto unit = puller.next(kPull)) {
@@ -211,7 +219,7 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
                                  json{{"worker", id_}}.dump(), "application/json");
   if (!input && input.error().code == ErrorCode::kUnavailable) {
     unit.hand_back();
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::this_thread::sleep_for(kAskAgain);
     return;
   }
   if (!input) {  // It is done, or another worker has it.
@@ -228,11 +236,13 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
     held_.push_back(&held);
   }
   const auto result = render(held, input->body, server);
-  if (!result || !deliver(held, *result, server)) {
+  const core::Status delivered =
+      result ? deliver(held, *result, server) : core::Status(result.error());
+  if (!delivered) {
     // Dropped by the server, by the end of the grace time, or with its job: no fault.
     const bool is_dropped =
-        held.stop.stop_requested() || result.error().code == ErrorCode::kNotFound;
-    hand_back(held.name, is_dropped ? "" : result.error().message, server);
+        held.stop.stop_requested() || delivered.error().code == ErrorCode::kNotFound;
+    hand_back(held.name, is_dropped ? "" : delivered.error().message, server);
   }
   unit.done();
   const std::lock_guard lock(mutex_);
@@ -265,21 +275,20 @@ core::Result<std::string> Worker::render(Held& held, const std::string& input, A
   }
 }
 
-bool Worker::deliver(const Held& held, const std::string& result, ApiClient& server) {
+core::Status Worker::deliver(const Held& held, const std::string& result, ApiClient& server) {
   while (!held.stop.stop_requested()) {
     const auto put = server.put("/v1/work/units/" + held.name + "/results/" + id_, result,
                                 "application/octet-stream");
     if (put || put.error().code == ErrorCode::kNotFound ||
         put.error().code == ErrorCode::kConflict) {
-      return true;  // It is in the film, or nobody needs it any more.
+      return core::ok_status();  // It is in the film, or nobody needs it any more.
     }
     if (put.error().code != ErrorCode::kUnavailable) {
-      std::fprintf(stderr, "tessera worker: %s\n", put.error().message.c_str());
-      return true;
+      return put.error();
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    std::this_thread::sleep_for(kAskAgain);
   }
-  return false;
+  return Error{ErrorCode::kCancelled, "stopped", ""};
 }
 
 void Worker::hand_back(const std::string& name, const std::string& fault, ApiClient& server) const {
@@ -314,8 +323,8 @@ int Worker::run(const sigset_t& signals) {
       next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                 std::chrono::duration<double>(report(*server)));
     }
-    constexpr timespec kTick{.tv_sec = 0, .tv_nsec = 50'000'000};
-    const bool is_told = sigtimedwait(&signals, nullptr, &kTick) > 0;
+    constexpr timespec kWait{.tv_sec = 0, .tv_nsec = std::chrono::nanoseconds(kTick).count()};
+    const bool is_told = sigtimedwait(&signals, nullptr, &kWait) > 0;
     if ((is_told || is_idle()) && !is_draining_.exchange(true)) {
       end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                std::chrono::duration<double>(flags_.grace_seconds));

@@ -14,6 +14,7 @@
 #include "core/base/check.h"
 #include "core/base/sha256.h"
 #include "core/render/pass_plan.h"
+#include "core/render/result_size.h"
 
 namespace core {
 namespace {
@@ -440,6 +441,22 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
     return refused("something follows its slices");
   }
   return work;
+}
+
+std::uint64_t result_bytes_max(const Film& film, std::size_t slices) {
+  // Of a sum: a number that is passed over, and three of 128 bits, seven of them in a byte. A
+  // number above 127 stands for sums that are not there, which are more than its further bytes.
+  constexpr std::uint64_t kSumBytes = 1 + 3 * ((128 + 6) / 7);
+  const PixelRect crop = film.crop();
+  const auto pixels =
+      static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
+  const std::uint64_t sums = film.has_splats() ? pixels * (1 + film.shares().size()) *
+                                                     static_cast<std::uint64_t>(film.replicates())
+                                               : 0;
+  const std::uint64_t tile_pixels = std::uint64_t{kTileSize} * kTileSize;
+  const std::uint64_t tile_bytes = std::min(pixels, tile_pixels) * (film.bytes() / pixels + 1);
+  return sizeof(Head) + sizeof(std::uint32_t) + slices * (sizeof(SliceHead) + tile_bytes) +
+         sums * kSumBytes;
 }
 
 std::string content_digest(std::vector<SliceWork> done) {

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "server/jobs/work_board.h"
 #include "server/observe/clock.h"
+#include "server/queue/units.h"
 #include "server/scenes/scene_facts.h"
 
 namespace server {
@@ -56,8 +58,9 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
   if (options_.queue) {
     local_.max = options_.render_threads;
     builder_.set_local_threads(&local_);
-    board_ = std::make_unique<WorkBoard>(std::make_unique<queue::UnitPublisher>(options_.queue),
-                                         scheduler_, log_, options_.work);
+    board_ = std::make_unique<WorkBoard>(
+        std::make_unique<queue::UnitPublisher>(options_.queue), scheduler_, log_, options_.work,
+        [this](Job& job, bool waits) { builder_.note_waiting(job, waits); });
   }
 }
 

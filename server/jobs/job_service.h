@@ -28,10 +28,16 @@
 #include "server/jobs/pilot.h"
 #include "server/jobs/run_builder.h"
 #include "server/jobs/verdict.h"
-#include "server/jobs/work_board.h"
+#include "server/jobs/work_options.h"
 #include "server/store/storage_quota.h"
 
+namespace queue {
+class NatsLink;
+}
+
 namespace server {
+
+class WorkBoard;
 
 /// Lifetime of an idempotency key.
 inline constexpr double kKeySeconds = 24 * 3600;

@@ -69,7 +69,7 @@ void RenderRun::note_start() {
 
 bool RenderRun::run_slice() {
   // What workers do not take, all threads here do.
-  const bool is_shared = local_ != nullptr && task_.can_lend();
+  const bool is_shared = is_lent();
   if (is_shared && local_->busy.fetch_add(1) >= local_->max) {
     --local_->busy;
     return false;
@@ -91,6 +91,9 @@ bool RenderRun::run_slice() {
 
 RenderRun::Lent RenderRun::lend(double seconds, std::size_t count_max) {
   Lent lent;
+  if (!is_lent()) {
+    return lent;
+  }
   guarded([&] {
     while (lent.expected_seconds < seconds && lent.slices.size() < count_max) {
       const auto slice = task_.take(core::RenderTask::Place::kElsewhere);

@@ -63,6 +63,8 @@ class RenderRun final : public SliceSource,
     double expected_seconds = 0;
   };
   Lent lend(double seconds, std::size_t count_max);
+  /// Returns whether workers render the run. Otherwise all threads of this process do.
+  bool is_lent() const { return local_ != nullptr && task_.can_lend(); }
   /// Returns the inputs of the slice as of its lending.
   core::SliceWork prepare(const core::Slice& slice) const;
   void accept(std::vector<core::SliceWork> done);

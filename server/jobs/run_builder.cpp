@@ -9,7 +9,9 @@
 #include "core/lights/made_environment.h"
 #include "core/render/allocation.h"
 #include "core/render/choose_integrator.h"
+#include "core/render/result_size.h"
 #include "core/settings/registry.h"
+#include "server/jobs/work_options.h"
 #include "server/store/files.h"
 #include "server/store/film_file.h"
 
@@ -219,7 +221,11 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.film = std::make_shared<core::Film>(spec.render);
   parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
   parts.arithmetic = arithmetic_;
-  parts.local = local_;
+  const auto local = threads_beside_workers(*job, *parts.film);
+  if (!local) {
+    return local.error();
+  }
+  parts.local = *local;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = samples_max_;
   // The run belongs to the job: a pointer here would keep both alive.
@@ -253,6 +259,47 @@ Status RunBuilder::warn(Job& job, const std::string& warning) {
       parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory});
   return warned ? core::ok_status()
                 : Status(Error{ErrorCode::kCancelled, "the job was deleted", ""});
+}
+
+core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const core::Film& film) {
+  // Of the memory an eighth is for requests alone, which a result has to fit into.
+  const std::uint64_t share = parts_.book.memory_bytes_of(Rank{}) / 7;
+  const std::uint64_t most = share == 0 ? kResultBytesMax : std::min(kResultBytesMax, share);
+  const std::uint64_t needed = core::result_bytes_max(film, 1);
+  if (local_ == nullptr || needed <= most) {
+    return local_;
+  }
+  const std::string warning = "Workers do not help with this job: a result of theirs might have " +
+                              memory_words(needed) + ", and this server takes " +
+                              memory_words(most) + ". It renders the job itself.";
+  const std::vector<std::string> told = job.record().view.warnings;
+  if (std::find(told.begin(), told.end(), warning) == told.end()) {
+    if (const auto warned = warn(job, warning); !warned) {
+      return warned.error();
+    }
+  }
+  return static_cast<LocalThreads*>(nullptr);
+}
+
+void RunBuilder::note_waiting(Job& job, bool waits_for_worker) {
+  const std::string warning = "No suitable worker is there: the job waits for one.";
+  const auto has = [&warning](const JobRecord& record) {
+    const std::vector<std::string>& warnings = record.view.warnings;
+    return std::find(warnings.begin(), warnings.end(), warning) != warnings.end();
+  };
+  if (has(job.record()) == waits_for_worker) {
+    return;
+  }
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    if (!waits_for_worker) {
+      std::erase(record.view.warnings, warning);
+    } else if (!has(record)) {
+      record.view.warnings.push_back(warning);
+    }
+    return {};
+  };
+  // Of a job that was deleted meanwhile there is nothing to note.
+  static_cast<void>(parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory}));
 }
 
 core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,

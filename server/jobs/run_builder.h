@@ -53,6 +53,8 @@ class RunBuilder {
   using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
   /// local must outlive the runs.
   void set_local_threads(LocalThreads* local) { local_ = local; }
+  /// Warns that the job waits for a suitable worker, or removes the warning.
+  void note_waiting(Job& job, bool waits_for_worker);
   /// Call before the first build().
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
@@ -62,6 +64,8 @@ class RunBuilder {
   core::Result<core::View> admitted_view(const api::JobSpec& spec) const;
   /// Resolves the integrator `auto` and records the choice in the job.
   core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job);
+  /// Null: workers do not render the job, since a result of theirs might be too large to be taken.
+  core::Result<LocalThreads*> threads_beside_workers(Job& job, const core::Film& film);
   core::Result<FilmFile> open_film(Job& job, core::Film& film, core::TaskOptions& options);
   /// Adds a warning. Errors: kCancelled when the job was deleted.
   core::Status warn(Job& job, const std::string& warning);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/error_codes.h"
+#include "core/render/result_size.h"
 #include "server/observe/clock.h"
 #include "server/store/uuid.h"
 
@@ -47,11 +48,12 @@ double samples_of(const core::Film& film, const std::vector<core::Slice>& slices
 }  // namespace
 
 WorkBoard::WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler,
-                     Log& log, WorkOptions options)
+                     Log& log, WorkOptions options, NoteWaiting note_waiting)
     : publisher_(std::move(publisher)),
       scheduler_(scheduler),
       log_(log),
       options_(std::move(options)),
+      note_waiting_(std::move(note_waiting)),
       run_name_(make_uuid().substr(0, 8)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
@@ -198,6 +200,19 @@ core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run
   return checked ? std::move(work) : core::Result<std::vector<SliceWork>>(checked.error());
 }
 
+core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
+                                                        const std::string& worker) const {
+  const core::MutexLock lock(mutex_);
+  const auto unit = units_.find(name);
+  if (unit == units_.end()) {
+    return not_open(name);
+  }
+  if (!unit->second.has_lease(worker)) {
+    return not_leased();
+  }
+  return core::result_bytes_max(*unit->second.run->film(), unit->second.slices.size());
+}
+
 Status WorkBoard::take(const std::string& name, const std::string& worker,
                        std::string_view result) {
   std::shared_ptr<RenderRun> run;
@@ -330,6 +345,7 @@ void WorkBoard::lose(Units::value_type& entry, const std::string& worker,
   log_.write(LogLevel::kWarning, "unit_lost",
              {{"unit", name}, {"worker", worker}, {"detail", reason}});
   unit.lost.insert(worker);
+  ++unit.losses;
   std::erase_if(unit.leases,
                 [&worker](const WorkUnit::Lease& lease) { return lease.worker == worker; });
 }
@@ -343,6 +359,25 @@ JobPointer WorkBoard::job_of_units(const std::string& id) const {
     }
   }
   return nullptr;
+}
+
+std::vector<api::WorkerTile> WorkBoard::tiles_of(const Job& job) const {
+  std::vector<api::WorkerTile> tiles;
+  const core::MutexLock lock(mutex_);
+  for (const auto& [name, unit] : units_) {
+    if (unit.run->job().get() != &job) {
+      continue;
+    }
+    const core::Film& film = *unit.run->film();
+    for (const core::Slice& slice : unit.slices) {
+      for (const WorkUnit::Lease& lease : unit.leases) {
+        if (slice.tile < film.tile_count()) {
+          tiles.push_back({lease.worker, film.tile_rect(slice.tile)});
+        }
+      }
+    }
+  }
+  return tiles;
 }
 
 std::vector<api::WorkerView> WorkBoard::workers() const {

@@ -13,6 +13,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,25 +26,21 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/jobs/scheduler.h"
+#include "server/jobs/work_options.h"
 #include "server/jobs/work_unit.h"
 #include "server/observe/log.h"
 #include "server/queue/units.h"
 
 namespace server {
 
-struct WorkOptions {
-  double lease_seconds = 15;  ///< Of a unit whose worker makes no progress.
-  std::string build;          ///< That workers need to have.
-  std::string arithmetic;
-  bool has_local_threads = false;  ///< That render what workers can.
-  float verify_share = 0;          ///< Of the units, that two workers render.
-};
-
 class WorkBoard {
  public:
+  /// Called by the board's thread. waits: there is no worker that can render the job.
+  using NoteWaiting = std::function<void(Job& job, bool waits)>;
+
   /// scheduler and log outlive it.
   WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler, Log& log,
-            WorkOptions options);
+            WorkOptions options, NoteWaiting note_waiting);
   ~WorkBoard() { stop(); }
   WorkBoard(const WorkBoard&) = delete;
   WorkBoard& operator=(const WorkBoard&) = delete;
@@ -56,6 +53,9 @@ class WorkBoard {
   /// The unit's slices. Errors: kNotFound; kConflict when others have it; kUnavailable when others
   /// are to have it.
   core::Result<std::string> lease(const std::string& unit, const std::string& worker);
+  /// Bytes that the unit's result has at most. Errors: kNotFound, kConflict as take().
+  core::Result<std::uint64_t> result_bytes_max(const std::string& unit,
+                                               const std::string& worker) const;
   /// Errors: kNotFound when it is in already, or not wanted any more; kConflict when another worker
   /// has it; kUnavailable while another's result is being taken; kInvalidArgument for what cannot
   /// be its result.
@@ -66,6 +66,8 @@ class WorkBoard {
   /// The job, if units of it are open; else null.
   JobPointer job_of_units(const std::string& id) const;
   std::vector<api::WorkerView> workers() const;
+  /// Of the job, those that workers render now; a tile that two of them render is there twice.
+  std::vector<api::WorkerTile> tiles_of(const Job& job) const;
 
   struct Counts {
     int open = 0;  ///< Units.
@@ -109,6 +111,7 @@ class WorkBoard {
   // Of the thread.
   void run(const std::stop_token& stop);
   void drop_ended();
+  void note_waiting_jobs();
   /// Units that no worker has go back to the threads of this process while workers cannot get them.
   void drop_waiting();
   void expire_leases();
@@ -133,10 +136,14 @@ class WorkBoard {
   Scheduler& scheduler_;
   Log& log_;
   const WorkOptions options_;
-  const std::string run_name_;                      ///< Units of other processes have other ones.
-  std::optional<std::uint64_t> prepared_;           ///< Generation of the link; of run() alone.
-  std::string broker_fault_;                        ///< The same.
-  Clock::time_point had_broker_at_ = Clock::now();  ///< The same.
+  const NoteWaiting note_waiting_;
+  const std::string run_name_;                       ///< Units of other processes have other ones.
+  std::optional<std::uint64_t> prepared_;            ///< Generation of the link; of run() alone.
+  std::string broker_fault_;                         ///< The same.
+  Clock::time_point had_broker_at_ = Clock::now();   ///< The same.
+  Clock::time_point had_workers_at_ = Clock::now();  ///< The same.
+  Clock::time_point noted_at_;                       ///< The same.
+  std::vector<std::weak_ptr<Job>> warned_;           ///< The same.
   std::atomic<bool> has_broker_ = false;
   mutable core::Mutex mutex_;
   core::CondVar changed_;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/render/result_size.h"
 #include "server/jobs/work_board.h"
 
 namespace server {
@@ -12,8 +13,9 @@ using core::Status;
 
 namespace {
 
-/// CPU time of a unit. At most: a worker half as fast as the mean needs 5 s. At least: ten times
-/// what handing a unit out and taking its result cost where a round trip takes 10 ms.
+/// CPU time of a unit, which is to take a worker 1 to 5 s. At most: one half as fast as the mean
+/// needs 5 s. At least, at the end of a pass: ten times what handing a unit out and taking its
+/// result cost where a round trip takes 10 ms.
 constexpr double kUnitSecondsMost = 2.5;
 constexpr double kUnitSecondsLeast = 0.1;
 /// A result waits for another worker's so long: that one may be at a unit of its own, and each
@@ -24,9 +26,16 @@ constexpr double kUnitBytesMost = kUnitSecondsMost / 20 * 125e6;
 /// Each unit is a share of what is left of the pass, so that the last ones are short and end at
 /// about the same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
 constexpr int kShareOfRest = 2;
+/// A unit that is lost with so many workers fails its job. Where there are fewer of them, it fails
+/// it once it was lost as often as so many would lose it, each as many times.
 constexpr std::size_t kLostMax = 3;
-constexpr std::chrono::milliseconds kTick{50};
-/// Workers are listed for so many leases after their last report: ten minutes of the usual ones.
+constexpr int kLossesMax = kLostMax * kLostMax;
+/// Events that do not wake the thread are noticed so late: a lease that runs out, a pass that
+/// threads of this process end. Half of the shortest unit.
+constexpr auto kTick = std::chrono::duration_cast<std::chrono::milliseconds>(
+    std::chrono::duration<double>(kUnitSecondsLeast / 2));
+/// Workers are listed for so many leases after their last report: ten minutes of the usual ones, so
+/// that somebody who is called sees who was lost. Nothing else depends on it.
 constexpr int kLeasesRemembered = 40;
 
 }  // namespace
@@ -48,6 +57,7 @@ void WorkBoard::run(const std::stop_token& stop) {
       publish();
     }
     drop_waiting();
+    note_waiting_jobs();
   }
 }
 
@@ -68,6 +78,38 @@ void WorkBoard::drop_ended() {
     }
   }
   give_back(ended);
+}
+
+/// A job waits when no worker could render it for as long as a lease lasts: restarting a worker
+/// takes less.
+void WorkBoard::note_waiting_jobs() {
+  const auto now = Clock::now();
+  {
+    const core::MutexLock lock(mutex_);
+    had_workers_at_ = slots() > 0 || options_.has_local_threads ? now : had_workers_at_;
+  }
+  const bool has_none = now - had_workers_at_ > lease_time();
+  // Jobs that an earlier process has warned are looked for once a second.
+  constexpr std::chrono::seconds kPause{1};
+  if (now - noted_at_ < kPause && (has_none || warned_.empty())) {
+    return;
+  }
+  noted_at_ = now;
+  for (const std::weak_ptr<Job>& warned : std::exchange(warned_, {})) {
+    if (const JobPointer job = warned.lock(); job && !has_none) {
+      note_waiting_(*job, false);
+    }
+  }
+  for (const std::shared_ptr<SliceSource>& source : scheduler_.in_turn()) {
+    const auto run = std::dynamic_pointer_cast<RenderRun>(source);
+    if (const JobPointer job = run && !run->end() ? run->job() : nullptr) {
+      const bool waits = has_none && run->is_lent();
+      note_waiting_(*job, waits);
+      if (waits) {
+        warned_.push_back(job);
+      }
+    }
+  }
 }
 
 void WorkBoard::give_back(const Units& units) {
@@ -122,14 +164,14 @@ void WorkBoard::expire_leases() {
       if (unit.published > 0 && now - unit.published_at > 2 * lease_time()) {
         unit.published = 0;
       }
-      if (unit.lost.size() >= kLostMax) {
+      if (unit.lost.size() >= kLostMax || unit.losses >= kLossesMax) {
         std::string names;
         for (const std::string& worker : unit.lost) {
           names += " " + worker;
         }
-        failures.emplace_back(unit.run, "a part of the image was lost with " +
-                                            std::to_string(unit.lost.size()) +
-                                            " workers, one after the other:" + names);
+        failures.emplace_back(unit.run, "a part of the image was lost " +
+                                            std::to_string(unit.losses) + " times, with " +
+                                            std::to_string(unit.lost.size()) + " workers:" + names);
       }
     }
     std::erase_if(workers_, [&](const auto& each) {
@@ -207,8 +249,12 @@ bool WorkBoard::plan_one(int slots) {
     const core::Film& film = *run->film();
     const int fitting =
         static_cast<int>(kUnitBytesMost * film.tile_count() / static_cast<double>(film.bytes()));
-    const int most = std::max(1, std::min(film.tile_count() / shares, fitting));
-    RenderRun::Lent lent = run->lend(seconds, static_cast<std::size_t>(most));
+    const std::uint64_t sums = core::result_bytes_max(film, 0);
+    const std::uint64_t allowed = (kResultBytesMax - std::min(kResultBytesMax, sums)) /
+                                  (core::result_bytes_max(film, 1) - sums);
+    const auto most =
+        static_cast<std::size_t>(std::max(1, std::min(film.tile_count() / shares, fitting)));
+    RenderRun::Lent lent = run->lend(seconds, std::min<std::size_t>(most, allowed));
     if (lent.slices.empty()) {
       continue;
     }

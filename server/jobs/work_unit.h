@@ -41,6 +41,7 @@ struct WorkUnit {
   std::optional<Result> first;
   bool is_busy = false;        ///< A result is being taken.
   std::set<std::string> lost;  ///< Workers that it was lost with.
+  int losses = 0;              ///< Of all of them.
 
   /// Workers that it waits for.
   int wanted() const {
@@ -50,7 +51,10 @@ struct WorkUnit {
     return std::find_if(leases.begin(), leases.end(),
                         [&worker](const Lease& lease) { return lease.worker == worker; });
   }
-  bool has_lease(const std::string& worker) { return lease_of(worker) != leases.end(); }
+  bool has_lease(const std::string& worker) const {
+    return std::any_of(leases.begin(), leases.end(),
+                       [&worker](const Lease& lease) { return lease.worker == worker; });
+  }
 };
 
 }  // namespace server

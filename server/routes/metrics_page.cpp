@@ -1,5 +1,7 @@
 #include "server/routes/metrics_page.h"
 
+#include "server/jobs/work_board.h"
+
 namespace server {
 namespace {
 
@@ -44,14 +46,13 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
              counts.waits_for_memory ? 1 : 0);
 }
 
+/// Without a queue there are families without samples, and counts of 0: alerts find their metrics.
 void write_workers(MetricsText& text, const RouteContext& context) {
-  WorkBoard* board = context.jobs.board();
-  if (board == nullptr) {
-    return;
-  }
+  const WorkBoard* board = context.jobs.board();
   std::map<std::string, int> states;
   double rate = 0;
-  for (const api::WorkerView& worker : board->workers()) {
+  for (const api::WorkerView& worker :
+       board == nullptr ? std::vector<api::WorkerView>() : board->workers()) {
     ++states[worker.state];
     rate += worker.state == "working" ? worker.rate : 0;
   }
@@ -59,11 +60,13 @@ void write_workers(MetricsText& text, const RouteContext& context) {
   for (const auto& [state, count] : states) {
     text.sample("tessera_workers", metric_label("state", state), count);
   }
-  const WorkBoard::Counts counts = board->counts();
+  const WorkBoard::Counts counts = board == nullptr ? WorkBoard::Counts() : board->counts();
   text.gauge("tessera_workers_samples_per_second", "Pixel samples of all that work.", rate);
   text.gauge("tessera_units_open", "Units whose results are awaited.", counts.open);
-  text.gauge("tessera_queue_connected", "1: the broker of --queue is in use.",
-             counts.has_broker ? 1 : 0);
+  text.family("tessera_queue_connected", "gauge", "1: the broker of --queue is in use.");
+  if (board != nullptr) {
+    text.sample("tessera_queue_connected", "", counts.has_broker ? 1 : 0);
+  }
   text.counter("tessera_units_taken_total", "Results that went into a film.",
                static_cast<double>(counts.taken));
   text.counter("tessera_units_expired_total", "Leases that ran out.",

@@ -8,6 +8,7 @@
 #include "api/worker_view.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "server/http/file_response.h"
+#include "server/jobs/work_board.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 
@@ -16,9 +17,7 @@ namespace {
 
 using core::Error;
 using core::ErrorCode;
-
-/// Of a unit: as many tiles as one has, of films with more replicates and shares than are usual.
-constexpr std::uint64_t kResultBytesMax = std::uint64_t{256} << 20U;
+using core::Status;
 
 Response without_queue(const Request& request) {
   return error_answer(request, ErrorCode::kConflict,
@@ -32,6 +31,20 @@ Response list(const RouteContext& context, Request& request) {
   const WorkBoard* board = context.jobs.board();
   return json_response(200, api::worker_list_json(board == nullptr ? std::vector<api::WorkerView>()
                                                                    : board->workers()));
+}
+
+Response tiles(const RouteContext& context, Request& request) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto job = find_job(context.jobs, request);
+  if (auto* refused = std::get_if<Response>(&job)) {
+    return std::move(*refused);
+  }
+  const WorkBoard* board = context.jobs.board();
+  return json_response(
+      200, api::worker_tiles_json(board == nullptr ? std::vector<api::WorkerTile>()
+                                                   : board->tiles_of(*std::get<JobPointer>(job))));
 }
 
 Response report(const RouteContext& context, Request& request) {
@@ -138,25 +151,48 @@ Response result(const RouteContext& context, Request& request) {
   if (board == nullptr) {
     return without_queue(request);
   }
+  const std::string unit(request.path_param("id"));
+  const std::string worker(request.path_param("worker"));
+  // Who has no lease makes the server keep nothing; the body is read all the same, so that the
+  // connection goes on.
+  const auto most = board->result_bytes_max(unit, worker);
+  if (!most) {
+    return request.body_reader->read([](std::string_view) { return true; })
+               ? error_answer(request, most.error())
+               : error_answer(request, ErrorCode::kInvalidArgument, "the body is cut short");
+  }
   const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
-  auto lease = context.memory.take(std::min(declared, kResultBytesMax), "the result");
+  const auto too_large = [&] {
+    return error_answer(request, ErrorCode::kTooLarge,
+                        "the unit's result has at most " + std::to_string(*most) + " bytes");
+  };
+  if (declared > *most) {
+    return too_large();
+  }
+  auto lease = context.memory.take(declared, "the result");
+  if (!lease) {
+    return error_answer(request, lease.error());
+  }
   std::string body;
-  if (lease) {
-    body.reserve(static_cast<std::size_t>(std::min(declared, kResultBytesMax)));
-  }
+  body.reserve(static_cast<std::size_t>(declared));
+  Status room = core::ok_status();
   const bool is_whole = request.body_reader->read([&](std::string_view piece) {
-    const bool is_known = body.size() + piece.size() <= declared;
-    if (lease && (is_known || lease->grow(piece.size()))) {
-      body.append(piece);
-      return true;
+    const std::uint64_t size = body.size() + piece.size();
+    if (room && size > declared) {  // sent in chunks
+      room = lease->grow(piece.size());
     }
-    return false;
+    if (room && size <= *most) {
+      body.append(piece);
+    }
+    return room && size <= *most;
   });
-  if (!is_whole) {
-    return error_answer(request, ErrorCode::kUnavailable, "there is no memory for the result");
+  if (!room) {
+    return error_answer(request, room.error());
   }
-  const auto taken = board->take(std::string(request.path_param("id")),
-                                 std::string(request.path_param("worker")), body);
+  if (!is_whole) {
+    return too_large();
+  }
+  const auto taken = board->take(unit, worker, body);
   return taken ? empty_response() : error_answer(request, taken.error());
 }
 
@@ -165,6 +201,7 @@ Response result(const RouteContext& context, Request& request) {
 void add_work_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
   table["listWorkers"] = {.handler = [context](Request& r) { return list(context, r); }};
+  table["listWorkerTiles"] = {.handler = [context](Request& r) { return tiles(context, r); }};
   table["reportWorker"] = {.handler = [context](Request& r) { return report(context, r); },
                            .body = json};
   table["getWorkInputs"] = {.handler = [context](Request& r) { return inputs(context, r); }};

@@ -160,6 +160,49 @@ class WorkersTest(FarmTest):
         self.assertTrue(any(point["illuminance_lux"] for point in result["points"]), result)
         self.assertEqual(result, measured(alone))
 
+    def test_jobs_whose_results_might_be_too_large_stay_with_the_coordinator(self):
+        # Two replicates of 640 x 512 pixels, 58 bytes each: 38 MB, above an eighth of the memory
+        # that the smaller server has beside the 144 MB of its process.
+        body = job_body(samples=1, integrator={"type": "bdpt"}) | {
+            "film": {"width": 640, "height": 512}}
+        for flags, is_lent in ((("--memory", "300M"), False), ((), True)):
+            with self.subTest(flags=flags):
+                farm = self.farm(*flags, workers=1)
+                job = farm.server.render(body)
+                self.assertEqual(job["film_digest"], Alone.digest(body))
+                told = [w for w in job["warnings"] if w.startswith("Workers do not help")]
+                self.assertEqual(len(told), 0 if is_lent else 1, job["warnings"])
+                units = farm.listed()[farm.workers[0].id]["units"]
+                self.assertEqual(units > 0, is_lent)
+
+    def test_a_job_without_a_suitable_worker_warns_until_there_is_one(self):
+        farm = self.farm(lease=0.5)
+        HandWorker(farm, build="another").report()
+        body = job_body(samples=8)
+        job = farm.server.submit(body)
+        waits = "No suitable worker is there: the job waits for one."
+        farm.server.wait_until(job["id"], lambda j: waits in j["warnings"], "the warning")
+        farm.add_worker()
+        self.check_film(farm, job["id"], body)
+        farm.server.wait_until(job["id"], lambda j: waits not in j["warnings"], "the end of it")
+
+    def test_tiles_are_listed_with_the_worker_that_renders_them(self):
+        farm = self.farm(lease=600)
+        job = farm.server.submit(long_job())
+        path = f"/v1/jobs/{job['id']}/workers"
+        hand = HandWorker(farm)
+        unit = hand.next_unit()
+        self.assertEqual(farm.server.get(path).json(), {"tiles": []})
+        hand.lease(unit)
+        tiles = farm.server.get(path).json()["tiles"]
+        self.assertGreater(len(tiles), 0)
+        for tile in tiles:
+            self.assertEqual(tile["worker"], "hand")
+            self.assertEqual((tile["x"] % 32, tile["y"] % 32), (0, 0))
+            self.assertEqual((tile["width"], tile["height"]), (32, 32))
+        farm.server.post(f"/v1/work/units/{unit}/hand-back", {"worker": "hand"})
+        self.assertEqual(farm.server.get(path).json(), {"tiles": []})
+
     def test_render_threads_work_beside_none(self):
         farm = self.farm("--render-threads", "1")
         body = job_body(samples=16)
@@ -319,6 +362,20 @@ class KillTest(FarmTest):
             self.assertIn(name, ended["failure"]["detail"])
 
 
+    def test_a_unit_that_its_only_worker_cannot_render_fails_its_job(self):
+        farm = self.farm()
+        job = farm.server.submit(long_job())
+        hand = HandWorker(farm)
+        lost = hand.next_unit()
+        for _ in range(9):
+            self.assertEqual(hand.lease(lost).status, 200)
+            farm.server.post(f"/v1/work/units/{lost}/hand-back",
+                             {"worker": "hand", "fault": "no memory"})
+        ended = farm.server.wait(job["id"])
+        self.assertEqual(ended["state"], "failed", ended)
+        self.assertIn("hand", ended["failure"]["detail"])
+
+
 class SecureQueueTest(FarmTest):
     def test_the_queue_takes_tls_and_credentials_and_nobody_without(self):
         folder = tempfile.mkdtemp(prefix="tessera-nats-keys-")
@@ -371,6 +428,18 @@ class RefusedTest(FarmTest):
                 self.assertEqual(hand.deliver(unit, result).status, 422)
                 self.assertEqual(hand.lease(unit).status, 200)
         self.assertEqual(farm.listed()["hand"]["faults"], 6)
+        self.assertEqual(self.declared(farm, unit, "hand", 1 << 30), 413)
+        self.assertEqual(farm.listed()["hand"]["leases"], 1)  # It still has the unit.
+
+    def declared(self, farm, unit, worker, size):
+        """The answer to a result of which nothing has been sent yet."""
+        link = farm.server.connect()
+        self.addCleanup(link.close)
+        link.putrequest("PUT", f"/v1/work/units/{unit}/results/{worker}")
+        link.putheader("Content-Type", "application/octet-stream")
+        link.putheader("Content-Length", str(size))
+        link.endheaders()
+        return link.getresponse().status
 
     def test_an_unsuitable_worker_is_listed_with_the_reason(self):
         farm = self.farm()

@@ -494,3 +494,65 @@ test('tiles are drawn in animation frames, and each alone', { timeout: 300_000 }
     await page.context().close();
   }
 });
+
+test('tiles of the picture are coloured by the worker that renders them', { timeout: 300_000 }, () =>
+  withPage(desktop, '', async (page) => {
+    const worker = (id) => ({
+      id,
+      build: 'b',
+      arithmetic: 'a',
+      threads: 1,
+      rate: 1,
+      leases: 1,
+      units: 1,
+      faults: 0,
+      state: 'working',
+      reason: null,
+      seen_at: '2024-01-01T00:00:00Z',
+    });
+    const tile = (id, x) => ({ worker: id, x, y: 0, width: 32, height: 32 });
+    const answer = (way, json) => way.fulfill({ contentType: 'application/json', json });
+    await page.route('**/v1/workers', (way) =>
+      answer(way, { workers: [worker('first'), worker('second')] }),
+    );
+    let asked = 0;
+    await page.route('**/v1/jobs/*/workers', (way) => {
+      ++asked;
+      return answer(way, { tiles: [tile('first', 0), tile('second', 64)] });
+    });
+    const made = await ask(`${server.url}/v1/jobs`, {
+      method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify({
+        scene: 'cornell-box',
+        film: { width: 128, height: 96 },
+        stop: { samples_per_pixel: 65536 },
+      }),
+    });
+    const { id } = await made.json();
+    try {
+      await page.goto(`${server.url}/#/jobs/${id}`);
+      await until('its picture', () => pictureNow(page));
+      assert.equal(await page.locator('[data-testid=worker-tiles]').count(), 0);
+      assert.equal(asked, 0);
+      await page.goto(`${server.url}/#/settings`);
+      await page.check('[data-testid=show-workers]');
+      assert.deepEqual(await accessibilityFaults(page), []);
+      await page.goto(`${server.url}/#/jobs/${id}`);
+      // The middle of each of the first three tiles.
+      const colours = () =>
+        page.locator('[data-testid=worker-tiles]').evaluate((canvas) =>
+          [16, 48, 80].map((x) => [...canvas.getContext('2d').getImageData(x, 16, 1, 1).data]),
+        );
+      const [first, none, second] = await until('coloured tiles', async () => {
+        const seen = await colours();
+        return seen[0][3] > 0 && seen;
+      });
+      assert.equal(none[3], 0);
+      assert.ok(second[3] > 0);
+      assert.notDeepEqual(first, second);
+    } finally {
+      await ask(`${server.url}/v1/jobs/${id}/cancel`, { method: 'POST' });
+    }
+  }),
+);

@@ -263,6 +263,7 @@ class Contract(ApiTest):
         self.ask("getConvergence", "GET", path + "/convergence")
         self.ask("getObjects", "GET", path + "/objects")
         self.ask("getFilm", "GET", path + "/film")
+        self.ask("listWorkerTiles", "GET", path + "/workers")
         self.ask("getMeter", "GET", path + "/meter")
         self.ask("getMeterTable", "GET", path + "/meter.csv")
         self.ask("streamTiles", "GET", path + "/tiles")

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "core/render/result_size.h"
 #include "core/render/unit_renderer.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
@@ -71,7 +72,9 @@ Film lent_film(
     auto sent = core::decode_work(core::encode_work(given, WorkPart::kInput), WorkPart::kInput);
     EXPECT_TRUE(sent);
     EXPECT_TRUE(elsewhere.render(*sent, {}));
-    auto done = core::decode_work(core::encode_work(*sent, WorkPart::kResult), WorkPart::kResult);
+    const std::string result = core::encode_work(*sent, WorkPart::kResult);
+    EXPECT_LE(result.size(), core::result_bytes_max(*film, given.size()));
+    auto done = core::decode_work(result, WorkPart::kResult);
     EXPECT_TRUE(done);
     const auto checked = core::check_result(
         given.size(), [&](std::size_t i) { return given[i]; }, view.settings, *done);
@@ -104,6 +107,34 @@ std::vector<core::MeterSum> meter_sums(const Film& film) {
     sums.insert(sums.end(), chunk.sums.begin(), chunk.sums.end());
   }
   return sums;
+}
+
+TEST(SliceWork, ItsLargestResultIsKnownBeforeItIsRendered) {
+  core::View view = small_view();
+  view.settings.integrator = "bdpt";
+  view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = false;
+  const core::Film film(view.settings);
+  const auto tiles = core::tile_rects({0, 0, 70, 45});
+  const core::SplatLayout layout = core::splat_layout(view.settings, tiles);
+  // The sums of the most bits, everywhere: 19 bytes each, since ceil(128 / 7) is 19.
+  core::SplatTiles sums(tiles.size());
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const core::SplatSum most = core::SplatSum{1} << 126U;
+    sums[t].resize(layout.size(t));
+    for (core::SplatPixel& pixel : sums[t]) {
+      pixel.sum = {most, -most, most};
+    }
+  }
+  const std::size_t packed = core::pack_sums(layout, sums).size();
+  EXPECT_EQ(packed, 70U * 45U * 2U * (1U + 3U * 19U));
+  EXPECT_LE(packed, core::result_bytes_max(film, 0));
+  // Every second one: what is passed over takes no more than what is there.
+  for (auto& tile : sums) {
+    for (std::size_t i = 0; i < tile.size(); i += 2) {
+      tile[i] = core::SplatPixel{};
+    }
+  }
+  EXPECT_LE(core::pack_sums(layout, sums).size(), packed);
 }
 
 TEST(SliceWork, MakesTheSameFilmWithEverySampler) {

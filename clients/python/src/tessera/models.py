@@ -1740,10 +1740,26 @@ class Worker(TypedDict):
     seen_at: str
 
 
+class WorkerTile(TypedDict):
+    """A tile that a worker renders. Pixels count from the top left of the full film."""
+
+    worker: str
+    x: int
+    y: int
+    width: int
+    height: int
+
+
 class WorkerList(TypedDict):
     """All workers that were seen lately."""
 
     workers: list[Worker]
+
+
+class WorkerTiles(TypedDict):
+    """Tiles of a job that workers render."""
+
+    tiles: list[WorkerTile]
 
 
 class BatchRequestWebhook(TypedDict):

@@ -15,6 +15,7 @@ import type {
   SceneList,
   Server,
   WorkerList,
+  WorkerTiles,
 } from './types';
 
 /** The server answered, and said no. */
@@ -105,6 +106,8 @@ const batch = (id: string): string => `/v1/batches/${encodeURIComponent(id)}`;
 export const api = {
   server: (signal?: AbortSignal) => json<Server>('/v1/server', { signal }),
   workers: (signal?: AbortSignal) => json<WorkerList>('/v1/workers', { signal }),
+  workerTiles: (id: string, signal?: AbortSignal) =>
+    json<WorkerTiles>(`${job(id)}/workers`, { signal }),
   scene: (id: string, signal?: AbortSignal) =>
     json<Scene>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
   scenes: () => json<SceneList>('/v1/scenes'),

@@ -2248,9 +2248,24 @@ export interface Worker {
   seen_at: string;
 }
 
+/** A tile that a worker renders. Pixels count from the top left of the full film. */
+export interface WorkerTile {
+  /** Its id. */
+  worker: string;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
 /** All workers that were seen lately. */
 export interface WorkerList {
   workers: Worker[];
+}
+
+/** Tiles of a job that workers render. */
+export interface WorkerTiles {
+  tiles: WorkerTile[];
 }
 
 /** A template and a matrix of values make jobs. */

@@ -25,6 +25,8 @@ export interface Display {
   exposure: number;
   tone: ToneMap;
   showTiles: boolean;
+  /** Tiles that workers render, in the colours of the workers. */
+  showWorkers?: boolean;
   /** The denoised picture over the plain one, from `split` of the width on. */
   denoised?: boolean;
   split?: number;

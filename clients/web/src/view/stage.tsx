@@ -12,6 +12,7 @@ import { Legend, unitOf } from './legend';
 import { TileFlashes } from './tile_flashes';
 import { isHeat, isLayer, lookOf, planeModes, type Mode, type Range } from './view_modes';
 import { useViewport, type Viewport } from './viewport';
+import { WorkerTiles } from './worker_tiles';
 
 export interface Probe {
   x: number;
@@ -125,6 +126,9 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
               height={size.height}
               active={!isFinal(job.state)}
             />
+          )}
+          {job && shown.showWorkers && !isFinal(job.state) && (
+            <WorkerTiles job={job.id} width={size.width} height={size.height} />
           )}
         </div>
         {probe && <ProbeMark probe={probe} view={view} />}

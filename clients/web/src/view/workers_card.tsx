@@ -2,6 +2,9 @@ import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import type { Worker as Machine } from '../api/types';
 import { count } from '../ui/format';
+import { display } from '../ui/server_state';
+import { useStore } from '../ui/store';
+import { workerColour } from './worker_tiles';
 
 const lookEveryMs = 2000;
 const columns = ['Worker', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Faults'];
@@ -9,6 +12,7 @@ const columns = ['Worker', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Fa
 /** Machines that render parts of this server's pictures; nothing where there are none. */
 export function WorkersCard() {
   const [workers, setWorkers] = useState<Machine[]>([]);
+  const shown = useStore(display);
   useEffect(() => {
     const leaving = new AbortController();
     const look = async (): Promise<void> => {
@@ -29,6 +33,15 @@ export function WorkersCard() {
   return (
     <section class="card" data-testid="workers">
       <h2>Workers</h2>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={shown.showWorkers ?? false}
+          data-testid="show-workers"
+          onChange={(e) => display.set({ ...shown, showWorkers: e.currentTarget.checked })}
+        />
+        Colour tiles by the worker that renders them
+      </label>
       <div class="lab-table">
         <table>
           <thead>
@@ -44,6 +57,7 @@ export function WorkersCard() {
             {workers.map((w) => (
               <tr key={w.id} title={w.reason ?? w.arithmetic}>
                 <th scope="row" class="mono">
+                  <span class="worker-dot" style={{ background: workerColour(w.id) }} />{' '}
                   {w.id.slice(0, 8)}
                 </th>
                 <td>{w.state}</td>

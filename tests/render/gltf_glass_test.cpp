@@ -30,13 +30,6 @@ core::MaterialDescription glass(float ior, float thickness) {
   return m;
 }
 
-double fresnel(double cos_i, double eta) {
-  const double cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / (eta * eta));
-  const double a = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-  const double b = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-  return 0.5 * (a * a + b * b);
-}
-
 void expect_mean(const Picture& picture, const double (&expected)[3], const char* what) {
   for (int c = 0; c < 3; ++c) {
     const auto error = static_cast<double>(picture.standard_error()[c]);

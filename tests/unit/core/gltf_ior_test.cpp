@@ -76,7 +76,7 @@ TEST(GltfIor, WrongCurvesAreRefusedWithTheirPlace) {
       {R"({"ior_sellmeier":[1,2,3]})", "/ior_sellmeier"},
       {R"({"ior_sellmeier":{"b":[1,0,0]}})", "/ior_sellmeier/c_um2"},
       {R"({"ior_sellmeier":{"b":[1,0],"c_um2":[0.01,0,0]}})", "/ior_sellmeier/b"},
-      {R"({"ior_sellmeier":{"b":[1,0,0],"c_um2":[0.01,null,0]}})", "/ior_sellmeier/c_um2/1"},
+      {R"({"ior_sellmeier":{"b":[1,0,0],"c_um2":[0.01,true,0]}})", "/ior_sellmeier/c_um2/1"},
       {R"({"ior_sellmeier":{"b":[1,0.1,0],"c_um2":[0.01,0.25,0]}})",
        "/ior_sellmeier/c_um2/1"},  // a resonance at 500 nm
       // C1 in nm^2: a resonance at 77 um, and an index of less than 1.

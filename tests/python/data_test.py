@@ -273,3 +273,13 @@ class Values(unittest.TestCase):
         self.assertEqual(str(error), "unknown")
         known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.95, "none", True)
         self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")
+
+    def test_readings_of_a_meter_have_their_vectors(self):
+        point = {"position": [0, 0.1, 0], "normal": [0, 1, 0], "irradiance_rgb": [1, 2, 3],
+                 "irradiance_w_m2": 0.5, "illuminance_lux": 2, "low": 1, "high": 3, "samples": 16}
+        meter = tessera.results.Meter.of({"points": [point, point]})
+        np.testing.assert_array_equal(meter.position, [[0, 0.1, 0]] * 2)
+        np.testing.assert_array_equal(meter.normal, [[0, 1, 0]] * 2)
+        np.testing.assert_array_equal(meter.irradiance_rgb, [[1, 2, 3]] * 2)
+        np.testing.assert_array_equal(meter.illuminance_lux, [2, 2])
+        self.assertEqual(tessera.results.Meter.of({"points": []}).normal.shape, (0, 3))

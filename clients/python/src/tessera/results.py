@@ -23,6 +23,11 @@ def numbers(values: Any) -> DoubleArray:
     return np.array([number(v) for v in values or ()], dtype=np.float64)
 
 
+def triples(values: Sequence[Sequence[Any]]) -> DoubleArray:
+    """An array of shape (n, 3)."""
+    return np.array([[number(v) for v in each] for each in values], dtype=np.float64).reshape(-1, 3)
+
+
 @dataclass(frozen=True)
 class Interval:
     """An estimate and the bounds that hold it: with 95% confidence unless said otherwise."""
@@ -180,7 +185,8 @@ class Convergence:
 
 @dataclass(frozen=True, eq=False)
 class Meter:
-    """Light that falls on the points of a job's meter, one array element for each.
+    """Light that falls on the points of a job's meter, one array element for each; position, normal
+    and irradiance_rgb have three columns.
 
     low, high: 95% interval of illuminance_lux. irradiance_w_m2: that over 683 lm/W.
     """
@@ -205,13 +211,13 @@ class Meter:
             return numbers([point.get(name) for point in points])
 
         return Meter(
-            position=column("position"),
-            normal=column("normal"),
+            position=triples([point["position"] for point in points]),
+            normal=triples([point["normal"] for point in points]),
             irradiance_w_m2=column("irradiance_w_m2"),
             illuminance_lux=column("illuminance_lux"),
             low=column("low"),
             high=column("high"),
-            irradiance_rgb=column("irradiance_rgb"),
+            irradiance_rgb=triples([point["irradiance_rgb"] for point in points]),
             samples=column("samples"),
         )
 

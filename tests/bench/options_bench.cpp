@@ -3,8 +3,9 @@
 //
 // Efficiency is 1 / (V T): V the mean over pixels of the picture's variance relative to mu^2 +
 // 0.01, from the difference of its halves; mu the mean of pictures of the default with other seeds;
-// T the CPU seconds of the pixels. Options take turns, round by round, so that a slow minute of the
-// machine is shared by all of them.
+// T the CPU seconds of the pixels. V is of the luminance; the column `colour` has the mean of the
+// three channels' variances instead. Options take turns, round by round, so that a slow minute of
+// the machine is shared by all of them.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -35,11 +36,12 @@ struct Plan {
   int rounds = 4;
   bool is_short = false;
   std::string only;   ///< options whose names begin so, beside the default
-  std::string scene;  ///< one of the built-in ones, or GLTF,HDR; empty: five built-in ones
+  std::string scene;  ///< of view_of_name(); empty: five built-in ones
 };
 
 struct Cost {
   double variance = 0;
+  double color_variance = 0;
   double seconds = 0;
   double rays = 0;
   double efficiency() const { return 1 / (variance * seconds); }
@@ -111,6 +113,7 @@ std::vector<Option> options() {
         std::pair{"control_variate.regression", core::ControlVariateType::kRegression}}) {
     all.push_back(option(name, [type = type](S& s) { s.estimator.control_variate = type; }));
   }
+  all.push_back(option("spectral", [](S& s) { s.spectral = true; }));
   return all;
 }
 
@@ -144,6 +147,39 @@ View swarm(int emitters, const Plan& plan) {
   return view;
 }
 
+/// A ball of dense flint glass (n_d 1.7847, V_d 25.76: SF11 of Schott's data sheet) on a floor
+/// under a square emitter and a dim sky.
+View dispersive_ball(float roughness, const Plan& plan) {
+  core::MaterialDescription flint;
+  flint.metallic = 0;
+  flint.roughness = roughness;
+  flint.transmission = 1;
+  flint.thickness = 1;
+  flint.ior = 1.7847F;
+  flint.dispersion = 20 / 25.76F;
+  View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(0.7F)), flint, test_support::emitter(Rgb(10))},
+          {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
+           test_support::sphere({0, 0.6F, 0}, 0.6F, 64, false, 1),
+           test_support::quad({1, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 2)})),
+      plan.width, plan.height);
+  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.5F, 0}, 35);
+  view.environment = test_support::constant_sky(Rgb(0.2F));
+  return view;
+}
+
+/// The dispersive balls of above, or a name of named_view().
+View view_of_name(const std::string& name, const Plan& plan) {
+  if (name == "ball") {
+    return dispersive_ball(0, plan);
+  }
+  if (name == "rough-ball") {
+    return dispersive_ball(0.3F, plan);
+  }
+  return bench::named_view(name, plan.width, plan.height);
+}
+
 std::vector<double> means(const View& view, int samples) {
   const auto film = test_support::render(view, samples).snapshot;
   std::vector<double> out;
@@ -157,12 +193,16 @@ void add(Cost& cost, const View& view, int samples, const std::vector<double>& m
   const test_support::Picture picture = test_support::render(view, samples);
   const auto& film = picture.snapshot;
   double sum = 0;
+  double colors = 0;
   for (std::size_t p = 0; p < film.pixel_count(); ++p) {
     const Rgb d = core::half_value(film, p, 0).mean - core::half_value(film, p, 1).mean;
     const auto y = static_cast<double>(core::luminance(d));
-    sum += y * y / 4 / (mu[p] * mu[p] + 0.01);
+    const double weight = 1 / (4 * (mu[p] * mu[p] + 0.01));
+    sum += y * y * weight;
+    colors += static_cast<double>(d.r * d.r + d.g * d.g + d.b * d.b) / 3 * weight;
   }
   cost.variance += sum / static_cast<double>(film.pixel_count());
+  cost.color_variance += colors / static_cast<double>(film.pixel_count());
   cost.seconds += picture.progress.cpu_seconds;
   cost.rays += static_cast<double>(picture.progress.rays);
 }
@@ -180,6 +220,7 @@ std::vector<Cost> compare(View view, const std::vector<Option>& all, const Plan&
       one.settings.light_block = all[i].settings.light_block;
       one.settings.light_history = all[i].settings.light_history;
       one.settings.block_candidates = all[i].settings.block_candidates;
+      one.settings.spectral = all[i].settings.spectral;
       one.settings.seed = static_cast<std::uint64_t>(round);
       add(costs[i], one, plan.samples, mu);
     }
@@ -197,15 +238,15 @@ void print_options(const Plan& plan) {
     scenes = {plan.scene};
   }
   for (const std::string& name : scenes) {
-    const std::vector<Cost> costs =
-        compare(bench::named_view(name, plan.width, plan.height), all, plan);
-    std::printf("\n%-26s%12s%12s%12s%12s\n", name.c_str(), "efficiency", "variance", "seconds",
-                "rays");
+    const std::vector<Cost> costs = compare(view_of_name(name, plan), all, plan);
+    std::printf("\n%-26s%12s%12s%12s%12s%12s\n", name.c_str(), "efficiency", "variance", "colour",
+                "seconds", "rays");
     for (std::size_t i = 0; i < all.size(); ++i) {
       const Cost& c = costs[i];
-      std::printf("%-26s%12.3f%12.3f%12.3f%12.3f\n", all[i].name.c_str(),
+      std::printf("%-26s%12.3f%12.3f%12.3f%12.3f%12.3f\n", all[i].name.c_str(),
                   c.efficiency() / costs[0].efficiency(), c.variance / costs[0].variance,
-                  c.seconds / costs[0].seconds, c.rays / costs[0].rays);
+                  c.color_variance / costs[0].color_variance, c.seconds / costs[0].seconds,
+                  c.rays / costs[0].rays);
     }
     std::fflush(stdout);
   }

@@ -1,5 +1,5 @@
-"""Mitsuba 3, its LLVM wavefront, by the Python package. `variant` is the sampler: multijitter or
-independent."""
+"""Mitsuba 3 by the Python package: its LLVM wavefront, or the mode that MITSUBA_MODE names.
+`variant` is the sampler: multijitter or independent."""
 
 import math
 import os
@@ -9,13 +9,14 @@ import gltf
 import mitsuba as mi
 import numpy as np
 
-mi.set_variant("llvm_ad_rgb")
+MODE = os.environ.get("MITSUBA_MODE", "llvm_ad_rgb")
+mi.set_variant(MODE)
 
 
 class Engine:
     def __init__(self, job):
         dr.set_thread_count(job["threads"])
-        self.version = f"Mitsuba {mi.__version__} llvm_ad_rgb, {job['variant']}"
+        self.version = f"Mitsuba {mi.__version__} {MODE}, {job['variant']}"
         self.folder = job["folder"]
         self.source = gltf.read(job["scene"])
         self.materials = [self.material(m) for m in self.source.materials]
@@ -55,7 +56,35 @@ class Engine:
         for i, light in enumerate(self.source.lights):
             scene[f"light{i}"] = self.light(light)
         scene.update(self.shapes())
+        self.description = scene
         self.scene = mi.load_dict(scene)
+
+    def meter(self, points, samples, seed):
+        """Irradiance (r, g, b) at points (position, normal): pi times the light that a white square
+        of 1 mm reflects there, seen from 0.1 mm above. An irradiancemeter would not sample lights
+        at the point itself."""
+        out = []
+        for position, normal in points:
+            at, n = np.array(position, float), np.array(normal, float)
+            up = [1, 0, 0] if abs(normal[0]) < 0.5 else [0, 1, 0]
+            turn = mi.ScalarTransform4f().look_at(at.tolist(), (at + n).tolist(), up)
+            scene = {name: part for name, part in self.description.items() if name != "sensor"}
+            scene["square"] = {
+                "type": "rectangle",
+                "to_world": turn @ mi.ScalarTransform4f().scale(5e-4),
+                "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [1, 1, 1]}},
+            }
+            scene["meter"] = {
+                "type": "radiancemeter",
+                "origin": (at + 1e-4 * n).tolist(),
+                "direction": (-n).tolist(),
+                "film": {"type": "hdrfilm", "width": 1, "height": 1, "pixel_format": "rgb",
+                         "component_format": "float32", "rfilter": {"type": "box"}},
+                "sampler": {"type": "independent"},
+            }
+            picture = np.array(mi.render(mi.load_dict(scene), spp=samples, seed=seed))
+            out.append((math.pi * picture.mean(axis=(0, 1))).tolist())
+        return out
 
     def render(self, samples, seed):
         picture = np.array(mi.render(self.scene, spp=samples, seed=seed))

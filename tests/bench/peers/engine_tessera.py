@@ -59,10 +59,27 @@ class Engine:
                 "layers": ["beauty"],
                 "filter": {"type": "box", "radius": 0.5},
             },
-            integrator={"type": "path", "max_depth": self.job["depth"]},
+            integrator={
+                "type": self.job.get("integrator", "path"),
+                "max_depth": self.job["depth"],
+            },
             stop={"samples_per_pixel": samples},
         ).wait()
         return self.last.image()
+
+    def meter(self, points, samples, seed):
+        """Irradiance (r, g, b) at points (position, normal)."""
+        job = self.client.submit(
+            self.scene,
+            seed=seed,
+            environment=self.environment,
+            film={"width": 1, "height": 1},
+            integrator={"type": "path", "max_depth": self.job["depth"]},
+            meter={"points": [{"position": p, "normal": n} for p, n in points]},
+            # 16 paths for each sample of a pixel.
+            stop={"samples_per_pixel": samples // 16},
+        ).wait()
+        return job.meter().irradiance_rgb.tolist()
 
     def rays(self):
         return self.last.data["statistics"]["rays"]

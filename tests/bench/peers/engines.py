@@ -17,7 +17,10 @@ class Kind:
     adapter: str
     environment: str | None  # of environments.PACKAGES
     variant: str = ""
+    mode: str = ""  # of Mitsuba: how it computes; empty: llvm_ad_rgb
 
+
+MITSUBA_SCALAR = Kind("mitsuba-scalar", "engine_mitsuba", "mitsuba", "independent", "scalar_rgb")
 
 KINDS = (Kind("tessera", "engine_tessera", "bench"),
          Kind("mitsuba-multijitter", "engine_mitsuba", "mitsuba", "multijitter"),
@@ -36,7 +39,9 @@ def command_of(kind):
         if blender is None:
             raise Missing("no blender in PATH (Debian: apt-get install blender)")
         return [blender, "--background", "--factory-startup", "--python", worker, "--"], variables
-    if kind.environment == "mitsuba":
+    if kind.mode:
+        variables["MITSUBA_MODE"] = kind.mode
+    elif kind.environment == "mitsuba":
         variables["DRJIT_LIBLLVM_PATH"] = os.environ.get("DRJIT_LIBLLVM_PATH") or newest_llvm()
     return [python_of(kind.environment), worker], variables
 

@@ -3,14 +3,15 @@
 usage: worker.py ADAPTER REPLIES
 
 Reads one JSON request a line: {"do": "load", "job": {...}}, {"do": "render", "samples", "seed",
-"output"} and {"do": "end"}; answers with one line of JSON each on the file descriptor REPLIES,
-since engines print to stdout.
+"output"}, {"do": "meter", "points", "samples", "seed"} and {"do": "end"}; answers with one line of
+JSON each on the file descriptor REPLIES, since engines print to stdout.
 
 An adapter is a module with a class Engine:
     Engine(job)   reads the scene; job: scene, environment (file or None), sky (RGB or None), width,
                   height, depth (scattering events), threads, variant, folder
     render(samples, seed)   (height, width, 3) linear floats; as many samples a pixel, independent
                   for each seed
+    meter(points, samples, seed)   [[r, g, b], ...], irradiance at [position, normal]; not of all
 and, if they differ from those of this process: cpu_seconds(), peak_bytes(), rays() of the last
 render, end().
 """
@@ -61,6 +62,9 @@ def main():
                     answer = {"version": engine.version}
                 elif request["do"] == "render":
                     answer = render(engine, request)
+                elif request["do"] == "meter":
+                    answer = {"irradiance": engine.meter(request["points"], request["samples"],
+                                                         request["seed"])}
                 else:
                     answer = {"peak_bytes": getattr(engine, "peak_bytes", process_peak_bytes)()}
             except Exception as error:

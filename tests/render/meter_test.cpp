@@ -132,7 +132,7 @@ TEST(Meter, ReadsInterreflectionInAClosedSphere) {
   for (const int depth : {1, 2, 3, 64}) {
     view.settings.max_depth = depth;
     const double truth = kPi * (1 - std::pow(0.5, depth));
-    const MeterReading reading = measure(view, 1024);
+    const MeterReading reading = measure(view, 2048);
     EXPECT_TRUE(is_truth(reading, truth))
         << depth << ": " << reading.illuminance << " to " << reading.high << " for " << truth;
     if (depth < 4) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +35,7 @@ struct Plan {
   int width = 96;
   int threads = 2;
   int reference = 8192;  ///< samples
+  std::string folder;    ///< of the references, with a slash
 };
 
 /// Pooled over everything that is printed.
@@ -59,17 +61,26 @@ core::View asset_view(const Plan& plan) {
   return view;
 }
 
-/// (X - RA) (X - RB), the halves of the reference being independent, and what it is divided by.
-double true_error(const core::ColorPlanes& seen, const core::FilmSnapshot& reference) {
-  std::vector<test_support::PixelTruth> out(reference.pixel_count());
+/// A picture of many samples: the means of its independent halves, and coverage.
+struct Reference {
+  int width = 0;
+  int height = 0;
+  std::vector<core::Rgb> a;
+  std::vector<core::Rgb> b;
+  std::vector<float> alpha;
+};
+
+/// (X - RA) (X - RB) has the expected value (X - mu)^2: the noise of the reference cancels.
+double true_error(const core::ColorPlanes& seen, const Reference& reference) {
+  std::vector<test_support::PixelTruth> out(reference.a.size());
   for (std::size_t p = 0; p < out.size(); ++p) {
     const core::Rgb x = {seen[0][p], seen[1][p], seen[2][p]};
-    const core::Rgb a = core::half_value(reference, p, 0).mean;
-    const core::Rgb b = core::half_value(reference, p, 1).mean;
-    const core::HalfValue mean = core::pixel_value(reference, p);
-    out[p] = {(x - a) * (x - b), a * b, static_cast<double>(luminance(mean.mean)), mean.alpha > 0};
+    const core::Rgb a = reference.a[p];
+    const core::Rgb b = reference.b[p];
+    out[p] = {(x - a) * (x - b), a * b, static_cast<double>(luminance((a + b) * 0.5F)),
+              reference.alpha[p] > 0};
   }
-  return test_support::defined_error(out, reference.rect.width, reference.rect.height);
+  return test_support::defined_error(out, reference.width, reference.height);
 }
 
 core::ColorPlanes plain_planes(const core::FilmSnapshot& film) {
@@ -89,10 +100,52 @@ test_support::Picture render(core::View view, int samples, int seed, int threads
   return test_support::render(view, samples, threads);
 }
 
+template <typename T>
+void transfer(std::fstream& file, std::vector<T>& values, bool write) {
+  const auto bytes = static_cast<std::streamsize>(values.size() * sizeof(T));
+  auto* data = reinterpret_cast<char*>(values.data());
+  if (write) {
+    file.write(data, bytes);
+  } else {
+    file.read(data, bytes);
+  }
+}
+
+/// Kept in a file beside this program for later runs. Delete the files when a scene changes.
+Reference reference_of(const std::string& name, const core::View& view, const Plan& plan) {
+  constexpr int kReferenceSeed = 1'000'000;
+  Reference out;
+  out.width = view.settings.film.width;
+  out.height = view.settings.film.height;
+  const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
+  out.a.resize(count);
+  out.b.resize(count);
+  out.alpha.resize(count);
+  const std::string path = plan.folder + name + "-" + std::to_string(out.width) + "-" +
+                           std::to_string(plan.reference) + ".reference";
+  std::fstream file(path, std::ios::in | std::ios::binary);
+  const bool is_kept = file.is_open();
+  if (!is_kept) {
+    const core::FilmSnapshot film =
+        render(view, plan.reference, kReferenceSeed, plan.threads).snapshot;
+    for (std::size_t p = 0; p < count; ++p) {
+      out.a[p] = core::half_value(film, p, 0).mean;
+      out.b[p] = core::half_value(film, p, 1).mean;
+      out.alpha[p] = core::pixel_value(film, p).alpha;
+    }
+    file.open(path, std::ios::out | std::ios::binary);
+  }
+  transfer(file, out.a, !is_kept);
+  transfer(file, out.b, !is_kept);
+  transfer(file, out.alpha, !is_kept);
+  CHECK(file.good());
+  return out;
+}
+
 struct Scene {
   std::string name;
   core::View view;
-  core::FilmSnapshot reference;
+  Reference reference;
   core::FeaturePicture features;
   double feature_seconds = 0;
 };
@@ -102,11 +155,10 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 }
 
 Scene prepare(std::string name, core::View view, const Plan& plan) {
-  constexpr int kReferenceSeed = 1'000'000;
   Scene out;
   out.name = std::move(name);
   out.view = std::move(view);
-  out.reference = render(out.view, plan.reference, kReferenceSeed, plan.threads).snapshot;
+  out.reference = reference_of(out.name, out.view, plan);
   const auto begin = std::chrono::steady_clock::now();
   auto features = core::feature_pass(out.view, core::parallel_for(plan.threads));
   CHECK(features && *features);
@@ -233,6 +285,7 @@ int main(int argc, char** argv) {
     return core::serve_oidn(0, argv[2]) ? 0 : 1;
   }
   Plan plan;
+  plan.folder = std::string(argv[0]).substr(0, std::string(argv[0]).rfind('/') + 1);
   plan.seeds = argc > 1 ? std::atoi(argv[1]) : plan.seeds;
   plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
   plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;

@@ -1,4 +1,4 @@
-/// RateLimiter: so many requests a minute for each key, as a bucket that fills steadily.
+/// RateLimiter: limits requests per minute for each key, by a token bucket.
 #pragma once
 
 #include <chrono>
@@ -15,16 +15,16 @@ class RateLimiter {
   using Clock = std::chrono::steady_clock;
 
   struct State {
-    int limit = 0;      ///< Requests a minute.
-    int remaining = 0;  ///< That may be made at once.
+    int limit = 0;      ///< Requests per minute.
+    int remaining = 0;  ///< Requests allowed now.
     int reset_seconds =
-        0;  ///< Until all of them may be made again; after a refusal until the next.
+        0;  ///< Until the bucket is full; after a refusal, until the next request is allowed.
     bool allowed = true;
   };
 
-  /// Counts one request of `name`. Pre: per_minute > 0.
+  /// Takes one token of `name`. Pre: per_minute > 0.
   State take(const std::string& name, int per_minute, Clock::time_point now = Clock::now());
-  /// As the last take() left it; empty for who is not limited.
+  /// Returns the state after the last take(); empty for a name without a limit.
   std::optional<State> last(const std::string& name) const;
 
  private:

@@ -1,17 +1,15 @@
-/// RequestLog: what is told of every request: figures, a line of the log, and for some a line of
-/// the audit.
+/// RequestLog: records every request: metrics, a log line, and for some an audit line.
 ///
-/// Audited is every request that would change something (any method but GET, HEAD and OPTIONS), and
-/// every one that was refused for who asked (401, 403, 421). A line is {"time", "level", "event":
+/// Audited are requests that would change something (any method but GET, HEAD and OPTIONS), and
+/// requests refused for lack of rights (401, 403, 421). An audit line is {"time", "level", "event":
 /// "audit", "outcome": "done" (below 400), "refused" (4xx) or "failed" (5xx), "method", "path",
-/// "object": id of what was made or named, "status", "key": id of the key, "key_name": its name,
-/// "operator" for --key, empty without one, "request_id", "trace_id", "remote"}. Keys themselves
-/// are in no line. Being refused costs a client nothing: of each of the statuses 401, 403, 421, 429
-/// and 503 at most 60 requests a minute have lines, and the next line is followed by {"event":
-/// "refusals_left_out", "status", "count"} of those that had none. A stored key that the operator
-/// adds or removes while the server runs has a line too: {"time", "level", "event": "audit",
-/// "outcome": "done", "action": "key-added" or "key-removed", "object": its id, "object_name",
-/// "scopes"}.
+/// "object": id of the created or named object, "status", "key": id of the key, "key_name": its
+/// name, "operator" for --key, empty without one, "request_id", "trace_id", "remote"}. Keys
+/// themselves are never logged. Refusals cost a client nothing, so each of the statuses 401, 403,
+/// 421, 429 and 503 has lines for at most 60 requests per minute, and the next line is followed by
+/// {"event": "refusals_left_out", "status", "count"}. A stored key that the operator adds or
+/// removes while the server runs has a line too: {"time", "level", "event": "audit", "outcome":
+/// "done", "action": "key-added" or "key-removed", "object": its id, "object_name", "scopes"}.
 #pragma once
 
 #include <cstdint>
@@ -32,20 +30,20 @@ namespace server {
 
 class RequestLog {
  public:
-  /// audit_path: a file that audit lines are added to, whatever the log's level; it is opened for
-  /// each line, so that it can be moved away. Empty: they go to the log, at info. Log and metrics
+  /// audit_path: a file to which audit lines are appended, whatever the log's level; it is opened
+  /// for each line, so that it can be rotated. Empty: they go to the log, at info. log and metrics
   /// must outlive this.
   RequestLog(Log& log, Metrics& metrics, std::string audit_path)
       : log_(log), metrics_(metrics), audit_path_(std::move(audit_path)) {}
 
-  /// Can the audit file be written? Errors: as open_file().
+  /// Checks that the audit file can be written. Errors: of open_file().
   core::Status check() const;
   void note(const Request& request, const Outcome& outcome);
   void note_key(KeyRing::Change change, const KeyRow& key);
 
  private:
   void audit(const Request& request, const Outcome& outcome);
-  /// May a request that ended so have lines now?
+  /// Whether a request with this status may still be logged in this minute.
   bool may_tell(int status);
   void write_audit(const std::string& line, std::string_view request_id);
   core::Status append(const std::string& line) const;

@@ -26,9 +26,9 @@ class Log {
 
   bool enabled(LogLevel level) const { return level >= level_.load(); }
   void set_level(LogLevel level) { level_ = level; }
-  /// event: a word or two that name what happened; everything that varies is a field.
+  /// event: a word or two that name the event; everything that varies is a field.
   void write(LogLevel level, std::string_view event, std::initializer_list<LogField> fields);
-  /// One that log_line() made, whatever its level.
+  /// Writes a line made by log_line(), whatever its level.
   void write_line(std::string_view line);
 
  private:
@@ -36,7 +36,7 @@ class Log {
   core::Mutex mutex_;  ///< One line at a time.
 };
 
-/// The line without its line break. Bytes that are no text are escaped.
+/// Returns the line without its line break. Bytes that are not valid text are escaped.
 std::string log_line(double unix_seconds, LogLevel level, std::string_view event,
                      std::initializer_list<LogField> fields);
 

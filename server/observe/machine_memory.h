@@ -1,4 +1,4 @@
-/// What memory this process may use.
+/// Memory that this process may use.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,8 @@
 
 namespace server {
 
-/// The least of the machine's memory and the limits of the control groups (version 1 or 2) that the
-/// process is in. root: where /proc and /sys are, for tests. 0: not known.
+/// Returns the minimum of the machine's memory and the limits of the process's control groups
+/// (version 1 or 2). root: directory that holds /proc and /sys, for tests. 0: unknown.
 std::uint64_t usable_memory_bytes(const std::string& root = "");
 
 }  // namespace server

@@ -1,9 +1,9 @@
-/// MemoryGate: whatever takes much memory asks here first.
+/// MemoryGate: accounts for all large allocations before they are made.
 ///
-/// One number for all: films and scenes of jobs, scenes that are read and decoded, dry runs, films
-/// and pictures of requests, comparisons. What does not fit waits, or is refused with the numbers.
-/// What several hold together (a scene) has a name and counts once. What caches hold and nobody
-/// needs goes when there is no room.
+/// One limit for all: films and scenes of jobs, scenes being decoded, dry runs, films and images of
+/// requests, comparisons. A request that does not fit waits, or is refused with the figures. A
+/// shared object (a scene) has a name and counts once. Cached objects that nobody uses are dropped
+/// when memory is short.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@ namespace server {
 
 struct MemoryUse {
   std::uint64_t bytes = 0;
-  /// By what names it: holders of the same name hold it together.
+  /// By name; holders of the same name share the memory.
   std::map<std::string, std::uint64_t> shared = {};
 };
 
@@ -33,10 +33,11 @@ class MemoryGate {
  public:
   static constexpr std::chrono::seconds kPatience{20};
 
-  /// bytes_max: 0 for any number.
+  /// bytes_max: 0 for no limit.
   explicit MemoryGate(std::uint64_t bytes_max);
 
-  /// What somebody uses, given back with it. May outlive the gate. One thread at a time.
+  /// Memory of one user, released by the destructor. May outlive the gate. For one thread at a
+  /// time.
   class Lease {
    public:
     Lease() = default;
@@ -47,9 +48,9 @@ class MemoryGate {
     ~Lease();
 
     std::uint64_t bytes() const;
-    /// So much more of its own, after waiting. Errors: of MemoryGate::take().
+    /// Adds `bytes` of its own, waiting if necessary. Errors: of MemoryGate::take().
     core::Status grow(std::uint64_t bytes, std::chrono::milliseconds patience = kPatience);
-    /// So many bytes of its own, no more than before.
+    /// Reduces its own bytes to `bytes`; never increases them.
     void shrink_to(std::uint64_t bytes);
 
    private:
@@ -60,29 +61,30 @@ class MemoryGate {
     std::string what_ = {};
   };
 
-  /// Errors: kTooLarge when it would not fit into an empty server, kUnavailable when there was no
-  /// room in time; both with the numbers. what: "the scene", for their text.
+  /// Errors: kTooLarge when it would not fit into an idle server, kUnavailable when no memory
+  /// became free in time; both with the figures. what: "the scene", for their text.
   core::Result<Lease> take(MemoryUse use, std::string_view what,
                            std::chrono::milliseconds patience = kPatience);
   core::Result<Lease> take(std::uint64_t bytes, std::string_view what,
                            std::chrono::milliseconds patience = kPatience) {
     return take(MemoryUse{.bytes = bytes}, what, patience);
   }
-  /// For what is there already: beyond the limit if need be. idle: a cache has it, whose reclaimer
-  /// lets it go.
+  /// Accounts for memory that is already allocated, beyond the limit if necessary. kIdle: held by a
+  /// cache, whose reclaimer can release it.
   enum class Kind : std::uint8_t { kNeeded, kIdle };
   Lease note(MemoryUse use, Kind kind);
 
-  /// Makes the lease one of this use, if all is then within `most` (0: within the gate) after what
-  /// is idle went.
+  /// Changes the lease to this use if everything then fits into `most` (0: the gate's limit) once
+  /// idle memory is dropped.
   bool try_change(Lease& lease, const MemoryUse& use, std::uint64_t most = 0);
-  /// Would it, if all that is idle went?
+  /// Whether try_change() would succeed once all idle memory is dropped.
   bool has_room(const Lease& lease, const MemoryUse& use, std::uint64_t most = 0) const;
-  /// The same, beyond the limit if need be.
+  /// Changes the lease, beyond the limit if necessary.
   static void change(Lease& lease, const MemoryUse& use);
 
-  /// drop_one: lets one thing go that is held idle; false: there is none. Asked in this order. The
-  /// gate is not used after what it reaches.
+  /// Adds a reclaimer; they are called in this order. drop_one: releases one idle object; returns
+  /// false when there is none. The gate must not be used after an object that a reclaimer uses is
+  /// destroyed.
   void add_reclaimer(std::function<bool()> drop_one);
 
   std::uint64_t bytes_max() const { return bytes_max_; }
@@ -93,14 +95,14 @@ class MemoryGate {
   const std::shared_ptr<Room> room_;
 };
 
-/// "1.5 GB"
+/// Formats bytes: "1.5 GB".
 std::string memory_words(std::uint64_t bytes);
 
-/// The value with what it takes: whoever has the one has the other.
+/// Bundles a value with the lease of its memory, so that they share a lifetime.
 template <typename Value>
 std::shared_ptr<Value> with_lease(std::shared_ptr<Value> value, MemoryGate::Lease lease) {
   struct Both {
-    MemoryGate::Lease lease;  // goes last
+    MemoryGate::Lease lease;  // destroyed last
     std::shared_ptr<Value> value;
   };
   auto both = std::make_shared<Both>(Both{.lease = std::move(lease), .value = std::move(value)});

@@ -1,8 +1,8 @@
-/// Metrics: counters and histograms, told in the Prometheus text format.
+/// Metrics: counters and histograms, written in the Prometheus text format.
 ///
-/// Names follow Prometheus' rules: base units (seconds, bytes), `_total` for counters. Every label
-/// has a closed set of values, and each series is there from the start or by a set that the server
-/// itself defines (routes, statuses): no request can make /metrics grow.
+/// Names follow Prometheus' conventions: base units (seconds, bytes), `_total` for counters. Every
+/// label has a closed set of values, and the series exist from the start or come from a set that
+/// the server defines (routes, statuses), so that no request can make /metrics grow.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@
 
 namespace server {
 
-/// Text being put together; each family is announced once, before its samples.
+/// Builds the text; each family is announced once, before its samples.
 class MetricsText {
  public:
   /// type: "counter", "gauge" or "histogram".
   void family(std::string_view name, std::string_view type, std::string_view help);
   /// labels: `a="b",c="d"`, or empty.
   void sample(std::string_view name, std::string_view labels, double value);
-  /// A family of one sample without labels.
+  /// Writes a family of one sample without labels.
   void gauge(std::string_view name, std::string_view help, double value);
   void counter(std::string_view name, std::string_view help, double value);
   std::string take() { return std::move(text_); }
@@ -33,21 +33,21 @@ class MetricsText {
   std::string text_;
 };
 
-/// `name="value"`, escaped.
+/// Returns `name="value"`, escaped.
 std::string metric_label(std::string_view name, std::string_view value);
 
-/// What happens now and then. One row of the table in metrics.cpp is one series.
+/// Counted events. Each row of the table in metrics.cpp is one series.
 enum class Counter : std::uint8_t {
   kCheckpointWritten,
   kCheckpointFailed,
   kFilmEvicted,
   kWebhookDelivered,
-  kWebhookFailed,   ///< It will be tried again.
-  kWebhookGivenUp,  ///< It will not.
+  kWebhookFailed,   ///< It will be retried.
+  kWebhookGivenUp,  ///< It will not be retried.
 };
 inline constexpr std::size_t kCounterCount = 6;
 
-/// One exchange, as it is counted.
+/// One request, as counted.
 struct CountedRequest {
   std::string_view method;
   std::string_view route;  ///< Pattern of the route; empty: none.
@@ -55,13 +55,13 @@ struct CountedRequest {
   double seconds = 0;
   std::uint64_t bytes_received = 0;
   std::uint64_t bytes_sent = 0;
-  bool is_stream = false;  ///< It took the time that it was asked to take.
+  bool is_stream = false;  ///< A stream or long poll, whose duration the client chose.
 };
 
 class Metrics {
  public:
   void count_request(const CountedRequest& request);
-  /// Seconds between the submission of a job and its first slice.
+  /// Counts the seconds between the submission of a job and its first slice.
   void count_queue_wait(double seconds);
   /// reason: api::to_text() of its stop reason.
   void count_job_end(std::string_view reason);
@@ -100,7 +100,7 @@ class Metrics {
   std::uint64_t bytes_sent_ GUARDED_BY(mutex_) = 0;
 };
 
-/// The `process_*` families that Prometheus' client libraries agree on, from /proc/self.
+/// Writes the `process_*` families that Prometheus' client libraries share, from /proc/self.
 void write_process_metrics(MetricsText& text);
 
 }  // namespace server

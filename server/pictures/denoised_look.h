@@ -1,4 +1,4 @@
-/// Denoised pictures for requests: which layer they show, and what is told about them.
+/// Denoised images for requests: the layer to show, and the facts reported about it.
 #pragma once
 
 #include <map>
@@ -11,13 +11,13 @@
 
 namespace server {
 
-/// Does the query show a denoised picture?
+/// Whether the query asks for a denoised image.
 bool wants_denoised(const api::ImageQuery& query);
 
-/// The layer in place of beauty. Errors: kInvalidArgument at /denoise for another layer.
+/// Returns the layer that replaces beauty. Errors: kInvalidArgument at /denoise for another layer.
 core::Result<std::optional<std::string>> denoised_layer(const api::ImageQuery& query);
 
-/// What is told of it: X-Tessera-Denoiser; X-Tessera-Error (relative error, low, high; empty:
+/// Response headers: X-Tessera-Denoiser; X-Tessera-Error (relative error, low, high; empty:
 /// unknown); X-Tessera-Bias.
 struct DenoisedFacts {
   std::string denoiser;
@@ -26,7 +26,7 @@ struct DenoisedFacts {
 };
 DenoisedFacts denoised_facts(const api::DenoisedView& view, const api::ImageQuery& query);
 
-/// The same in the file, whose error is that of the denoised picture.
+/// Adds the same facts to the file's metadata, whose error is that of the denoised image.
 void add_denoised_origin(std::map<std::string, std::string>& texts, const api::DenoisedView& view,
                          const api::ImageQuery& query);
 

@@ -1,4 +1,4 @@
-/// Colours that tell ids apart, for screens.
+/// False colours that distinguish ids on screens.
 #pragma once
 
 #include "core/image_io/image_rows.h"
@@ -6,8 +6,8 @@
 
 namespace server {
 
-/// form: what the channels of the image are. Ids: a colour for each, black for none. Mattes: the
-/// colours of their ids, each as much as it covers.
+/// form: meaning of the image's channels. Ids: one colour each, black for none. Mattes: the colours
+/// of their ids, weighted by coverage.
 core::ImageRows false_colors(core::ImageRows image, core::LayerForm form);
 
 }  // namespace server

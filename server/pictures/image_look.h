@@ -1,4 +1,4 @@
-/// How a picture is to look, exposure and tone map, where the format is linear and has no look.
+/// Exposure and tone map of an image, where its format is linear and has none.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,13 @@
 
 namespace server {
 
-/// kInvalidArgument at the parameter that a linear format cannot honour. The defaults, and a tone
-/// map that changes nothing, are no wish. TIFF is not refused, for who asks for it with the look of
-/// a screen, as the page once did; ignored_look() tells.
+/// Returns kInvalidArgument at the parameter that a linear format cannot honour. Defaults, and a
+/// tone map that changes nothing, are accepted. TIFF accepts all, since older versions of the web
+/// page sent a look with it; ignored_look() reports what is ignored.
 std::optional<core::Error> refused_look(const core::ImageFormat& format,
                                         const api::ImageQuery& query);
 
-/// The parameters that count for nothing in this format, with commas; for X-Tessera-Ignored.
+/// Returns the parameters ignored in this format, separated by commas, for X-Tessera-Ignored.
 std::string ignored_look(const core::ImageFormat& format, const api::ImageQuery& query);
 
 }  // namespace server

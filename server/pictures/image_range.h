@@ -1,4 +1,4 @@
-/// Pictures of data (depths, normals, counts): which values become black and white.
+/// Images of data (depths, normals, counts): the values mapped to black and white.
 #pragma once
 
 #include "api/requests.h"
@@ -11,12 +11,12 @@ struct ValueRange {
   float high = 1;
 };
 
-/// The range that was asked for. Automatic: from the least to the greatest finite value of the
-/// image, zeros aside (a depth of 0 is no depth); with negative values as far to both sides of 0.
-/// low < high always.
+/// Returns the requested range. Automatic: from the least to the greatest finite value of the
+/// image, excluding zeros (a depth of 0 means no hit); symmetric about 0 when there are negative
+/// values. Always low < high.
 ValueRange value_range(const core::ImageRows& image, const api::ImageRange& asked);
 
-/// The image with low moved to 0 and high to 1; values that are not finite become 0.
+/// Maps low to 0 and high to 1; non-finite values become 0.
 core::ImageRows rescaled(core::ImageRows image, ValueRange range);
 
 }  // namespace server

@@ -1,4 +1,4 @@
-/// objects(): what the ids in a film are, and where they are.
+/// Describes the objects whose ids are in a film, and their bounds.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,15 @@
 
 namespace server {
 
-/// Boxes take as long as all triangles take to be read: they are kept by what is seen and whose
-/// boxes are asked for.
+/// Computing bounds reads all triangles, so they are cached by view and the requested ids.
 class ObjectsMaker {
  public:
-  /// view: of the job of that spec, which made the film. Errors: those of its camera.
+  /// view: of the job with that spec, which rendered the film. Errors: of its camera.
   core::Result<api::ObjectsView> make(const core::Film& film, const core::View& view,
                                       const api::JobSpec& spec);
 
  private:
-  /// A box of each of 100,000 objects and instances.
+  /// Bounds of 100,000 objects and instances.
   static constexpr std::uint64_t kBytesMax = std::uint64_t{16} << 20U;
   SingleFlightCache<core::ObjectBoxes> boxes_{
       kBytesMax, SingleFlightCache<core::ObjectBoxes>::Oversized::kNotKept};

@@ -1,4 +1,4 @@
-/// Pictures of films in the bytes of a file format: crop, layer, scale, range, look, metadata.
+/// Encodes films as images: crop, layer, scale, range, look, metadata.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@
 
 namespace server {
 
-/// What is asked for. All are borrowed.
+/// The requested image. All members are borrowed.
 struct Picture {
   const core::ImageFormat& format;
   const api::ImageQuery& query;
@@ -27,21 +27,21 @@ struct Picture {
   core::PixelRect rect;
   std::shared_ptr<const core::DenoisedPicture> denoised = nullptr;  ///< null: the plain picture
   std::optional<api::DenoisedView> denoised_view = std::nullopt;    ///< of `denoised`
-  std::shared_ptr<const core::Scene> scene = nullptr;  ///< for the names of mattes; null: without
+  std::shared_ptr<const core::Scene> scene = nullptr;  ///< for the names of mattes; null: no names
 };
 
 struct EncodedPicture {
-  std::shared_ptr<const std::string> content;  ///< holds the memory that it takes
-  std::optional<ValueRange> range;             ///< of a layer of data
+  std::shared_ptr<const std::string> content;  ///< holds a lease on its memory
+  std::optional<ValueRange> range;             ///< of a data layer
 };
 
 class PictureMaker {
  public:
-  /// about: for the metadata of pictures that are not of a finished job. Both outlive it.
+  /// about: for the metadata of images of unfinished jobs. Both must outlive it.
   PictureMaker(MemoryGate& memory, const api::ServerView& about) : memory_(memory), about_(about) {}
 
-  /// picture.rect: inside the film. patience: how long to wait for memory. Errors:
-  /// kInvalidArgument at the parameter; kUnavailable.
+  /// picture.rect: inside the film. patience: longest wait for memory. Errors: kInvalidArgument at
+  /// the parameter; kUnavailable.
   core::Result<EncodedPicture> make(const core::Film& film, const Picture& picture,
                                     std::chrono::milliseconds patience) const;
 
@@ -50,10 +50,10 @@ class PictureMaker {
   const api::ServerView& about_;
 };
 
-/// Do the names of the job's scene belong into the picture?
+/// Whether the image stores names from the job's scene.
 bool wants_names(const core::ImageFormat& format, const core::FilmSettings& film);
 
-/// kInvalidArgument where the part that is asked for reaches beyond the film.
+/// Returns kInvalidArgument when the requested rectangle reaches beyond the film.
 std::optional<core::Error> refused_part(core::PixelRect part, core::PixelRect crop);
 
 }  // namespace server

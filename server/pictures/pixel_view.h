@@ -1,4 +1,4 @@
-/// What the inspector says of one pixel.
+/// The inspector's data of one pixel.
 #pragma once
 
 #include "api/job_spec.h"
@@ -7,8 +7,8 @@
 
 namespace server {
 
-/// x, y: inside the snapshot, in pixels of the full film. Intervals are there where two halves tell
-/// them; layers are those that the job records.
+/// x, y: inside the snapshot, in pixels of the full film. Intervals exist where two halves give
+/// them; the layers are those that the job records.
 api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec& spec, int x,
                           int y);
 

@@ -1,4 +1,4 @@
-/// The pictures of all jobs of a batch: as an archive, and on one sheet.
+/// Images of all jobs of a batch: as an archive, and as a contact sheet.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ namespace server {
 
 class BatchPictures {
  public:
-  /// What it borrows outlives it: the routes' parts live as long as the server.
+  /// context must outlive this, as route contexts do.
   BatchPictures(const RouteContext& context, api::ImageQuery look)
       : jobs_(context.jobs),
         denoising_(context.denoising),
@@ -27,11 +27,11 @@ class BatchPictures {
 
   core::Result<EncodedPicture> picture(const JobPointer& job, const core::ImageFormat& format,
                                        const api::ImageQuery& look) const;
-  /// One entry for each job, in their order; first: the picture of the first one. Ends without a
-  /// directory, so that no reader takes it for whole, when a picture cannot be made.
+  /// Writes one entry for each job, in order; first: the image of the first job. If an image cannot
+  /// be made, the archive ends without a directory, so that no reader takes it for complete.
   void write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
                      const core::ImageFormat& format, StreamWriter& writer) const;
-  /// A PNG, row by row in the order of the jobs. Errors: kUnavailable without memory.
+  /// Returns a PNG with the jobs' images row by row, in order. Errors: kUnavailable without memory.
   core::Result<std::string> sheet(const std::vector<JobPointer>& jobs,
                                   const core::ImageFormat& png) const;
 

@@ -1,4 +1,4 @@
-/// What the handlers of all routes share. Everything outlives the HTTP server.
+/// Objects shared by all handlers. All outlive the HTTP server.
 #pragma once
 
 #include <atomic>
@@ -58,7 +58,7 @@ struct RouteContext {
   std::function<HttpServer::Stats()> http_stats;
 };
 
-/// A handler before it has its path: that comes from api::operations().
+/// A handler without its path, which comes from api::operations().
 struct RouteHandler {
   Handler handler;
   BodyPolicy body = {};
@@ -81,8 +81,8 @@ void add_webhook_handlers(const RouteContext& context, HandlerTable& table);
 void add_key_handlers(const RouteContext& context, HandlerTable& table);
 void add_work_handlers(const RouteContext& context, HandlerTable& table);
 
-/// All routes: one for each available row of api::operations(), and the files of the page. Stops
-/// the process (CHECK) when a row has no handler, or a handler no row.
+/// Returns all routes: one for each available row of api::operations(), and the files of the page.
+/// Aborts (CHECK) when a row has no handler, or a handler no row.
 std::vector<Route> make_routes(const RouteContext& context);
 
 }  // namespace server

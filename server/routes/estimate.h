@@ -1,4 +1,4 @@
-/// What a job will cost, said before it is done.
+/// Estimated cost of a job (dry run).
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace server {
 
-/// {"spec", "warnings", "estimate": {"seconds", "seconds_low", "seconds_high", "confidence", ...}}.
+/// Returns {"spec", "warnings", "estimate": {"seconds", "seconds_low", "seconds_high",
+/// "confidence", ...}}.
 std::string dry_run_json(const api::ParsedJob& job, const CostEstimate& cost);
 
 }  // namespace server

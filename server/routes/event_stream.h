@@ -1,4 +1,4 @@
-/// GET /v1/jobs/{id}/events: one client's way through the events of a job.
+/// GET /v1/jobs/{id}/events: sends the events of a job to one client.
 #pragma once
 
 #include <chrono>
@@ -17,9 +17,9 @@
 
 namespace server {
 
-/// STREAM of an event's id: the number of the server's run, in base 36.
+/// Returns the STREAM part of event ids: the number of the server's run, in base 36.
 std::string stream_name(std::int64_t run);
-/// Empty when it is no such number.
+/// Returns empty when it is not such a number.
 std::optional<std::int64_t> stream_number(std::string_view name);
 
 class EventStream {
@@ -27,27 +27,28 @@ class EventStream {
   struct Options {
     std::chrono::milliseconds ping{15000};
     std::chrono::milliseconds progress{500};
-    /// Between two looks, and so much more for each open stream, so that all together stay cheap.
+    /// Between two polls; longer for each open stream, to bound the total cost.
     std::chrono::microseconds pace{50'000};
     std::chrono::microseconds pace_for_each{500};
     std::size_t tiles_at_a_time = 256;
-    /// How an event is written; empty: format_sse().
+    /// Formats an event; empty: format_sse().
     std::function<std::string(const SseEvent&)> format = {};
   };
 
-  /// last: what the client has seen already. streams: how many there are.
+  /// last: the last event that the client has. streams: number of open streams.
   EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last,
               const StreamGate& streams, Options options);
 
-  /// The client has seen the `end`, and there is nothing after it: 204.
+  /// Whether the client has the `end` and nothing follows it: 204.
   bool is_over() const;
-  /// Sends until the job has ended or the client has gone.
+  /// Sends until the job has ended or the client has disconnected.
   void run(StreamWriter& writer);
 
-  // For who watches several jobs: what to send first, and what has come since then. Neither waits.
+  // For clients that watch several jobs: the first events to send, and the events since then.
+  // Neither waits.
   std::string beginning();
   std::string news();
-  /// The `end` was among it.
+  /// Whether `end` was among the events sent.
   bool has_ended() const { return ended_; }
   const Job& job() const { return *job_; }
 
@@ -57,7 +58,7 @@ class EventStream {
   std::string from_store(const SseId& last);
   std::string ended_job();
   std::string text_of(std::string_view id, api::EventType type, std::string_view data) const;
-  /// Did the job end with this event, and has not gone on since?
+  /// Whether the job ended with this event and has not been resumed since.
   bool is_last_end(const LoggedEvent& event) const;
   bool send_news(StreamWriter& writer);
   void wait_for_news(bool has_sent, StreamWriter& writer) const;
@@ -73,7 +74,7 @@ class EventStream {
   const StreamGate& streams_;
   const Options options_;
   const std::string stream_;
-  std::uint64_t seq_ = 0;  ///< The client has everything up to here.
+  std::uint64_t seq_ = 0;  ///< The client has all events up to this number.
   bool ended_ = false;
   bool progress_pending_ = false;
   Clock::time_point progress_told_;

@@ -1,8 +1,7 @@
-/// GET /v1/events?jobs=: one client's way through the events of several jobs.
+/// GET /v1/events?jobs=: sends the events of several jobs to one client.
 ///
-/// Each event has `job` in its data. Its id is that of the last event of each job, with dots
-/// between, in the order of the request: with it the client goes on where it was, after a restart
-/// too.
+/// Each event has `job` in its data. Its id joins the ids of the last event of each job with dots,
+/// in the order of the request: with it a client resumes, even after a restart.
 #pragma once
 
 #include <chrono>
@@ -22,15 +21,15 @@ namespace server {
 
 class JobsStream {
  public:
-  /// last: Last-Event-ID as it came; one that does not fit these jobs counts as none.
+  /// last: Last-Event-ID as received; ignored if it does not fit these jobs.
   JobsStream(JobService& jobs, const std::vector<JobPointer>& watched, std::string_view last,
              const StreamGate& streams);
   JobsStream(const JobsStream&) = delete;
   JobsStream& operator=(const JobsStream&) = delete;
 
-  /// The client has seen the end of every job: 204.
+  /// Whether the client has the end of every job: 204.
   bool is_over() const;
-  /// Sends until all jobs have ended or the client has gone.
+  /// Sends until all jobs have ended or the client has disconnected.
   void run(StreamWriter& writer);
 
  private:
@@ -39,7 +38,7 @@ class JobsStream {
   void wait(bool has_sent, StreamWriter& writer) const;
 
   const StreamGate& streams_;
-  std::vector<std::string> ids_;  ///< Of the last event of each job.
+  std::vector<std::string> ids_;  ///< Id of the last event of each job.
   std::vector<std::unique_ptr<EventStream>> parts_;
 };
 

@@ -1,4 +1,4 @@
-/// LabStream: runs an experiment on a thread of its own and writes its lines as they come.
+/// LabStream: runs an experiment on its own thread and sends its lines as they are produced.
 #pragma once
 
 #include <stop_token>
@@ -15,14 +15,14 @@ class LabStream {
  public:
   explicit LabStream(api::LabRequest request) : request_(std::move(request)) {}
 
-  /// Until the last line, or until the client has gone or the server ends: then the run is
-  /// cancelled, and in the second case the last line is {"cancelled": true}.
+  /// Sends until the last line, or until the client disconnects or the server shuts down: then the
+  /// run is cancelled, and on shutdown the last line is {"cancelled": true}.
   void run(StreamWriter& writer);
 
  private:
   void compute(const std::stop_token& stop);
   void push(std::string line) EXCLUDES(mutex_);
-  /// The lines that have come; waits for some. Empty: all are done, or a stop is asked for.
+  /// Waits for lines and returns them. Empty: the run is done, or a stop was requested.
   std::string next(const std::stop_token& stop) EXCLUDES(mutex_);
 
   const api::LabRequest request_;

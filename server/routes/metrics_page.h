@@ -1,4 +1,4 @@
-/// GET /metrics: the figures of the process in Prometheus' text format.
+/// GET /metrics: the metrics of the process in Prometheus' text format.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-/// The web page's files as they are served: from memory, by path.
+/// Files of the web page, served from memory by path.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct PageFile {
 };
 std::vector<PageFile> page_files();
 
-/// 200 or 304, compressed when the client takes it.
+/// Returns 200 or 304, compressed when the client accepts it.
 Response page_answer(const Request& request, const PageFile& file);
 
 }  // namespace server

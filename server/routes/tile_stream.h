@@ -1,4 +1,4 @@
-/// GET /v1/jobs/{id}/tiles: one client's copy of the film, tile by tile, newest revisions only.
+/// GET /v1/jobs/{id}/tiles: sends a film to one client, tile by tile, newest revisions only.
 #pragma once
 
 #include <cstdint>
@@ -15,26 +15,26 @@
 
 namespace server {
 
-/// Means, variances of the mean (NaN with one half) and counts of one tile; with kTileMean in
-/// flags means alone. flags: kTileAlpha and kTileMean count.
+/// Returns means, variances of the mean (NaN with one half) and counts of one tile; only means with
+/// kTileMean in flags. flags: only kTileAlpha and kTileMean matter.
 api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uint32_t flags);
 
-/// r g b of one tile of a denoised picture.
+/// Returns r g b of one tile of a denoised image.
 api::TileFrame denoised_frame(const core::DenoisedPicture& picture, core::DenoiseMode mode,
                               const core::PixelRect& tile);
 
 class TileStream {
  public:
-  /// query.after: the client has all revisions up to this one. streams: how many there are; the
-  /// more, the longer between two looks at the film.
+  /// query.after: the client has all revisions up to this one. streams: number of open streams; the
+  /// interval between polls of the film grows with it.
   TileStream(JobService& jobs, DenoiseService& denoising, JobPointer job,
              const api::TilesQuery& query, const StreamGate& streams);
 
-  /// Sends until the job has ended or the client has gone; the end frame comes last.
+  /// Sends until the job has ended or the client has disconnected; the end frame comes last.
   void run(StreamWriter& writer);
 
  private:
-  /// False when the client has gone.
+  /// Returns false when the client has disconnected.
   bool send_new_tiles(StreamWriter& writer, const core::Film& film);
   bool send_denoised(StreamWriter& writer, const core::Film& film, bool is_final);
 
@@ -43,7 +43,7 @@ class TileStream {
   const JobPointer job_;
   const api::TilesQuery query_;
   const StreamGate& streams_;
-  std::vector<std::uint32_t> sent_;  ///< Newest revision that was sent, by tile.
+  std::vector<std::uint32_t> sent_;  ///< Newest revision sent, by tile.
   std::uint32_t denoised_sent_ = 0;
 };
 

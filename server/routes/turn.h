@@ -1,4 +1,4 @@
-/// Turn: work that takes gigabytes is done by one request at a time.
+/// Turn: serializes requests that need gigabytes of memory.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ class Turn {
  public:
   using Held = std::unique_lock<std::timed_mutex>;
 
-  /// Waits for those before, not for ever. Errors: kUnavailable.
+  /// Waits a limited time for earlier requests. Errors: kUnavailable.
   core::Result<Held> take() {
     Held held(mutex_, kPatience);
     if (!held) {

@@ -1,4 +1,4 @@
-/// Where webhook calls may go.
+/// Addresses that webhooks may call.
 #pragma once
 
 #include <optional>
@@ -8,8 +8,8 @@
 
 namespace server {
 
-/// Why no call may go to that address; empty: one may. A name is looked up when the call is made;
-/// numbers are judged at once.
+/// Returns why the address may not be called; empty: it may. Names are resolved only at the call;
+/// numeric addresses are checked here.
 std::optional<std::string> webhook_address_fault(const Config& config, const std::string& url);
 
 }  // namespace server

@@ -1,4 +1,4 @@
-/// Which files of an archive make up a scene.
+/// Finds the files of a scene in an archive.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace server {
 
-/// `uri` seen from the folder of `document`, without `.` and `..`; empty when it leaves the
+/// Resolves `uri` against the folder of `document`, removing `.` and `..`; empty when it leaves the
 /// archive.
 std::string path_in_archive(std::string_view document, std::string_view uri);
 
-/// The one .glb or .gltf of an archive; of several the one in the topmost folder. Errors:
-/// kInvalidArgument for none, and for several side by side.
+/// Returns the only .glb or .gltf of an archive; of several, the one in the topmost folder. Errors:
+/// kInvalidArgument for none, and for several in the same folder.
 core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries);
 
 }  // namespace server

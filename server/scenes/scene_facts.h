@@ -1,4 +1,4 @@
-/// What a job request is checked against before its scene is loaded.
+/// Scene facts against which a job request is checked before the scene is loaded.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace server {
 
-/// Names and kinds of cameras, names of variants, whether there are lights of its own, sizes: as
-/// text for the store. decode_facts() gives a summary that holds these and nothing else.
-/// load_bytes: memory that loading took at most beside the scene, the file included; 0: not known.
+/// Encodes for the store: names and kinds of cameras, names of variants, whether the scene has its
+/// own lights, sizes. decode_facts() returns a summary of these alone. load_bytes: peak memory of
+/// loading besides the scene, including the file; 0: unknown.
 std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_bytes = 0);
 core::SceneSummary decode_facts(std::string_view text);
 std::uint64_t load_bytes_of(std::string_view facts);
 
-/// Members of the request that the scene does not have: camera name or index, a field of view for
-/// an orthographic camera, variant.
+/// Returns errors for members of the request that the scene lacks: camera name or index, a field of
+/// view for an orthographic camera, variant.
 std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                                                   const core::SceneSummary& facts);
 

@@ -1,7 +1,7 @@
-/// SceneService: scenes by id or built-in name: taken in, described, loaded, shared.
+/// SceneService: adds, describes, loads and shares scenes, by id or built-in name.
 ///
-/// The id of a scene is the sha256 of its content: of the one file, or of the list of its files.
-/// Loaded scenes are kept up to a number of bytes, by (id, time, variant).
+/// The id of a scene is the sha256 of its content: of its single file, or of the list of its files.
+/// Loaded scenes are cached up to a number of bytes, by (id, time, variant).
 #pragma once
 
 #include <cstdint>
@@ -36,26 +36,26 @@ struct SceneServiceOptions {
   std::uint64_t motion_cache_bytes = std::uint64_t{512} << 20U;
   std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
   int threads = 1;       ///< For acceleration structures.
-  std::string isa = {};  ///< What Embree is held to; empty: nothing.
+  std::string isa = {};  ///< Instruction set for Embree; empty: not limited.
   ZipLimits zip = {};
 };
 
-/// Where a scene comes from.
+/// Origin of a scene.
 struct SceneOrigin {
-  Access access = {};     ///< Who brings it.
-  std::string name = {};  ///< Empty: the one inside the file.
+  Access access = {};     ///< The uploader.
+  std::string name = {};  ///< Empty: the name inside the file.
 };
 
-/// What is added to a scene for a job, and how long it is seen.
+/// Objects added to a scene for a job, and its exposure time.
 struct SceneStand {
   core::GroundSettings ground;
-  core::Vec3 view_direction = {0, 0, -1};  ///< as add_ground() takes it
-  double shutter_seconds = 0;              ///< as load_gltf() takes it
+  core::Vec3 view_direction = {0, 0, -1};  ///< As for add_ground().
+  double shutter_seconds = 0;              ///< As for load_gltf().
 };
 
 class SceneService {
  public:
-  /// All but the options must outlive this.
+  /// All arguments except the options must outlive this.
   SceneService(Assets& assets, SceneTable& table, StorageQuota& quota, MemoryGate& memory,
                SceneServiceOptions options);
 
@@ -64,69 +64,69 @@ class SceneService {
     std::string description;  ///< JSON
     bool known = false;
   };
-  /// A file, and the memory that it was let in with.
+  /// A file, and the lease of its memory.
   struct Upload {
     Upload(core::Bytes file, MemoryGate::Lease held = {})
         : content(std::move(file)), lease(std::move(held)) {}
     core::Bytes content;
     MemoryGate::Lease lease;
   };
-  /// A GLB, a glTF document, or a zip archive with one of them. The scene is loaded to check it.
-  /// Errors: those of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge,
-  /// kMissingFiles; kUnavailable when there is no memory for it.
+  /// Adds a GLB, a glTF document, or a zip archive with one of them. Loads the scene to check it.
+  /// Errors: of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge, kMissingFiles;
+  /// kUnavailable when memory is short.
   core::Result<Added> add_file(Upload file, const SceneOrigin& origin = {});
   core::Result<Added> add_zip(Upload archive, const SceneOrigin& origin = {});
-  /// Errors also: kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
+  /// Errors: also kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
   core::Result<Added> add_from_assets(const api::SceneFromAssets& request,
                                       const SceneOrigin& origin = {});
 
-  /// JSON of a stored or built-in scene. Errors: kNotFound, also for a scene that `access` does not
-  /// see; built-in ones are everybody's.
+  /// Returns the JSON of a stored or built-in scene. Errors: kNotFound, also for a scene that
+  /// `access` does not see; built-in scenes are visible to all.
   core::Result<std::string> description(const std::string& id, const Access& access);
-  /// What job requests are checked against. Errors: the same.
+  /// Returns the facts against which job requests are checked. Errors: the same.
   core::Result<core::SceneSummary> facts(const std::string& id, const Access& access);
   core::Result<std::vector<SceneRow>> list(const Access& access, std::optional<std::int64_t> before,
                                            int limit);
-  /// Drops the tenant's reference; the operator, who has none, drops all. in_use: whether jobs need
-  /// it, those of a tenant or (empty) of all. Errors: kNotFound (built-in scenes too); kConflict
+  /// Drops the tenant's reference; for the operator, who has none, drops all. in_use: whether jobs
+  /// need it, of a tenant or (empty) of all. Errors: kNotFound (built-in scenes too); kConflict
   /// while a job that would lose it needs it.
   core::Status remove(const std::string& id, const Access& access, const Assets::InUse& in_use);
-  /// Of a stored scene. Errors: kNotFound.
+  /// Returns the files of a stored scene. Errors: kNotFound.
   core::Result<SceneFiles> files(const std::string& id);
-  /// A built-in scene as a GLB; null for any other name.
+  /// Returns a built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
 
-  /// Who asks for something that takes memory to load: has that (a job that was admitted), or not
-  /// yet.
+  /// Whether the caller already holds memory for loading (an admitted job) or needs it.
   enum class Admission : std::uint8_t { kNeeded, kGiven };
-  /// Errors: kNotFound when the scene is gone; as load_gltf() and Scene::build(); kUnavailable when
-  /// there is no memory for it.
+  /// Errors: kNotFound when the scene is gone; of load_gltf() and Scene::build(); kUnavailable when
+  /// memory is short.
   core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id,
                                                         std::optional<double> time_seconds,
                                                         const std::optional<std::string>& variant,
                                                         Admission admission = Admission::kNeeded,
                                                         const SceneStand& stand = {});
 
-  /// The scene at the second time of motion vectors. Errors: of load().
+  /// Returns the scene at the second time of motion vectors. Errors: of load().
   core::Result<std::shared_ptr<const core::MotionTarget>> later(
       const std::string& id, double time_seconds, const std::optional<std::string>& variant,
       Admission admission = Admission::kNeeded);
 
-  /// Null for a constant one is not used: settings alone give a constant environment.
-  /// Errors: kInvalidArgument at "/environment/asset" for an unknown asset or one that is no image;
-  /// kUnavailable as for load().
+  /// Never null: settings alone give a constant environment. Errors: kInvalidArgument at
+  /// "/environment/asset" for an unknown asset or one that is not an image; kUnavailable as for
+  /// load().
   core::Result<std::shared_ptr<const core::Environment>> environment(
       const std::optional<std::string>& asset, const core::EnvironmentSettings& settings,
       Admission admission = Admission::kNeeded);
-  /// The same errors, from the head of the file alone; unknown is also what `access` does not see.
+  /// The same errors, from the header of the file alone; assets that `access` does not see count as
+  /// unknown.
   core::Status check_environment(const std::string& asset, const Access& access);
 
-  /// What a loaded scene or environment takes, and what names it: two jobs with the same name share
-  /// one. Bytes are 0 where nothing is known of it.
+  /// Memory of a loaded scene or environment, and its name: jobs with the same name share it. Bytes
+  /// are 0 when unknown.
   struct Memory {
     std::string name;
     std::uint64_t bytes = 0;
-    std::uint64_t load_bytes = 0;  ///< Beside them, while it is loaded.
+    std::uint64_t load_bytes = 0;  ///< Besides them, while it is loaded.
   };
   Memory memory_of_scene(const std::string& id, std::optional<double> time_seconds,
                          const std::optional<std::string>& variant, const SceneStand& stand = {});
@@ -134,8 +134,8 @@ class SceneService {
                          const std::optional<std::string>& variant);
   Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
 
-  /// Held shared from finding a scene or asset to naming it in a record; alone from looking for
-  /// such names to deleting. Taken before every other lock here.
+  /// Held shared from finding a scene or asset until a record names it; held exclusively from
+  /// searching for such records until deletion. Locked before all other mutexes here.
   std::shared_mutex& names_mutex() { return names_mutex_; }
 
   std::uint64_t cached_bytes() const { return scenes_.bytes(); }
@@ -160,7 +160,7 @@ class SceneService {
                                                          const SceneStand& stand = {});
   core::Result<Added> add_document(Document document, MemoryGate::Lease lease,
                                    const SceneOrigin& origin);
-  /// The scene with what it takes, for the cache.
+  /// Returns the scene with its memory, for the cache.
   SingleFlightCache<core::Scene>::Made held(const std::string& key,
                                             std::shared_ptr<const core::Scene> scene);
   core::Status keep(const Document& document, const SceneRow& row, const Access& access);
@@ -174,15 +174,15 @@ class SceneService {
   SingleFlightCache<core::Scene> scenes_;
   SingleFlightCache<core::MotionTarget> later_;
   SingleFlightCache<core::Environment> environments_;
-  std::counting_semaphore<64> uploads_;  ///< Scenes being checked at a time hold memory.
+  std::counting_semaphore<64> uploads_;  ///< Limits concurrent checks, which hold memory.
   std::shared_mutex names_mutex_;
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
   std::map<std::string, std::uint64_t> builtin_bytes_
-      GUARDED_BY(builtin_mutex_);  ///< Of those that were loaded.
+      GUARDED_BY(builtin_mutex_);  ///< Of built-in scenes loaded so far.
   core::Mutex sizes_mutex_;
   std::map<std::string, EnvironmentSize> environment_sizes_
-      GUARDED_BY(sizes_mutex_);  ///< Of those that were looked at.
+      GUARDED_BY(sizes_mutex_);  ///< Of environments read so far.
 };
 
 }  // namespace server

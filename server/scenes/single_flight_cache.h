@@ -1,9 +1,8 @@
-/// SingleFlightCache: values that are dear to make, shared, kept up to a number of bytes.
+/// SingleFlightCache: a cache of expensive values, limited in bytes, that makes each value once.
 ///
-/// The first caller makes the value; others who ask meanwhile wait for it and share the result,
-/// an error too. Errors are not kept. The least recently used values go first; what somebody still
-/// holds lives on outside the cache. A value that is larger than the whole cache is kept alone, or
-/// not at all.
+/// The first caller makes the value; concurrent callers wait for it and share the result or error.
+/// Errors are not cached. Least recently used values are dropped first; a value in use stays alive
+/// outside the cache. A value larger than the whole cache is kept alone, or not at all.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +33,7 @@ class SingleFlightCache {
   explicit SingleFlightCache(std::uint64_t bytes_max, Oversized oversized = Oversized::kKept)
       : bytes_max_(bytes_max), least_(oversized == Oversized::kKept ? 1 : 0) {}
 
-  /// make: () -> core::Result<Made>; runs without a lock, at most once a key at a time.
+  /// make: () -> core::Result<Made>; called without a lock, at most once at a time for each key.
   template <typename Make>
   core::Result<Pointer> get(const std::string& key, const Make& make) {
     std::shared_ptr<Flight> flight;
@@ -65,20 +64,20 @@ class SingleFlightCache {
     return *flight->result;
   }
 
-  /// The value if it is there now.
+  /// Returns the value if it is present.
   Pointer peek(const std::string& key) const {
     const core::MutexLock lock(mutex_);
     const auto found = entries_.find(key);
     return found == entries_.end() ? nullptr : found->second.value;
   }
 
-  /// Puts a value in, in place of an older one.
+  /// Inserts a value, replacing an older one.
   void put(const std::string& key, Made made) {
     const core::MutexLock lock(mutex_);
     insert(key, std::move(made));
   }
 
-  /// Forgets all keys that begin so.
+  /// Removes all keys with this prefix.
   void erase_prefix(const std::string& prefix) {
     const core::MutexLock lock(mutex_);
     auto entry = entries_.lower_bound(prefix);
@@ -87,8 +86,7 @@ class SingleFlightCache {
     }
   }
 
-  /// Forgets the value that nobody else holds and that was not used for longest. False: there is
-  /// none.
+  /// Drops the least recently used value that nobody else holds. Returns false when there is none.
   bool drop_unused() {
     const core::MutexLock lock(mutex_);
     for (auto key = order_.rbegin(); key != order_.rend(); ++key) {

@@ -1,7 +1,7 @@
-/// Reads a zip archive from memory: stored and deflated entries, every size limited beforehand.
+/// Reads a zip archive from memory: stored and deflated entries, with all sizes limited in advance.
 ///
-/// Source: APPNOTE.TXT 6.3.3. The central directory is the truth; local headers only give the place
-/// of the data. No encryption, no several disks, no Zip64 beyond what 32 bits hold.
+/// Source: APPNOTE.TXT 6.3.3. The central directory is authoritative; local headers only give the
+/// position of the data. Not supported: encryption, multiple disks, Zip64 values beyond 32 bits.
 /// Errors: kInvalidArgument with the entry's name, kTooLarge.
 #pragma once
 
@@ -32,12 +32,12 @@ struct ZipEntry {
   bool deflated = false;
 };
 
-/// Files in the order of the archive; folders are left out. A name that leaves the archive, is
-/// repeated, or is not plain text is an error.
+/// Returns the files in the order of the archive, without folders. A name that leaves the archive,
+/// is repeated, or is not plain text is an error.
 core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte> archive,
                                                        const ZipLimits& limits);
 
-/// The content of an entry, checked against its size and CRC.
+/// Returns the content of an entry, checked against its size and CRC.
 core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> archive,
                                                     const ZipEntry& entry);
 

@@ -1,7 +1,7 @@
-/// Writes a zip archive piece by piece: stored entries, for files that are packed already.
+/// Writes a zip archive incrementally, with stored entries, for files that are already compressed.
 ///
-/// Source: APPNOTE.TXT 6.3.10; Zip64 from 4.3.14 where the archive is longer than 4 GiB. The same
-/// entries give the same bytes: all have the earliest date.
+/// Source: APPNOTE.TXT 6.3.10; Zip64 from 4.3.14 for archives longer than 4 GiB. The same entries
+/// give the same bytes: all have the earliest date.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,10 @@ namespace server {
 
 class ZipWriter {
  public:
-  /// What stands before the content of the next entry, which follows as it is. name: UTF-8, unlike
-  /// all others. content: below 4 GiB.
+  /// Returns the bytes that precede the content of the next entry; the caller appends the content.
+  /// name: UTF-8, unique. content: below 4 GiB.
   std::string begin_entry(std::string_view name, std::string_view content);
-  /// What stands after the last entry.
+  /// Returns the bytes that follow the last entry.
   std::string end() const;
 
  private:
@@ -32,7 +32,7 @@ class ZipWriter {
   std::uint64_t offset_ = 0;  ///< Of the next entry.
 };
 
-/// A name for a file inside an archive: letters, digits and . _ - are kept, others become _. Never
+/// Returns a file name for an archive: letters, digits and . _ - are kept, others become _. Never
 /// empty or of dots alone.
 std::string file_name_of(std::string_view text);
 

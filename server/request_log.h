@@ -43,7 +43,7 @@ class RequestLog {
 
  private:
   void audit(const Request& request, const Outcome& outcome);
-  /// Whether a request with this status may still be logged in this minute.
+  /// Returns whether the rate limit still allows a line for a request with this status.
   bool may_tell(int status);
   void write_audit(const std::string& line, std::string_view request_id);
   core::Status append(const std::string& line) const;

@@ -282,7 +282,7 @@ core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const c
 }
 
 void RunBuilder::note_waiting(Job& job, bool waits_for_worker) {
-  const std::string warning = "No suitable worker is there: the job waits for one.";
+  const std::string warning = "The job is waiting: no suitable worker is connected.";
   const auto has = [&warning](const JobRecord& record) {
     const std::vector<std::string>& warnings = record.view.warnings;
     return std::find(warnings.begin(), warnings.end(), warning) != warnings.end();
@@ -298,7 +298,7 @@ void RunBuilder::note_waiting(Job& job, bool waits_for_worker) {
     }
     return {};
   };
-  // Of a job that was deleted meanwhile there is nothing to note.
+  // A job that has been deleted meanwhile needs no warning.
   static_cast<void>(parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory}));
 }
 

@@ -27,8 +27,6 @@ Error not_open(const std::string& unit) {
   return Error{ErrorCode::kNotFound, "no unit \"" + unit + "\" is open", ""};
 }
 
-Error not_leased() { return Error{ErrorCode::kConflict, "the worker does not have the unit", ""}; }
-
 double seconds_between(std::chrono::steady_clock::time_point from,
                        std::chrono::steady_clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
@@ -202,17 +200,24 @@ core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run
   return checked ? std::move(work) : core::Result<std::vector<SliceWork>>(checked.error());
 }
 
-core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
-                                                        const std::string& worker) const {
-  const core::MutexLock lock(mutex_);
+Status WorkBoard::check_lease(const std::string& name, const std::string& worker) const {
   const auto unit = units_.find(name);
   if (unit == units_.end()) {
     return not_open(name);
   }
-  if (!unit->second.has_lease(worker)) {
-    return not_leased();
+  return unit->second.has_lease(worker)
+             ? core::ok_status()
+             : Status(Error{ErrorCode::kConflict, "the worker does not have the unit", ""});
+}
+
+core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
+                                                        const std::string& worker) const {
+  const core::MutexLock lock(mutex_);
+  if (const Status leased = check_lease(name, worker); !leased) {
+    return leased.error();
   }
-  return core::result_bytes_max(*unit->second.run->film(), unit->second.slices.size());
+  const WorkUnit& unit = units_.at(name);
+  return core::result_bytes_max(*unit.run->film(), unit.slices.size());
 }
 
 Status WorkBoard::take(const std::string& name, const std::string& worker,
@@ -221,19 +226,16 @@ Status WorkBoard::take(const std::string& name, const std::string& worker,
   std::vector<core::Slice> slices;
   {
     const core::MutexLock lock(mutex_);
-    const auto unit = units_.find(name);
-    if (unit == units_.end()) {
-      return not_open(name);
+    if (Status leased = check_lease(name, worker); !leased) {
+      return leased;
     }
-    if (!unit->second.has_lease(worker)) {
-      return not_leased();
-    }
-    if (unit->second.is_busy) {
+    WorkUnit& unit = units_.at(name);
+    if (unit.is_busy) {
       return Error{ErrorCode::kUnavailable, "another result of the unit is being taken", ""};
     }
-    unit->second.is_busy = true;
-    run = unit->second.run;
-    slices = unit->second.slices;
+    unit.is_busy = true;
+    run = unit.run;
+    slices = unit.slices;
   }
   auto work = read_result(*run, slices, result);
   Failures failures;
@@ -323,15 +325,12 @@ void WorkBoard::note_result(WorkUnit& unit, const std::string& name, std::size_t
 Status WorkBoard::hand_back(const std::string& name, const std::string& worker,
                             const std::string& fault) {
   const core::MutexLock lock(mutex_);
+  if (Status leased = check_lease(name, worker); !leased) {
+    return leased;
+  }
   const auto found = units_.find(name);
-  if (found == units_.end()) {
-    return not_open(name);
-  }
-  WorkUnit& unit = found->second;
-  if (!unit.has_lease(worker)) {
-    return not_leased();
-  }
   if (fault.empty()) {
+    WorkUnit& unit = found->second;
     unit.leases.erase(unit.lease_of(worker));
   } else {
     lose(*found, worker, fault);

@@ -107,6 +107,9 @@ class WorkBoard {
   void lose(Units::value_type& unit, const std::string& worker, const std::string& reason)
       REQUIRES(mutex_);
   void tell() REQUIRES(mutex_);
+  /// Errors: kNotFound when no such unit is open, kConflict when the worker has no lease on it.
+  core::Status check_lease(const std::string& unit, const std::string& worker) const
+      REQUIRES(mutex_);
 
   // Of the thread.
   void run(const std::stop_token& stop);

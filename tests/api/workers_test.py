@@ -180,7 +180,7 @@ class WorkersTest(FarmTest):
         HandWorker(farm, build="another").report()
         body = job_body(samples=8)
         job = farm.server.submit(body)
-        waits = "No suitable worker is there: the job waits for one."
+        waits = "The job is waiting: no suitable worker is connected."
         farm.server.wait_until(job["id"], lambda j: waits in j["warnings"], "the warning")
         farm.add_worker()
         self.check_film(farm, job["id"], body)

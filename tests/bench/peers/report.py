@@ -186,12 +186,12 @@ def svg(document):
                 bars.append((i, name, value, low, high))
                 ends += [v for v in (value, low, high) if not math.isnan(v)]
         groups.append((scene["name"], bars))
-    reach = max([2.0, *(abs(math.log2(v)) for v in ends)])
-    reach = min(math.ceil(reach), 8)
+    # Powers of two that enclose all ends, and half and twice in any case.
+    powers = [math.log2(v) for v in (0.5, 2, *ends)]
+    first, last = math.floor(min(powers)), math.ceil(max(powers))
 
     def x(value):
-        share = max(-1.0, min(1.0, math.log2(value) / reach))
-        return left + (width - left - 20) * (0.5 + 0.5 * share)
+        return left + (width - left - 20) * (math.log2(value) - first) / (last - first)
 
     height = top + sum(max(len(bars), 1) * bar + gap for _, bars in groups) + 30
     out = [
@@ -210,7 +210,7 @@ def svg(document):
             f'<text x="{at + 14}" y="41">{escape(name)}</text>'
         )
         at += 30 + 7 * len(name)
-    for power in range(-reach, reach + 1):
+    for power in range(first, last + 1):
         value = 2.0 ** power
         label = f"{value:g}" if power >= 0 else f"1/{2 ** -power}"
         stroke = "#333" if power == 0 else "#ddd"

@@ -6,7 +6,7 @@
 #include "core/accel/accel.h"
 #include "core/camera/camera.h"
 #include "core/camera/moving_camera.h"
-#include "core/film/filter.h"
+#include "core/film/camera_sample.h"
 #include "core/lights/backdrop.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
@@ -129,15 +129,11 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
       ColorSums depth;
       ColorSums emission;
       for (int s = 0; s < kFeatureSamples; ++s) {
-        sampler.start(x, y, s);
-        const Vec4 u = sampler.get_4d(kCameraGroup);
-        // Features are plain means; filters with negative lobes are treated like others.
-        const FilterSampler::Offset at = filter.sample({u.x, u.y});
-        const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
-                              static_cast<float>(y) + 0.5F + at.offset_px.y};
+        // Features are plain means: weights of filters with negative lobes are left out.
+        const CameraSample at = start_camera_sample(sampler, filter, x, y, s);
         const float time = view.settings.shutter_seconds > 0 ? sampler.get_4d(kTimeGroup).x : 0.0F;
         const Found found =
-            first_rough_surface(view, camera->ray(film_px, {u.z, u.w}, time), sampler);
+            first_rough_surface(view, camera->ray(at.film_px, at.lens, time), sampler);
         if (is_finite(found.albedo + found.normal + found.emission + Rgb(found.depth_m))) {
           albedo.add(found.albedo);
           normal.add(found.normal);

@@ -13,7 +13,7 @@
 #include "core/camera/camera.h"
 #include "core/camera/moving_camera.h"
 #include "core/color/photometry.h"
-#include "core/film/filter.h"
+#include "core/film/camera_sample.h"
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"
 #include "core/labels/motion.h"
@@ -142,16 +142,11 @@ PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std
 }
 
 PictureRenderer::Start PictureRenderer::start(PathSampler& sampler, int x, int y, int s) const {
-  sampler.start(x, y, s);
-  const Vec4 u = sampler.get_4d(kCameraGroup);
-  const FilterSampler::Offset at = filter_.sample({u.x, u.y});
-  const Vec2 film_px = {static_cast<float>(x) + 0.5F + at.offset_px.x,
-                        static_cast<float>(y) + 0.5F + at.offset_px.y};
+  const CameraSample at = start_camera_sample(sampler, filter_, x, y, s);
   if (view_.settings.shutter_seconds > 0) {
-    const float time = sampler.get_4d(kTimeGroup).x;
-    return {moving_camera_.ray(film_px, {u.z, u.w}, time), at.weight};
+    return {moving_camera_.ray(at.film_px, at.lens, sampler.get_4d(kTimeGroup).x), at.weight};
   }
-  return {camera_.ray(film_px, {u.z, u.w}), at.weight};
+  return {camera_.ray(at.film_px, at.lens), at.weight};
 }
 
 void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& rejected) const {

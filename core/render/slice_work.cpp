@@ -13,6 +13,7 @@
 
 #include "core/base/check.h"
 #include "core/base/sha256.h"
+#include "core/film/sane_pixel.h"
 #include "core/render/pass_plan.h"
 #include "core/render/result_size.h"
 
@@ -38,14 +39,7 @@ struct SliceHead {
   std::int32_t samples = 0;
   PlanSpan span;
   std::int32_t pilot_samples = 0;
-  std::uint32_t pixels = 0;
-  std::uint32_t aux = 0;
-  std::uint32_t plan = 0;
-  std::uint32_t pilot = 0;
-  std::uint32_t fit = 0;
-  std::uint32_t shares = 0;
-  std::uint32_t labels = 0;
-  std::uint32_t mattes = 0;
+  std::array<std::uint32_t, kTileArrays> sizes{};
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -90,13 +84,23 @@ bool is_new(const TileState& s) {
          s.fit.empty();
 }
 
-/// Of the slice's arrays, without sums of splats.
-std::size_t array_bytes(const SliceWork& work, std::size_t plans) {
-  const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
-  const TileState& s = work.state;
-  return bytes(s.pixels) + bytes(s.aux) + plans * sizeof(PixelPlan) + bytes(s.pilot) +
-         bytes(s.fit) + bytes(s.shares) + bytes(s.labels) + bytes(s.mattes) +
-         bytes(work.meter.sums);
+/// Calls visit(array, length) for the tile's arrays. Results leave plans out.
+template <typename Visit>
+void visit_written(const TileState& s, WorkPart part, Visit&& visit) {
+  visit_arrays(s, [&](const auto& values) {
+    const bool is_plan = static_cast<const void*>(&values) == &s.plan;
+    visit(values, is_plan && part == WorkPart::kResult ? 0 : values.size());
+  });
+}
+
+/// Returns the lengths of the tile's arrays, in their order.
+std::array<std::uint32_t, kTileArrays> array_sizes(const TileState& s, WorkPart part) {
+  std::array<std::uint32_t, kTileArrays> sizes{};
+  std::size_t i = 0;
+  visit_written(s, part, [&](const auto&, std::size_t size) {
+    sizes[i++] = static_cast<std::uint32_t>(size);
+  });
+  return sizes;
 }
 
 class Reader {
@@ -129,23 +133,12 @@ class Reader {
   std::string_view rest_;
 };
 
-/// Of the tile; false: there is not as much.
+/// Reads the tile's arrays. Returns false if there is not as much.
 bool take_arrays(Reader& reader, const SliceHead& slice, TileState& s) {
-  return reader.take(s.pixels, slice.pixels) && reader.take(s.aux, slice.aux) &&
-         reader.take(s.plan, slice.plan) && reader.take(s.pilot, slice.pilot) &&
-         reader.take(s.fit, slice.fit) && reader.take(s.shares, slice.shares) &&
-         reader.take(s.labels, slice.labels) && reader.take(s.mattes, slice.mattes);
-}
-
-bool is_sane(const ReplicatePixel& p) {
-  return std::isfinite(p.mean_r) && std::isfinite(p.mean_g) && std::isfinite(p.mean_b) &&
-         std::isfinite(p.mean_alpha) && std::isfinite(p.m2_luminance);
-}
-
-bool is_sane(const AuxPixel& p, std::uint64_t samples) {
-  const Vec3 n = p.normal_world;
-  return is_finite(p.albedo) && std::isfinite(n.x) && std::isfinite(n.y) && std::isfinite(n.z) &&
-         std::isfinite(p.depth_m) && p.hits <= samples;
+  bool whole = true;
+  std::size_t i = 0;
+  visit_arrays(s, [&](auto& values) { whole = whole && reader.take(values, slice.sizes[i++]); });
+  return whole;
 }
 
 bool is_sane(const ReplicateFit& f) {
@@ -265,10 +258,7 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
       !all(after.pixels, [](const ReplicatePixel& p) { return is_sane(p); }) ||
       !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
       !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
-      !all(after.labels,
-           [](const LabelPixel& p) {
-             return is_finite(p.position) && !std::isinf(p.motion.x) && !std::isinf(p.motion.y);
-           }) ||
+      !all(after.labels, [](const LabelPixel& p) { return is_sane(p); }) ||
       !has_gone_on(before, after)) {
     return refused("tile " + std::to_string(given.slice.tile) + " holds what no renderer makes");
   }
@@ -302,9 +292,7 @@ WorkWriter::WorkWriter(WorkPart part, std::size_t slices) : part_(part), left_(s
 void WorkWriter::add(const SliceWork& work) {
   CHECK(work.slice.kind != SliceKind::kPrepass);
   const TileState& s = work.state;
-  const bool is_input = part_ == WorkPart::kInput;
-  const bool is_left_out = is_input && is_new(s);
-  const std::size_t plans = is_input ? s.plan.size() : 0;
+  const bool is_left_out = part_ == WorkPart::kInput && is_new(s);
   const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };
   const SliceHead slice = {work.slice.tile,
                            work.slice.first_sample,
@@ -314,14 +302,7 @@ void WorkWriter::add(const SliceWork& work) {
                            s.samples,
                            s.span,
                            s.pilot_samples,
-                           count(s.pixels.size()),
-                           count(s.aux.size()),
-                           count(plans),
-                           count(s.pilot.size()),
-                           count(s.fit.size()),
-                           count(s.shares.size()),
-                           count(s.labels.size()),
-                           count(s.mattes.size()),
+                           array_sizes(s, part_),
                            s.rejected_samples,
                            s.rays,
                            s.cpu_seconds,
@@ -341,20 +322,17 @@ void WorkWriter::add(const SliceWork& work) {
                            work.meter.rays,
                            work.meter.cpu_seconds};
   if (bytes_.size() == sizeof(Head)) {  // Others are as large; sums of splats are in the first.
-    bytes_.reserve(sizeof(Head) +
-                   left_ * (sizeof slice + (is_left_out ? 0 : array_bytes(work, plans))) +
-                   work.light.sums.size() + sizeof(std::uint32_t));
+    std::size_t bytes = sizeof slice + work.meter.sums.size() * sizeof(MeterSum);
+    visit_written(s, part_, [&](const auto& values, std::size_t size) {
+      bytes += is_left_out ? 0 : size * sizeof(values[0]);
+    });
+    bytes_.reserve(sizeof(Head) + left_ * bytes + work.light.sums.size() + sizeof(std::uint32_t));
   }
   append(bytes_, &slice, 1);
   if (!is_left_out) {
-    append(bytes_, s.pixels.data(), s.pixels.size());
-    append(bytes_, s.aux.data(), s.aux.size());
-    append(bytes_, s.plan.data(), plans);
-    append(bytes_, s.pilot.data(), s.pilot.size());
-    append(bytes_, s.fit.data(), s.fit.size());
-    append(bytes_, s.shares.data(), s.shares.size());
-    append(bytes_, s.labels.data(), s.labels.size());
-    append(bytes_, s.mattes.data(), s.mattes.size());
+    visit_written(s, part_, [this](const auto& values, std::size_t size) {
+      append(bytes_, values.data(), size);
+    });
   }
   append(bytes_, work.light.sums.data(), work.light.sums.size());
   append(bytes_, work.meter.sums.data(), work.meter.sums.size());
@@ -405,11 +383,8 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
       if (part == WorkPart::kResult) {
         return refused("a slice has no pixels");
       }
-      s.pixels.resize(slice.pixels);
-      s.aux.resize(slice.aux);
-      s.shares.resize(slice.shares);
-      s.labels.resize(slice.labels);
-      s.mattes.resize(slice.mattes);
+      std::size_t i = 0;
+      visit_arrays(s, [&](auto& values) { values.resize(slice.sizes[i++]); });
     }
     if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
         slice.kind != static_cast<std::int32_t>(SliceKind::kPilot)) {

@@ -7,8 +7,8 @@
 
 #include "core/accel/accel.h"
 #include "core/error/error_estimate.h"
+#include "core/film/camera_sample.h"
 #include "core/math/numbers.h"
-#include "core/samplers/dimensions.h"
 
 namespace core {
 namespace {
@@ -64,12 +64,8 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
                            settings.film.height - 1);
     double value[2][2] = {};
     for (int way = 0; way < 2; ++way) {
-      sampler.start(x, y, 2 * i + way);
-      const Vec4 at = sampler.get_4d(kCameraGroup);
-      const FilterSampler::Offset offset = filter.sample({at.x, at.y});
-      const Camera::CameraRay ray = camera.ray({static_cast<float>(x) + 0.5F + offset.offset_px.x,
-                                                static_cast<float>(y) + 0.5F + offset.offset_px.y},
-                                               {at.z, at.w});
+      const CameraSample at = start_camera_sample(sampler, filter, x, y, 2 * i + way);
+      const Camera::CameraRay ray = camera.ray(at.film_px, at.lens);
       for (int branch = 0; branch < 2; ++branch) {
         const PathSample sample = plain.trace(ray, sampler.branch(branch, 2), rays);
         value[way][branch] =

@@ -65,6 +65,16 @@ inline void apply_fit(std::span<ReplicateFit> fits, std::size_t replicate, std::
   fits[replicate].add(s.fit);
 }
 
+/// Adds sample `s` of a pixel to the tile's statistics.
+inline void add_to_tile(TileState& state, int replicates, std::size_t pixel, int s,
+                        const PathSample& sample) {
+  const auto r = static_cast<std::size_t>(replicates);
+  add_sample(state.pixels[pixel * r + static_cast<std::size_t>(s) % r], sample);
+  if (!state.aux.empty()) {
+    add_auxiliary(state.aux[pixel], sample);
+  }
+}
+
 struct FillRule {
   int replicates = 2;
   int step = 1;  ///< plan_step()
@@ -119,15 +129,12 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
   }
   const auto take = [&](std::size_t pixel, int x, int y, int s) {
     PathSample sample = trace(x, y, s);
-    const auto replicate = static_cast<std::size_t>(s % rule.replicates);
-    ReplicatePixel& to = state.pixels[pixel * r + replicate];
     if (rule.fit != FitType::kNone) {
-      apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate, to.count, rule.fit, sample);
+      const auto replicate = static_cast<std::size_t>(s) % r;
+      apply_fit(std::span(state.fit).subspan(pixel * r, r), replicate,
+                state.pixels[pixel * r + replicate].count, rule.fit, sample);
     }
-    add_sample(to, sample);
-    if (!state.aux.empty()) {
-      add_auxiliary(state.aux[pixel], sample);
-    }
+    add_to_tile(state, rule.replicates, pixel, s, sample);
   };
   if (!visit_samples(state, rule, state.samples, last_sample, stop, take)) {
     return false;
@@ -143,18 +150,12 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
 template <typename Trace, typename Result>
 bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave, int last_sample,
                         const std::stop_token& stop, Trace&& trace, Result&& result) {
-  const auto r = static_cast<std::size_t>(rule.replicates);
   std::vector<DueSample> due;
   due.reserve(wave);
   const auto flush = [&] {
     trace(std::span<const DueSample>(due));
     for (std::size_t i = 0; i < due.size(); ++i) {
-      const PathSample sample = result(i);
-      const auto replicate = static_cast<std::size_t>(due[i].sample) % r;
-      add_sample(state.pixels[due[i].pixel * r + replicate], sample);
-      if (!state.aux.empty()) {
-        add_auxiliary(state.aux[due[i].pixel], sample);
-      }
+      add_to_tile(state, rule.replicates, due[i].pixel, due[i].sample, result(i));
     }
     due.clear();
   };
@@ -251,7 +252,6 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
 template <typename Trace>
 bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int last_sample,
                          const std::stop_token& stop, Trace&& trace) {
-  const auto r = static_cast<std::size_t>(rule.replicates);
   std::vector<DueSample> due;
   std::vector<PathSample> samples;
   const PixelRect& tile = state.rect;
@@ -288,12 +288,7 @@ bool fill_tile_in_groups(TileState& state, const FillRule& rule, int block, int 
             trace(std::span<const DueSample>(due), static_cast<int>(each),
                   std::span<PathSample>(samples));
             for (std::size_t i = 0; i < due.size(); ++i) {
-              add_sample(state.pixels[due[i].pixel * r +
-                                      static_cast<std::size_t>(due[i].sample % rule.replicates)],
-                         samples[i]);
-              if (!state.aux.empty()) {
-                add_auxiliary(state.aux[due[i].pixel], samples[i]);
-              }
+              add_to_tile(state, rule.replicates, due[i].pixel, due[i].sample, samples[i]);
             }
           }
         }

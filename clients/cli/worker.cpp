@@ -316,10 +316,11 @@ int Worker::run(const sigset_t& signals) {
     });
   }
   const Server server = connect();
+  queue::ReportRequests requests(link_, id_);
   Clock::time_point next = Clock::now();
   Clock::time_point end{};
   while (working > 0) {
-    if (Clock::now() >= next) {
+    if (requests.take() || Clock::now() >= next) {
       next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                 std::chrono::duration<double>(report(*server)));
     }

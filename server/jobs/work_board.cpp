@@ -103,6 +103,13 @@ std::map<std::string, int> WorkBoard::leases() const {
   return counts;
 }
 
+WorkBoard::Units::node_type WorkBoard::remove(Units::const_iterator unit) {
+  for (const WorkUnit::Lease& lease : unit->second.leases) {
+    to_report_.insert(lease.worker);
+  }
+  return units_.extract(unit);
+}
+
 void WorkBoard::tell() {
   is_news_ = true;
   changed_.notify_all();
@@ -264,7 +271,7 @@ Status WorkBoard::take(const std::string& name, const std::string& worker,
   const core::MutexLock lock(mutex_);
   if (settled) {
     ++counts_.taken;
-    units_.erase(name);
+    remove(units_.find(name));
   }
   tell();
   return core::ok_status();

@@ -18,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -107,6 +108,8 @@ class WorkBoard {
   void lose(Units::value_type& unit, const std::string& worker, const std::string& reason)
       REQUIRES(mutex_);
   void tell() REQUIRES(mutex_);
+  /// Takes the unit off the board. Its workers are asked to report, and learn of it.
+  Units::node_type remove(Units::const_iterator unit) REQUIRES(mutex_);
   /// Errors: kNotFound when no such unit is open, kConflict when the worker has no lease on it.
   core::Status check_lease(const std::string& unit, const std::string& worker) const
       REQUIRES(mutex_);
@@ -124,6 +127,7 @@ class WorkBoard {
   bool plan_one(int slots);
   void double_last_units();
   void publish();
+  void request_reports();
   bool prepare_broker();
   static void give_back(const Units& units);
   static void fail(const Failures& failures);
@@ -153,6 +157,7 @@ class WorkBoard {
   bool is_news_ GUARDED_BY(mutex_) = false;
   Units units_ GUARDED_BY(mutex_);
   std::map<std::string, Worker> workers_ GUARDED_BY(mutex_);
+  std::set<std::string> to_report_ GUARDED_BY(mutex_);  ///< workers with units that were removed
   std::uint64_t last_unit_ GUARDED_BY(mutex_) = 0;
   Counts counts_ GUARDED_BY(mutex_);
   std::mt19937_64 chance_ GUARDED_BY(mutex_){std::random_device()()};

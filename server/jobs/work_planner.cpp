@@ -55,6 +55,7 @@ void WorkBoard::run(const std::stop_token& stop) {
       had_broker_at_ = Clock::now();
       plan();
       publish();
+      request_reports();
     }
     drop_waiting();
     note_waiting_jobs();
@@ -72,7 +73,7 @@ void WorkBoard::drop_ended() {
       const JobPointer job = run.job();
       if (!unit->second.is_busy &&
           (run.task().is_stopping() || run.end() || !job || job->run().get() != &run)) {
-        ended.insert(units_.extract(unit));
+        ended.insert(remove(unit));
       }
       unit = next;
     }
@@ -208,7 +209,7 @@ void WorkBoard::take_unverified() {
     each.run->accept(std::move(each.result.work));
     const core::MutexLock lock(mutex_);
     ++counts_.taken;
-    units_.erase(each.name);
+    remove(units_.find(each.name));
   }
 }
 
@@ -320,6 +321,17 @@ void WorkBoard::publish() {
       prepared_.reset();  // All that is open is published once there is a stream again.
       return;
     }
+  }
+}
+
+void WorkBoard::request_reports() {
+  std::set<std::string> workers;
+  {
+    const core::MutexLock lock(mutex_);
+    workers.swap(to_report_);
+  }
+  for (const std::string& worker : workers) {
+    publisher_->request_report(worker);
   }
 }
 

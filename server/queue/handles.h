@@ -21,5 +21,7 @@ inline core::Error nats_error(const std::string& what, natsStatus status) {
 inline constexpr const char* kStream = "TESSERA_UNITS";
 inline constexpr const char* kSubject = "tessera.units";
 inline constexpr const char* kConsumer = "tessera-workers";
+/// Followed by the worker's id.
+inline constexpr const char* kReportSubject = "tessera.workers.";
 
 }  // namespace queue

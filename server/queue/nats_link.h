@@ -48,6 +48,7 @@ class NatsLink {
  private:
   friend class UnitPublisher;
   friend class UnitPuller;
+  friend class ReportRequests;
   struct Handles;
   NatsLink() = default;
 

@@ -57,6 +57,37 @@ core::Status UnitPublisher::publish(std::string_view unit) {
   return s == NATS_OK ? core::ok_status() : core::Status(nats_error("a unit is not published", s));
 }
 
+void UnitPublisher::request_report(const std::string& worker) {
+  static_cast<void>(natsConnection_PublishString(link_->handles_->connection,
+                                                 (kReportSubject + worker).c_str(), ""));
+}
+
+ReportRequests::ReportRequests(std::shared_ptr<NatsLink> link, const std::string& worker)
+    : link_(std::move(link)), subject_(kReportSubject + worker) {}
+
+ReportRequests::~ReportRequests() {
+  natsSubscription_Destroy(static_cast<natsSubscription*>(subscription_));
+}
+
+bool ReportRequests::take() {
+  if (subscription_ == nullptr) {
+    natsSubscription* made = nullptr;
+    if (!link_->is_connected() || natsConnection_SubscribeSync(&made, link_->handles_->connection,
+                                                               subject_.c_str()) != NATS_OK) {
+      return false;
+    }
+    subscription_ = made;  // The library subscribes again after a reconnection.
+  }
+  bool is_requested = false;
+  natsMsg* message = nullptr;
+  while (natsSubscription_NextMsg(&message, static_cast<natsSubscription*>(subscription_), 0) ==
+         NATS_OK) {
+    natsMsg_Destroy(message);
+    is_requested = true;
+  }
+  return is_requested;
+}
+
 UnitPuller::UnitPuller(std::shared_ptr<NatsLink> link) : link_(std::move(link)) {}
 
 UnitPuller::~UnitPuller() { unsubscribe(); }

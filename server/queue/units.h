@@ -25,10 +25,29 @@ class UnitPublisher {
   core::Status prepare(std::chrono::milliseconds silence);
   /// Errors: kUnavailable; then the stream has to be prepared anew.
   core::Status publish(std::string_view unit);
+  /// Asks the worker to report at once. The request may get lost.
+  void request_report(const std::string& worker);
   const NatsLink& link() const { return *link_; }
 
  private:
   std::shared_ptr<NatsLink> link_;
+};
+
+/// Requests to a worker to report at once, because a unit that it renders is no longer wanted.
+class ReportRequests {
+ public:
+  ReportRequests(std::shared_ptr<NatsLink> link, const std::string& worker);
+  ~ReportRequests();
+  ReportRequests(const ReportRequests&) = delete;
+  ReportRequests& operator=(const ReportRequests&) = delete;
+
+  /// Returns whether a request has come since the last call. Does not wait.
+  bool take();
+
+ private:
+  std::shared_ptr<NatsLink> link_;
+  std::string subject_;
+  void* subscription_ = nullptr;
 };
 
 /// Of one thread of a worker.

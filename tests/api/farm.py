@@ -3,6 +3,7 @@
 Standard library only; nats-server is Debian's.
 """
 
+import contextlib
 import http.client
 import http.server
 import os
@@ -167,6 +168,16 @@ class Worker:
         return code
 
 
+def request_report(broker, worker):
+    """Asks a worker by NATS to report at once, as the coordinator does."""
+    with socket.create_connection((broker.place.host, broker.port), timeout=PATIENCE_S) as plug:
+        plug.sendall(b'CONNECT {"verbose":false}\r\nPUB tessera.workers.%s 0\r\n\r\nPING\r\n'
+                     % worker.encode())
+        lines = plug.makefile("rb")
+        while lines.readline() != b"PONG\r\n":
+            pass
+
+
 class Farm:
     """close() ends all that is left.
 
@@ -240,6 +251,24 @@ class HandWorker:
                 return name
             time.sleep(0.05)
         raise AssertionError("no unit came")
+
+    @contextlib.contextmanager
+    def report_requests(self):
+        """Yields a function that waits for the coordinator's request to report, by NATS."""
+        broker = self.farm.broker
+        with socket.create_connection((broker.place.host, broker.port), timeout=PATIENCE_S) as plug:
+            lines = plug.makefile("rb")
+            plug.sendall(b'CONNECT {"verbose":false}\r\nSUB tessera.workers.%s 1\r\nPING\r\n'
+                         % self.id.encode())
+            while lines.readline() != b"PONG\r\n":
+                pass
+
+            def wait():
+                while not lines.readline().startswith(b"MSG tessera.workers.%s 1 "
+                                                      % self.id.encode()):
+                    pass
+
+            yield wait
 
     def pull(self):
         """The name of a unit, acknowledged at once; None: there is none, or no answer came."""

@@ -21,6 +21,7 @@ from farm import (
     LyingProxy,
     clean_environ,
     free_port,
+    request_report,
     sealed,
 )
 from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
@@ -220,6 +221,32 @@ class WorkersTest(FarmTest):
         # What was under way is dropped, and the next job gets the worker.
         body = job_body(samples=8)
         self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+
+    def test_a_cancel_asks_workers_to_report_and_their_report_drops_the_unit(self):
+        farm = self.farm(lease=600)
+        job = farm.server.submit(long_job())
+        hand = HandWorker(farm)
+        unit = hand.next_unit()
+        hand.lease(unit)
+        self.assertEqual(hand.report(units={unit: 0.1}).json()["dropped"], [])
+        with hand.report_requests() as wait:
+            farm.server.post(f"/v1/jobs/{job['id']}/cancel")
+            wait()
+        self.assertEqual(hand.report(units={unit: 0.2}).json()["dropped"], [unit])
+
+    def test_a_worker_reports_at_once_when_asked(self):
+        farm = self.farm(workers=1, lease=600)
+        worker = farm.workers[0].id
+        seen_at = farm.wait_for_worker(worker, lambda w: True, "a report")["seen_at"]
+        rounds = 10
+        begin = time.monotonic()
+        for _ in range(rounds):
+            time.sleep(0.01)  # more than the resolution of seen_at
+            request_report(farm.broker, worker)
+            seen_at = farm.wait_for_worker(worker, lambda w, last=seen_at: w["seen_at"] != last,
+                                           "the next report")["seen_at"]
+        # Reports that nobody asks for come every two seconds.
+        self.assertLess(time.monotonic() - begin, rounds * 2 / 2)
 
     def test_a_worker_drains_on_sigterm_and_leaves_when_idle(self):
         farm = self.farm(workers=1)

@@ -1,4 +1,5 @@
-/// IorCurve: index of refraction by wavelength, in the forms of glass makers' data sheets.
+/// IorCurve: index of refraction by wavelength, in the forms used by the data sheets of glass
+/// makers.
 #pragma once
 
 #include <array>
@@ -25,8 +26,8 @@ struct IorCurve {
   friend bool operator==(const IorCurve&, const IorCurve&) = default;
 };
 
-/// Fraunhofer's lines by which catalogues name an index (n_d) and its dispersion,
-/// V_d = (n_d - 1) / (n_F - n_C). Source: ISO 7944, as in Schott's data sheets.
+/// Fraunhofer lines at which catalogues give an index (n_d) and its dispersion, V_d = (n_d - 1) /
+/// (n_F - n_C). Source: ISO 7944, as in Schott's data sheets.
 inline constexpr float kLineDNm = 587.56F;
 inline constexpr float kLineFNm = 486.13F;
 inline constexpr float kLineCNm = 656.27F;

@@ -35,8 +35,8 @@ Rgb aces_hill(Rgb c) noexcept {
           -0.00327F * f.r - 0.07276F * f.g + 1.07602F * f.b};
 }
 
-// The polynomial ends in values meant for a display of gamma 2.2; they are made linear again so
-// that the one sRGB curve at the end serves all tone maps.
+// The polynomial returns values encoded for a display of gamma 2.2; they are made linear so that
+// all tone maps share the sRGB curve at the end.
 Rgb agx_wrensch(Rgb c) noexcept {
   const Rgb in = {0.842479062253094F * c.r + 0.0784335999999992F * c.g + 0.0792237451477643F * c.b,
                   0.0423282422610123F * c.r + 0.878468636469772F * c.g + 0.0791661274605434F * c.b,
@@ -90,7 +90,7 @@ float linear_from_srgb(float encoded) noexcept {
 }
 
 Rgb apply_tone_map(ToneMap tone_map, Rgb linear) noexcept {
-  // Above 1e9 a tone map would square a number into infinity; all of them are white by then.
+  // Above 1e9 squaring in a tone map would overflow to infinity; every tone map is white there.
   const Rgb positive = not_negative(linear);
   const Rgb c = {std::min(positive.r, 1e9F), std::min(positive.g, 1e9F),
                  std::min(positive.b, 1e9F)};

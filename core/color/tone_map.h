@@ -1,13 +1,13 @@
-/// From linear Rec.709 to values for a display, each in [0,1].
+/// Maps linear Rec.709 to display values in [0,1].
 ///
 /// srgb            clips and applies the sRGB curve (IEC 61966-2-1).
 /// linear          clips; no curve.
 /// aces            Stephen Hill's fit of the ACES RRT and sRGB ODT (BakingLab), then the sRGB
-/// curve. agx             Troy Sobotka's AgX, base look, by Benjamin Wrensch's sixth-order
-/// polynomial. khronos-neutral Khronos PBR Neutral, the formula of its specification, then the sRGB
 /// curve.
+/// agx             Troy Sobotka's AgX, base look, by Benjamin Wrensch's sixth-order polynomial.
+/// khronos-neutral Khronos PBR Neutral, the formula of its specification, then the sRGB curve.
 ///
-/// A NaN or negative component counts as 0, an infinite one as very bright.
+/// NaN and negative components count as 0, infinite ones as very bright.
 #pragma once
 
 #include <span>
@@ -25,10 +25,10 @@ struct ToneMapEntry {
 };
 std::span<const ToneMapEntry> tone_maps();
 
-/// The display value of a linear colour, curve included.
+/// Returns the display value of a linear colour, including the transfer curve.
 Rgb apply_tone_map(ToneMap tone_map, Rgb linear) noexcept;
 
-/// The sRGB curve and its inverse, for values in [0,1]; others are clipped.
+/// The sRGB curve and its inverse, for values in [0,1]; other values are clipped.
 float srgb_from_linear(float linear) noexcept;
 float linear_from_srgb(float encoded) noexcept;
 

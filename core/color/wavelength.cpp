@@ -31,7 +31,7 @@ constexpr float kStep = (kLast - kFirst) / static_cast<float>(kCells);
 struct Table {
   std::array<float, kCells + 1> cdf{};
   std::array<Rgb, kCells> weight;
-  std::array<double, 3> inverse_square{};  ///< mean of 1 / nm^2 of each channel
+  std::array<double, 3> inverse_square{};  ///< mean of 1 / nm^2 for each channel
 
   Table() {
     std::array<Rgb, kCells> rgb;
@@ -47,7 +47,7 @@ struct Table {
     for (std::size_t i = 0; i < kCells; ++i) {
       rgb[i] = {rgb[i].r / static_cast<float>(mean[0]), rgb[i].g / static_cast<float>(mean[1]),
                 rgb[i].b / static_cast<float>(mean[2])};
-      constexpr float kMost = 3.89F;  // over the least of -1
+      constexpr float kMost = 3.89F;  // upper bound over minus the lower bound
       const float least = std::min({rgb[i].r, rgb[i].g, rgb[i].b});
       size[i] = static_cast<double>(std::max(max_component(rgb[i]) / kMost, -least)) + 1e-3;
       sum += size[i];

@@ -11,17 +11,17 @@ namespace {
 
 constexpr std::size_t kNodes = kCieRows.size();
 
-/// Linear between the rows of the CIE's tables.
+/// Interpolates linearly between the rows of the CIE tables.
 struct Table {
-  std::array<Rgb, kNodes> seen;             ///< colour of D65's light [1/nm]; the integral is white
+  std::array<Rgb, kNodes> seen;             ///< colour of D65 [1/nm]; the integral is white
   std::array<float, kNodes> density{};      ///< [1/nm]
-  std::array<float, kNodes> probability{};  ///< of shorter wavelengths
+  std::array<float, kNodes> probability{};  ///< cumulative, from the shortest wavelength
 
   Table() {
     std::array<double, 3> white{};
     for (std::size_t i = 0; i < kNodes; ++i) {
       const CieRow& row = kCieRows[i];
-      // Source of the matrix: IEC 61966-2-1, inverted.
+      // Source of the matrix: the inverse of IEC 61966-2-1.
       seen[i] = Rgb{3.2404542F * row.x - 1.5371385F * row.y - 0.4985314F * row.z,
                     -0.9692660F * row.x + 1.8760108F * row.y + 0.0415560F * row.z,
                     0.0556434F * row.x - 0.2040259F * row.y + 1.0572252F * row.z} *
@@ -35,7 +35,7 @@ struct Table {
     std::array<double, kNodes> length{};
     std::array<double, kNodes> below{};
     for (std::size_t i = 0; i < kNodes; ++i) {
-      // The table's white is off the one of the matrix by 1e-4.
+      // The white of the table differs from that of the matrix by 1e-4.
       seen[i] = seen[i] * Rgb{static_cast<float>(1 / white[0]), static_cast<float>(1 / white[1]),
                               static_cast<float>(1 / white[2])};
       length[i] = std::hypot(static_cast<double>(seen[i].r), static_cast<double>(seen[i].g),
@@ -57,8 +57,8 @@ const Table& table() {
   return kTable;
 }
 
-/// Coefficients of 1, x and x^2 with x = (nm - 580) / 200: the solution of the six equations that
-/// the colours of R and B under D65 are red and blue, by Newton's method; G is what is left.
+/// Coefficients of 1, x and x^2 with x = (nm - 580) / 200. They solve the six equations that make R
+/// and B red and blue under D65, by Newton's method; G is the remainder.
 constexpr std::array<float, 3> kRed = {-1.85401136F, 28.2374931F, 52.0351762F};
 constexpr std::array<float, 3> kBlue = {-3.53855272F, 9.08311436F, 36.194615F};
 

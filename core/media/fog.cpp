@@ -7,7 +7,7 @@
 namespace core {
 namespace {
 
-/// Below this exponent exp() - 1 is its argument to float precision.
+/// For exponents below this, exp(x) - 1 equals x to float precision.
 constexpr float kStraight = 1e-5F;
 /// Keeps products of densities and lengths finite.
 constexpr float kDensest = 1e18F;

@@ -1,7 +1,7 @@
-/// Fog: a medium within a sphere, thinner with height.
+/// Fog: a medium within a sphere whose density decreases with height.
 ///
-/// Along a ray the depth is the path length weighted with the density exp(-falloff * y), which has
-/// a closed form and a closed inverse: distances are sampled exactly, without null collisions.
+/// The optical path along a ray is its length weighted with the density exp(-falloff * y), which
+/// has a closed form and a closed inverse: distances are sampled exactly, without null collisions.
 #pragma once
 
 #include "core/media/medium.h"
@@ -11,23 +11,25 @@ namespace core {
 
 class Fog {
  public:
-  /// center, radius_m: of the sphere.
+  /// center, radius_m: the sphere.
   Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept;
 
   const Medium& medium() const noexcept { return medium_; }
-  /// The same with other coefficients.
+  /// Returns the same fog with other coefficients.
   Fog with(const Medium& medium) const noexcept {
     Fog other = *this;
     other.medium_ = medium;
     return other;
   }
-  /// Depth along a ray of unit direction up to `distance_m`, which may be infinite [m at y = 0].
+  /// Returns the depth along a ray of unit direction up to `distance_m`, which may be infinite [m
+  /// at y = 0].
   float depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
-  /// How far along the ray the depth is reached. Pre: it is less than depth() of the whole ray.
+  /// Returns the distance along the ray at which the depth is reached. Pre: the depth is less than
+  /// depth() of the whole ray.
   float distance(Vec3 origin, Vec3 direction, float depth_m) const noexcept;
-  /// What the coefficients are multiplied by at a point within the sphere.
+  /// Returns the factor of the coefficients at a point within the sphere.
   float density(Vec3 point) const noexcept;
-  /// The part of a ray that lies within the sphere [m].
+  /// The interval of a ray inside the sphere [m].
   struct Range {
     float begin_m = 0;
     float end_m = 0;
@@ -40,7 +42,7 @@ class Fog {
  private:
   struct Span {
     Range range;
-    float density = 0;  ///< at its beginning
+    float density = 0;  ///< at the start
     float slope = 0;    ///< of the density's logarithm along the ray [1/m]
   };
   Span span(Vec3 origin, Vec3 direction, float distance_m) const noexcept;

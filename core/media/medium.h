@@ -1,4 +1,4 @@
-/// Medium: what fills a volume, and how it scatters.
+/// Medium: the coefficients of a participating medium, and its phase function.
 ///
 /// Source: PBR 4th ed., chapter 11; Henyey and Greenstein 1941.
 #pragma once
@@ -15,29 +15,30 @@ namespace core {
 
 /// Coefficients per metre.
 struct Medium {
-  Rgb sigma_t;  ///< extinction: absorption and scattering
+  Rgb sigma_t;  ///< extinction: absorption + scattering
   Rgb sigma_s;  ///< scattering
-  float g = 0;  ///< mean cosine of the angle between the directions before and after
+  float g = 0;  ///< mean cosine of the scattering angle
 
   bool scatters() const noexcept { return max_component(sigma_s) > 0; }
 };
 
-/// exp(-sigma_t * depth_m): Beer and Lambert.
+/// exp(-sigma_t * depth_m): the Beer-Lambert law.
 inline Rgb transmittance(Rgb sigma_t, float depth_m) noexcept {
   return {std::exp(-sigma_t.r * depth_m), std::exp(-sigma_t.g * depth_m),
           std::exp(-sigma_t.b * depth_m)};
 }
 
-/// Density over solid angle of going on at this cosine to the direction before [1/sr]; its integral
-/// is 1.
+/// Phase function at the cosine of the scattering angle [1/sr]; it integrates to 1 over solid
+/// angle.
 inline float henyey_greenstein(float cosine, float g) noexcept {
   const float base = std::max(1 + g * g - 2 * g * cosine, 1e-9F);
   return (1 - g * g) * kInvPi / (4 * base * std::sqrt(base));
 }
 
-/// A direction with that density.
+/// Samples a direction from the phase function.
 inline Vec3 sample_henyey_greenstein(Vec3 direction, float g, Vec2 u) noexcept {
-  constexpr float kEven = 1e-3F;  // below, the quotient loses more digits than the first terms lack
+  // Below this, the quotient loses more digits than the truncated series.
+  constexpr float kEven = 1e-3F;
   float cosine = 0;
   if (std::fabs(g) < kEven) {
     const float x = 2 * u.x - 1;
@@ -53,8 +54,8 @@ inline Vec3 sample_henyey_greenstein(Vec3 direction, float g, Vec2 u) noexcept {
   return normalize(frame.to_world({sine * std::cos(phi), sine * std::sin(phi), cosine}));
 }
 
-/// Albedo of one scattering for the colour that a deep medium shows under diffuse light.
-/// Source: Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
+/// Returns the single-scattering albedo that gives an optically thick medium this colour under
+/// diffuse light. Source: Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
 inline float single_scattering_albedo(float color, float g) noexcept {
   const float c = std::clamp(color, 0.0F, 1.0F);
   const float s = 4.09712F + 4.20863F * c - std::sqrt(9.59217F + 41.6808F * c + 17.7126F * c * c);

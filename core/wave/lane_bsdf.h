@@ -1,7 +1,7 @@
 /// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface without further layers.
 ///
-/// Formulas, order of lobes and use of random numbers are those of core/bsdf/bsdf.h, to which this
-/// adds nothing. Each lane is either Lambert or not; where all are, nothing else is computed.
+/// Formulas, order of lobes and use of random numbers are those of core/bsdf/bsdf.h. Each lane is
+/// either Lambert or not; if all are Lambert, nothing else is computed.
 #pragma once
 
 #include "core/bsdf/albedo_tables.h"
@@ -9,7 +9,7 @@
 
 namespace core {
 
-/// Of what is no number, true. Colours are Vec3s of red, green and blue.
+/// True for NaN. Colours are Vec3s of red, green and blue.
 template <std::size_t N>
 Mask<N> is_not_black(Vec3s<N> c) {
   const Floats<N> zero(0);
@@ -20,10 +20,10 @@ Floats<N> luminance(Vec3s<N> c) {
   return Floats<N>(0.2126F) * c.x + Floats<N>(0.7152F) * c.y + Floats<N>(0.0722F) * c.z;
 }
 
-/// A surface as shading leaves it: Shading and BsdfParameters of N points.
+/// The result of shading: Shading and BsdfParameters of N points.
 template <std::size_t N>
 struct SurfaceLanes {
-  Vec3s<N> normal_geometric;  ///< on the viewer's side, as the next two
+  Vec3s<N> normal_geometric;  ///< on the viewer's side, like the next two
   Vec3s<N> normal;
   Vec3s<N> horizon;
   Vec3s<N> origin;
@@ -39,7 +39,7 @@ struct AlbedoLanes {
   Floats<N> e, e5;
 };
 
-/// core/bsdf/albedo_tables.h, with the nodes that belong together side by side.
+/// The tables of core/bsdf/albedo_tables.h, with the nodes of one lookup stored together.
 class LaneAlbedoTables {
  public:
   LaneAlbedoTables() {
@@ -121,7 +121,7 @@ Floats<N> schlick_weight(Floats<N> cosine) {
 template <std::size_t N>
 class BsdfLanes {
  public:
-  /// wo: local, z > 0. ng: of the horizon, local.
+  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon.
   BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng, const LaneAlbedoTables& tables)
       : tables_(tables),
         wo_(wo),
@@ -144,7 +144,7 @@ class BsdfLanes {
   };
   struct Sample {
     Vec3s<N> wi;
-    Vec3s<N> weight;  ///< black: nothing was sampled
+    Vec3s<N> weight;  ///< black: no direction was sampled
     Floats<N> pdf_solid_angle;
     Mask<N> is_delta;
   };
@@ -194,7 +194,7 @@ class BsdfLanes {
   }
 
   Mask<N> has_spread() const { return has_spread_; }
-  /// Then sample() does without u_lobe.
+  /// If true, sample() does not use u_lobe.
   bool has_one_lobe() const { return is_lambert_all_; }
   Vec3s<N> albedo() const { return albedo_; }
 
@@ -203,7 +203,7 @@ class BsdfLanes {
   static Vec3s<N> black() { return {zero(), zero(), zero()}; }
   static Vec3s<N> grey(Floats<N> x) { return {x, x, x}; }
 
-  /// core/bsdf/cover.h
+  /// As in core/bsdf/cover.h.
   static Floats<N> multiple_scattering(Floats<N> f0, Floats<N> f90, Floats<N> e) {
     const Floats<N> f = f0 + (f90 - f0) * Floats<N>(1.0F / 21.0F);
     return f * f * e / (Floats<N>(1) - f * (Floats<N>(1) - e));
@@ -220,7 +220,7 @@ class BsdfLanes {
     return f0_ * (Floats<N>(1) - w) + grey(f90_ * w);
   }
 
-  /// What Bsdf's constructor, Cover and SpecularLobe prepare.
+  /// Precomputes the terms of Bsdf's constructor, Cover and SpecularLobe.
   void set_specular(const SurfaceLanes<N>& s) {
     const Floats<N> one(1);
     const Floats<N> metal = s.metallic;
@@ -264,8 +264,8 @@ class BsdfLanes {
     lambda_o_ = lambda(wo_);
   }
 
-  /// Never inlined: of several copies each might be rounded in its own way, and a lane shall not
-  /// depend on which of them its neighbours need.
+  /// Never inlined: inlined copies could round differently, and a lane must not depend on the code
+  /// path that its neighbours need.
   [[gnu::noinline]] Eval evaluate_unfolded(Vec3s<N> wi) const {
     const Mask<N> above = wi.z > zero();
     const Floats<N> cos_pi = wi.z * Floats<N>(kInvPi);
@@ -291,7 +291,7 @@ class BsdfLanes {
             prob_diffuse_ * cos_pi + prob_specular_ * common / (one + lambda_o_)};
   }
 
-  /// core/bsdf/ggx.h, for round lobes.
+  /// As in core/bsdf/ggx.h, for isotropic lobes.
   Floats<N> density(Vec3s<N> h) const {
     const Floats<N> x = h.x / alpha_;
     const Floats<N> y = h.y / alpha_;
@@ -306,7 +306,7 @@ class BsdfLanes {
                   Floats<N>(0.5F) * (sqrt(Floats<N>(1) + (x * x + y * y) / z2) - Floats<N>(1)),
                   Floats<N>(1e18F));
   }
-  /// wo at a visible facet; at smooth surfaces at the normal.
+  /// Reflects wo at a sampled visible normal; for smooth surfaces at the shading normal.
   Vec3s<N> reflected(Vec2s<N> u) const {
     const Floats<N> one(1);
     const Vec3s<N> scaled = {wo_.x * alpha_, wo_.y * alpha_, wo_.z};
@@ -333,7 +333,7 @@ class BsdfLanes {
   Vec3s<N> base_color_;
   Vec3s<N> albedo_;
   Mask<N> has_spread_;
-  // Of lanes that are not Lambert.
+  // For lanes that are not Lambert.
   Mask<N> is_smooth_;
   Floats<N> roughness_, alpha_, lambda_o_;
   Floats<N> cover_f0_, cover_f90_, cover_multiple_, coupling_;

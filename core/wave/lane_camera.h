@@ -19,20 +19,20 @@ struct CameraRayLanes {
   Vec3s<N> direction;
   Floats<N> spread_rad;
   Floats<N> width_m;
-  Floats<N> weight;  ///< of the filter
+  Floats<N> weight;  ///< of the reconstruction filter
 };
 
-/// Filters without negative lobes and cameras without a lens side by side, whatever else lane by
-/// lane.
+/// Filters without negative lobes and cameras without a lens are evaluated in SIMD, all others lane
+/// by lane.
 class LaneCamera {
  public:
   LaneCamera(const Camera& camera, const FilterSampler& filter)
       : camera_(camera), filter_(filter), pinhole_(camera.pinhole()) {}
 
-  /// Of the numbers for rays().
+  /// The random numbers that rays() needs.
   Drawn drawn() const { return pinhole_ ? Drawn::kPair : Drawn::kAll; }
 
-  /// due: at most N; in the lanes beyond it anything.
+  /// due: at most N samples; the results of lanes beyond them are unspecified.
   template <std::size_t N>
   CameraRayLanes<N> rays(std::span<const DueSample> due, const Vec4s<N>& u) const {
     CameraRayLanes<N> out{};

@@ -1,4 +1,4 @@
-/// Environment in lanes: its radiance, and light samples of skies without a sun.
+/// Environment in lanes: radiance, and light samples of skies without a sun.
 #pragma once
 
 #include "core/lights/environment.h"
@@ -7,7 +7,7 @@
 
 namespace core {
 
-/// Where directions meet the map.
+/// Returns the map coordinates of directions.
 template <std::size_t N>
 struct MapPoints {
   Floats<N> u, v, sin_theta;
@@ -23,7 +23,7 @@ struct SkyLanes {
 
 class LaneEnvironment {
  public:
-  /// environment: may be null, then nothing here is called.
+  /// environment: may be null; then no other member may be called.
   explicit LaneEnvironment(const Environment* environment) {
     if (environment != nullptr) {
       map_ = environment->map();
@@ -31,7 +31,7 @@ class LaneEnvironment {
     }
   }
 
-  /// By SkyDensity::kCompensated, at surfaces that face `normal`.
+  /// Samples with SkyDensity::kCompensated, for surfaces that face `normal`.
   template <std::size_t N>
   SkyLanes<N> sample(Vec3s<N> normal, Vec2s<N> u) const {
     if (map_.width == 0) {
@@ -54,7 +54,7 @@ class LaneEnvironment {
             texels(at.column, at.row),
             over_sphere(at.pdf_unit, sin_theta)};
   }
-  /// Density of sample() at a direction d, which meets the map in `at`.
+  /// Density of sample() at a direction d with map coordinates `at`.
   template <std::size_t N>
   Floats<N> pdf_solid_angle(Vec3s<N> normal, Vec3s<N> d, const MapPoints<N>& at) const {
     if (map_.width == 0) {
@@ -105,7 +105,7 @@ class LaneEnvironment {
   }
 
  private:
-  /// A density over the unit square of the map, as one over solid angle.
+  /// Converts a density over the unit square of the map to solid angle.
   template <std::size_t N>
   static Floats<N> over_sphere(Floats<N> pdf_unit, Floats<N> sin_theta) {
     const Floats<N> zero(0);
@@ -123,7 +123,7 @@ class LaneEnvironment {
   Floats<N> height() const {
     return Floats<N>(static_cast<float>(map_.height));
   }
-  /// Columns go round.
+  /// Wraps columns around.
   template <std::size_t N>
   Ints<N> around(Ints<N> i) const {
     const Ints<N> count(map_.width);

@@ -1,7 +1,7 @@
 /// LightSampler::sample() in lanes.
 ///
-/// Side by side: triangles without a texture in trees of few lights, and no far lights; a sky
-/// without a sun, beside any tree. Whatever else lane by lane.
+/// Evaluated in SIMD: untextured triangles in small light trees without distant lights, and with
+/// any tree a sky without a sun. Everything else is sampled lane by lane.
 #pragma once
 
 #include <bit>
@@ -40,7 +40,7 @@ class LaneLights {
         sky != nullptr && !sky->has_sun() && lights.sky_density() == SkyDensity::kCompensated;
   }
 
-  /// Of the lanes in `asked`; in the others anything.
+  /// Samples for the lanes in `asked`; the results of the others are unspecified.
   template <std::size_t N>
   LightLanes<N> sample(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick,
                        Vec2s<N> u) const {
@@ -65,8 +65,8 @@ class LaneLights {
     return out;
   }
 
-  /// LightSampler::pdf_environment(), of the lanes in `asked`; at: where the directions d meet the
-  /// map.
+  /// LightSampler::pdf_environment() for the lanes in `asked`; at: map coordinates of the
+  /// directions d.
   template <std::size_t N>
   Floats<N> pdf_environment(Mask<N> asked, Vec3s<N> d, const MapPoints<N>& at, Vec3s<N> point,
                             Vec3s<N> normal) const {
@@ -94,7 +94,7 @@ class LaneLights {
     out.is_delta.v[k] = s.is_delta ? -1 : 0;
   }
 
-  /// LightSampler::from_triangle() of what the tree picks.
+  /// LightSampler::from_triangle() for the triangles that the tree selects.
   template <std::size_t N>
   LightLanes<N> from_few(Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick, Vec2s<N> u) const {
     const Floats<N> zero(0);

@@ -1,5 +1,5 @@
-/// Textures of colour, metallic-roughness and normals in lanes, as core/materials/shade.cpp applies
-/// them one by one.
+/// Textures of colour, metallic-roughness and normals in lanes, equivalent to the scalar code in
+/// core/materials/shade.cpp.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace core {
 
-/// The slots that lanes read, where all others of the material are empty, and all that are not read
-/// the same places.
+/// The slots that lanes read. All other slots of the material must be empty, and these three must
+/// use the same coordinates and transform.
 inline std::array<const TextureSlot*, 3> mapped_slots(const Material& m) {
   return {&m.base_color, &m.metallic_roughness, &m.normal};
 }
@@ -28,7 +28,7 @@ inline const TextureSlot* first_mapped(const Material& m) {
   }
   return first;
 }
-/// Do lanes read the material's textures?
+/// Returns whether lanes can read the material's textures.
 inline bool is_mapped(const Material& m) {
   const TextureSlot* first = first_mapped(m);
   if (first == nullptr || m.has_alpha || first->description.nearest ||
@@ -43,21 +43,21 @@ inline bool is_mapped(const Material& m) {
   return true;
 }
 
-/// The textures of a mapped material; null: none.
+/// The textures of a mapped material; null where absent.
 struct alignas(64) LaneMaps {
-  /// What is read where: transform of uv without its shift; shift, scale of normals, metallic; base
+  /// Lookup parameters: transform of uv without its shift; shift, normal scale, metallic; base
   /// colour, roughness; as bits, width, height, levels, and wrap modes.
   float at[16] = {};
   const Texture* base_color = nullptr;
   const Texture* metallic_roughness = nullptr;
   const Texture* normal = nullptr;
 
-  /// Without a texture where the material has none that lanes read.
+  /// Without textures if the material has none that lanes read.
   static LaneMaps of(const Material& m) {
     const TextureSlot* first = first_mapped(m);
     return first != nullptr ? LaneMaps(m, *first) : LaneMaps();
   }
-  /// Of lanes without: one texel.
+  /// Maps without textures: one texel.
   LaneMaps() {
     for (const std::size_t size : {12U, 13U, 14U}) {
       at[size] = std::bit_cast<float>(1);
@@ -81,7 +81,7 @@ struct alignas(64) LaneMaps {
   }
 };
 
-/// Where the lanes' maps and what they are read by lie.
+/// Addresses of the lanes' maps and lookup parameters.
 template <std::size_t N>
 struct MapRows {
   const LaneMaps* maps[N];
@@ -109,8 +109,8 @@ struct MapRows {
   }
 };
 
-/// Textures over the surfaces that have been met without them, in the lanes of `on`; those that it
-/// served.
+/// Applies the textures to untextured surfaces in the lanes of `on`; returns the lanes that were
+/// completed.
 template <std::size_t N>
 Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
                    const MapRows<N>& rows, Mask<N> on, MetLanes<N>& out) {
@@ -129,7 +129,7 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   }
   const Vec2s<N> base = turned({uv[0].x * at.b.x + uv[1].x * at.b.y + uv[2].x * at.b.z,
                                 uv[0].y * at.b.x + uv[1].y * at.b.y + uv[2].y * at.b.z});
-  // As seen() and lookup() in core/materials/shade.cpp.
+  // As in seen() and lookup() of core/materials/shade.cpp.
   const Vec3s<N> wo = -segments.direction;
   const Floats<N> width_m = Floats<N>(0.5F) * out.cone_width_m;
   const Floats<N> cosine = dot(at.geometric, wo);

@@ -11,7 +11,7 @@ struct Vec4s {
   Floats<N> x, y, z, w;
 };
 
-/// N 64-bit hashes; halves of four, as AVX2 holds them.
+/// N 64-bit hashes, in groups of four for AVX2 registers.
 template <std::size_t N>
 struct Hashes {
   typedef std::uint64_t Half __attribute__((vector_size(N == 8 ? 32 : 8)));
@@ -48,7 +48,7 @@ struct Hashes {
   }
 };
 
-/// core/samplers/hash.h
+/// As in core/samplers/hash.h.
 template <std::size_t N>
 Hashes<N> mix_bits(Hashes<N> h) {
   return h.each([](auto x) {
@@ -76,7 +76,7 @@ Words<N> scramble_reversed(Words<N> x, Words<N> seed) {
 template <std::size_t N>
 Words<N> reverse_bits(Words<N> x) {
   if constexpr (N == 8) {
-    // Bytes by a shuffle, then each byte by its two nibbles.
+    // Reverses the bytes with a shuffle, then each byte through its two nibbles.
     const __m256i bytes = _mm256_broadcastsi128_si256(
         _mm_set_epi8(12, 13, 14, 15, 8, 9, 10, 11, 4, 5, 6, 7, 0, 1, 2, 3));
     const __m256i table = _mm256_broadcastsi128_si256(
@@ -93,21 +93,21 @@ Words<N> reverse_bits(Words<N> x) {
   }
 }
 
-/// [0,1) with 24 bits.
+/// Converts to [0,1) with 24 bits.
 template <std::size_t N>
 Floats<N> to_unit_floats(Words<N> bits) {
   const Ints<N> upper = reinterpret_cast<typename Ints<N>::Raw>((bits >> 8).v);
   return to_floats(upper) * Floats<N>(0x1p-24F);
 }
 
-/// One dimension of a point, its bits reversed, as a number.
+/// Converts one dimension of a point, given with reversed bits, to a number.
 template <std::size_t N>
 Floats<N> scrambled(Words<N> reversed, Words<N> seed) {
   return to_unit_floats<N>(reverse_bits<N>(scramble_reversed<N>(reversed, seed)));
 }
 
-/// The first two dimensions of sobol_4d() alone, without its table: reversed, the first is the
-/// index, and the second follows from it as in core/samplers/sobol_tables.cpp.
+/// Computes only the first two dimensions of sobol_4d(), without its table: reversed, the first is
+/// the index, and the second follows from it as in core/samplers/sobol_tables.cpp.
 template <std::size_t N>
 Vec2s<N> sobol_2d(Hashes<N> base, Words<N> index_reversed, int group) {
   const Hashes<N> h = hash_combine<N>(base, static_cast<std::uint64_t>(group));
@@ -122,8 +122,8 @@ Vec2s<N> sobol_2d(Hashes<N> base, Words<N> index_reversed, int group) {
   return {scrambled<N>(index, h0.high()), scrambled<N>(x, h.high())};
 }
 
-/// Four numbers a path of `group`, by dimension. base, index_reversed: of the PathSamplers, the
-/// index with its bits reversed.
+/// Draws four numbers of `group` for each path, by dimension. base, index_reversed: from the
+/// PathSamplers, the index with reversed bits.
 template <std::size_t N>
 Vec4s<N> sobol_4d(Hashes<N> base, Words<N> index_reversed, int group) {
   const Hashes<N> h = hash_combine<N>(base, static_cast<std::uint64_t>(group));
@@ -152,13 +152,13 @@ Vec4s<N> sobol_4d(Hashes<N> base, Words<N> index_reversed, int group) {
           number(columns[3], h2.high())};
 }
 
-/// Which of the four numbers of a group are drawn.
+/// Selects which of the four numbers of a group are drawn.
 enum class Drawn {
   kAll,
-  kPair,  ///< the two that PathSampler gives the first two dimensions
+  kPair,  ///< the two that PathSampler draws first
 };
 
-/// PathSampler::get_4d() with sobol; what is not drawn is 0.
+/// PathSampler::get_4d() with sobol; numbers that are not drawn are 0.
 template <std::size_t N>
 Vec4s<N> sobol_numbers(Hashes<N> base, Words<N> index_reversed, int group, Drawn drawn) {
   Vec4s<N> u = {0, 0, 0, 0};

@@ -24,7 +24,7 @@ struct LaneSurfaces::Rows {
   const float* normals[3][N];
   const float* material[4][N];
   Vec4 placed[3][N];  ///< positions of instances
-  Vec4 turned[3][N];  ///< normals; w: 1 where it has yet to be made unit, as of instances
+  Vec4 turned[3][N];  ///< normals; w: 1 if not yet normalised, as for instances
   alignas(32) float mirror[N];
   alignas(32) std::int32_t light[N];
   unsigned smooth = 0;
@@ -47,7 +47,7 @@ struct LaneSurfaces::Rows {
 LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
   for (const Material& m : scene.materials) {
     const BsdfParameters& b = m.plain;
-    // Where a texture makes it, lanes take the triangles alone that it leaves dark.
+    // For textured emission, lanes handle only the triangles that are dark.
     const Rgb e = m.is_emissive && m.emissive.texture == nullptr ? m.factors.emissive : Rgb{};
     maps_.push_back(LaneMaps::of(m));
     materials_.push_back({{b.base_color.r, b.base_color.g, b.base_color.b, b.metallic,  //
@@ -237,7 +237,7 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   return {p, n, b, geometric, shading, twice_area, side, load<N>(rows.mirror)};
 }
 
-/// By a texture that is not black there.
+/// Returns whether the emission texture is not black at the hit.
 bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
   return mesh.first_light == kNoLight ||
          !is_black(scene_.triangle_lights[mesh.first_light + hit.primitive].radiance);
@@ -254,7 +254,7 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   const float cone = segments.cone_width_m.v[k] + segments.cone_spread_rad.v[k] * distance;
   Shading shading;
   shade(material, point, wo, {cone, segments.is_sharp.v[k] != 0}, shading);
-  // Textures are not read for triangles that shine nowhere.
+  // Does not read textures for triangles that emit nowhere.
   const bool is_dark =
       point.light != kNoLight && is_black(scene_.triangle_lights[point.light].radiance);
   const Rgb light = is_dark ? Rgb{} : emitted(material, point, wo);

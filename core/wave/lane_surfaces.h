@@ -1,8 +1,8 @@
 /// Hits in lanes: SceneData::surface_point() and shade() for N hits at once.
 ///
-/// Plain surfaces (no texture, no vertex colour) are found side by side, and mapped ones, whose
-/// textures of colour, metallic-roughness and normal all read the same places; others with textures
-/// lane by lane. The rest is foreign: the lanes know nothing of it.
+/// Plain surfaces (no texture, no vertex colour) are evaluated in SIMD, as are mapped ones, whose
+/// colour, metallic-roughness and normal textures share coordinates and transform; other textured
+/// surfaces are evaluated lane by lane. All others are `foreign`: the lanes cannot evaluate them.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace core {
 
-/// The segments that met something.
+/// The segments that hit a surface.
 template <std::size_t N>
 struct SegmentLanes {
   Vec3s<N> origin;
@@ -23,16 +23,16 @@ struct SegmentLanes {
   Ints<N> is_sharp;
 };
 
-/// What they met.
+/// The surfaces they hit.
 template <std::size_t N>
 struct MetLanes {
   SurfaceLanes<N> surface;
   Vec3s<N> position;
   Vec3s<N> emitted;  ///< towards the segment's origin
   Floats<N> distance_m;
-  Floats<N> cone_width_m;  ///< here
+  Floats<N> cone_width_m;  ///< at the hit
   Ints<N> light;           ///< SurfacePoint::light
-  unsigned foreign = 0;    ///< bits of the lanes whose surfaces are
+  unsigned foreign = 0;    ///< bits of the lanes whose surfaces are foreign
 };
 
 struct LaneMaps;
@@ -46,7 +46,8 @@ class LaneSurfaces {
   explicit LaneSurfaces(const SceneData& scene);
   ~LaneSurfaces();
 
-  /// Of the lanes in `on`; in the others anything. hits: of lane 0, the others follow.
+  /// Evaluates the lanes in `on`; the results of the others are unspecified. hits: of lane 0,
+  /// followed by the others.
   template <std::size_t N>
   void meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned on,
             MetLanes<N>& out) const;
@@ -57,22 +58,22 @@ class LaneSurfaces {
   struct alignas(64) Row {
     float at[16];
   };
-  /// A placed mesh.
+  /// A mesh instance.
   struct Entry {
     const Vec3* positions;
-    const Vec3* normals;  ///< null: none
+    const Vec3* normals;  ///< null if absent
     const std::uint32_t* indices;
     const Row* row;
     const LaneMaps* maps;  ///< null unless mapped
-    const Vec2* uv;        ///< of the set that these read; null: none
-    const Vec4* tangents;  ///< null: none
+    const Vec2* uv;        ///< texture coordinates that the maps use; null if absent
+    const Vec4* tangents;  ///< null if absent
     std::uint32_t first_light;
     Kind kind;
     bool may_be_hole;
     bool is_double_sided;
     bool shines_by_texture;
   };
-  /// Where the lanes' triangles and materials lie, as rows of floats.
+  /// Addresses of the lanes' triangles and materials, as rows of floats.
   template <std::size_t N>
   struct Rows;
 

@@ -1,4 +1,4 @@
-/// Texture::find_taps() in lanes, for lookups that are neither nearest nor far out.
+/// Texture::find_taps() in lanes, for filtered lookups with coordinates in range.
 #pragma once
 
 #include <bit>
@@ -9,19 +9,19 @@
 
 namespace core {
 
-/// Texture::Lookup, and the texture's size.
+/// Texture::Lookup and the size of the texture.
 template <std::size_t N>
 struct TextureLookups {
   Vec2s<N> uv;
   Vec2s<N> across, along;
-  Mask<N> is_sharp;  ///< of taps_max: kTextureTapsMax, else 1
+  Mask<N> is_sharp;  ///< taps_max is kTextureTapsMax, else 1
   Ints<N> wrap_u, wrap_v;
   Ints<N> width, height, levels;
 };
 
 namespace texture_detail {
 
-/// Moves a coordinate to where the wrap mode reads, within [0, 1] but for rounding.
+/// Applies the wrap mode to a coordinate; the result is in [0, 1] up to rounding.
 template <std::size_t N>
 Floats<N> wrapped(Floats<N> u, Ints<N> mode) {
   const Floats<N> one(1);
@@ -34,8 +34,8 @@ Floats<N> wrapped(Floats<N> u, Ints<N> mode) {
                 select(is(TextureWrap::kMirroredRepeat), mirrored, repeated));
 }
 
-/// Texels i and i + 1 of n along an axis. Between -1 and n the mirrored axis reads what the clamped
-/// one does.
+/// Texels i and i + 1 of n along an axis. Between -1 and n mirrored axes read the same texels as
+/// clamped ones.
 template <std::size_t N>
 struct Pair {
   Ints<N> first, second;
@@ -50,7 +50,7 @@ struct Pair {
   }
 };
 
-/// Adds what a level's four texels about uv weigh.
+/// Adds the four texels of a level around uv with their weights.
 template <std::size_t N>
 void add_taps(const TextureLookups<N>& at, Vec2s<N> uv, Ints<N> level, Floats<N> weight,
               Mask<N> taken, Texture::Taps (&taps)[N]) {
@@ -93,8 +93,8 @@ void add_taps(const TextureLookups<N>& at, Vec2s<N> uv, Ints<N> level, Floats<N>
 
 }  // namespace texture_detail
 
-/// Of the lanes in `on`. Those left out have coordinates or footprints beyond what lanes can count;
-/// returns the others.
+/// Evaluates the lanes of `on`. Skips lanes whose coordinates or footprints exceed the integer
+/// range of lanes; returns the lanes evaluated.
 template <std::size_t N>
 Mask<N> find_taps(const TextureLookups<N>& at, Mask<N> on, Texture::Taps (&taps)[N]) {
   const Floats<N> one(1);

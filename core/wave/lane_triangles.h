@@ -1,5 +1,5 @@
-/// Triangles in lanes, as core/scene/surface_point.cpp and core/materials/shade.cpp have them one
-/// by one.
+/// Triangles in lanes, equivalent to the scalar code in core/scene/surface_point.cpp and
+/// core/materials/shade.cpp.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace core {
 
-/// A shading normal the viewer can see; as in core/materials/shade.cpp.
+/// Makes the shading normal face the viewer, as in core/materials/shade.cpp.
 template <std::size_t N>
 Vec3s<N> facing(Vec3s<N> n, Vec3s<N> wo) {
   const Floats<N> least(1e-3F);
@@ -20,7 +20,7 @@ Vec3s<N> facing(Vec3s<N> n, Vec3s<N> wo) {
 template <std::size_t N>
 using Corners = std::array<Vec3s<N>, 3>;
 
-/// core/scene/surface_point.cpp
+/// As in core/scene/surface_point.cpp.
 template <std::size_t N>
 Vec3s<N> barycentrics(const Corners<N>& p, Vec3s<N> n, const SegmentLanes<N>& ray) {
   const Floats<N> zero(0);
@@ -44,7 +44,7 @@ Vec3s<N> blend(const Corners<N>& p, Vec3s<N> b) {
   return p[0] * b.x + p[1] * b.y + p[2] * b.z;
 }
 
-/// core/scene/surface_point.cpp
+/// As in core/scene/surface_point.cpp.
 template <std::size_t N>
 Floats<N> bulge(const Corners<N>& p, const Corners<N>& n, Vec3s<N> b, Floats<N> side) {
   const auto edge = [&](std::size_t i, std::size_t j) {
@@ -54,7 +54,7 @@ Floats<N> bulge(const Corners<N>& p, const Corners<N>& n, Vec3s<N> b, Floats<N> 
          (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
 }
 
-/// A vector of each row, and the float behind it.
+/// Loads a vector from each row, and the float after it.
 template <std::size_t N>
 Vec3s<N> gather(const float* const (&rows)[N], Floats<N>& behind) {
   Floats<N> columns[4];
@@ -63,15 +63,15 @@ Vec3s<N> gather(const float* const (&rows)[N], Floats<N>& behind) {
   return {columns[0], columns[1], columns[2]};
 }
 
-inline constexpr float kNothing[16] = {};  ///< for rows of lanes without
+inline constexpr float kNothing[16] = {};  ///< row for inactive lanes
 
-/// What the lanes' triangles are where they were met.
+/// The lanes' triangles at their hits.
 template <std::size_t N>
 struct TriangleLanes {
   Corners<N> p;
-  Vec3s<N> n;                   ///< cross of the edges
+  Vec3s<N> n;                   ///< cross product of the edges
   Vec3s<N> b;                   ///< barycentric coordinates
-  Vec3s<N> geometric, shading;  ///< of the front
+  Vec3s<N> geometric, shading;  ///< of the front side
   Floats<N> twice_area, side;
   Floats<N> mirror;
 };

@@ -5,8 +5,9 @@
 namespace core {
 namespace {
 
-/// Can lanes carry the path on? They know no solids around it and no wavelength. What is left of
-/// eta_scale outside of all solids is rounding: two roundings for each of 16 boundaries at most.
+/// Returns whether lanes can continue the path: they support neither enclosing solids nor
+/// wavelengths. Outside of all solids eta_scale differs from 1 only by rounding: two roundings for
+/// each of at most 16 boundaries.
 bool is_for_lanes(const TracedPath& path) noexcept {
   constexpr float kRounding = 32 * 0x1p-24F;
   const Vec3 n = path.last.light_normal;

@@ -1,4 +1,4 @@
-/// Paths that leave the lanes at a surface unknown to them, and come back behind it.
+/// Paths that leave the lanes at an unsupported surface and return after it.
 #pragma once
 
 #include "core/integrators/path_tracer.h"
@@ -11,11 +11,11 @@ class LonePaths {
   LonePaths(const PathTracer<DefaultOptions>& scalar, int split_count)
       : scalar_(scalar), split_count_(split_count) {}
 
-  /// Follows a path to where lanes can go on with it, and adds it to wave.waiting, or to its end.
-  /// slot: of WavePaths.
+  /// Follows a path until lanes can continue it, then adds it to wave.waiting, or to its end. slot:
+  /// of WavePaths.
   void follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept;
 
-  /// Adds the paths that wait for this depth to wave.paths, behind those that are there.
+  /// Appends the paths that wait for this depth to wave.paths.
   static void take_back(Wave& wave, int depth) noexcept;
 
  private:

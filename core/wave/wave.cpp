@@ -2,7 +2,7 @@
 
 namespace core {
 
-// What a thread has beside its tile.
+// Memory of a thread in addition to its tile.
 static_assert(sizeof(Wave) + kWavePaths * sizeof(PathSampler) <= 160 * 1024);
 
 PathSample Wave::result(std::size_t i) const noexcept {

@@ -1,13 +1,12 @@
-/// Waves: many camera paths that go from surface to surface together, in lanes.
+/// Waves: many camera paths that advance together from surface to surface, in lanes.
 ///
-/// All paths of a wave take their next segment, meet their surfaces, sample lights and directions
-/// before any of them goes on; those that end leave the arrays, the others close up. A path gets
-/// the same random numbers as in PathTracer and what it finds is a function of them alone, equal to
-/// the scalar one's up to rounding: which paths travel together does not matter. Surfaces that the
-/// lanes do not know (glass, layers, holes) hand their path to PathTracer, which gives it back
-/// behind them.
-/// Source of the order of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee
-/// et al., Vectorized Production Path Tracing, 2017.
+/// All paths of a wave trace their next segment, evaluate their surfaces, and sample lights and
+/// directions before any of them continues; terminated paths are removed and the arrays compacted.
+/// A path uses the same random numbers as in PathTracer, and its result is a function of them
+/// alone, equal to the scalar result up to rounding: it does not depend on the other paths of the
+/// wave. At surfaces that lanes do not support (glass, layers, holes) a path is handed to
+/// PathTracer, which returns it after them. Source of the order of work: Laine, Karras and Aila,
+/// Megakernels Considered Harmful, 2013; Lee et al., Vectorized Production Path Tracing, 2017.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +21,7 @@
 
 namespace core {
 
-/// Paths of a wave at most: the arrays below then stay within the L2 cache.
+/// Maximum number of paths of a wave: the arrays below fit in the L2 cache.
 inline constexpr std::size_t kWavePaths = 512;
 /// Lanes may read and write past the last path, up to their width.
 inline constexpr std::size_t kWaveRoom = kWavePaths + 8;
@@ -42,48 +41,48 @@ struct WaveVec3 {
   Vec3 get(std::size_t i) const noexcept { return {x.at[i], y.at[i], z.at[i]}; }
 };
 
-/// PathState, one array a member; entries [first, first + count) are the paths under way.
+/// PathState as a structure of arrays; entries [first, first + count) are the active paths.
 struct WavePaths {
   WaveVec3 origin;
   WaveVec3 direction;
   WaveVec3 beta;
-  WaveFloats pdf_bsdf;  ///< LastScattering
+  WaveFloats pdf_bsdf;  ///< as in LastScattering
   WaveVec3 last_origin;
   WaveVec3 last_normal;
   WaveFloats cone_width_m;
   WaveFloats cone_spread_rad;
   WaveArray<std::int32_t> is_sharp;
-  WaveArray<std::uint64_t> base;  ///< of the path's sampler, with sobol
+  WaveArray<std::uint64_t> base;  ///< of the path's sampler, for sobol
   WaveArray<std::uint32_t> index_reversed;
   WaveArray<std::int32_t> slot;  ///< see slot_of()
-  /// Camera paths stand at the end, so that their continuations find room before them.
+  /// Camera paths are at the end, so that their continuations fit before them.
   std::size_t first = 0;
   std::size_t count = 0;
 };
 
-/// What the paths have met.
+/// The hits of the paths.
 struct WaveHits {
   WaveArray<std::uint32_t> instance;
   WaveArray<std::uint32_t> geometry;
   WaveArray<std::uint32_t> primitive;
-  WaveArray<std::uint32_t> is_hit;  ///< one bit a path for each packet of eight
+  WaveArray<std::uint32_t> is_hit;  ///< one bit per path for each packet of eight
 };
 
-/// Light samples whose shadow rays wait.
+/// Light samples with pending shadow rays.
 struct WaveShadows {
   WaveVec3 origin;
   WaveVec3 direction;
   WaveFloats t_max;
-  WaveVec3 value;  ///< for the pixel if nothing is in the way
+  WaveVec3 value;  ///< added to the pixel if unoccluded
   WaveFloats cone_width_m;
   WaveArray<std::int32_t> is_sharp;
   WaveArray<std::int32_t> slot;
   std::size_t count = 0;
 };
 
-/// A path that PathTracer gives back; members as in WavePaths.
+/// A path returned by PathTracer; members as in WavePaths.
 struct WaitingPath {
-  int depth = 0;  ///< surfaces met: where it joins the others
+  int depth = 0;  ///< surfaces hit: the depth at which it rejoins the wave
   std::int32_t slot = 0;
   std::uint64_t base = 0;
   std::uint32_t index_reversed = 0;
@@ -96,28 +95,28 @@ struct WaitingPath {
   bool is_sharp = true;
 };
 
-/// PathSample, one array a member; entry i is the i-th path that was added.
+/// PathSample as a structure of arrays; entry i is the i-th path added.
 struct WaveResults {
   WaveVec3 radiance;
   WaveFloats alpha;
   WaveVec3 albedo;
   WaveVec3 normal;
   WaveFloats depth_m;
-  WaveFloats weight;  ///< of the film's filter
+  WaveFloats weight;  ///< of the reconstruction filter
   WaveArray<std::int32_t> hit;
 };
 
-/// What the paths of a picture begin with.
+/// Input shared by all camera paths of an image.
 struct WaveStart {
   const Camera& camera;
   const FilterSampler& filter;
-  PathSampler sampler;  ///< to be started for each sample
+  PathSampler sampler;  ///< started anew for each sample
 };
 
-/// A wave under way; for one thread.
+/// The state of a wave; used by one thread.
 class Wave {
  public:
-  /// Of the i-th sample of begin().
+  /// Result of the i-th sample of begin().
   PathSample result(std::size_t i) const noexcept;
 
   WavePaths paths;
@@ -128,16 +127,16 @@ class Wave {
   std::vector<WaitingPath> waiting;  ///< empty when the wave has ended
 };
 
-/// Follows the paths of waves. Immutable and shared by all threads.
+/// Traces the paths of waves. Immutable and shared by all threads.
 class WaveTracer {
  public:
   virtual ~WaveTracer() = default;
-  /// Samples of a wave at most: continuations of a path that is split take places of their own.
+  /// Maximum number of samples of a wave: continuations of split paths also occupy entries.
   virtual std::size_t samples_max() const noexcept = 0;
-  /// One path for each sample.
+  /// Starts one path for each sample.
   virtual void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const = 0;
-  /// Follows all paths to their ends. rays: counts those traced; rejected: the samples that are not
-  /// finite, which become zero.
+  /// Traces all paths to their ends. Adds the number of rays to `rays` and the number of non-finite
+  /// samples, which become zero, to `rejected`.
   virtual void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept = 0;
 };
 

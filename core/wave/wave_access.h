@@ -1,4 +1,4 @@
-/// The arrays of a wave in lanes.
+/// Access to the arrays of a wave in lanes.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +28,8 @@ void compress(WaveVec3& to, std::size_t first, Vec3s<N> value, unsigned taken) {
   compress(to.y.at + first, value.y, taken);
   compress(to.z.at + first, value.z, taken);
 }
-/// A slot holds the place in WaveResults, and above it 1 plus the number of the continuation of a
-/// path that was split; 0 where it was not.
+/// The low bits of a slot hold the index into WaveResults, the high bits 1 plus the number of the
+/// continuation of a split path, or 0 if it was not split.
 inline constexpr int kContinuationShift = 16;
 inline std::size_t slot_of(std::int32_t slot) {
   return static_cast<std::size_t>(slot) & ((1U << kContinuationShift) - 1);
@@ -37,7 +37,8 @@ inline std::size_t slot_of(std::int32_t slot) {
 inline std::size_t slot_of(const WavePaths& paths, std::size_t i) {
   return slot_of(paths.slot.at[i]);
 }
-/// What the random numbers of N paths are made from: PathSampler's base and index, bits reversed.
+/// State from which the random numbers of N paths are drawn: PathSampler's base and index with
+/// reversed bits.
 template <std::size_t N>
 struct PathNumbers {
   Hashes<N> base;
@@ -74,7 +75,7 @@ struct FirstSurface {
   Vec3s<N> albedo, normal;
   Floats<N> depth_m;
 };
-/// Of the results from `slot` on, in the lanes of `on`.
+/// The results from `slot` on, in the lanes of `on`.
 template <std::size_t N>
 void keep_first_surface(WaveResults& to, std::size_t slot, Mask<N> on, const FirstSurface<N>& s) {
   const auto keep = [&](WaveFloats& floats, Floats<N> value) {
@@ -89,8 +90,8 @@ void keep_first_surface(WaveResults& to, std::size_t slot, Mask<N> on, const Fir
   keep(to.depth_m, s.depth_m);
   store(to.hit.at + slot, select(on, Ints<N>(1), load<N>(to.hit.at + slot)));
 }
-/// Multiplies the first `count` results by the filter's weights; those that are not finite become
-/// zero. Their number.
+/// Multiplies the first `count` results by the filter weights and sets non-finite ones to zero;
+/// returns the number of these.
 template <std::size_t N>
 std::uint64_t take_in_weights(WaveResults& results, std::size_t count) {
   std::uint64_t rejected = 0;
@@ -104,7 +105,7 @@ std::uint64_t take_in_weights(WaveResults& results, std::size_t count) {
   return rejected;
 }
 inline unsigned lanes_below(std::size_t count) { return count >= 8 ? 0xffU : (1U << count) - 1; }
-/// The packet of eight that begins at `first`.
+/// Fills the packet of eight that starts at `first`.
 inline void fill(RayPacket& packet, const WaveVec3& origin, const WaveVec3& direction,
                  std::size_t first) {
   std::copy_n(origin.x.at + first, 8, packet.origin_x);

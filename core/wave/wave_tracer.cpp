@@ -67,7 +67,7 @@ class LaneTracer final : public WaveTracer {
   }
 
  private:
-  /// One chunk of lanes at its surfaces.
+  /// The surface vertices of one chunk of lanes.
   struct Vertex {
     MetLanes<N> met;
     Vec3s<N> wo_world;
@@ -97,7 +97,7 @@ class LaneTracer final : public WaveTracer {
     const int continuation = slot >> kContinuationShift;
     return continuation == 0 ? whole : whole.branch(continuation - 1, split_count_);
   }
-  /// Of what a path at this depth finds.
+  /// Weight of contributions of a path at this depth.
   float share(int depth) const { return depth == 0 ? 1.0F : share_; }
 
   const SceneData& scene_;
@@ -105,7 +105,7 @@ class LaneTracer final : public WaveTracer {
   Backdrop backdrop_;
   int max_depth_;
   int split_count_;  ///< continuations at the first surface
-  float share_;      ///< of each
+  float share_;      ///< weight of each continuation
   bool is_sobol_;
   PathTracer<DefaultOptions> scalar_;
   LonePaths lone_;
@@ -115,7 +115,7 @@ class LaneTracer final : public WaveTracer {
   LaneAlbedoTables tables_;
 };
 
-/// Camera rays, side by side for pinhole cameras and the box filter.
+/// Starts camera rays, in SIMD for pinhole cameras and the box filter.
 template <std::size_t N>
 void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
                           std::span<const DueSample> due) const {
@@ -156,7 +156,7 @@ void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
   }
 }
 
-/// The nearest surfaces of all paths; those that leave the scene end in the environment.
+/// Finds the nearest surfaces of all paths; paths that leave the scene end in the environment.
 template <std::size_t N>
 void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const {
   WavePaths& paths = wave.paths;
@@ -183,7 +183,7 @@ void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const 
   }
 }
 
-/// Paths [first, first + N) of `left`, which have left the scene.
+/// Ends paths [first, first + N) of `left`, which have left the scene.
 template <std::size_t N>
 void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const {
   const WavePaths& paths = wave.paths;
@@ -243,7 +243,7 @@ void LaneTracer<N>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& m
                paths.beta.get(i) * met.emitted.lane(lane) * (weight * share(depth)));
 }
 
-/// Hands a path to the scalar tracer, which follows it from what it has met.
+/// Hands a path to the scalar tracer, which continues it from its hit.
 template <std::size_t N>
 void LaneTracer<N>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
                              std::uint64_t& rays) const {
@@ -292,7 +292,7 @@ Vec4s<N> LaneTracer<N>::draw(const Wave& wave, const Numbers& numbers, unsigned 
   return out;
 }
 
-/// Paths [first, first + N): their surfaces, what these emit, and how they go on.
+/// Processes paths [first, first + N): their surfaces, emission, and continuation.
 template <std::size_t N>
 void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int depth,
                             std::uint64_t& rays) const {
@@ -350,8 +350,8 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   }
 }
 
-/// A light sample and the next direction. What goes on closes up at the front of the arrays, at or
-/// before the chunk's own place, where everything has been read.
+/// Samples a light and the next direction. Continuing paths are compacted to the front of the
+/// arrays, at or before this chunk, whose entries have all been read.
 template <std::size_t N>
 void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
                            const Numbers& numbers, int depth) const {
@@ -394,7 +394,7 @@ void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsd
   paths.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
-/// Light samples and their weights; shadow rays wait until all chunks have theirs.
+/// Samples lights and computes their weights; the shadow rays are traced after all chunks are done.
 template <std::size_t N>
 void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
                                       const Numbers& numbers, const Vec4s<N>& u) const {
@@ -433,7 +433,7 @@ void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLa
   to.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
-/// Traces the waiting shadow rays; where something may let light through, one by one.
+/// Traces the pending shadow rays; one by one where a surface may transmit light.
 template <std::size_t N>
 void LaneTracer<N>::find_lights(Wave& wave, std::uint64_t& rays) const {
   WaveShadows& shadows = wave.shadows;

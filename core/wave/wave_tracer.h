@@ -1,4 +1,4 @@
-/// make_wave_tracer: waves for the jobs that they serve.
+/// make_wave_tracer: waves for the jobs that support them.
 #pragma once
 
 #include <memory>
@@ -8,12 +8,12 @@
 
 namespace core {
 
-/// Null where paths are traced one by one: another integrator than "path", options beside the
-/// defaults, or an Embree without packets. width: lanes, 8, or 1 for tests.
+/// Returns null for jobs that require scalar tracing: another integrator than "path", options other
+/// than the defaults, or an Embree without packets. width: lanes, 8, or 1 for tests.
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width = 8);
 
-/// May there be waves where Embree is held to `isa` (resolve_isa())? The lanes are AVX2, which the
-/// build chooses, and packets of eight need AVX.
+/// Returns whether waves can run when Embree is limited to `isa` (resolve_isa()). The build enables
+/// AVX2 for the lanes, and packets of eight require AVX.
 bool waves_serve(std::string_view isa) noexcept;
 
 }  // namespace core

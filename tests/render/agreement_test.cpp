@@ -1,5 +1,5 @@
-// Truth 19: every option gives the same picture. Blocks of pictures of 16 seeds against 16 other
-// seeds of plain path tracing, Welch's t; the p-values of all blocks are uniform
+// Truth 19: every option has the same expected image. Compares blocks of images of 16 seeds with 16
+// other seeds of plain path tracing by Welch's t-test; the p-values of all blocks are uniform
 // (Kolmogorov-Smirnov), and none is too small.
 #include <array>
 #include <cmath>
@@ -50,7 +50,7 @@ struct Agreement {
 
 Agreement compare(const Blocks& a, const Blocks& b) {
   std::vector<double> p_values;
-  // Green alone: channels of one block are correlated.
+  // Green only: the channels of a block are correlated.
   for (std::size_t k = 1; k < a.size(); k += 3) {
     const double va = a[k].variance() / kSeeds;
     const double vb = b[k].variance() / kSeeds;
@@ -77,7 +77,7 @@ core::View box() {
   return view;
 }
 
-/// Metal, rough glass, plastic; a lamp, a point light, a map for a sky.
+/// Metal, rough glass and plastic under an area emitter, a point light and an environment map.
 core::View zoo() {
   core::MaterialDescription metal;
   metal.metallic = 1;
@@ -111,11 +111,10 @@ core::View zoo() {
   return view;
 }
 
-// Fewer than 50 variants in two scenes, each with a KS test and the least of 16 p-values; 0.1 %
-// over all of them (Sidak). The null comparison is one of them. gloss: not for the strategies that
-// ignore the BSDF. Their samples of a narrow lobe are so rare and so large that means of 16
-// pictures are far from normal; they are held to the truths of irradiance_test.cpp and
-// furnace_test.cpp.
+// Fewer than 50 variants in two scenes, each with a KS test and the minimum of 16 p-values; 0.1 %
+// over all of them (Sidak). The null comparison is one of them. gloss: excludes the strategies that
+// ignore the BSDF. Their samples of a narrow lobe are so rare and so large that means of 16 images
+// are far from normal; irradiance_test.cpp and furnace_test.cpp test them.
 void expect_agreement(core::View view, int samples, bool gloss) {
   const double level_ks = test_support::sidak(0.001, 100);
   const double level_p = test_support::sidak(0.001, 100 * static_cast<int>(kBlocks));
@@ -135,13 +134,15 @@ void expect_agreement(core::View view, int samples, bool gloss) {
   }
 }
 
-TEST(Agreement, OfAllOptionsInTheCornellBox) { expect_agreement(box(), 16, false); }
-TEST(Agreement, OfAllOptionsAmongGlossyThings) { expect_agreement(zoo(), 16, true); }
+TEST(Agreement, AllOptionsAgreeInTheCornellBox) { expect_agreement(box(), 16, false); }
+TEST(Agreement, AllOptionsAgreeOnGlossyMaterials) { expect_agreement(zoo(), 16, true); }
 
-/// Light paths that leave from everywhere are dear and few: a small film, blocks of 4 x 4 pixels.
+/// Light subpaths start everywhere, so they are expensive and few: a small film, blocks of 4 x 4
+/// pixels.
 constexpr int kLightSide = 16;
 
-/// A scene and what means of 16 pictures need there to be normal. Paths find a caustic by chance.
+/// A scene and the options that make means of 16 images normal in it. Path tracing finds caustics
+/// only by chance.
 struct LightPaths {
   const char* name;
   core::View view;
@@ -166,7 +167,7 @@ std::vector<LightPaths> light_path_scenes() {
 constexpr std::array kLightIntegrators = {"light-trace", "bdpt", "mlt"};
 constexpr int kLightSamples = 64;
 
-TEST(Agreement, OfLightPathsWithPathTracing) {
+TEST(Agreement, BidirectionalIntegratorsAgreeWithPathTracing) {
   const std::vector<LightPaths> scenes = light_path_scenes();
   const int tests = static_cast<int>(scenes.size() * kLightIntegrators.size());
   for (const LightPaths& scene : scenes) {
@@ -182,7 +183,7 @@ TEST(Agreement, OfLightPathsWithPathTracing) {
   }
 }
 
-TEST(Agreement, ThreePercentMoreLightAreSeenOfLightPaths) {
+TEST(Agreement, DetectsThreePercentMoreLightInBidirectionalIntegrators) {
   const LightPaths scene = light_path_scenes().front();
   const Blocks reference = blocks_of(scene.view, 1000, scene.reference_samples);
   core::View brighter = scene.view;
@@ -196,8 +197,8 @@ TEST(Agreement, ThreePercentMoreLightAreSeenOfLightPaths) {
   }
 }
 
-// What is to be seen must be seen: light that is 3 % too strong.
-TEST(Agreement, ThreePercentMoreLightAreSeen) {
+// The planted fault must be detected: emission that is 3 % too strong.
+TEST(Agreement, DetectsThreePercentMoreLight) {
   core::View view = box();
   const Blocks reference = blocks_of(view, 1000, 64);
   core::SceneDescription brighter = test_support::cornell();

@@ -1,6 +1,6 @@
-/// The folder of third-party glTF assets: finding, listing and loading its files.
+/// Finds, lists and loads files of the folder of third-party glTF assets.
 ///
-/// TESSERA_ASSETS names the folder; else it is ../shared/assets beside the repository.
+/// TESSERA_ASSETS names the folder; the default is ../shared/assets next to the repository.
 #pragma once
 
 #include <filesystem>
@@ -15,17 +15,17 @@
 
 namespace test_support {
 
-/// Empty when there is no such folder.
+/// Returns nothing if the folder does not exist.
 std::optional<std::filesystem::path> assets_folder();
-/// Every .glb and .gltf of the folder and of those in it, sorted; relative to the folder.
+/// Lists every .glb and .gltf of the folder and its subfolders, sorted; relative to the folder.
 std::vector<std::string> asset_names(const std::filesystem::path& folder);
 
-/// The whole file; empty when it cannot be read.
+/// Reads the whole file; returns no bytes if it cannot be read.
 core::Bytes read_file(const std::filesystem::path& file);
-/// Side files come from the asset's own folder.
+/// Loads an asset; external files are read from the asset's folder.
 core::Result<core::SceneDescription> load_asset(const std::filesystem::path& file,
                                                 const core::GltfOptions& options = {});
-/// An equirectangular picture as the sky; stops the program when it cannot be read.
+/// Loads an equirectangular image as the environment; stops the program if it cannot be read.
 std::shared_ptr<const core::Environment> load_sky(const std::filesystem::path& file,
                                                   const core::EnvironmentSettings& settings = {});
 

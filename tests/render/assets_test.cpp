@@ -1,6 +1,6 @@
-// The assets folder: every file renders sanely, and what their authors say is right (labels, notes,
-// make_gen.py) is seen. Left out, with a word, where the folder is not found: TESSERA_ASSETS names
-// another place.
+// Every file of the assets folder renders without errors, and shows the features that its author
+// documents (labels, notes, make_gen.py). Skipped with a message if the folder is missing:
+// TESSERA_ASSETS names another one.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,7 +22,7 @@ class Assets : public testing::Test {
   void SetUp() override {
     const auto found = test_support::assets_folder();
     if (!found) {
-      GTEST_SKIP() << "the folder of assets is not there, so these checks did not run "
+      GTEST_SKIP() << "the folder of assets is missing, so these tests did not run "
                       "(TESSERA_ASSETS names it)";
     }
     folder_ = *found;
@@ -50,7 +50,8 @@ core::View view_of(core::SceneDescription scene, std::shared_ptr<const core::Env
   return view;
 }
 
-/// The scene seen along -z, orthographic, with its auxiliary layers; world coordinates to pixels.
+/// The scene seen along -z by an orthographic camera, with its auxiliary layers; maps world
+/// coordinates to pixels.
 class Front {
  public:
   Front(core::SceneDescription scene, float half_height_m, Vec3 eye)
@@ -67,7 +68,7 @@ class Front {
                                                           std::clamp(column, 0, kWidth - 1))];
   }
   Rgb radiance(float x, float y) const { return test_support::pixel(picture_, column(x), row(y)); }
-  /// Means over the rectangle around (x, y).
+  /// Returns the mean albedo of the rectangle around (x, y).
   Rgb albedo(float x, float y, float half_x, float half_y) const {
     Rgb sum;
     float n = 0;
@@ -79,7 +80,7 @@ class Front {
     }
     return sum / n;
   }
-  /// Of the square around (x, y) whose sides fall between pixels.
+  /// Returns the mean depth of the square around (x, y), whose sides are pixel boundaries.
   float mean_depth(float x, float y, float half) const {
     float sum = 0;
     float n = 0;
@@ -114,7 +115,7 @@ class Front {
   Picture picture_;
 };
 
-TEST_F(Assets, EveryFileRendersSanelyUnderASky) {
+TEST_F(Assets, EveryFileRendersUnderASky) {
   const auto light = sky();
   int rendered = 0;
   for (const std::string& name : test_support::asset_names(folder_)) {
@@ -129,7 +130,7 @@ TEST_F(Assets, EveryFileRendersSanelyUnderASky) {
       EXPECT_LE(std::max({aux.albedo.r, aux.albedo.g, aux.albedo.b}), 1.03F) << name;
       contrast = std::max(contrast, static_cast<double>(core::luminance(aux.albedo)));
     }
-    EXPECT_GT(covered, 0.004) << name << ": nothing is seen";
+    EXPECT_GT(covered, 0.004) << name << ": the image is empty";
     EXPECT_GT(contrast, 0.01) << name << ": all surfaces are black";
     const Rgb mean = picture.mean();
     EXPECT_GT(core::luminance(mean), 0.02F) << name;
@@ -139,7 +140,7 @@ TEST_F(Assets, EveryFileRendersSanelyUnderASky) {
   EXPECT_GE(rendered, 58);
 }
 
-TEST_F(Assets, TextureCoordinateTestShowsEachColourInItsCorner) {
+TEST_F(Assets, TextureCoordinateTestShowsEachColorInItsCorner) {
   const Front front(load("TextureCoordinateTest.glb"), 1.3F, {0, 0, 5});
   const Rgb top_left = front.albedo(-0.7F, 0.7F, 0.1F, 0.1F);
   const Rgb top_right = front.albedo(0.7F, 0.7F, 0.1F, 0.1F);
@@ -149,7 +150,7 @@ TEST_F(Assets, TextureCoordinateTestShowsEachColourInItsCorner) {
   EXPECT_TRUE(top_right.r > 0.4F && top_right.g < 0.35F && top_right.b < 0.2F) << "red";
   EXPECT_TRUE(bottom_left.b > 0.4F && bottom_left.r < 0.3F) << "blue";
   EXPECT_TRUE(bottom_right.g > 0.4F && bottom_right.r < 0.3F && bottom_right.b < 0.3F) << "green";
-  // The checkered marks lie at the outer corner of each, so no tile is turned or mirrored.
+  // The checkered marks are at the outer corner of each tile, so no tile is rotated or mirrored.
   for (const float sx : {-1.0F, 1.0F}) {
     for (const float sy : {-1.0F, 1.0F}) {
       const float outer = core::luminance(front.albedo(sx * 1.1F, sy * 1.1F, 0.05F, 0.05F));
@@ -164,8 +165,8 @@ TEST_F(Assets, TextureCoordinateTestShowsEachColourInItsCorner) {
 
 TEST_F(Assets, TextureTransformTestPointsAtItsGreenMarkers) {
   core::SceneDescription scene = load("TextureTransformTest.glb");
-  // Where the arrows' tips must be (Correct Marker) and must not be (the others); the markers
-  // themselves go.
+  // Positions that the tips of the arrows must reach (Correct Marker) and must not reach (the other
+  // markers); the markers themselves are removed.
   std::vector<Vec3> right;
   std::vector<Vec3> wrong;
   std::erase_if(scene.instances, [&](const core::InstanceDescription& instance) {
@@ -180,7 +181,7 @@ TEST_F(Assets, TextureTransformTestPointsAtItsGreenMarkers) {
   const Rgb u = front.albedo(-1.1F, 0.55F, 0.4F, 0.4F);
   const Rgb v = front.albedo(0, 0.55F, 0.4F, 0.4F);
   const Rgb uv = front.albedo(1.1F, 0.55F, 0.4F, 0.4F);
-  EXPECT_GT(u.g, 1.5F * u.r);  // red there means: offset not applied
+  EXPECT_GT(u.g, 1.5F * u.r);  // red means that the offset was not applied
   EXPECT_GT(u.g, 1.5F * u.b);
   EXPECT_GT(v.b, 1.5F * v.r);
   EXPECT_GT(uv.g, 1.3F * uv.r);
@@ -200,14 +201,14 @@ TEST_F(Assets, TextureTransformTestPointsAtItsGreenMarkers) {
   };
   EXPECT_EQ(right.size(), 3U);
   for (const Vec3 marker : right) {
-    EXPECT_LT(distance_to_dark(marker), 0.21F) << marker.x;  // the tip, and the marker's own half
+    EXPECT_LT(distance_to_dark(marker), 0.21F) << marker.x;  // the tip, and half of the marker
   }
   for (const Vec3 marker : wrong) {
     EXPECT_GT(distance_to_dark(marker), 0.21F) << marker.x;
   }
 }
 
-TEST_F(Assets, UnlitTestShowsItsExactColours) {
+TEST_F(Assets, UnlitTestShowsItsExactColors) {
   const Front front(load("UnlitTest.glb"), 2, {0, 0, 9});
   const float g = 0.217637640824031F;  // of both base colour factors
   for (int c = 0; c < 3; ++c) {
@@ -216,7 +217,7 @@ TEST_F(Assets, UnlitTestShowsItsExactColours) {
   }
 }
 
-TEST_F(Assets, BoxVertexColorsHasTheColoursOfItsCorners) {
+TEST_F(Assets, BoxVertexColorsShowsTheColorsOfItsCorners) {
   const core::SceneDescription scene = load("BoxVertexColors.glb");
   const Front front(scene, 0.6F, {0, 0, 5});
   const auto& p = scene.meshes[0].primitives[0];
@@ -226,7 +227,8 @@ TEST_F(Assets, BoxVertexColorsHasTheColoursOfItsCorners) {
     const Vec3 at = m.point(p.positions[i]);
     if (at.z > 0.49F && m.normal(p.normals[i]).z > 0.9F) {
       const Rgb seen = front.at(at.x * 0.97F, at.y * 0.97F).albedo;
-      // Albedo is the colour dimmed by the 4 % above it, plus those: within 0.1.
+      // The albedo is the colour reduced by the 4 % specular reflection, plus that reflection:
+      // within 0.1.
       const Rgb factor = scene.materials[0].base_color;
       EXPECT_NEAR(seen.r, factor.r * p.colors[i].x, 0.1F);
       EXPECT_NEAR(seen.g, factor.g * p.colors[i].y, 0.1F);
@@ -237,10 +239,9 @@ TEST_F(Assets, BoxVertexColorsHasTheColoursOfItsCorners) {
   EXPECT_GE(corners, 4);
 }
 
-TEST_F(Assets, MirroredTangentsBulgeAsTheirFileSays) {
-  // make_gen.py: a hemisphere in the normal map, on quads of 0.9 m; the third has w = -1 (green
-  // upside down), the eighth a scale of -1 (hollow); all other ways of mirroring leave a bump a
-  // bump.
+TEST_F(Assets, MirroredTangentsShowBumpsAndHollows) {
+  // make_gen.py: a hemisphere in the normal map, on quads of 0.9 m. The third has w = -1 (green
+  // inverted), the eighth a scale of -1 (hollow); all other kinds of mirroring leave a bump a bump.
   const Front front(load("gen_mirrored_tangents.glb"), 2.2F, {0, -0.5F, 5});
   for (int i = 0; i < 9; ++i) {
     const float x = i == 8 ? 0.0F : static_cast<float>(i % 4) - 1.5F;
@@ -254,9 +255,9 @@ TEST_F(Assets, MirroredTangentsBulgeAsTheirFileSays) {
   }
 }
 
-TEST_F(Assets, AlphaModesCoverWhatTheirTexturesSay) {
-  // make_gen.py: alpha falls from the middle as 1.2 - r / 32 texels, on quads of 0.9 m, 0.5 m above
-  // a wall.
+TEST_F(Assets, AlphaModesCoverTheFractionOfTheirTextures) {
+  // make_gen.py: alpha falls from the centre as 1.2 - r / 32 texels, on quads of 0.9 m, 0.5 m in
+  // front of a wall.
   const Front front(load("gen_alpha_modes.glb"), 2.0F, {0, 0, 5});
   const auto expected = [](float factor, float cutoff) {
     double sum = 0;
@@ -275,8 +276,8 @@ TEST_F(Assets, AlphaModesCoverWhatTheirTexturesSay) {
   for (int i = 0; i < 6; ++i) {
     const float x = static_cast<float>(i % 5) - 2;
     const float y = 0.5F - static_cast<float>(i / 5);
-    // The square metre around each quad is 18 x 18 pixels; the quad's edges are met at random
-    // within 72 of them, and so is a blended quad everywhere: 16 samples each.
+    // The square metre around each quad is 18 x 18 pixels. Hits are random in the 72 pixels on the
+    // edges of the quad, and everywhere on a blended quad: 16 samples each.
     const auto depth = static_cast<double>(front.mean_depth(x, y, 0.5F));
     EXPECT_NEAR((5.5 - depth) / 0.5 / (0.9 * 0.9), cases[i], 0.03) << "case " << i;
   }
@@ -303,14 +304,14 @@ TEST_F(Assets, CornellBoxBleedsRedAndGreen) {
   EXPECT_GT(green, 0);
 }
 
-TEST_F(Assets, TenThousandInstancesAreOneMeshInMemory) {
+TEST_F(Assets, TenThousandInstancesShareOneMesh) {
   const auto scene = test_support::build(load("gen_instanced_10k.glb"));
   EXPECT_EQ(scene->summary().instances, 10'000U);
   EXPECT_GT(scene->summary().triangles, 5'000'000U);
   EXPECT_LT(scene->summary().bytes, std::size_t{40} << 20);
 }
 
-/// Block means of a picture and their variances (of the halves), for encodings of one asset.
+/// Block means of an image and their variances (from the halves), for encodings of one asset.
 struct Blocks {
   std::vector<double> mean;
   std::vector<double> variance;
@@ -340,7 +341,7 @@ Blocks blocks_of(const Picture& picture) {
   return out;
 }
 
-/// The greatest z over 48 blocks and 3 channels, with a tolerance for what lossy encodings change.
+/// Returns the largest z over 48 blocks and 3 channels, with a tolerance for lossy encodings.
 double greatest_z(const Blocks& a, const Blocks& b, double tolerance) {
   double z = 0;
   for (std::size_t i = 0; i < a.mean.size(); ++i) {
@@ -350,18 +351,18 @@ double greatest_z(const Blocks& a, const Blocks& b, double tolerance) {
   return z;
 }
 
-TEST_F(Assets, EncodingsOfOneAssetGiveOnePicture) {
+TEST_F(Assets, EncodingsOfOneAssetRenderTheSameImage) {
   struct Pair {
     const char* plain;
     const char* encoded;
     double tolerance;
     bool same;
   };
-  // 144 numbers a pair, 5 standard deviations: a false alarm once in 2000 runs. The tolerances are
-  // those of lossy textures and positions, and of logos that were drawn anew at 128, 211 and 256
-  // pixels: 0.03 where outlines cross a block. The last two are twins that have to fail: a texture
-  // whose colours are 8/255 darker (its ICC profile does not count, says glTF), and the box with a
-  // shiny material.
+  // 144 numbers per pair, 5 standard deviations: one false alarm in 2000 runs. The tolerances allow
+  // for lossy textures and positions, and for logos that were redrawn at 128, 211 and 256 pixels:
+  // 0.03 where outlines cross a block. The last two are planted faults that must fail: a texture
+  // whose colours are 8/255 darker (glTF ignores its ICC profile), and the box with a shiny
+  // material.
   const Pair pairs[] = {
       {"BoxTextured_webp/box-textured-with-fallback.gltf", "BoxTextured_webp_embedded.gltf", 0,
        true},
@@ -382,9 +383,9 @@ TEST_F(Assets, EncodingsOfOneAssetGiveOnePicture) {
   }
 }
 
-TEST_F(Assets, WritingAGlbKeepsThePicture) {
-  // External files, interleaved and sparse views, instances: written again as plain accessors in
-  // one file.
+TEST_F(Assets, WritingAGlbKeepsTheImage) {
+  // External files, interleaved and sparse views, and instances are written again as plain
+  // accessors in one file.
   const auto light = sky();
   for (const char* name : {"BoxTextured/BoxTextured.gltf", "BoxInterleaved.glb",
                            "SimpleSparseAccessor/SimpleSparseAccessor.gltf", "SimpleInstancing.glb",
@@ -400,8 +401,8 @@ TEST_F(Assets, WritingAGlbKeepsThePicture) {
   }
 }
 
-TEST_F(Assets, AnimationsMoveWhatTheyName) {
-  // At rest and later: the picture changes, and the same moment gives the same picture.
+TEST_F(Assets, AnimationsMoveTheirTargets) {
+  // Renders at rest and later: the image changes, and the same time gives the same image.
   for (const char* name : {"Fox.glb", "AnimatedMorphCube.glb", "InterpolationTest.glb"}) {
     const auto depth_sum = [&](double seconds) {
       core::GltfOptions options;

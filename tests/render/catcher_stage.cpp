@@ -24,7 +24,7 @@ core::SceneDescription model() {
   core::PunctualLightDescription sun;
   sun.type = core::PunctualType::kDirectional;
   sun.intensity = {1.5F, 1.4F, 1};
-  // Shines along -z of its frame: from the left, 45 degrees high.
+  // Emits along -z of its frame: from the left, at an elevation of 45 degrees.
   sun.to_world.z = normalize(Vec3{-1, 1, 0.2F});
   sun.to_world.x = normalize(cross(Vec3{0, 1, 0}, sun.to_world.z));
   sun.to_world.y = cross(sun.to_world.z, sun.to_world.x);

@@ -1,4 +1,4 @@
-// Integrator `auto`: what it goes by, and that the choice is a function of scene and job.
+// Integrator `auto`: its criterion; the choice is a function of scene and job.
 #include "core/render/choose_integrator.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 
 using core::Rgb;
 
-/// Every pixel: half A is a, half B is b.
+/// An image in which every pixel has a in half A and b in half B.
 core::FilmSnapshot picture_of(float a, float b) {
   core::FilmSnapshot film;
   film.rect = {0, 0, 40, 36};
@@ -26,21 +26,22 @@ core::FilmSnapshot picture_of(float a, float b) {
   return film;
 }
 
-// Of the picture's light 0.05 is added as the error's floor has it.
+// The error definition adds 0.05 of the image's luminance as a floor.
 constexpr double kFloor = 0.05 * 0.05;
 
-TEST(PairedVariances, AreThoseOfTheHalvesWhereThePicturesAgree) {
+TEST(PairedVariances, EqualTheHalfVariancesWhereTheImagesAgree) {
   const auto v = core::paired_variances(picture_of(1.1F, 0.9F), picture_of(1.3F, 0.7F));
-  EXPECT_NEAR(v[0], 0.01 / (0.99 + kFloor), 1e-7);  // 1.1 0.9 is the most light that was seen twice
+  // 1.1 0.9 is the most light that both halves found.
+  EXPECT_NEAR(v[0], 0.01 / (0.99 + kFloor), 1e-7);
   EXPECT_NEAR(v[1], 0.09 / (0.99 + kFloor), 1e-6);
 }
 
-TEST(PairedVariances, CountLightThatAPictureHasMissed) {
+TEST(PairedVariances, CountLightThatAnImageMisses) {
   const auto v = core::paired_variances(picture_of(0.5F, 0.5F), picture_of(1, 1));
   EXPECT_NEAR(v[0], 0.25 / (1 + kFloor), 1e-6);
-  EXPECT_EQ(v[1], 0) << "the brighter one has missed nothing";
+  EXPECT_EQ(v[1], 0) << "the brighter image misses no light";
   const auto none = core::paired_variances(picture_of(0, 0), picture_of(0, 0));
-  EXPECT_EQ(none[0] + none[1], 0) << "black pictures have no variance";
+  EXPECT_EQ(none[0] + none[1], 0) << "black images have no variance";
 }
 
 core::View automatic(const char* scene) {
@@ -50,7 +51,8 @@ core::View automatic(const char* scene) {
   return view;
 }
 
-/// A small lamp above a ball of clear glass: its caustic is found from the camera by chance alone.
+/// A small emitter above a ball of clear glass: paths from the camera find its caustic only by
+/// chance.
 core::View caustic() {
   core::MaterialDescription glass;
   glass.metallic = 0;
@@ -70,7 +72,7 @@ core::View caustic() {
   return view;
 }
 
-TEST(ChooseIntegrator, TakesPathInTheOpenAndBdptForACaustic) {
+TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
   for (const auto& [view, integrator] :
        {std::pair(automatic("cornell-box"), "path"), std::pair(caustic(), "bdpt")}) {
     const auto choice = core::choose_integrator(view);
@@ -97,7 +99,7 @@ TEST(ChooseIntegrator, DoesNotDependOnSeedCropOrReplicates) {
   EXPECT_NE(core::choose_integrator(view)->reason, choice->reason);
 }
 
-TEST(ChooseIntegrator, TakesWhatRendersTheScene) {
+TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
   core::SceneDescription scene = test_support::cornell();
   scene.materials[0].dispersion = 0.1F;
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
@@ -108,7 +110,7 @@ TEST(ChooseIntegrator, TakesWhatRendersTheScene) {
   EXPECT_EQ(core::choose_integrator(view)->integrator, "path");
 }
 
-TEST(ChooseIntegrator, ThePictureIsThatOfTheIntegratorItself) {
+TEST(ChooseIntegrator, RendersTheImageOfTheChosenIntegrator) {
   core::View view = automatic("cornell-box");
   const auto renderer = core::Renderer::create(view);
   ASSERT_TRUE(renderer);

@@ -1,7 +1,6 @@
-// Renders every asset of the folder into one sheet of pictures, row by row in the order of the list
+// Renders every asset of the folder into one sheet of images, row by row in the order of the list
 // that it prints: contact_sheet OUT.png [--assets DIR] [--samples N] [--size WxH] [--columns N]
-// [--only TEXT]
-// [--time SECONDS]. --only keeps the files whose name contains the text.
+// [--only TEXT] [--time SECONDS]. --only selects the files whose name contains the text.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -64,7 +63,8 @@ std::optional<Options> parse(int argc, char** argv) {
   return usable ? std::optional(o) : std::nullopt;
 }
 
-/// Linear pixels of one asset; empty when it was refused, with the reason on standard output.
+/// Returns the linear pixels of one asset, or nothing if it was refused; prints the reason to
+/// standard output.
 std::vector<core::Rgb> picture_of(const std::filesystem::path& file, const Options& o,
                                   const std::shared_ptr<const core::Environment>& sky) {
   core::GltfOptions gltf;

@@ -1,5 +1,5 @@
-// Light of emitters in closed form, samples for occlusion. Agreement with plain path tracing
-// over whole pictures is in agreement_test.cpp, which also shows what size of fault is seen.
+// Direct light of emitters in closed form, with samples for occlusion. agreement_test.cpp compares
+// whole images with plain path tracing, and shows the size of the faults that it detects.
 #include <cmath>
 
 #include "tests/render/truth.h"
@@ -14,8 +14,8 @@ using core::View;
 using test_support::Moments;
 using test_support::Picture;
 
-/// A floor with `floor`, seen at the origin alone, under a unit square of radiance 1 at height 1;
-/// with `wall`, half in shadow.
+/// A floor of material `floor`, seen only at the origin, under a unit square of radiance 1 at
+/// height 1; with `wall`, half in shadow.
 View meter(const core::MaterialDescription& floor, bool wall, bool two_sided = false) {
   auto lamp = test_support::emitter(Rgb(1));
   lamp.double_sided = two_sided;
@@ -44,9 +44,9 @@ double variance_of_mean(const Picture& picture) {
   return e * e;
 }
 
-// Closed form: irradiance .7522747 from a unit square at distance 1, over pi, and no sample is off
-// by more than rounding.
-TEST(ControlVariate, WithoutShadowsNothingIsLeftToChance) {
+// Closed form: irradiance .7522747 from a unit square at distance 1, over pi; every sample is exact
+// up to rounding.
+TEST(ControlVariate, HasNoNoiseWithoutShadows) {
   for (const bool two_sided : {false, true}) {
     const Picture picture =
         test_support::render(controlled(meter(test_support::lambert(Rgb(1)), false, two_sided)), 4);
@@ -57,9 +57,8 @@ TEST(ControlVariate, WithoutShadowsNothingIsLeftToChance) {
   }
 }
 
-// A wall at half the height hides what is above x = 0 from the origin: half of the emitter, by
-// symmetry.
-TEST(ControlVariate, ShadowsAreSubtracted) {
+// A wall at half the height hides the emitter at x > 0 from the origin: half of it, by symmetry.
+TEST(ControlVariate, SubtractsShadows) {
   const Picture picture =
       test_support::render(controlled(meter(test_support::lambert(Rgb(1)), true)), 256);
   const auto error = static_cast<double>(picture.standard_error().g);
@@ -68,9 +67,9 @@ TEST(ControlVariate, ShadowsAreSubtracted) {
               4 * error + 3e-5);  // false alarm 6e-5
 }
 
-// Gloss is not in the closed form; its difference is sampled. 32 seeds each, |t| above 4.5 for 62
+// The closed form excludes gloss, whose difference is sampled. 32 seeds each, |t| above 4.5 for 62
 // degrees of freedom: 3e-5.
-TEST(ControlVariate, RoughGlossKeepsItsMean) {
+TEST(ControlVariate, KeepsTheMeanOfRoughGloss) {
   core::MaterialDescription plastic;
   plastic.metallic = 0;
   plastic.roughness = 0.6F;

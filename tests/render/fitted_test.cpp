@@ -1,7 +1,8 @@
-// What is fitted to a picture's own samples: optimal weights and regression. Control variates of
-// mean 0, coefficients that know nothing of the samples they are used on, errors that hold, and
-// less variance. Agreement with plain path tracing over whole pictures, and the truths, are in
-// agreement_test.cpp and irradiance_test.cpp, which walk the lists of options.
+// Methods fitted to the samples of the image: optimal MIS weights and regression. Their control
+// variates have mean 0, their coefficients are independent of the samples to which they apply,
+// their error estimates are correct, and they reduce variance. agreement_test.cpp and
+// irradiance_test.cpp, which cover all options, compare whole images with plain path tracing and
+// with closed forms.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -37,20 +38,20 @@ View regression(View view) {
   return view;
 }
 
-/// Centred above the origin.
+/// A square centred above the origin.
 core::PrimitiveDescription square(float side_m, float height_m, int material) {
   return test_support::quad({-0.5F * side_m, height_m, -0.5F * side_m}, {side_m, 0, 0},
                             {0, 0, side_m}, material);
 }
 
-/// Irradiance at the origin from such a square of radiance 1 at height 1, over pi: Lambert's
+/// Irradiance at the origin, over pi, from such a square of radiance 1 at height 1: Lambert's
 /// formula for its quarters.
 double under_square(double side_m) {
   const double x = side_m / 2 / std::sqrt(1 + side_m * side_m / 4);
   return 4 / kPi * x * std::atan(x);
 }
 
-/// A floor seen at the origin alone, under an emitter and its occluder.
+/// A floor seen only at the origin, under an emitter and its occluder.
 View meter(const core::MaterialDescription& floor, const core::PrimitiveDescription& lamp,
            const std::vector<core::PrimitiveDescription>& before) {
   std::vector<core::PrimitiveDescription> things = {
@@ -67,7 +68,7 @@ View meter(const core::MaterialDescription& floor, const core::PrimitiveDescript
   return view;
 }
 
-/// A unit square, half of it behind a wall if asked.
+/// A unit square, optionally half occluded by a wall.
 View meter(bool wall, const core::MaterialDescription& floor = test_support::lambert(Rgb(1))) {
   std::vector<core::PrimitiveDescription> before;
   if (wall) {
@@ -78,9 +79,9 @@ View meter(bool wall, const core::MaterialDescription& floor = test_support::lam
 constexpr double kOpen = 0.7522747 / kPi;  // from a unit square at distance 1
 constexpr double kHalf = kOpen / 2;        // by symmetry
 
-/// Everything that a light sample or a BSDF sample may meet: gloss, rough glass, an emitter of two
-/// sides, a point light, a sky with black texels, a pane that lets half of the light pass, a clear
-/// one.
+/// Everything that a light sample or a BSDF sample can encounter: gloss, rough glass, a two-sided
+/// emitter, a point light, an environment with black texels, a pane that transmits half of the
+/// light, and a clear pane.
 View zoo() {
   core::MaterialDescription plastic;
   plastic.metallic = 0;
@@ -122,7 +123,7 @@ View zoo() {
   return view;
 }
 
-/// The paths of a view as an integrator gives them, before anything is fitted.
+/// The paths of a view as an integrator returns them, before any fitting.
 class Paths {
  public:
   explicit Paths(const View& view)
@@ -154,7 +155,7 @@ class Paths {
 
 struct Controls {
   Moments right;
-  Moments wrong;  ///< as if the density of light samples were 2 % larger than it is
+  Moments wrong;  ///< with the density of light samples 2 % too large
 };
 
 Controls controls(const View& view, int samples) {
@@ -171,9 +172,9 @@ Controls controls(const View& view, int samples) {
   return out;
 }
 
-// z above 4.5 in any of eight: false alarm 6e-5. With densities 2 % off, all of those of optimal
-// weights are refused.
-TEST(Fitted, ControlsOfOptimalWeightsHaveTheMeanZero) {
+// z above 4.5 in any of eight: false alarm 6e-5. With densities that are 2 % off, the test rejects
+// all of those of optimal weights.
+TEST(Fitted, ControlsOfOptimalWeightsHaveMeanZero) {
   View split = zoo();
   split.settings.estimator.splitting = core::SplittingType::kFixed;
   split.settings.estimator.split_count = 3;
@@ -202,7 +203,7 @@ TEST(Fitted, ControlsOfOptimalWeightsHaveTheMeanZero) {
   }
 }
 
-TEST(Fitted, ControlsOfRegressionHaveTheMeanZero) {
+TEST(Fitted, ControlsOfRegressionHaveMeanZero) {
   View resampled = zoo();
   resampled.settings.light_sampler = core::LightSamplerType::kRis;
   resampled.settings.light_candidates = 4;
@@ -216,8 +217,8 @@ TEST(Fitted, ControlsOfRegressionHaveTheMeanZero) {
 }
 
 struct Estimates {
-  Moments crossed;  ///< coefficient of four paths from four others
-  Moments same;     ///< from themselves: the fault
+  Moments crossed;  ///< coefficient of four paths, from four other paths
+  Moments same;     ///< from the same paths: the fault
 };
 
 Estimates from_four_paths(const View& view, FitType type) {
@@ -238,7 +239,7 @@ Estimates from_four_paths(const View& view, FitType type) {
         return static_cast<double>(core::fitted_coefficient(type, fits[of]).g);
       };
       out.same.add(radiance[half] + c(half) * control[half]);
-      if (half == 0) {  // both halves of a trial depend on each other
+      if (half == 0) {  // the two halves of a trial depend on each other
         out.crossed.add(radiance[half] + c(1) * control[half]);
       }
     }
@@ -246,8 +247,8 @@ Estimates from_four_paths(const View& view, FitType type) {
   return out;
 }
 
-// z above 4: false alarm 6e-5. Solved on the very samples that they are used on, coefficients
-// follow the noise.
+// z above 4: false alarm 6e-5. Coefficients fitted to the samples to which they apply follow the
+// noise.
 void expect_cross_fitting_alone_keeps_the_mean(const View& view, FitType type, double truth) {
   const Estimates e = from_four_paths(view, type);
   EXPECT_LT(std::fabs(e.crossed.z(truth)), 4) << e.crossed.mean << " for " << truth;
@@ -256,13 +257,12 @@ void expect_cross_fitting_alone_keeps_the_mean(const View& view, FitType type, d
               100 * (e.crossed.mean / truth - 1), 100 * (e.same.mean / truth - 1));
 }
 
-TEST(Fitted, WeightsFromTheOtherHalfKeepTheMeanAndThoseOfTheSameDoNot) {
+TEST(Fitted, OnlyWeightsFromTheOtherHalfKeepTheMean) {
   expect_cross_fitting_alone_keeps_the_mean(optimal(meter(true)), FitType::kOptimalMis, kHalf);
 }
 
-// A square of side 4 behind one that hides the middle of it, so that samples are large where
-// nothing arrives.
-TEST(Fitted, FactorsFromTheOtherHalfKeepTheMeanAndThoseOfTheSameDoNot) {
+// A square of side 4 behind one that hides its centre, so that many large samples are occluded.
+TEST(Fitted, OnlyFactorsFromTheOtherHalfKeepTheMean) {
   View view =
       regression(meter(test_support::lambert(Rgb(1)), square(4, 1, 1), {square(1, 0.5F, 2)}));
   view.settings.estimator.strategy = core::Strategy::kLight;
@@ -271,9 +271,9 @@ TEST(Fitted, FactorsFromTheOtherHalfKeepTheMeanAndThoseOfTheSameDoNot) {
 }
 
 struct Spread {
-  Moments difference;  ///< of the variance that the halves tell and the squared error, over the
+  Moments difference;  ///< variance estimated from the halves minus the squared error, over the
                        ///< truth squared
-  Moments leaky;       ///< the same when a tenth of each half leaks into the other: the fault
+  Moments leaky;       ///< same, with a tenth of each half leaking into the other: the fault
   Moments square;
 };
 
@@ -294,29 +294,28 @@ Spread spread(View view, double truth, int samples, int seeds) {
   return out;
 }
 
-// Although halves learn from each other, their difference tells the error: within 4 standard
-// errors, false alarm 6e-5 each.
-TEST(Fitted, ErrorsFromTheHalvesHold) {
+// Although the halves learn from each other, their difference estimates the error: within 4
+// standard errors, false alarm 6e-5 each.
+TEST(Fitted, HalvesEstimateTheError) {
   for (const SamplerType sampler : {SamplerType::kIndependent, SamplerType::kSobol}) {
     for (View view : {optimal(meter(true)), regression(meter(true))}) {
       view.settings.sampler = sampler;
       const Spread s = spread(view, kHalf, 16, 64);
       EXPECT_LT(std::fabs(s.difference.z(0)), 4) << s.difference.mean << " of " << s.square.mean;
-      EXPECT_LT(s.leaky.z(0), -4) << "a tenth that leaks is seen";
+      EXPECT_LT(s.leaky.z(0), -4) << "a leak of a tenth is detected";
       EXPECT_LT(s.difference.standard_error(), 0.05 * s.square.mean);
     }
   }
 }
 
-/// Mean squared error of a pixel over the truth squared.
+/// Mean squared error of a pixel over the squared true value.
 double error_of(const View& view, double truth, int samples) {
   return spread(view, truth, samples, 8).square.mean;
 }
 
-// Under a uniform sky f is the BSDF's own density, times a number: there is a combination without
-// noise, and only the first samples of each replicate do not know it yet: 4 of 128, and some more
-// that know it badly. The sky is a map: one without is sampled by the cosine, without noise for
-// all.
+// Under a uniform sky f is a multiple of the BSDF's density, so a combination without noise exists.
+// Only the first samples of each replicate do not know it yet: 4 of 128, and a few more that know
+// it poorly. The sky is a map: a constant sky is sampled by the cosine, without noise for all.
 TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
   View view =
       test_support::view_of(test_support::build(test_support::scene_of(
@@ -334,8 +333,8 @@ TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
   std::printf("    sky: variance over the balance heuristic's: %.3f\n", ratio);
 }
 
-// At most 1.02 of the balance heuristic's variance; here over 2048 pixels, where
-// the ratio has a standard error of 4 %, so that the limit is three of them above 1.02.
+// At most 1.02 of the balance heuristic's variance; here over 2048 pixels, where the ratio has a
+// standard error of 4 %, so the limit is three standard errors above 1.02.
 TEST(Fitted, OptimalWeightsAreNoWorseThanTheBalanceHeuristic) {
   for (const bool wall : {false, true}) {
     const double truth = wall ? kHalf : kOpen;
@@ -348,7 +347,7 @@ TEST(Fitted, OptimalWeightsAreNoWorseThanTheBalanceHeuristic) {
   }
 }
 
-TEST(Fitted, RegressionTakesOutWhatTheClosedFormKnowsAndLeavesShadowsAlone) {
+TEST(Fitted, RegressionRemovesTheVarianceOfTheClosedFormButNotOfShadows) {
   View open = meter(false);
   open.settings.estimator.strategy = core::Strategy::kLight;
   View hidden = meter(true);

@@ -1,4 +1,4 @@
-// Closed spheres and constant skies (truths 1, 2 and 9), for every row of the registries.
+// Closed spheres and constant environments (truths 1, 2 and 9), for every row of the registries.
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
@@ -25,7 +25,7 @@ core::MaterialDescription grey_lamp() {
 }
 
 // Truth 1: L = L_e / (1 - rho) = 1.
-TEST(ClosedSphere, GlowsWithOneForEveryOptionOfTheRegistries) {
+TEST(ClosedSphere, RadianceIsOneForEveryRegisteredOption) {
   core::View view = inside_sphere(grey_lamp());
   view.settings.max_depth = 32;
   for (const auto& v : test_support::variants()) {
@@ -34,7 +34,7 @@ TEST(ClosedSphere, GlowsWithOneForEveryOptionOfTheRegistries) {
   }
 }
 
-TEST(ClosedSphere, GlowsWithOneMinusAPowerOfTheDepth) {
+TEST(ClosedSphere, RadianceIsOneMinusAPowerOfTheAlbedoAtLimitedDepth) {
   core::View view = inside_sphere(grey_lamp());
   view.settings.estimator.roulette = core::RouletteType::kNone;
   for (const int depth : {0, 1, 2, 3, 7}) {
@@ -44,7 +44,7 @@ TEST(ClosedSphere, GlowsWithOneMinusAPowerOfTheDepth) {
   }
 }
 
-TEST(ClosedSphere, ThousandsOfLightsChangeNothing) {
+TEST(ClosedSphere, ThousandsOfEmittersDoNotChangeTheRadiance) {
   core::View view = inside_sphere(grey_lamp(), 40);
   view.settings.max_depth = 32;
   for (const auto& lights : core::light_samplers()) {
@@ -79,20 +79,20 @@ std::vector<Lossless> lossless() {
   return all;
 }
 
-// Truth 2: in a white furnace a lossless ball cannot be seen.
-TEST(WhiteFurnace, LosslessBallsCannotBeSeen) {
+// Truth 2: in a white furnace a lossless ball is invisible.
+TEST(WhiteFurnace, LosslessBallsAreInvisible) {
   for (const Lossless& l : lossless()) {
     core::View view = test_support::view_of(
         test_support::build(test_support::scene_of(
             {l.material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
         20, 20);
-    test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the picture
+    test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the image
     view.environment = test_support::constant_sky({1, 1, 1});
     view.settings.max_depth = 128;
     const std::string what =
         std::string(l.name) + " roughness " + std::to_string(l.material.roughness);
-    // The scatter of 32 images of 16 samples gives the standard error of each pixel by itself.
-    // At the silhouette, seen flat, it is ten times that of the middle.
+    // The scatter of 32 images of 16 samples gives the standard error of each pixel. At the
+    // silhouette, at grazing angles, it is ten times that at the centre.
     std::vector<test_support::Moments> pixels(20 * 20);
     test_support::Moments all;
     for (view.settings.seed = 1; view.settings.seed <= 32; ++view.settings.seed) {
@@ -105,8 +105,8 @@ TEST(WhiteFurnace, LosslessBallsCannotBeSeen) {
     }
     EXPECT_NEAR(all.mean, 1, l.cap + 4 * all.standard_error()) << what;
     EXPECT_LT(all.standard_error(), 5e-3) << what;
-    // No pixel above 1 by more than noise and what the tables are allowed. 19 x 400 pixels,
-    // Student's t with 31 degrees of freedom beyond 7: 0.03 % of such tests would alarm falsely.
+    // No pixel exceeds 1 by more than noise and the tolerance of the tables. 19 x 400 pixels,
+    // Student's t with 31 degrees of freedom beyond 7: a false alarm in 0.03 % of such tests.
     for (const test_support::Moments& pixel : pixels) {
       EXPECT_LT(pixel.mean, 1 + l.cap + 7 * pixel.standard_error() + 1e-5) << what;
     }
@@ -136,7 +136,7 @@ TEST(WhiteFurnace, HoldsForEveryOptionOfTheRegistries) {
 }
 
 // Truth 9: radiance in glass is n^2 that of air.
-TEST(GlassSphere, SeenFromItsCentreTheSkyIsNSquaredAsBright) {
+TEST(GlassSphere, RadianceOfTheSkyInGlassIsNSquaredTimesThatInAir) {
   core::MaterialDescription glass;
   glass.metallic = 0;
   glass.roughness = 0;

@@ -1,6 +1,6 @@
-// Dispersion of glTF, by KHR_materials_dispersion and by the curves of extras: indices by
-// wavelength and the angles that follow. The false alarm rate of each z-test is that of 4.5
-// standard deviations, 7e-6.
+// Dispersion in glTF, by KHR_materials_dispersion and by curves in extras: indices by wavelength
+// and the resulting angles. The false alarm rate of each z-test is that of 4.5 standard deviations,
+// 7e-6.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,7 +40,7 @@ double fresnel(double cos_i, double eta) {
   return 0.5 * (a * a + b * b);
 }
 
-TEST(GltfDispersion, WeightsOfWavelengthsAreBoundedAndTheirMeanIsWhite) {
+TEST(GltfDispersion, WavelengthWeightsAreBoundedAndAverageToWhite) {
   double mean[3] = {};
   constexpr int kSteps = 100'000;
   for (int i = 0; i < kSteps; ++i) {
@@ -56,10 +56,10 @@ TEST(GltfDispersion, WeightsOfWavelengthsAreBoundedAndTheirMeanIsWhite) {
   }
 }
 
-TEST(GltfDispersion, WhatTheFrontReflectsHasNoColourNoise) {
-  // A dispersive face over black: each channel reflects the mean of Fresnel's curve over its
-  // wavelengths. With the wavelength's weight on reflection too, a pixel's channels would differ by
-  // their own size.
+TEST(GltfDispersion, ReflectionHasNoColorNoise) {
+  // A dispersive surface over black: each channel reflects the mean of the Fresnel reflectance over
+  // its wavelengths. If reflection also had the weight of the wavelength, the channels of a pixel
+  // would differ by their own magnitude.
   core::MaterialDescription m = glass(1.5F, 1);
   m.dispersion = 1;
   core::SceneDescription scene = test_support::stage(m);
@@ -89,13 +89,13 @@ TEST(GltfDispersion, WhatTheFrontReflectsHasNoColourNoise) {
   }
 }
 
-/// N-BK7, a crown glass, in each of the ways in which a material may state its dispersion.
+/// N-BK7, a crown glass, in each form in which a material can state its dispersion.
 struct Bk7 {
   const char* name;
-  bool is_spectral;                   ///< of the job
+  bool is_spectral;                   ///< setting of the job
   float dispersion;                   ///< of KHR_materials_dispersion
   core::IorCurve curve;               ///< of extras
-  double (*index)(double square_um);  ///< the same formula, of the squared wavelength
+  double (*index)(double square_um);  ///< the same formula, as a function of the squared wavelength
 };
 
 /// KHR_materials_dispersion: Cauchy's A + B / l^2 through n_d and V_d.
@@ -111,8 +111,8 @@ double index_by_sellmeier(double square) {
 
 constexpr float kBk7Index = 1.5168F;
 constexpr float kBk7Dispersion = 20 / 64.17F;
-/// The coefficients of Cauchy's form follow from n_d = 1.5168 and V_d = 64.17; those of Sellmeier's
-/// are from Schott's data sheet.
+/// Cauchy's coefficients follow from n_d = 1.5168 and V_d = 64.17; Sellmeier's are from Schott's
+/// data sheet.
 constexpr core::IorCurve kCauchy = {core::IorFormula::kCauchy, {1.504584F, 0.004217F, 0}, {}};
 constexpr core::IorCurve kSellmeier = {core::IorFormula::kSellmeier,
                                        {1.03961212F, 0.231792344F, 1.01046945F},
@@ -135,7 +135,7 @@ double index_at(const Bk7& bk7, float nm) {
   return bk7.index(um * um);
 }
 
-/// Of the light that a prism of 60 degrees bends least.
+/// Minimum deviation of a prism of 60 degrees.
 double deviation_degrees(double index) {
   return (2 * std::asin(index * 0.5) - kPi / 3) * 180 / kPi;
 }
@@ -152,47 +152,47 @@ TEST(GltfDispersion, IndicesGiveTheMinimumDeviationsOfABk7Prism) {
       EXPECT_NEAR(deviation_degrees(static_cast<double>(n)), degrees[i], 0.01) << bk7.name;
       // 1e-6: ten steps of a float.
       EXPECT_NEAR(static_cast<double>(n), index_at(bk7, kLines[i]), 1e-6) << bk7.name;
-      // The twin: an index wrong by 2e-4.
+      // The planted fault: an index wrong by 2e-4.
       EXPECT_GT(std::fabs(deviation_degrees(static_cast<double>(n) + 2e-4) - degrees[i]), 0.01);
     }
   }
 }
 
-TEST(GltfDispersion, SellmeiersIndicesAreThoseOfTheDataSheet) {
+TEST(GltfDispersion, SellmeierIndicesMatchTheDataSheet) {
   const float sheet[3] = {1.52238F, 1.51680F, 1.51432F};  // n_F, n_d, n_C
   for (std::size_t i = 0; i < kLines.size(); ++i) {
     EXPECT_NEAR(kSellmeier.at(kLines[i]), sheet[i], 6e-6F);  // rounded to five decimals
   }
 }
 
-/// A prism of 60 degrees, its edge along y, met by a thin beam of camera rays along -z at the angle
-/// at which light of this deviation is bent least; a bright wall far away begins where that light
-/// leaves and covers greater deviations (shorter waves).
+/// A prism of 60 degrees, its edge along y, hit by a thin beam of camera rays along -z at the
+/// incidence of minimum deviation. A bright wall far away starts at the direction of that light and
+/// covers greater deviations (shorter wavelengths).
 core::SceneDescription prism(const core::MaterialDescription& m, double deviation) {
   const double first = deviation * kPi / 180;
   const double incidence = (first + kPi / 3) / 2;
-  // In the prism's own frame the first face's normal points to -x turned by 30 degrees up: faces
-  // at 60 degrees meet at the top. Directions are angles in the x-z plane, measured from -z towards
-  // +x.
+  // In the prism's frame the first face's normal points to -x, rotated up by 30 degrees: faces that
+  // form 60 degrees meet at the top. Directions are angles in the x-z plane, measured from -z
+  // towards +x.
   const auto direction = [](double angle) {
     return Vec3{static_cast<float>(std::sin(angle)), 0, static_cast<float>(-std::cos(angle))};
   };
-  // The beam goes along angle 0. The outward normal of face 1 makes `incidence` with the way back
-  // (+z); the base is on the +x side, towards which light is bent.
+  // The beam travels along angle 0. The outward normal of face 1 makes the angle `incidence` with
+  // the reverse direction (+z); the base is on the +x side, towards which light is deviated.
   const double normal1 = kPi + incidence;  // angle of the outward normal of face 1
   const double normal2 =
       normal1 + kPi - kPi / 3;  // outward normals of faces at 60 degrees differ by 120
   const Vec3 n1 = direction(normal1);
   const Vec3 n2 = direction(normal2);
-  // Corners: the edge E where both faces meet, and 1 m along each face away from it.
+  // Corners: the edge E where the faces meet, and 1 m along each face away from it.
   const auto along = [](Vec3 n, double sign) {
     return Vec3{static_cast<float>(sign) * n.z, 0, static_cast<float>(-sign) * n.x};
   };
   Vec3 d1 = along(n1, 1);
   Vec3 d2 = along(n2, 1);
-  d1 = core::dot(d1, n2) < 0 ? d1 : -d1;  // face 1 lies behind face 2, and the other way round
+  d1 = core::dot(d1, n2) < 0 ? d1 : -d1;  // face 1 is behind face 2, and vice versa
   d2 = core::dot(d2, n1) < 0 ? d2 : -d2;
-  const Vec3 edge = d1 * -0.5F;  // the beam meets face 1 half way down
+  const Vec3 edge = d1 * -0.5F;  // the beam hits face 1 halfway down
   const Vec3 corner1 = edge + d1;
   const Vec3 corner2 = edge + d2;
   const auto face = [](Vec3 a, Vec3 b, Vec3 outward, int material) {
@@ -204,7 +204,7 @@ core::SceneDescription prism(const core::MaterialDescription& m, double deviatio
     }
     return p;
   };
-  constexpr float kFar = 1e6F;  // light leaves the prism 0.2 m beside the centre: 1e-5 degrees
+  constexpr float kFar = 1e6F;  // light exits the prism 0.2 m off the centre: 1e-5 degrees
   const Vec3 near_edge = direction(first) * kFar;
   const Vec3 far_edge = direction(first + 0.05) * kFar;
   core::PrimitiveDescription wall = test_support::quad({near_edge.x, -kFar, near_edge.z},
@@ -221,7 +221,8 @@ core::SceneDescription prism(const core::MaterialDescription& m, double deviatio
   return scene;
 }
 
-/// Light of wavelengths below `edge_nm`, by colour, that passes the prism: (1 - F)^2 at both faces.
+/// Light with wavelengths below `edge_nm` that passes the prism, by colour: (1 - F)^2 for the two
+/// faces.
 std::array<double, 3> light_below(const Bk7& bk7, float edge_nm) {
   const double incidence = std::asin(index_at(bk7, edge_nm) * 0.5);
   std::array<double, 3> sum{};
@@ -253,7 +254,7 @@ std::array<double, 3> light_below(const Bk7& bk7, float edge_nm) {
   return sum;
 }
 
-/// The largest difference of the channels, in standard errors. 1e-4: of the sum in light_below(),
+/// The largest difference between channels, in standard errors. 1e-4: of the sum in light_below(),
 /// of which one step in 50,000 is a weight of at most 4 over that.
 double largest_z(const Picture& picture, const std::array<double, 3>& expected) {
   double z = 0;
@@ -267,7 +268,7 @@ double largest_z(const Picture& picture, const std::array<double, 3>& expected) 
 
 class Prism : public testing::TestWithParam<Bk7> {};
 
-TEST_P(Prism, SendsEachLineWhereSnellSays) {
+TEST_P(Prism, RefractsEachLineAccordingToSnell) {
   const Bk7& bk7 = GetParam();
   for (const float line_nm : kLines) {
     const double deviation = deviation_degrees(index_at(bk7, line_nm));
@@ -279,14 +280,14 @@ TEST_P(Prism, SendsEachLineWhereSnellSays) {
           expected);
     };
     EXPECT_LT(z(deviation), kSigmas) << line_nm;
-    EXPECT_GT(z(deviation + 0.01), kSigmas) << line_nm;  // the twin
+    EXPECT_GT(z(deviation + 0.01), kSigmas) << line_nm;  // the planted fault
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(GltfDispersion, Prism, testing::ValuesIn(kGlasses),
                          [](const auto& each) { return std::string(each.param.name); });
 
-/// Mean of a picture of a slab 1 m thick, seen at 45 degrees, under a white sky.
+/// Mean of the image of a slab 1 m thick, seen at 45 degrees, under a white sky.
 Picture slab_under_white_sky(const core::MaterialDescription& m, bool is_spectral, int samples) {
   constexpr float kHalf = 200;
   core::SceneDescription scene = test_support::scene_of(
@@ -302,7 +303,7 @@ Picture slab_under_white_sky(const core::MaterialDescription& m, bool is_spectra
 }
 
 TEST(GltfDispersion, AWhiteSlabStaysWhite) {
-  constexpr float kShare = 2e-3F;  // truth 15; four standard errors and more, which 6e-5 exceed
+  constexpr float kShare = 2e-3F;  // truth 15; more than four standard errors, false alarm 6e-5
   constexpr int kSamples = 16'384;
   for (const Bk7& bk7 : kGlasses) {
     const Picture picture = slab_under_white_sky(material_of(bk7), bk7.is_spectral, kSamples);
@@ -311,14 +312,14 @@ TEST(GltfDispersion, AWhiteSlabStaysWhite) {
       EXPECT_NEAR(picture.mean()[c], 1, kShare) << bk7.name;
     }
   }
-  // The twin: a tint of 8 parts in a thousand.
+  // The planted fault: a tint of 8 parts in a thousand.
   core::MaterialDescription tinted = material_of(kGlasses[3]);
   tinted.attenuation_color = {1, 0.992F, 1};
   tinted.attenuation_distance = 1;
   EXPECT_GT(std::fabs(slab_under_white_sky(tinted, true, kSamples).mean().g - 1), kShare);
 }
 
-TEST(GltfDispersion, WithoutWavelengthsACurveHasItsIndexOfTheDLine) {
+TEST(GltfDispersion, CurveUsesItsDLineIndexWithoutWavelengths) {
   const Bk7& bk7 = kGlasses[3];
   core::MaterialDescription plain = material_of(bk7);
   plain.ior_curve = {};
@@ -328,7 +329,7 @@ TEST(GltfDispersion, WithoutWavelengthsACurveHasItsIndexOfTheDLine) {
     return slab_under_white_sky(m, is_spectral, 64).film->digest();
   };
   EXPECT_EQ(digest(curve, false), digest(plain, false));
-  EXPECT_NE(digest(curve, true), digest(plain, true));  // the twin
+  EXPECT_NE(digest(curve, true), digest(plain, true));  // the planted fault
 }
 
 }  // namespace

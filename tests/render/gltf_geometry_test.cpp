@@ -1,5 +1,5 @@
-// Where glTF's morph targets, skins and animations put a surface, seen in the depth layer; files
-// are written by hand.
+// Positions of surfaces under glTF's morph targets, skins and animations, read from the depth
+// layer; the files are written by hand.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -8,7 +8,8 @@
 
 namespace {
 
-/// A big triangle in the plane z = 0 below a camera 10 m away: depth is 10 - z of the surface.
+/// A large triangle in the plane z = 0 below a camera 10 m away: the depth is 10 minus the z of the
+/// surface.
 class Surface {
  public:
   Surface() {
@@ -26,7 +27,8 @@ class Surface {
     return writer.add_accessor(std::as_bytes(std::span(values)), 5126, type, count, more);
   }
 
-  /// attributes: more than the positions; mesh, node: more members, each starting with a comma.
+  /// attributes: in addition to the positions; mesh, node: additional members, each starting with a
+  /// comma.
   void place(const std::string& attributes, const std::string& primitive, const std::string& mesh,
              const std::string& node) {
     writer.add("meshes", R"({"primitives": [{"attributes": {"POSITION": )" +
@@ -36,7 +38,7 @@ class Surface {
     writer.add("nodes", R"({"camera": 0, "translation": [0, 0, 10]})");
   }
 
-  /// An animation of node 0 with one channel.
+  /// Adds an animation of node 0 with one channel.
   void animate(const char* path, const char* interpolation, int input, int output) {
     const std::string a = std::to_string(input);
     const std::string b = std::to_string(output);
@@ -46,7 +48,7 @@ class Surface {
                    R"(", "input": )" + a + R"(, "output": )" + b + "}]}");
   }
 
-  /// Height of the surface at the centre of the picture.
+  /// Returns the height of the surface at the centre of the image.
   static float height(const core::Bytes& glb, double time_seconds) {
     core::GltfOptions options;
     options.time_seconds = time_seconds;
@@ -62,9 +64,9 @@ class Surface {
   int position_ = 0;
 };
 
-constexpr float kTolerance = 2e-5F;  // ten times the rounding of 10 m
+constexpr float kTolerance = 2e-5F;  // ten times the rounding error at 10 m
 
-TEST(GltfGeometry, MorphTargetsAddTheirWeights) {
+TEST(GltfGeometry, MorphTargetsAddWeightedDisplacements) {
   Surface s;
   const float up[9] = {0, 0, 1, 0, 0, 1, 0, 0, 1};
   const float more[9] = {0, 0, 0.5F, 0, 0, 0.5F, 0, 0, 0.5F};
@@ -78,7 +80,7 @@ TEST(GltfGeometry, MorphTargetsAddTheirWeights) {
   EXPECT_NEAR(Surface::height(glb, 0), 2 * 1 - 1 * 0.5F, kTolerance);
 }
 
-TEST(GltfGeometry, WeightsAreAnimated) {
+TEST(GltfGeometry, AnimatesMorphWeights) {
   Surface s;
   const float up[9] = {0, 0, 1, 0, 0, 1, 0, 0, 1};
   const std::string a =
@@ -90,10 +92,10 @@ TEST(GltfGeometry, WeightsAreAnimated) {
             s.floats(weights, "SCALAR", 2));
   const core::Bytes glb = s.writer.finish();
   EXPECT_NEAR(Surface::height(glb, 1.5), 0.5F, kTolerance);
-  EXPECT_NEAR(Surface::height(glb, 9), 2, kTolerance);  // the last key holds
+  EXPECT_NEAR(Surface::height(glb, 9), 2, kTolerance);  // the last key is held
 }
 
-TEST(GltfGeometry, StepLinearAndCubicSplineMove) {
+TEST(GltfGeometry, InterpolatesStepLinearAndCubicSpline) {
   struct Case {
     const char* interpolation;
     float at_half;
@@ -116,9 +118,9 @@ TEST(GltfGeometry, StepLinearAndCubicSplineMove) {
   }
 }
 
-TEST(GltfGeometry, RotationsAreInterpolatedOnTheSphere) {
-  // A turn by 90 degrees about y in one second is one of 30 degrees after a third: then the plane
-  // through the origin has z = -x tan(30 degrees).
+TEST(GltfGeometry, InterpolatesRotationsSpherically) {
+  // A rotation by 90 degrees about y in one second has reached 30 degrees after a third: then the
+  // plane through the origin has z = -x tan(30 degrees).
   Surface s;
   s.place("", "", "", "");
   const float times[2] = {0, 1};
@@ -136,11 +138,11 @@ TEST(GltfGeometry, RotationsAreInterpolatedOnTheSphere) {
   EXPECT_NEAR(10 - test_support::depth_at(picture, 0, 0), -0.5F * 0.57735027F, kTolerance);
 }
 
-TEST(GltfGeometry, SkinsFollowTheirJointsAndNotTheNode) {
+TEST(GltfGeometry, SkinsFollowTheirJointsNotTheirNode) {
   Surface s;
   const std::uint8_t joints[12] = {0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0};
   const float weights[12] = {0.25F, 0.75F, 0, 0, 0.25F, 0.75F, 0, 0, 0.25F, 0.75F, 0, 0};
-  // Inverse bind matrices that move by -1 and -2 along z.
+  // Inverse bind matrices that translate by -1 and -2 along z.
   const float inverse_bind[32] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -1, 1,
                                   1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -2, 1};
   const std::string j =
@@ -152,11 +154,11 @@ TEST(GltfGeometry, SkinsFollowTheirJointsAndNotTheNode) {
   s.writer.add("nodes", R"({"translation": [0, 0, 3]})");
   s.writer.add("nodes", R"({"translation": [0, 0, 6]})");
   s.writer.add("skins", R"({"joints": [2, 3], "inverseBindMatrices": )" + m + "}");
-  // 0.25 (3 - 1) + 0.75 (6 - 2); the skinned node's own 5 m do not count.
+  // 0.25 (3 - 1) + 0.75 (6 - 2); the 5 m of the skinned node are ignored.
   EXPECT_NEAR(Surface::height(s.writer.finish(), 0), 0.25F * 2 + 0.75F * 4, kTolerance);
 }
 
-TEST(GltfGeometry, GpuInstancesStandWhereTheirAttributesSay) {
+TEST(GltfGeometry, PlacesGpuInstancesByTheirAttributes) {
   Surface s;
   s.writer.use_extension("EXT_mesh_gpu_instancing");
   const float places[6] = {0, 0, 1, 0, 0, 2};

@@ -1,5 +1,5 @@
-// Transmission and volume of glTF: shares that pass and colours that are absorbed. The false alarm
-// rate of each z-test is that of 4.5 standard deviations, 7e-6.
+// Transmission and volume in glTF: transmitted fractions and absorbed colours. The false alarm rate
+// of each z-test is that of 4.5 standard deviations, 7e-6.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,9 +38,9 @@ void expect_mean(const Picture& picture, const double (&expected)[3], const char
   }
 }
 
-TEST(GltfGlass, AThinPaneShowsACheckerBehindItInItsColour) {
-  // Unlit squares behind a thin pane: base colour * (1 - 0.04), in its place, and the black sky's
-  // reflection.
+TEST(GltfGlass, AThinPaneTintsACheckerboardBehindIt) {
+  // Unlit squares behind a thin pane: base colour * (1 - 0.04), undistorted, plus the reflection of
+  // the black sky.
   core::MaterialDescription pane = glass(1.5F, 0);
   pane.base_color = {0.9F, 0.5F, 0.25F};
   core::SceneDescription scene = test_support::stage(pane);
@@ -58,13 +58,13 @@ TEST(GltfGlass, AThinPaneShowsACheckerBehindItInItsColour) {
     const bool white = i == 0 || i == 3;
     for (int c = 0; c < 3; ++c) {
       const auto expected = white ? 0.96F * pane.base_color[c] : 0.0F;
-      // The lobe is a Bernoulli variable with p near 0.95: 4.5 standard deviations of 4096 throws.
+      // The lobe is a Bernoulli variable with p near 0.95: 4.5 standard deviations of 4096 trials.
       EXPECT_NEAR(seen[c], expected, 4.5F * 0.25F / 64) << i << " " << c;
     }
   }
 }
 
-/// A white floor of 2 m under a window 1 m above it, an eye in between, light from above.
+/// A white floor of 2 m under a window 1 m above it, a camera between them, light from above.
 core::SceneDescription under_window(const core::MaterialDescription& window) {
   core::SceneDescription scene = test_support::stage(test_support::lambert({1, 1, 1}));
   scene.materials.push_back(window);
@@ -77,7 +77,7 @@ core::SceneDescription under_window(const core::MaterialDescription& window) {
   return scene;
 }
 
-TEST(GltfGlass, SunAndEmittersShineThroughClearWindows) {
+TEST(GltfGlass, ClearWindowsTransmitSunAndEmitters) {
   core::MaterialDescription window = glass(1.5F, 0);
   window.base_color = {1, 0.5F, 0.25F};
   for (const double theta : {0.0, 60.0}) {
@@ -85,7 +85,7 @@ TEST(GltfGlass, SunAndEmittersShineThroughClearWindows) {
     const Vec3 wi = test_support::towards(theta);
     scene.lights.push_back(test_support::sun(wi, {1, 1, 1}));
     const double cosine = static_cast<double>(wi.z);
-    const double share = 1 - (0.04 + 0.96 * std::pow(1 - cosine, 5));  // Schlick, as glTF has it
+    const double share = 1 - (0.04 + 0.96 * std::pow(1 - cosine, 5));  // Schlick, as in glTF
     const Rgb sun = pixel(test_support::shoot_glb(scene, {}), 4, 4);
     for (int c = 0; c < 3; ++c) {
       const double expected = static_cast<double>(window.base_color[c]) * share * cosine / kPi;
@@ -103,9 +103,9 @@ TEST(GltfGlass, SunAndEmittersShineThroughClearWindows) {
               0.5 * 0.96 / kPi, 1e-5);
 }
 
-TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
-  // The same room by BSDF sampling alone, light sampling alone and both: under a sky of 1 the floor
-  // has albedo 1 times what the window lets through of the hemisphere, 2 * integral of T(mu) mu
+TEST(GltfGlass, EveryStrategyCountsLightThroughAWindowOnce) {
+  // The same room with BSDF sampling, light sampling and both. Under a sky of 1 the floor has
+  // albedo 1 times the transmittance of the window over the hemisphere, 2 * integral of T(mu) mu
   // dmu.
   const core::SceneDescription scene = under_window(glass(1.5F, 0));
   double expected = 0;
@@ -121,7 +121,7 @@ TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
       view.settings.max_depth = 1;
       view.settings.estimator.strategy = strategy;
       const Picture picture = test_support::render(view, 2048);
-      // The window ends 50 m away: 1/2500 of the hemisphere passes beside it, at grazing angles.
+      // The window ends 50 m away: 1/2500 of the hemisphere passes outside it, at grazing angles.
       const double z = std::fabs(static_cast<double>(picture.mean().g) - expected) /
                        (static_cast<double>(picture.standard_error().g) + 1e-4);
       EXPECT_EQ(z > kSigmas, doubled)
@@ -130,7 +130,7 @@ TEST(GltfGlass, LightThroughAWindowIsCountedOnceByEveryStrategy) {
   }
 }
 
-/// Two faces, 1 m apart: a slab that the camera meets head on.
+/// Two faces, 1 m apart: a slab at normal incidence.
 core::SceneDescription slab(const core::MaterialDescription& m) {
   core::SceneDescription scene = test_support::stage(m);
   core::PrimitiveDescription top = test_support::patch(0.5F);
@@ -146,8 +146,8 @@ core::SceneDescription slab(const core::MaterialDescription& m) {
   return scene;
 }
 
-TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
-  // KHR_materials_volume: what is left after d metres is attenuationColor^(d /
+TEST(GltfGlass, AVolumeAbsorbsByItsAttenuationColorAndDistance) {
+  // KHR_materials_volume: the transmittance after d metres is attenuationColor^(d /
   // attenuationDistance).
   core::MaterialDescription m = glass(1, 1);
   m.attenuation_color = {0.5F, 0.25F, static_cast<float>(std::exp(-1.0))};
@@ -156,7 +156,8 @@ TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
       test_support::shoot_glb(slab(m), {.depth = 8, .sky = test_support::constant_sky({1, 1, 1})});
   const double clear[3] = {0.25, 0.0625, std::exp(-2.0)};
   expect_mean(picture, clear, "matched index");
-  // Of index 1.5: R + (1 - R)^2 (a + R a^2) / (1 - R^2 a^2) with a for one way through.
+  // With index 1.5: R + (1 - R)^2 (a + R a^2) / (1 - R^2 a^2), where a is the transmittance of one
+  // pass.
   m.ior = 1.5F;
   picture = test_support::shoot_glb(
       slab(m), {.samples = 1024, .depth = 32, .sky = test_support::constant_sky({1, 1, 1})});
@@ -169,8 +170,8 @@ TEST(GltfGlass, AVolumeAbsorbsByItsColourAtItsDistance) {
   expect_mean(picture, expected, "index 1.5");
 }
 
-/// A unlit white wall behind the slab, and black sky: what passes, 2 faces with every reflection
-/// between them.
+/// An unlit white wall behind the slab, and a black sky: the transmitted light, with all
+/// reflections between the 2 faces.
 Rgb passed(const core::MaterialDescription& m) {
   core::SceneDescription scene = slab(m);
   core::MaterialDescription wall;
@@ -184,10 +185,10 @@ Rgb passed(const core::MaterialDescription& m) {
   return test_support::shoot_glb(scene, {.samples = 4096, .depth = 32}).mean();
 }
 
-TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
+TEST(GltfGlass, SpecularFactorAndColorChangeTheReflectanceOfSolids) {
   // KHR_materials_specular: F0 = min(0.04 * colour, 1) * factor at normal incidence, at both faces;
-  // what passes loses the greatest channel. Reflection of the white sky by the slab: F + T^2 F / (1
-  // - F^2).
+  // transmission is reduced by the largest channel. Reflection of the white sky by the slab: F +
+  // T^2 F / (1 - F^2).
   core::MaterialDescription m = glass(1.5F, 1);
   m.specular = 0.5F;
   m.specular_color = {4, 2, 0};
@@ -195,17 +196,17 @@ TEST(GltfGlass, SpecularFactorAndColourChangeWhatASolidReflects) {
   const double t = 1 - f[0];
   const Rgb through = passed(m);
   for (int c = 0; c < 3; ++c) {
-    // The walk through the faces is random: 4.5 standard deviations of 64 x 4096 walks
-    // with p near 0.85.
+    // The random walk between the faces: 4.5 standard deviations of 64 x 4096 walks with p near
+    // 0.85.
     EXPECT_NEAR(static_cast<double>(through[c]), t * t / (1 - f[c] * f[c]), 4.5 * 0.36 / 512) << c;
   }
   const double plain = 0.96 * 0.96 / (1 - 0.04 * 0.04);
   EXPECT_NEAR(static_cast<double>(passed(glass(1.5F, 1)).g), plain, 4.5 * 0.27 / 512);
-  EXPECT_GT(plain - t * t / (1 - f[1] * f[1]), 0.05);  // the fault that the test would see
+  EXPECT_GT(plain - t * t / (1 - f[1] * f[1]), 0.05);  // the fault that the test would detect
 }
 
-TEST(GltfGlass, SolidsWearThinFilms) {
-  // KHR_materials_iridescence over a volume: the film's reflectance instead of Fresnel's, from both
+TEST(GltfGlass, SolidsSupportThinFilms) {
+  // KHR_materials_iridescence over a volume: the film's reflectance replaces Fresnel's, from both
   // sides.
   core::MaterialDescription m = glass(1.5F, 1);
   m.iridescence = 1;
@@ -223,7 +224,7 @@ TEST(GltfGlass, SolidsWearThinFilms) {
   }
 }
 
-TEST(GltfGlass, SunlightPassesAVolumeOfMatchedIndexWithAbsorption) {
+TEST(GltfGlass, AbsorbsSunlightInAVolumeOfMatchedIndex) {
   core::MaterialDescription m = glass(1, 1);
   m.attenuation_color = {0.5F, 0.25F, 0.125F};
   m.attenuation_distance = 1;

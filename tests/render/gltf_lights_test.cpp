@@ -1,5 +1,5 @@
-// KHR_lights_punctual, cameras, alpha: what arrives, and what is covered. Nothing here is noisy but
-// BLEND seen by the camera.
+// KHR_lights_punctual, cameras and alpha: incident light, and coverage. Nothing here is noisy
+// except BLEND seen by the camera.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ using test_support::pixel;
 
 constexpr double kPi = 3.14159265358979323846;
 
-TEST(GltfLights, DirectionalPointAndRangeFollowTheFormulas) {
+TEST(GltfLights, DirectionalLightsPointLightsAndRangesFollowTheFormulas) {
   const double albedo = 0.6;
   core::SceneDescription scene = test_support::stage(test_support::lambert(Rgb(0.6F)));
   scene.lights.push_back(test_support::sun(test_support::towards(40, 70), {2, 1, 0.5F}));
@@ -32,7 +32,7 @@ TEST(GltfLights, DirectionalPointAndRangeFollowTheFormulas) {
     point.range_m = static_cast<float>(range);
     point.to_world.t = {0, 0, 2};
     scene.lights = {point};
-    // One pixel in the middle, so small that the distance is 2 m within 1e-5.
+    // One pixel in the centre, so small that the distance is 2 m within 1e-5.
     scene.cameras = {test_support::front_camera(0.002F)};
     seen = pixel(test_support::shoot_glb(scene, {}), 4, 4);
     const double window = range > 0 ? std::clamp(1 - std::pow(2 / range, 4), 0.0, 1.0) : 1;
@@ -40,7 +40,7 @@ TEST(GltfLights, DirectionalPointAndRangeFollowTheFormulas) {
   }
 }
 
-TEST(GltfLights, ASpotFadesBetweenItsCones) {
+TEST(GltfLights, SpotFadesBetweenItsCones) {
   const double inner = 0.2;
   const double outer = 0.6;
   core::SceneDescription scene = test_support::stage(test_support::lambert({1, 1, 1}));
@@ -64,7 +64,7 @@ TEST(GltfLights, ASpotFadesBetweenItsCones) {
   }
 }
 
-TEST(GltfCameras, MagnificationIsHalfTheHeightAndYfovTheWholeAngle) {
+TEST(GltfCameras, MagnificationIsHalfTheHeightAndYfovTheFullAngle) {
   core::MaterialDescription m;
   m.unlit = true;
   core::SceneDescription scene = test_support::stage(m);
@@ -89,7 +89,7 @@ TEST(GltfCameras, MagnificationIsHalfTheHeightAndYfovTheWholeAngle) {
   EXPECT_NEAR(covered(), 10 * 10, 1e-3F);
 }
 
-/// A veil over the patch, higher by 0.5 m: unlit, alpha 0 to 1 from left to right.
+/// A veil 0.5 m above the patch: unlit, alpha 0 to 1 from left to right.
 core::SceneDescription veiled(core::AlphaMode mode, float cutoff) {
   core::SceneDescription scene = test_support::stage(test_support::lambert({1, 1, 1}));
   core::MaterialDescription veil;
@@ -106,14 +106,14 @@ core::SceneDescription veiled(core::AlphaMode mode, float cutoff) {
   return scene;
 }
 
-TEST(GltfAlpha, HolesLetLightThroughByOneMinusAlpha) {
-  // The camera looks at the floor from below the veil; the sun shines through it. A blended veil
-  // weighs the light by its expected value, so the floor shows 1 - alpha without noise.
+TEST(GltfAlpha, HolesTransmitOneMinusAlpha) {
+  // The camera views the floor from below the veil; the sun shines through it. A blended veil
+  // attenuates the light by its transmittance, so the floor shows 1 - alpha without noise.
   for (const bool blend : {false, true}) {
     core::SceneDescription scene =
         veiled(blend ? core::AlphaMode::kBlend : core::AlphaMode::kMask, 0.5F);
     scene.materials[1].base_color_texture.nearest = true;
-    scene.materials[1].unlit = false;  // an unlit veil would shine on the floor
+    scene.materials[1].unlit = false;  // an unlit veil would illuminate the floor
     scene.meshes[0].primitives.push_back(test_support::patch(0.5F, 1));
     scene.cameras[0].to_world.t = {0, 0, 0.25F};
     scene.lights.push_back(test_support::sun({0, 0, 1}, {1, 1, 1}));
@@ -126,8 +126,8 @@ TEST(GltfAlpha, HolesLetLightThroughByOneMinusAlpha) {
   }
 }
 
-TEST(GltfAlpha, CoverageIsAlphaAtBlendAndAStepAtMask) {
-  for (const float cutoff : {0.0F, 0.3F, 1.1F, -1.0F}) {  // the last: BLEND
+TEST(GltfAlpha, CoverageIsAlphaForBlendAndAStepForMask) {
+  for (const float cutoff : {0.0F, 0.3F, 1.1F, -1.0F}) {  // the last one: BLEND
     const bool blend = cutoff < 0;
     core::SceneDescription scene =
         veiled(blend ? core::AlphaMode::kBlend : core::AlphaMode::kMask, cutoff);
@@ -141,15 +141,15 @@ TEST(GltfAlpha, CoverageIsAlphaAtBlendAndAStepAtMask) {
       }
       const double alpha = (32 * x + 16) / 255.0;
       const double expected = blend ? alpha : (alpha >= static_cast<double>(cutoff) ? 1 : 0);
-      // 2048 Bernoulli trials: 5 standard deviations at most, a false alarm once in 10^5 runs of
-      // the test.
+      // 2048 Bernoulli trials: at most 5 standard deviations, one false alarm in 10^5 runs of the
+      // test.
       EXPECT_NEAR(mean, expected, 5 * std::sqrt(expected * (1 - expected) / 2048) + 1e-6)
           << x << " " << cutoff;
     }
   }
 }
 
-TEST(GltfAlpha, BlendedLayersCompositeByDepthNotByOrderInTheFile) {
+TEST(GltfAlpha, BlendedLayersCompositeByDepthNotByFileOrder) {
   const auto layer = [](Rgb color, float alpha) {
     core::MaterialDescription m;
     m.unlit = true;
@@ -171,16 +171,16 @@ TEST(GltfAlpha, BlendedLayersCompositeByDepthNotByOrderInTheFile) {
     const Picture picture = test_support::shoot_glb(scene, {.samples = 256});
     const Rgb mean = picture.mean();
     for (int c = 0; c < 3; ++c) {
-      // 16384 throws: 5 standard deviations.
+      // 16384 trials: 5 standard deviations.
       EXPECT_NEAR(static_cast<double>(mean[c]), expected[c],
                   5 * std::sqrt(expected[c] * (1 - expected[c]) / 16384));
     }
   }
 }
 
-TEST(GltfAlpha, FarAwayColourIsNotMixedWithWhatStandsBehindHoles) {
-  // Green where alpha is 1, black where it is 0, in stripes of one texel; the whole texture falls
-  // on one pixel. Covered samples must all be green.
+TEST(GltfAlpha, ColorBehindHolesDoesNotBleedInMinifiedTextures) {
+  // Green where alpha is 1, black where it is 0, in stripes of one texel; the whole texture
+  // projects to one pixel. Covered samples must all be green.
   core::MaterialDescription m;
   m.unlit = true;
   m.alpha_mode = core::AlphaMode::kMask;
@@ -192,7 +192,7 @@ TEST(GltfAlpha, FarAwayColourIsNotMixedWithWhatStandsBehindHoles) {
     texels.insert(texels.end(), {0, i % 2 * 255, 0, i % 2 * 255});
   }
   test_support::add_image(scene, 64, 64, 4, texels);
-  // The GLB writer would lose what stands behind alpha 0; so this one goes straight to the
+  // The GLB writer would lose the colour where alpha is 0, so this scene goes straight to the
   // renderer.
   const Picture picture = test_support::shoot(scene, {.width = 1, .height = 1, .samples = 1024});
   EXPECT_NEAR(pixel(picture, 0, 0).g, 0.5F, 5 * 0.5F / 32);

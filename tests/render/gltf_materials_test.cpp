@@ -1,5 +1,5 @@
 // Opaque materials of glTF against the formulas of appendix B and of the KHR extensions, under one
-// sun: a radiance without noise is f(wo, wi) * lux * cos.
+// sun: the radiance is f(wo, wi) * lux * cos, without noise.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -28,8 +28,8 @@ Wide wide(Vec3 v) {
 
 double schlick(double f0, double cos_vh) { return f0 + (1 - f0) * std::pow(1 - cos_vh, 5); }
 
-/// D * V of appendix B.3.2, seen along the normal; widths along x and y as KHR_materials_anisotropy
-/// has them.
+/// D * V of appendix B.3.2, viewed along the normal; widths along x and y as in
+/// KHR_materials_anisotropy.
 double specular_along_normal(Wide wi, double alpha_x, double alpha_y) {
   const double length = std::sqrt(wi.x * wi.x + wi.y * wi.y + (wi.z + 1) * (wi.z + 1));
   const Wide h = {wi.x / length, wi.y / length, (wi.z + 1) / length};
@@ -37,7 +37,7 @@ double specular_along_normal(Wide wi, double alpha_x, double alpha_y) {
   const double d = 1 / (kPi * alpha_x * alpha_y * k * k);
   const double root =
       std::sqrt(alpha_x * alpha_x * wi.x * wi.x + alpha_y * alpha_y * wi.y * wi.y + wi.z * wi.z);
-  return d * 0.5 / (root + wi.z);  // V with the viewer at n: its own root is 1
+  return d * 0.5 / (root + wi.z);  // the viewer's root in V is 1 for a viewer at n
 }
 double half_cos(Wide wi) { return std::sqrt((1 + wi.z) / 2); }  // between wo = n and h
 
@@ -47,10 +47,10 @@ float lit(const core::MaterialDescription& m, Vec3 wi, int channel = 0) {
   return pixel(test_support::shoot_glb(scene, {}), 4, 4)[channel];
 }
 
-TEST(GltfMaterials, MetalIsGgxWithSchlicksFresnelInTheBaseColour) {
-  // The specification has single scattering. More bounces add at most (1 - E(wo)) (1 - E(wi)) / (1
-  // - E_avg) of a Lambertian, times the colour; E by truth 3 for alpha = 0.25: 0.9158 along the
-  // normal.
+TEST(GltfMaterials, MetalIsGgxWithSchlickFresnelInTheBaseColor) {
+  // The specification has single scattering. Multiple scattering adds at most (1 - E(wo)) (1 -
+  // E(wi)) / (1 - E_avg) of a Lambertian, times the colour; E by truth 3 for alpha = 0.25: 0.9158
+  // along the normal.
   core::MaterialDescription m;
   m.base_color = {0.9F, 0.5F, 0.2F};
   m.roughness = 0.5F;
@@ -79,8 +79,8 @@ TEST(GltfMaterials, DielectricIsFourPercentOverItsDiffuseBase) {
     const double f = schlick(0.04, half_cos(wide(wi)));
     const double specular = f * specular_along_normal(wide(wi), 0.36, 0.36);
     for (int c = 0; c < 3; ++c) {
-      // fresnel_mix; the coupling by albedos, which conserves energy, differs from it by up to 6 %
-      // of the base.
+      // fresnel_mix; the energy-conserving coupling by albedos differs from it by up to 6 % of the
+      // base.
       const double expected = (specular + (1 - f) * static_cast<double>(m.base_color[c]) / kPi) *
                               static_cast<double>(wi.z);
       EXPECT_NEAR(static_cast<double>(lit(m, wi, c)), expected, 0.06 * expected + 3e-4)
@@ -89,9 +89,9 @@ TEST(GltfMaterials, DielectricIsFourPercentOverItsDiffuseBase) {
   }
 }
 
-TEST(GltfMaterials, SpecularColourDimsTheBaseByItsGreatestChannel) {
-  // KHR_materials_specular: the base keeps its hue under a red highlight, off which the view is
-  // here.
+TEST(GltfMaterials, SpecularColorReducesTheBaseByItsLargestChannel) {
+  // KHR_materials_specular: the base keeps its hue under a red highlight; the view is outside the
+  // highlight.
   core::MaterialDescription m;
   m.metallic = 0;
   m.roughness = 0.2F;
@@ -102,10 +102,10 @@ TEST(GltfMaterials, SpecularColourDimsTheBaseByItsGreatestChannel) {
   const double expected =
       (1 - schlick(0.5, half_cos(wide(wi)))) * 0.6 / kPi * static_cast<double>(wi.z);
   EXPECT_NEAR(static_cast<double>(lit(m, wi, 1)), expected,
-              0.06 * expected);  // twice that with its own channel
+              0.06 * expected);  // twice that if each channel used its own value
 }
 
-TEST(GltfMaterials, SpecularFactorZeroLeavesALambertian) {
+TEST(GltfMaterials, SpecularFactorZeroIsLambertian) {
   core::MaterialDescription m;
   m.metallic = 0;
   m.specular = 0;
@@ -114,12 +114,13 @@ TEST(GltfMaterials, SpecularFactorZeroLeavesALambertian) {
 }
 
 TEST(GltfMaterials, AnisotropyStretchesHighlightsAlongItsDirection) {
-  // alpha_t = mix(alpha, 1, strength^2) along the tangent turned counter-clockwise by the rotation.
+  // alpha_t = mix(alpha, 1, strength^2) along the tangent, rotated counter-clockwise by the
+  // rotation.
   const double roughness = 0.4;
   const double strength = 0.7;
   const double rotation = 0.5;
   core::MaterialDescription m;
-  m.base_color = {0.05F, 0.05F, 0.05F};  // so dark that more bounces between facets do not count
+  m.base_color = {0.05F, 0.05F, 0.05F};  // so dark that multiple scattering is negligible
   m.roughness = 0.4F;
   m.anisotropy = 0.7F;
   m.anisotropy_rotation_rad = 0.5F;
@@ -136,8 +137,8 @@ TEST(GltfMaterials, AnisotropyStretchesHighlightsAlongItsDirection) {
   }
 }
 
-TEST(GltfMaterials, TheAnisotropyTextureTurnsItToo) {
-  // Red and green 128, 255: direction +y of the tangent frame; blue 255: full strength.
+TEST(GltfMaterials, AnisotropyTextureRotatesTheDirection) {
+  // Red and green 128, 255: direction +y in the tangent frame; blue 255: full strength.
   core::MaterialDescription m;
   m.roughness = 0.3F;
   m.anisotropy = 0.8F;
@@ -152,9 +153,9 @@ TEST(GltfMaterials, TheAnisotropyTextureTurnsItToo) {
   EXPECT_GT(shown(90), 10 * shown(0));
 }
 
-TEST(GltfMaterials, ClearcoatAddsItsFourPercentAboveTheGeometricNormal) {
-  // Black below: what is left is the coat, GGX with f0 = 0.04, which the base's normal map does not
-  // turn.
+TEST(GltfMaterials, ClearcoatAddsFourPercentAboveTheGeometricNormal) {
+  // The base is black, so only the coat is visible: GGX with f0 = 0.04, unaffected by the normal
+  // map of the base.
   core::MaterialDescription m = test_support::lambert({0, 0, 0});
   m.clearcoat = 0.8F;
   m.clearcoat_roughness = 0.5F;
@@ -169,7 +170,7 @@ TEST(GltfMaterials, ClearcoatAddsItsFourPercentAboveTheGeometricNormal) {
               0.01 * expected);
 }
 
-TEST(GltfMaterials, ClearcoatHasANormalMapOfItsOwn) {
+TEST(GltfMaterials, ClearcoatUsesItsNormalMap) {
   core::MaterialDescription m = test_support::lambert({0, 0, 0});
   m.clearcoat = 1;
   m.clearcoat_roughness = 0.3F;
@@ -181,7 +182,7 @@ TEST(GltfMaterials, ClearcoatHasANormalMapOfItsOwn) {
     with.lights.push_back(test_support::sun(towards(theta), {1, 1, 1}));
     return pixel(test_support::shoot_glb(with, {}), 4, 4).r;
   };
-  // The mirror image of the viewer stands at twice the tilt.
+  // The mirror direction of the viewer is at twice the tilt.
   EXPECT_GT(shown(41), 20 * shown(-41));
   EXPECT_GT(shown(41), 2 * shown(15));
 }
@@ -209,7 +210,7 @@ double charlie(Wide wi, double cos_view, double roughness) {
   return d / ((1 + lambda(cos_view) + lambda(wi.z)) * 4 * cos_view * wi.z);
 }
 
-TEST(GltfMaterials, SheenIsCharliesFuzzOverADimmedBase) {
+TEST(GltfMaterials, SheenIsCharlieOverAReducedBase) {
   for (const double roughness : {0.3, 0.7, 1.0}) {
     core::MaterialDescription m = test_support::lambert({0, 0, 0});
     m.sheen_color = {1, 0.5F, 0.25F};
@@ -266,9 +267,9 @@ TEST(GltfMaterials, IridescenceFactorOrThicknessZeroIsNoFilm) {
   }
 }
 
-TEST(GltfMaterials, AThinFilmShowsTheColoursOfAirysSum) {
-  // Truth 14 exactly for one wavelength; then the colour formula of the extension, which sums
-  // gaussians, against Airy's sum under CIE matching functions (Wyman, Sloan and Shirley 2013):
+TEST(GltfMaterials, ThinFilmShowsTheColorsOfTheAirySum) {
+  // Truth 14 exactly for one wavelength; then the colour formula of the extension, a sum of
+  // Gaussians, against the Airy sum under CIE matching functions (Wyman, Sloan and Shirley 2013):
   // within a twentieth of its range.
   const double quarter = 550 / (4 * 1.38);
   EXPECT_NEAR(core::airy_reflectance(1, 1, 1.38, 1.52, quarter, 550), 0.0126, 1e-4);
@@ -294,7 +295,7 @@ TEST(GltfMaterials, AThinFilmShowsTheColoursOfAirysSum) {
   }
 }
 
-TEST(GltfMaterials, DiffuseTransmissionSendsItsShareThrough) {
+TEST(GltfMaterials, DiffuseTransmissionTransmitsItsFactor) {
   core::MaterialDescription m = test_support::lambert({0.8F, 0.8F, 0.8F});
   m.diffuse_transmission = 0.3F;
   m.diffuse_transmission_color = {1, 0.5F, 0.2F};
@@ -330,7 +331,7 @@ TEST(GltfMaterials, UnlitIgnoresLight) {
 }
 
 TEST(GltfMaterials, IorZeroReflectsEverything) {
-  // KHR_materials_ior: 0 stands for an infinite index, Fresnel 1: the base is never reached.
+  // KHR_materials_ior: 0 means an infinite index, so Fresnel is 1: no light reaches the base.
   core::MaterialDescription m;
   m.metallic = 0;
   m.roughness = 0;
@@ -367,7 +368,7 @@ core::Bytes raw_glb(const char* materials[], int count, const char* primitive_mo
   return writer.finish();
 }
 
-TEST(GltfMaterials, VariantsChooseTheMaterial) {
+TEST(GltfMaterials, VariantsSelectTheMaterial) {
   const char* materials[] = {R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},)"
                              R"( "extensions": {"KHR_materials_unlit": {}}})",
                              R"({"pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 1]},)"
@@ -389,7 +390,7 @@ TEST(GltfMaterials, VariantsChooseTheMaterial) {
   }
 }
 
-TEST(GltfMaterials, SpecularGlossinessHasItsOwnFresnelAndDiffuse) {
+TEST(GltfMaterials, SpecularGlossinessUsesItsOwnFresnelAndDiffuse) {
   const char* materials[] = {
       R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0.2, 0, 1],
           "specularFactor": [0.6, 0.3, 0.1], "glossinessFactor": 1}}})"};
@@ -399,7 +400,7 @@ TEST(GltfMaterials, SpecularGlossinessHasItsOwnFresnelAndDiffuse) {
   const auto sky = test_support::constant_sky({1, 1, 1});
   const Rgb seen = test_support::shoot(scene, {.samples = 4096, .sky = sky}).mean();
   // At normal incidence: specular + diffuse * (1 - max(specular)); the coupling of the base by
-  // albedos moves the second term by a few percent.
+  // albedos changes the second term by a few percent.
   const double diffuse[3] = {0.5, 0.2, 0};
   const double specular[3] = {0.6, 0.3, 0.1};
   for (int c = 0; c < 3; ++c) {

@@ -80,7 +80,7 @@ Picture shoot(core::SceneDescription scene, const Shot& shot) {
   view.settings.film.depth = shot.depth_layer;
   view.settings.spectral = shot.spectral;
   view.settings.estimator.roulette =
-      core::RouletteType::kNone;  // no randomness but that of the feature
+      core::RouletteType::kNone;  // only the tested feature is random
   return render(view, shot.samples);
 }
 

@@ -1,5 +1,5 @@
-// Shading normals: coarse round things lit from the side, and what stays lossless and the same for
-// all strategies. The false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
+// Shading normals: coarse smooth-shaded meshes lit from the side stay lossless, and all strategies
+// agree. The false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -27,11 +27,11 @@ core::SceneDescription ball(int stacks, const core::MaterialDescription& materia
 struct Terminator {
   double error = 0;  ///< mean absolute difference from a perfect ball
   double darkest =
-      1;  ///< least radiance over that of the perfect ball, where its cosine is above 0.25
-  double leak = 0;  ///< greatest radiance where the perfect ball's cosine is below -0.05
+      1;  ///< minimum ratio to the radiance of the perfect ball, where its cosine is above 0.25
+  double leak = 0;  ///< maximum radiance where the perfect ball's cosine is below -0.05
 };
 
-/// flat: without its normals.
+/// flat: without the smooth normals.
 Terminator lit_from_the_side(int stacks, bool flat) {
   constexpr int kSide = 48;
   core::SceneDescription scene = ball(stacks, test_support::lambert({1, 1, 1}));
@@ -49,7 +49,7 @@ Terminator lit_from_the_side(int stacks, bool flat) {
       const double px = (x + 0.5) / kSide * 2 - 1;
       const double py = 1 - (y + 0.5) / kSide * 2;
       if (px * px + py * py > 0.85 * 0.85) {
-        continue;  // the outline is that of the facets
+        continue;  // the silhouette is that of the facets
       }
       const double pz = std::sqrt(1 - px * px - py * py);
       const double cosine = px * static_cast<double>(wi.x) + py * static_cast<double>(wi.y) +
@@ -69,21 +69,21 @@ Terminator lit_from_the_side(int stacks, bool flat) {
   return out;
 }
 
-TEST(GltfTerminator, ACoarseBallIsShadedLikeARoundOne) {
-  // 8 stacks: facets of 22.5 degrees. Their own horizons would cut the light where the cosine is
-  // below sin(11 degrees) of a corner, 0.2 and more along a diagonal; interpolated normals of a
+TEST(GltfTerminator, CoarseBallIsShadedLikeASphere) {
+  // 8 stacks: facets of 22.5 degrees. Their horizons would cut off the light where the cosine is
+  // below sin(11 degrees) at a corner, 0.2 and more along a diagonal; interpolated normals of a
   // chord are right within 1 %.
   const Terminator round = lit_from_the_side(8, false);
   EXPECT_LT(round.error, 0.012);
   EXPECT_GT(round.darkest, 0.9);
   EXPECT_LT(round.leak, 0.02);
-  const Terminator facets = lit_from_the_side(8, true);  // the twin that must fail
+  const Terminator facets = lit_from_the_side(8, true);  // the planted fault, which must fail
   EXPECT_GT(facets.error, 0.03);
   EXPECT_LT(facets.darkest, 0.8);
 }
 
-TEST(GltfTerminator, LosslessBallsWithShadingNormalsCannotBeSeen) {
-  // Coarse normals, and on top of them a normal map that tilts by 40 degrees.
+TEST(GltfTerminator, LosslessBallsWithShadingNormalsAreInvisible) {
+  // Coarse normals, and also with a normal map that tilts by 40 degrees.
   for (const bool mapped : {false, true}) {
     for (const float metallic : {0.0F, 1.0F}) {
       core::MaterialDescription m =
@@ -119,8 +119,8 @@ TEST(GltfTerminator, LosslessBallsWithShadingNormalsCannotBeSeen) {
 }
 
 TEST(GltfTerminator, StrategiesAgreeOnShadingNormals) {
-  // A small coarse ball beside an emitter of its size: light sampling, BSDF sampling and both see
-  // one picture.
+  // A small coarse ball next to an emitter of its size: light sampling, BSDF sampling and both
+  // render one image.
   core::SceneDescription scene = ball(6, test_support::lambert({0.8F, 0.8F, 0.8F}));
   scene.materials.push_back(test_support::emitter({5, 5, 5}));
   scene.meshes[0].primitives.push_back(
@@ -145,9 +145,9 @@ TEST(GltfTerminator, StrategiesAgreeOnShadingNormals) {
   }
 }
 
-TEST(GltfSides, SingleSidedSurfacesAreThereFromBehindButShineToTheirFrontAlone) {
-  // Back faces are not culled, for the camera or for shadows: as path tracers show them. A sun
-  // behind a single-sided patch lights the side that the camera sees, its back.
+TEST(GltfSides, SingleSidedSurfacesAreVisibleFromBehindButEmitOnlyToTheFront) {
+  // Back faces are not culled, for camera and shadow rays: as in path tracers. A sun behind a
+  // single-sided patch lights the side that the camera sees, its back.
   core::SceneDescription scene = test_support::stage(test_support::lambert({0.5F, 0.5F, 0.5F}));
   auto& p = scene.meshes[0].primitives[0];
   p.indices = {0, 2, 1, 0, 3, 2};  // faces away
@@ -160,10 +160,10 @@ TEST(GltfSides, SingleSidedSurfacesAreThereFromBehindButShineToTheirFrontAlone) 
     return static_cast<double>(pixel(test_support::shoot_glb(with, {}), 4, 4).g);
   };
   EXPECT_NEAR(seen(0, false), 0.5 / kPi, 1e-5);
-  EXPECT_NEAR(seen(180, false), 0, 1e-6);  // its shadow falls on itself
+  EXPECT_NEAR(seen(180, false), 0, 1e-6);  // the surface shadows itself
   EXPECT_NEAR(seen(0, true), 0.5 / kPi + 3, 1e-4);
   // The emission, found by light sampling, by BSDF sampling and by both, reaches a floor in front
-  // and none behind.
+  // but none behind.
   for (const bool in_front : {false, true}) {
     for (const core::Strategy strategy :
          {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
@@ -187,14 +187,14 @@ TEST(GltfSides, SingleSidedSurfacesAreThereFromBehindButShineToTheirFrontAlone) 
   }
 }
 
-TEST(GltfUnlit, MirrorsShowItAndDiffuseSurfacesGetItsLightByEveryStrategy) {
+TEST(GltfUnlit, MirrorsReflectItAndItLightsDiffuseSurfacesByEveryStrategy) {
   core::MaterialDescription wall;
   wall.unlit = true;
   wall.base_color = {0.2F, 0.4F, 0.6F};
   core::MaterialDescription mirror;
   mirror.metallic = 1;
   mirror.roughness = 0;
-  // The wall is a unit square 1 m before the patch; the eye is between them.
+  // The wall is a unit square 1 m in front of the patch; the camera is between them.
   for (const bool shiny : {true, false}) {
     for (const core::Strategy strategy :
          {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {

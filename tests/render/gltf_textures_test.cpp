@@ -1,5 +1,5 @@
-// Textures as the glTF specification and KHR_texture_transform say: decoding, wrapping, transforms,
-// sets of coordinates, normal maps. Unlit patches show texels exactly; a lit one shows the normal.
+// Textures as specified by glTF and KHR_texture_transform: decoding, wrapping, transforms, texture
+// coordinate sets, normal maps. Unlit patches show texels exactly; a lit one shows the normal.
 #include <array>
 #include <cmath>
 
@@ -29,7 +29,7 @@ void expect_rgb(Rgb seen, Rgb expected, float tolerance, const std::string& what
 
 constexpr double kPi = 3.14159265358979323846;
 
-TEST(GltfTextures, ColoursAreSrgbAndDataIsLinear) {
+TEST(GltfTextures, DecodesColorsAsSrgbAndDataAsLinear) {
   core::MaterialDescription m = unlit();
   m.base_color_texture.image = 0;
   core::SceneDescription scene = test_support::stage(m);
@@ -39,7 +39,8 @@ TEST(GltfTextures, ColoursAreSrgbAndDataIsLinear) {
              {static_cast<float>(test_support::srgb_to_linear(128)),
               static_cast<float>(test_support::srgb_to_linear(10)), 1},
              1e-5F, "base colour");
-  // Roughness and metalness stay as stored: metal of 51/255 = 0.2 under a sun, specular layer off.
+  // Roughness and metalness are read as stored: metal of 51/255 = 0.2 under a sun, without the
+  // specular layer.
   core::MaterialDescription data = test_support::lambert({0.5F, 0.5F, 0.5F});
   data.metallic = 1;
   data.metallic_roughness_texture.image = 0;
@@ -48,7 +49,7 @@ TEST(GltfTextures, ColoursAreSrgbAndDataIsLinear) {
   lit.lights.push_back(test_support::sun(test_support::towards(80), {1, 1, 1}));
   const float diffuse = pixel(test_support::shoot_glb(lit, {}), 4, 4).r;
   const double expected = 0.8 * 0.5 / kPi * std::cos(80 * kPi / 180);
-  EXPECT_GT(diffuse, expected);         // plus what the rough metal part reflects:
+  EXPECT_GT(diffuse, expected);         // plus the reflection of the rough metal part:
   EXPECT_LT(diffuse, expected * 1.25);  // at most 0.2 of a Lambertian's albedo 0.5
 }
 
@@ -80,9 +81,9 @@ TEST(GltfTextures, WrapModesRepeatMirrorAndClamp) {
   }
 }
 
-TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
-  // KHR_texture_transform: uv' = offset + R(rotation) scale uv; a positive rotation turns the
-  // picture counter-clockwise, so +u of the surface reads towards -v (up) of the picture.
+TEST(GltfTextures, TransformScalesThenRotatesThenTranslates) {
+  // KHR_texture_transform: uv' = offset + R(rotation) scale uv; a positive rotation turns the image
+  // counter-clockwise, so +u of the surface reads towards -v (up) of the image.
   const double angle = 0.6;
   const std::array<double, 2> scale = {0.7, 0.4};
   const std::array<double, 2> offset = {0.1, 0.35};
@@ -92,8 +93,8 @@ TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
   const auto s = static_cast<float>(std::sin(angle));
   m.base_color_texture.uv_transform = {c * 0.7F, s * 0.4F, 0.1F, -s * 0.7F, c * 0.4F, 0.35F};
   core::SceneDescription scene = test_support::stage(m);
-  // A linear ramp: red grows with u, green with v; read between texel centres it is exactly linear,
-  // but for the sRGB curve, which the two ends of each channel pin down.
+  // A linear ramp: red grows with u, green with v. Between texel centres it is exactly linear,
+  // apart from the sRGB curve, which the two ends of each channel determine.
   test_support::add_image(scene, 2, 2, 3, {0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 255, 0});
   const Picture picture =
       test_support::shoot_glb(scene, {.width = 16, .height = 16, .samples = 64});
@@ -115,7 +116,7 @@ TEST(GltfTextures, TransformScalesThenRotatesThenMoves) {
   }
 }
 
-TEST(GltfTextures, TheSecondSetOfCoordinatesIsItsOwn) {
+TEST(GltfTextures, SecondTextureCoordinateSetIsIndependent) {
   core::MaterialDescription m = unlit();
   m.base_color_texture.image = 0;
   m.base_color_texture.nearest = true;
@@ -123,13 +124,13 @@ TEST(GltfTextures, TheSecondSetOfCoordinatesIsItsOwn) {
   core::SceneDescription scene = test_support::stage(m);
   test_support::add_image(scene, 2, 1, 3, {255, 0, 0, 0, 0, 255});
   auto& p = scene.meshes[0].primitives[0];
-  p.uv[1] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};  // turned: blue on the left
+  p.uv[1] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};  // rotated: blue on the left
   const Picture picture = test_support::shoot_glb(scene, {});
   expect_rgb(pixel(picture, 1, 4), {0, 0, 1}, 1e-5F, "left");
   expect_rgb(pixel(picture, 6, 4), {1, 0, 0}, 1e-5F, "right");
 }
 
-TEST(GltfTextures, VertexColoursMultiplyTheFactorLinearly) {
+TEST(GltfTextures, VertexColorsMultiplyTheFactorLinearly) {
   core::MaterialDescription m = unlit();
   m.base_color = {0.5F, 1, 1};
   core::SceneDescription scene = test_support::stage(m);
@@ -147,15 +148,15 @@ TEST(GltfTextures, VertexColoursMultiplyTheFactorLinearly) {
 }
 
 /// A checkerboard of 64 x 64 squares on 8 m, seen at 8 degrees: root mean square and mean signed
-/// difference from a truth whose squares are found by arithmetic, 1024 points a pixel with the same
-/// box filter.
+/// difference from a reference computed arithmetically, 1024 points per pixel with the same box
+/// filter.
 struct Grazing {
   double rms = 0;
   double mean = 0;
 };
 Grazing grazing_checker(int samples) {
   constexpr int kSquares = 64;
-  constexpr int kTexels = 4;  // of a square's side
+  constexpr int kTexels = 4;  // per side of a square
   constexpr int kWidth = 64;
   constexpr int kHeight = 48;
   core::MaterialDescription m = unlit();
@@ -181,7 +182,7 @@ Grazing grazing_checker(int samples) {
       {0, 0, 0}, 20);
   view.settings.max_depth = 0;
   const Picture picture = test_support::render(view, samples);
-  // The same camera by hand: x to the right, `up` across the view.
+  // The same camera, computed by hand: x to the right, `up` across the view.
   const double half = std::tan(10 * kPi / 180);
   Grazing out;
   int count = 0;
@@ -220,10 +221,10 @@ Grazing grazing_checker(int samples) {
   return out;
 }
 
-TEST(GltfTextures, AGrazingCheckerboardIsNeitherBlurredNorAliased) {
-  // One point of a black and white square has a deviation of 0.5, and n independent ones of 0.5 /
-  // sqrt(n): 0.25 for 4. A single round read of the footprint's area fails the first limit. What is
-  // left of many samples is blur.
+TEST(GltfTextures, GrazingCheckerboardIsNeitherBlurredNorAliased) {
+  // One point of a black and white square has a deviation of 0.5, and the mean of n independent
+  // ones 0.5 / sqrt(n): 0.25 for 4. A single isotropic lookup of the footprint's area fails the
+  // first limit. The error remaining with many samples is blur.
   const Grazing few = grazing_checker(4);
   EXPECT_LT(few.rms, 0.11);
   const Grazing many = grazing_checker(256);
@@ -246,7 +247,7 @@ core::SceneDescription tilted(double degrees, bool along_v, float scale = 1) {
   return scene;
 }
 
-/// What a Lambertian of albedo 0.8 with normal n sends from a sun at wi.
+/// Radiance of a Lambertian of albedo 0.8 with normal n under a sun at wi.
 double lambert_radiance(core::Vec3 n, core::Vec3 wi) {
   return 0.8 / kPi * static_cast<double>(core::dot(n, wi));
 }
@@ -256,7 +257,7 @@ float shown(core::SceneDescription scene, core::Vec3 wi) {
   return pixel(test_support::shoot_glb(scene, {}), 4, 4).r;
 }
 
-constexpr double kByte = 0.004;  // a normal of 8 bits is off by up to 1/255 in each direction
+constexpr double kByte = 0.004;  // an 8-bit normal is off by up to 1/255 in each direction
 
 TEST(GltfNormalMaps, RedTiltsAlongUAndGreenUpwards) {
   const core::Vec3 wi = test_support::towards(30, 20);
@@ -266,7 +267,7 @@ TEST(GltfNormalMaps, RedTiltsAlongUAndGreenUpwards) {
               lambert_radiance(test_support::towards(25, 90), wi), kByte);
 }
 
-TEST(GltfNormalMaps, TheScaleStretchesRedAndGreen) {
+TEST(GltfNormalMaps, ScaleStretchesRedAndGreen) {
   const core::Vec3 wi = test_support::towards(20);
   for (const float scale : {0.5F, 2.0F, -1.0F}) {
     const double tilt =
@@ -277,7 +278,7 @@ TEST(GltfNormalMaps, TheScaleStretchesRedAndGreen) {
   }
 }
 
-TEST(GltfNormalMaps, GivenTangentsCountWithTheirSign) {
+TEST(GltfNormalMaps, UsesGivenTangentsWithTheirSign) {
   const core::Vec3 wi = test_support::towards(20, 90);
   for (const float sign : {1.0F, -1.0F}) {
     core::SceneDescription scene = tilted(25, true);
@@ -289,7 +290,7 @@ TEST(GltfNormalMaps, GivenTangentsCountWithTheirSign) {
 
 TEST(GltfNormalMaps, MirroredInstancesMirrorTheTilt) {
   const core::Vec3 wi = test_support::towards(20);
-  for (const bool twice : {false, true}) {  // placed once, or as one of two instances
+  for (const bool twice : {false, true}) {  // as a single node, or as one of two instances
     for (const bool given : {false, true}) {
       core::SceneDescription scene = tilted(25, false);
       if (given) {
@@ -306,14 +307,14 @@ TEST(GltfNormalMaps, MirroredInstancesMirrorTheTilt) {
   }
 }
 
-TEST(GltfNormalMaps, TheBackOfADoubleSidedSurfaceTurnsTheNormalOver) {
-  // Seen from behind (the patch is turned about y), u grows to the left, and the tilt goes with it;
-  // the normal's other parts face the viewer.
+TEST(GltfNormalMaps, BackOfADoubleSidedSurfaceFlipsTheNormal) {
+  // Seen from behind (the patch is rotated about y), u grows to the left, and the tilt follows it;
+  // the other components of the normal face the viewer.
   core::SceneDescription scene = tilted(25, false);
   scene.materials[0].double_sided = true;
   scene.instances[0].to_world = core::rotation({0, 1, 0, 0});
   const core::Vec3 wi = test_support::towards(20);
-  // In the patch's frame n = (s, 0, c); turned: (-s, 0, -c); reversed for the back: (s, 0, c).
+  // In the patch's frame n = (s, 0, c); rotated: (-s, 0, -c); flipped for the back: (s, 0, c).
   EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
               lambert_radiance(test_support::towards(25), wi), kByte);
 }

@@ -1,5 +1,5 @@
-// Ground: pictures of a shadow catcher over what the ground looks like without the model are those
-// of the model on the real ground.
+// Ground: a shadow catcher composited over the image of the bare ground equals the image of the
+// model on the real ground.
 #include "core/scene/ground.h"
 
 #include <cmath>
@@ -36,16 +36,16 @@ using core::Rgb;
 using core::Vec3;
 using test_support::Picture;
 
-TEST(Catcher, OverTheBareGroundIsTheModelOnTheRealGround) {
+TEST(Catcher, OverTheBareGroundEqualsTheModelOnARealGround) {
   const Picture real = render(view_of(model(), GroundType::kNone), 1, 256);
   const Picture caught = render(transparent_catcher(), 2, 256);
   const Picture bare = render(bare_view(), 3, 256);
   EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar);
-  EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar) << "a planted fault";
+  EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar) << "the planted fault";
   EXPECT_EQ(caught.progress.rejected_samples, 0U);
 }
 
-TEST(Catcher, OfGlossGlassAndLampsOverTheBareGroundIsThemOnTheRealGround) {
+TEST(Catcher, OverTheBareGroundEqualsARealGroundForGlossGlassAndEmitters) {
   for (const Subject& subject : subjects()) {
     const auto render_of = [&subject](core::View view, std::uint64_t seed) {
       view.environment = subject.sky;
@@ -56,15 +56,15 @@ TEST(Catcher, OfGlossGlassAndLampsOverTheBareGroundIsThemOnTheRealGround) {
     const Picture bare = render_of(bare_view(subject.scene), 3);
     EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << subject.name;
     EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar)
-        << subject.name << ": a planted fault";
+        << subject.name << ": the planted fault";
     EXPECT_GT(largest_z(over(caught, bare, 1, 0.5F), halves(real)), kTooFar)
-        << subject.name << ": what the model throws on the ground is there";
+        << subject.name << ": the model reflects or emits light onto the ground";
     EXPECT_EQ(caught.progress.rejected_samples, 0U) << subject.name;
   }
 }
 
-/// From so low that the coat reflects a fifth of the light.
-TEST(Catcher, OfAPolishedGroundOverTheBareGroundIsTheModelOnTheRealGround) {
+/// Seen at so low an angle that the coat reflects a fifth of the light.
+TEST(Catcher, OverTheBareGroundEqualsARealPolishedGround) {
   std::vector<Subject> all = subjects();
   all.push_back({"model", model(), sky()});
   for (const Subject& subject : all) {
@@ -79,14 +79,14 @@ TEST(Catcher, OfAPolishedGroundOverTheBareGroundIsTheModelOnTheRealGround) {
     EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << subject.name;
     const Picture matte = render_of(transparent_catcher(subject.scene, 0), 2);
     EXPECT_GT(largest_z(over(matte, bare), halves(real)), kTooFar)
-        << subject.name << ": a planted fault, nothing is mirrored";
+        << subject.name << ": the planted fault, no mirror image";
     EXPECT_EQ(caught.progress.rejected_samples, 0U) << subject.name;
   }
 }
 
-/// Even light L: the coat mirrors F L, and what lies below it reflects albedo (1 - F) L. Source of
-/// F: Schlick 1994.
-TEST(Catcher, TheBarePolishedGroundHasItsClosedFormUnderEvenLight) {
+/// Uniform light L: the coat reflects F L, and the layer below it albedo (1 - F) L. Source of F:
+/// Schlick 1994.
+TEST(Catcher, BarePolishedGroundHasItsClosedFormUnderUniformLight) {
   const core::SceneDescription nothing;
   core::View view = view_of(nothing, GroundType::kCatcher, 1);
   view.environment = test_support::constant_sky({2, 2, 2});
@@ -95,21 +95,21 @@ TEST(Catcher, TheBarePolishedGroundHasItsClosedFormUnderEvenLight) {
     const float f = 0.04F + 0.96F * std::pow(1 - std::fabs(mu), 5.0F);
     const Rgb seen = ground.radiance({}, {std::sqrt(1 - mu * mu), mu, 0});
     for (int c = 0; c < 3; ++c) {
-      // The table of albedos has 48 nodes.
+      // The albedo table has 48 nodes.
       EXPECT_NEAR(seen[c], 2 * (kGroundColor[c] * (1 - f) + f), 2e-3F) << mu;
     }
   }
 }
 
-/// A black ball far above a polished black ground under even light: where its image is mirrored
-/// nothing arrives, and alpha is 1; elsewhere the ground mirrors what it would without the ball.
+/// A black ball far above a polished black ground under uniform light: no light arrives in its
+/// mirror image, where alpha is 1; elsewhere the ground reflects the same as without the ball.
 TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert({0, 0, 0})}, {test_support::sphere({0, 40, -40}, 4, 12, false, 0)});
   core::GroundSettings ground = {GroundType::kCatcher, 0.0F, {0, 0, 0}, 1};
   core::add_ground(scene, ground);
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
-  // Sees the ball's image in the middle: the mirrored eye looks at the ball.
+  // The image of the ball is in the centre: the mirrored camera looks at the ball.
   test_support::look_at(view, {0, 10, 10}, {0, 0, 0}, 20);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.ground = ground;
@@ -120,12 +120,12 @@ TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
   EXPECT_EQ(core::pixel_value(picture.snapshot, 0).alpha, 0);
 }
 
-/// Made by others: textures, thin glass, many parts; at their own size, on their lowest point, on a
-/// diffuse and on a polished ground.
-TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
+/// Third-party models: textures, thin glass, many parts; at their own scale, resting on their
+/// lowest point, on a diffuse and on a polished ground.
+TEST(Catcher, OverTheBareGroundEqualsARealGroundForAssets) {
   const auto folder = test_support::assets_folder();
   if (!folder) {
-    GTEST_SKIP() << "the folder of assets is not there (TESSERA_ASSETS names it)";
+    GTEST_SKIP() << "the folder of assets is missing (TESSERA_ASSETS names it)";
   }
   const auto sky = test_support::load_sky(*folder / "env" / "venice_sunset_256.hdr");
   for (const std::string name :
@@ -162,12 +162,12 @@ TEST(Catcher, OfAssetsOverTheBareGroundIsThemOnTheRealGround) {
       const Picture bare = picture(GroundType::kNone, reflection, true, 3);
       EXPECT_LT(largest_z(over(caught, bare), halves(real)), kTooFar) << name << reflection;
       EXPECT_GT(largest_z(over(caught, bare, 0.9F), halves(real)), kTooFar)
-          << name << reflection << ": a planted fault";
+          << name << reflection << ": the planted fault";
     }
   }
 }
 
-TEST(Catcher, BeforeTheColourOfTheBareGroundIsTheModelOnTheRealGround) {
+TEST(Catcher, OverTheColorOfTheBareGroundEqualsTheModelOnARealGround) {
   core::View view = view_of(model(), GroundType::kCatcher);
   const core::BareGround ground(view.scene->data(), view.environment.get(), view.settings.ground);
   view.settings.background = {BackgroundType::kColor, ground.radiance({}, {0, 1, 0})};
@@ -175,13 +175,13 @@ TEST(Catcher, BeforeTheColourOfTheBareGroundIsTheModelOnTheRealGround) {
   const Picture caught = render(view, 2, 256);
   EXPECT_LT(largest_z(halves(caught), halves(real)), kTooFar);
   view.settings.background.color *= 0.95F;
-  EXPECT_GT(largest_z(halves(render(view, 2, 256)), halves(real)), kTooFar) << "a planted fault";
+  EXPECT_GT(largest_z(halves(render(view, 2, 256)), halves(real)), kTooFar) << "the planted fault";
   for (std::size_t i = 0; i < caught.snapshot.pixel_count(); ++i) {
     ASSERT_EQ(core::pixel_value(caught.snapshot, i).alpha, 1);
   }
 }
 
-TEST(Catcher, TheBareGroundHasItsClosedForm) {
+TEST(Catcher, BareGroundHasItsClosedForm) {
   const Picture bare = render(bare_view(), 3, 256);
   const core::View view = bare_view();
   const core::BareGround ground(view.scene->data(), view.environment.get(), view.settings.ground);
@@ -189,7 +189,7 @@ TEST(Catcher, TheBareGroundHasItsClosedForm) {
                              "ground");
 }
 
-TEST(Catcher, WhereTheModelChangesNothingThereIsNoNoise) {
+TEST(Catcher, HasNoNoiseWhereTheModelHasNoEffect) {
   core::SceneDescription scene = model();
   scene.materials[0] = test_support::lambert({0, 0, 0});
   scene.materials[1] = test_support::lambert({0, 0, 0});
@@ -197,14 +197,14 @@ TEST(Catcher, WhereTheModelChangesNothingThereIsNoNoise) {
   view.environment = nullptr;
   view.settings.background.type = BackgroundType::kTransparent;
   const Picture picture = render(view, 1, 16);
-  // The sun is on the left: its shadow is not there.
+  // The sun is on the left, so there is no shadow here.
   for (int y = 0; y < kSide; ++y) {
     const core::HalfValue value =
         core::pixel_value(picture.snapshot, static_cast<std::size_t>(y) * kSide);
     EXPECT_EQ(value.alpha, 0) << y;
     EXPECT_TRUE(is_black(value.mean)) << y;
   }
-  // And in the middle of the shadow there is nothing else.
+  // The centre of the shadow is also free of noise.
   float most = 0;
   for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
     most = std::max(most, core::pixel_value(picture.snapshot, i).alpha);
@@ -212,11 +212,12 @@ TEST(Catcher, WhereTheModelChangesNothingThereIsNoNoise) {
   EXPECT_NEAR(most, 1, 1e-4F);
 }
 
-TEST(Catcher, ItsErrorIsThatOfThePictureOverWhite) {
+TEST(Catcher, ErrorIsThatOfTheImageOverWhite) {
   const Picture caught = render(transparent_catcher(), 2, 16);
   core::FilmSnapshot white = caught.snapshot;
   for (std::size_t i = 0; i < white.pixels.size(); i += 2) {
-    if (white.pixels[i].mean_alpha + white.pixels[i + 1].mean_alpha > 0) {  // else it is nothing
+    // else it counts as empty
+    if (white.pixels[i].mean_alpha + white.pixels[i + 1].mean_alpha > 0) {
       for (core::ReplicatePixel& p : std::span(white.pixels).subspan(i, 2)) {
         p.mean_r += 1 - p.mean_alpha;
         p.mean_g += 1 - p.mean_alpha;
@@ -226,15 +227,15 @@ TEST(Catcher, ItsErrorIsThatOfThePictureOverWhite) {
   }
   const core::TileSums seen = caught.film->half_sums(0);
   const core::TileSums expected = core::half_sums(white.rect, white.pixels, white.replicates);
-  EXPECT_NEAR(seen.noise, expected.noise, 1e-6 * expected.noise);  // which adds in floats
+  EXPECT_NEAR(seen.noise, expected.noise, 1e-6 * expected.noise);  // the image is added in floats
   EXPECT_NEAR(seen.signal, expected.signal, 1e-6 * expected.signal);
   const core::TileSums colour =
       core::half_sums(white.rect, caught.snapshot.pixels, white.replicates);
   EXPECT_GT(seen.noise, 2 * colour.noise) << "the noise of a shadow is in its alpha";
 }
 
-TEST(Catcher, ItsIntervalHoldsTheErrorOfPictures) {
-  // Errors of pictures of 16 samples against one of 1024, whose own is an eighth.
+TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
+  // Errors of images of 16 samples against one of 1024, whose own error is an eighth of theirs.
   const Picture truth = render(transparent_catcher(), 99, 1024);
   constexpr int kPictures = 20;
   double squares = 0;
@@ -252,20 +253,20 @@ TEST(Catcher, ItsIntervalHoldsTheErrorOfPictures) {
           return static_cast<double>(v.mean[c] + 1 - v.alpha);
         };
         off += std::pow(over(a) - over(b), 2);
-        signal += a.alpha > 0 ? over(b) * over(b) : 0;  // the others do not count
+        signal += a.alpha > 0 ? over(b) * over(b) : 0;  // other pixels are not counted
       }
     }
     squares += off / signal;
     low += std::pow(seen.progress.error.low, 2);
     high += std::pow(seen.progress.error.high, 2);
   }
-  // The definition's floor adds less than 1 % to the signal of a picture as bright as white.
+  // The floor of the definition adds less than 1 % to the signal of an image as bright as white.
   EXPECT_GT(squares, 0.9 * low);
   EXPECT_LT(squares, 1.1 * high);
-  EXPECT_LT(high, 9 * squares) << "and says something";
+  EXPECT_LT(high, 9 * squares) << "the interval is not trivially wide";
 }
 
-/// Of denoised light and alpha, before white: what a picture is off by, squared, over the light.
+/// Of denoised light and alpha, over white: the squared error of an image, over the light.
 struct Off {
   std::vector<double> claimed;
   std::vector<double> real;
@@ -273,7 +274,7 @@ struct Off {
 
 double squared(Rgb v) { return static_cast<double>(v.r * v.r + v.g * v.g + v.b * v.b); }
 
-/// Student's t of the differences over pictures.
+/// Student's t of the differences over images.
 double t_of(const Off& off) {
   test_support::Moments d;
   for (std::size_t i = 0; i < off.real.size(); ++i) {
@@ -282,7 +283,7 @@ double t_of(const Off& off) {
   return d.mean / d.standard_error();
 }
 
-TEST(Catcher, DenoisedLightAndAlphaAreAsWrongAsTheyClaim) {
+TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
   constexpr int kTile = 32;
   constexpr int kPictures = 16;
   const auto view_for = [](std::uint64_t seed) {
@@ -311,7 +312,7 @@ TEST(Catcher, DenoisedLightAndAlphaAreAsWrongAsTheyClaim) {
       const core::HalfValue v = core::pixel_value(truth.snapshot, p);
       const Rgb expected = before_white(v.mean, v.alpha);
       const float alpha = core::pixel_value(seen.snapshot, p).alpha;
-      signal += alpha > 0 ? squared(expected) : 0;  // others do not count
+      signal += alpha > 0 ? squared(expected) : 0;  // other pixels are not counted
       const Rgb light = {picture.full[0][p], picture.full[1][p], picture.full[2][p]};
       squares += squared(before_white(light, picture.full_alpha[p]) - expected);
       with_plain_alpha += squared(before_white(light, alpha) - expected);
@@ -326,11 +327,11 @@ TEST(Catcher, DenoisedLightAndAlphaAreAsWrongAsTheyClaim) {
   }
   // P(|t| > 6) with 15 degrees is 2.4e-5.
   EXPECT_LT(std::fabs(t_of(honest)), 6);
-  EXPECT_LT(t_of(grainy), -6) << "a planted fault: its alpha keeps its grain";
-  EXPECT_LT(denoised, 0.8 * plain) << "and it is denoised";
+  EXPECT_LT(t_of(grainy), -6) << "a planted fault: its alpha is not denoised";
+  EXPECT_LT(denoised, 0.8 * plain) << "and the image is denoised";
 }
 
-TEST(Catcher, DenoisedPlacesWithoutShadowStayEmpty) {
+TEST(Catcher, DenoisedPixelsWithoutShadowStayEmpty) {
   core::SceneDescription scene = model();
   scene.materials[0] = test_support::lambert({0, 0, 0});
   scene.materials[1] = test_support::lambert({0, 0, 0});
@@ -351,7 +352,7 @@ TEST(Catcher, DenoisedPlacesWithoutShadowStayEmpty) {
   EXPECT_NEAR(most, 1, 1e-3F);
 }
 
-TEST(Sweep, FillsThePictureBehindTheModel) {
+TEST(Sweep, FillsTheImageBehindTheModel) {
   core::SceneDescription scene = model();
   core::GroundSettings ground = {GroundType::kSweep, {}, kGroundColor};
   const Vec3 from = {6, 3, 6};
@@ -367,7 +368,7 @@ TEST(Sweep, FillsThePictureBehindTheModel) {
   for (std::size_t i = 0; i < picture.snapshot.pixel_count(); ++i) {
     EXPECT_EQ(core::pixel_value(picture.snapshot, i).alpha, 1) << i;
   }
-  // From the other side the wall would stand before the model.
+  // From the other side the wall would be in front of the model.
   test_support::look_at(view, {-6, 3, -6}, to, 50);
   view.settings.film.depth = true;
   const Picture behind = render(view, 1, 4);

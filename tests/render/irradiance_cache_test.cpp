@@ -1,4 +1,4 @@
-// Irradiance caching: light that is known, agreement with path tracing within what is allowed.
+// Irradiance caching: closed forms, and agreement with path tracing within the allowed error.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,8 +16,8 @@ using test_support::Picture;
 
 constexpr double kPi = std::numbers::pi;
 
-// Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k, whatever error is allowed.
-TEST(IrradianceCaching, ClosedSphereGlowsWithOne) {
+// Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k, for every allowed error.
+TEST(IrradianceCaching, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
   core::View view =
@@ -45,9 +45,9 @@ constexpr double kAlbedo = 0.7;
 constexpr int kColumns = 24;
 constexpr int kRows = 4;
 
-/// Irradiance on the floor at (x, 0, 0), whose normal is y, from a wall of radiance 1 at x = -1,
-/// 2 m wide and 1 m high. Form factor from a point to a rectangle at right angles: Howell, "A
-/// Catalog of Radiation Heat Transfer Configuration Factors", B-5, times pi.
+/// Irradiance on the floor at (x, 0, 0), whose normal is y, from a wall of radiance 1 at x = -1, 2
+/// m wide and 1 m high. Form factor from a point to a perpendicular rectangle: Howell, "A Catalog
+/// of Radiation Heat Transfer Configuration Factors", B-5, times pi.
 double under_wall(double x) {
   const double c = x + 1;
   const double half = 1;
@@ -55,7 +55,8 @@ double under_wall(double x) {
   return std::atan(half / c) - c / h * std::atan(half / h);
 }
 
-/// Sun along the floor on a wall of albedo kAlbedo, which lights the floor; from above.
+/// A sun parallel to the floor on a wall of albedo kAlbedo, which lights the floor; seen from
+/// above.
 core::View sunlit_wall() {
   core::SceneDescription scene =
       test_support::scene_of({test_support::lambert(Rgb(static_cast<float>(kAlbedo)))},
@@ -64,7 +65,7 @@ core::View sunlit_wall() {
   core::PunctualLightDescription sun;
   sun.type = core::PunctualType::kDirectional;
   sun.intensity = Rgb(1);
-  sun.to_world.x = {0, 0, -1};  // shines along -z of its own frame, here -x
+  sun.to_world.x = {0, 0, -1};  // emits along -z of its own frame, here -x
   sun.to_world.y = {0, 1, 0};
   sun.to_world.z = {1, 0, 0};
   scene.lights.push_back(sun);
@@ -78,7 +79,7 @@ core::View sunlit_wall() {
   return view;
 }
 
-/// Largest error of a column's mean, over the irradiance of the first.
+/// Largest error of a column's mean, over the irradiance of the first column.
 double worst_column(const core::View& view, int samples) {
   const Picture picture = test_support::render(view, samples);
   double worst = 0;
@@ -96,17 +97,17 @@ double worst_column(const core::View& view, int samples) {
   return worst;
 }
 
-TEST(IrradianceCaching, ASunlitWallLightsTheFloorByItsFormFactor) {
+TEST(IrradianceCaching, SunlitWallLightsTheFloorByItsFormFactor) {
   core::View view = sunlit_wall();
-  view.settings.cache.rays = 4096;  // so that their noise is not what is seen
+  view.settings.cache.rays = 4096;  // so that their noise is negligible
   EXPECT_LT(worst_column(view, 8), 0.01);
-  // The twin: coarse records are worse.
+  // The planted fault: coarse records are less accurate.
   view.settings.cache.tolerance = 1;
   view.settings.cache.rays = 16;
   EXPECT_GT(worst_column(view, 8), 0.02);
 }
 
-/// The box in glossy paint, which reflects light of its own beside the diffuse.
+/// The box in glossy paint, which adds specular to diffuse reflection.
 core::View glossy_box() {
   core::SceneDescription scene = test_support::cornell();
   for (core::MaterialDescription& m : scene.materials) {
@@ -123,7 +124,7 @@ core::View glossy_box() {
 }
 
 struct Difference {
-  double mean = 0;  ///< of the pictures, relative
+  double mean = 0;  ///< of the images, relative
   double rms = 0;   ///< of blocks of 4 x 4 pixels, over the mean
 };
 
@@ -160,19 +161,19 @@ Difference against_path(core::View view, const char* integrator, int samples) {
   return out;
 }
 
-// Blocks of 16 pixels: their noise is 1 %, the allowed error of interpolation a quarter of a part
-// of the light, most of which gradients take.
+// Blocks of 16 pixels: their noise is 1 %. The allowed interpolation error is a quarter of a part
+// of the light, and gradients remove most of it.
 TEST(IrradianceCaching, AgreesWithPathTracing) {
   core::View view = glossy_box();
   const Difference seen = against_path(view, "irradiance-cache", 64);
   EXPECT_LT(std::fabs(seen.mean), 0.01);
   EXPECT_LT(seen.rms, 0.03);
-  // The twin: without indirect light.
+  // The planted fault: no indirect light.
   EXPECT_LT(against_path(view, "direct", 16).mean, -0.1);
 }
 
-// Where there is no room for records paths go on, at the price of noise alone.
-TEST(IrradianceCaching, WithoutRoomItIsPathTracing) {
+// If there is no memory for records, paths continue; the only cost is noise.
+TEST(IrradianceCaching, FallsBackToPathTracingWithoutMemory) {
   core::View view = glossy_box();
   view.settings.cache.records = 1;
   const Difference seen = against_path(view, "irradiance-cache", 128);

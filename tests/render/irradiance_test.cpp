@@ -1,4 +1,4 @@
-// Irradiance under simple lights (truths 4 to 8), and absorption in solid glass.
+// Irradiance under simple emitters (truths 4 to 8), and absorption in solid glass.
 #include <numbers>
 
 #include "core/math/numbers.h"
@@ -26,7 +26,7 @@ core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {  //
   return p;
 }
 
-/// A white floor at y = 0 seen at the origin alone, under `light`.
+/// A white floor at y = 0 seen only at the origin, under `light`.
 core::View meter(std::vector<core::PrimitiveDescription> light) {
   light.push_back(test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
   core::View view = test_support::view_of(
@@ -38,9 +38,9 @@ core::View meter(std::vector<core::PrimitiveDescription> light) {
   return view;
 }
 
-// Truth 4. The picture is E / pi. Strategies that do not aim at the light are noisy: their cap is
+// Truth 4. The image is E / pi. Strategies that do not sample the light are noisy: their cap is
 // four standard errors.
-TEST(Irradiance, UnderASquareADiskAndASphere) {
+TEST(Irradiance, SquareDiskAndSphereMatchTheClosedForm) {
   struct Light {
     const char* name;
     std::vector<core::PrimitiveDescription> parts;
@@ -57,14 +57,14 @@ TEST(Irradiance, UnderASquareADiskAndASphere) {
       test_support::apply(v, view);
       const bool blind =
           v.estimator.strategy != Strategy::kMis && v.estimator.strategy != Strategy::kLight;
-      // Lines and triangles in place of curves: 2e-4 for the sphere.
+      // Line segments and triangles approximate curves: 2e-4 for the sphere.
       expect_truth(test_support::render(view, blind ? 512 : 256), light.truth / kPi, 5e-4,
                    light.name + (" " + v.name), 2e-4, blind ? 0.02 : 4e-3);
     }
   }
 }
 
-// Truth 5: unit squares, from above with parallel rays; the picture is F itself.
+// Truth 5: unit squares, seen from above with parallel rays; the image is F itself.
 core::View plates(const core::PrimitiveDescription& lamp) {
   core::SceneDescription scene =
       test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))},
@@ -79,7 +79,7 @@ core::View plates(const core::PrimitiveDescription& lamp) {
   return view;
 }
 
-TEST(FormFactor, OfParallelAndOfAdjacentUnitSquares) {
+TEST(FormFactor, ParallelAndAdjacentUnitSquaresMatchTheClosedForm) {
   expect_truth(
       test_support::render(plates(test_support::quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 1)), 128),
       0.199825, 1e-3, "parallel");
@@ -95,7 +95,7 @@ core::View under_sky(std::shared_ptr<const core::Environment> sky) {
 }
 
 // Truth 6.
-TEST(Irradiance, UnderAConstantSky) {
+TEST(Irradiance, ConstantSkyMatchesTheClosedForm) {
   core::View view = under_sky(test_support::constant_sky(Rgb(1)));
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
@@ -103,8 +103,8 @@ TEST(Irradiance, UnderAConstantSky) {
   }
 }
 
-TEST(Irradiance, UnderASkyOfTheCosine) {
-  // Texels hold the cosine-weighted mean of cos(theta) over them, so that the integral is exact: 2
+TEST(Irradiance, CosineSkyMatchesTheClosedForm) {
+  // Texels hold the cosine-weighted mean of cos(theta) over their area, so the integral is exact: 2
   // pi / 3.
   constexpr int kRows = 64;
   const auto row = [](int y) {
@@ -120,7 +120,7 @@ TEST(Irradiance, UnderASkyOfTheCosine) {
   }
 }
 
-TEST(Irradiance, UnderOneBrightTexel) {
+TEST(Irradiance, OneBrightTexelMatchesTheClosedForm) {
   constexpr int kWidth = 32;
   constexpr int kHeight = 16;
   for (const int bright : {0, 3, 7}) {
@@ -142,7 +142,7 @@ TEST(Irradiance, UnderOneBrightTexel) {
 }
 
 // Truth 7: no noise at all.
-TEST(Punctual, PointSpotAndSunOnLambert) {
+TEST(Punctual, PointSpotAndSunOnLambertMatchTheClosedForm) {
   struct Case {
     const char* name;
     core::PunctualLightDescription light;
@@ -162,7 +162,7 @@ TEST(Punctual, PointSpotAndSunOnLambert) {
   light.type = core::PunctualType::kSpot;
   light.inner_cone_rad = 0.2F;
   light.outer_cone_rad = 0.6F;
-  light.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 2, 0}};  // -z of it is down
+  light.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 2, 0}};  // its -z points down
   cases.push_back({"spot on its axis", light, 3.0 / 4});
   // 0.4 rad off the axis: KHR_lights_punctual's squared ramp between the cosines.
   const double tilt = 0.4;
@@ -201,8 +201,8 @@ TEST(Punctual, PointSpotAndSunOnLambert) {
   }
 }
 
-/// A point light of range 2.5 m, 2 m above a unit square and 0.5 m above a pane that is passed
-/// straight; seen from above, below the pane.
+/// A point light of range 2.5 m, 2 m above a unit square and 0.5 m above a pane with null
+/// scattering; seen from above, below the pane.
 core::View under_a_pane() {
   core::MaterialDescription clear;
   clear.metallic = 0;
@@ -228,7 +228,8 @@ core::View under_a_pane() {
   return view;
 }
 
-/// Mean radiance of that square by the midpoint rule; range factor for `share` of the way.
+/// Mean radiance of that square by the midpoint rule; range factor at the fraction `share` of the
+/// distance.
 double mean_under_a_pane(double share) {
   constexpr int kCells = 200;
   double sum = 0;
@@ -242,10 +243,10 @@ double mean_under_a_pane(double share) {
   return sum / (kCells * kCells);
 }
 
-// Three means at 4 standard errors, a chance of 2e-4, and 1e-5 for the midpoint rule and for float.
-// Light tracing knows a mean to 1 %; the range taken at the pane, a quarter of the way, would make
-// it 1.7 times as bright.
-TEST(Punctual, ARangeEndsAtTheFirstSurfaceThatScatters) {
+// Three means at 4 standard errors, a chance of 2e-4, plus 1e-5 for the midpoint rule and float
+// rounding. Light tracing estimates a mean to 1 %; a range evaluated at the pane, at a quarter of
+// the distance, would make it 1.7 times as bright.
+TEST(Punctual, RangeEndsAtTheFirstScatteringSurface) {
   core::View view = under_a_pane();
   for (const char* integrator : {"path", "light-trace", "bdpt"}) {
     view.settings.integrator = integrator;
@@ -278,8 +279,9 @@ core::View slab(const core::MaterialDescription& material) {
   return view;
 }
 
-// Truth 8: 2R / (1 + R) comes back from the front half of the sky, the rest from the back.
-TEST(Slab, ReflectsTheSumOfAllItsBounces) {
+// Truth 8: the slab reflects 2R / (1 + R) of the front half of the sky and transmits the rest from
+// the back.
+TEST(Slab, ReflectsTheSumOfAllBounces) {
   core::View view = slab(glass(1.5F));
   view.settings.max_depth = 64;
   view.environment = test_support::sky_map(4, 2, [](int x, int) {
@@ -291,10 +293,10 @@ TEST(Slab, ReflectsTheSumOfAllItsBounces) {
   EXPECT_NEAR(picture.mean().r, 1 - 0.0769231, 4 * static_cast<double>(picture.standard_error().r));
 }
 
-// A clear thin wall between floor and light: R of two boundaries, 2R / (1 + R) or what the material
-// makes of it, but the same for every strategy and as deep as one looks; light sampling and BSDF
-// sampling share what goes through it.
-TEST(ClearWall, HidesNothingFromAnyStrategyAtAnyDepth) {
+// A clear thin wall between floor and light: R of two boundaries is 2R / (1 + R), or as the
+// material defines it, and it is the same for every strategy and depth; light sampling and BSDF
+// sampling share the transmitted light by MIS.
+TEST(ClearWall, TransmitsLightForEveryStrategyAndDepth) {
   core::MaterialDescription wall;
   wall.metallic = 0;
   wall.roughness = 0;
@@ -322,16 +324,16 @@ TEST(ClearWall, HidesNothingFromAnyStrategyAtAnyDepth) {
   }
 }
 
-// Absorption alone: nothing is reflected where the indices match, so there is no noise.
-TEST(BeerLambert, ThroughSolidGlassOfMatchedIndex) {
+// Absorption only: matched indices reflect nothing, so there is no noise.
+TEST(BeerLambert, HoldsInSolidGlassOfMatchedIndex) {
   core::MaterialDescription m = glass(1);
   m.attenuation_distance = 2;
   m.attenuation_color = {0.25F, 0.5F, 0.8F};
   core::View view = slab(m);
   view.environment = test_support::constant_sky(Rgb(1));
   const Rgb mean = test_support::render(view, 4).mean();
-  // The path is 1 m plus the offsets of two rays that leave surfaces (1e-6 m each) and the slant of
-  // the pixel.
+  // The path is 1 m plus the offsets of two rays that leave surfaces (1e-6 m each) and the
+  // obliqueness of the pixel.
   EXPECT_NEAR(mean.r, std::sqrt(0.25), 5e-6);
   EXPECT_NEAR(mean.g, std::sqrt(0.5), 5e-6);
   EXPECT_NEAR(mean.b, std::sqrt(0.8), 5e-6);
@@ -346,7 +348,7 @@ TEST(BeerLambert, BoundariesOfEqualIndexDoNotCountAsDepth) {
   EXPECT_NEAR(test_support::render(view, 2).mean().g, 1, 1e-6);
 }
 
-TEST(BeerLambert, SeenFromInsideTheGlass) {
+TEST(BeerLambert, HoldsForACameraInsideTheGlass) {
   core::MaterialDescription m = glass(1);
   m.attenuation_distance = 1;
   m.attenuation_color = {0.25F, 0.5F, 0.8F};

@@ -1,4 +1,4 @@
-// Media that scatter: closed forms (truths 11 and 12), the phase function, fog.
+// Scattering media: closed forms (truths 11 and 12), the phase function, fog.
 #include <array>
 #include <numbers>
 
@@ -16,7 +16,8 @@ using test_support::expect_truth;
 using test_support::Moments;
 using test_support::Random;
 
-/// The colour of KHR_materials_volume_scatter that asks for this albedo of one scattering.
+/// Returns the colour of KHR_materials_volume_scatter that results in this single-scattering
+/// albedo.
 float color_for(float albedo, float g) {
   float low = 0;
   float high = 1;
@@ -27,7 +28,7 @@ float color_for(float albedo, float g) {
   return high;
 }
 
-/// A solid with extinction 1 in every `mean_free_path_m`; ior 1: its boundary is not seen.
+/// A solid with a mean free path of `mean_free_path_m`; with ior 1 its boundary is invisible.
 core::MaterialDescription milk(float albedo, float mean_free_path_m, float g = 0, float ior = 1) {
   core::MaterialDescription m;
   m.metallic = 0;
@@ -53,12 +54,12 @@ core::View ball(const core::MaterialDescription& material) {
   return view;
 }
 
-TEST(HenyeyGreenstein, DirectionsFollowItsDensity) {
+TEST(HenyeyGreenstein, SamplesFollowTheDensity) {
   constexpr int kSamples = 200000;
   for (const float g : {-0.7F, 0.0F, 5e-4F, 0.3F, 0.9F}) {
     Random random(3);
     Moments cosine;
-    Moments ratio;  // of an even density over this one: its mean is 1
+    Moments ratio;  // uniform density over this one: its mean is 1
     const Vec3 before = normalize(Vec3{0.3F, -0.5F, 0.8F});
     for (int i = 0; i < kSamples; ++i) {
       const Vec3 after = core::sample_henyey_greenstein(before, g, random.uniform_2d());
@@ -69,15 +70,15 @@ TEST(HenyeyGreenstein, DirectionsFollowItsDensity) {
       }
     }
     EXPECT_LT(std::fabs(cosine.z(static_cast<double>(g))), 4) << g;
-    EXPECT_GT(std::fabs(cosine.z(static_cast<double>(g) + 0.02)), 4) << "of another g is refused";
+    EXPECT_GT(std::fabs(cosine.z(static_cast<double>(g) + 0.02)), 4) << "another g is rejected";
     if (ratio.n > 0) {
       EXPECT_LT(std::fabs(ratio.z(1)), 4) << g;
     }
   }
 }
 
-// Truth 11: nothing is lost, so nothing can be seen.
-TEST(MediumFurnace, BallsOfMilkCannotBeSeen) {
+// Truth 11: nothing is lost, so nothing is visible.
+TEST(MediumFurnace, LosslessBallsAreInvisible) {
   struct Case {
     float mean_free_path_m;
     float g;
@@ -92,7 +93,7 @@ TEST(MediumFurnace, BallsOfMilkCannotBeSeen) {
   }
 }
 
-TEST(MediumFurnace, ChannelsOfTheirOwnExtinctionStayWhite) {
+TEST(MediumFurnace, ExtinctionPerChannelStaysWhite) {
   core::MaterialDescription m = milk(1, 1);
   m.attenuation_color = {std::exp(-0.2F), std::exp(-1.0F), std::exp(-4.0F)};
   const auto picture = test_support::render(ball(m), 512);
@@ -110,14 +111,14 @@ TEST(MediumFurnace, StrategiesAgree) {
   }
 }
 
-TEST(MediumFurnace, AMediumThatAbsorbsIsDarker) {
+TEST(MediumFurnace, AbsorbingMediumIsDarker) {
   const auto picture = test_support::render(ball(milk(0.9F, 0.5F)), 64);
-  EXPECT_LT(picture.mean().g, 0.95F) << "the furnace can fail";
+  EXPECT_LT(picture.mean().g, 0.95F) << "the furnace test can fail";
 }
 
 enum class Fault { kNone, kEndUnweighted, kWrongExtinction };
 
-/// Light that leaves a ball of three extinctions, by walks made of the renderer's own parts.
+/// Light that leaves a ball with three extinctions, by random walks made of parts of the renderer.
 std::array<Moments, 3> walks(Fault fault, int count) {
   core::Medium medium;
   medium.sigma_t = medium.sigma_s = {0.3F, 1, 3};
@@ -159,17 +160,17 @@ double worst_z(const std::array<Moments, 3>& of) {
   return std::max({std::fabs(of[0].z(1)), std::fabs(of[1].z(1)), std::fabs(of[2].z(1))});
 }
 
-TEST(MediumWalk, LosesNothing) { EXPECT_LT(worst_z(walks(Fault::kNone, 40000)), 4); }
-TEST(MediumWalk, AWeightLeftOutAtTheEndIsRefused) {
+TEST(MediumWalk, LosesNoEnergy) { EXPECT_LT(worst_z(walks(Fault::kNone, 40000)), 4); }
+TEST(MediumWalk, RejectsAMissingWeightAtTheEnd) {
   EXPECT_GT(worst_z(walks(Fault::kEndUnweighted, 40000)), 4);
 }
-TEST(MediumWalk, ExtinctionAboveScatteringIsRefused) {
+TEST(MediumWalk, RejectsExtinctionAboveScattering) {
   EXPECT_GT(worst_z(walks(Fault::kWrongExtinction, 40000)), 4);
 }
 
-// Truth 12: reflectance of a deep even medium, seen at right angles under an even sky (which is
-// that for light at right angles).
-TEST(DeepMedium, ReflectsWhatTheHFunctionSays) {
+// Truth 12: reflectance of a semi-infinite homogeneous medium at normal view under uniform
+// illumination, which equals the albedo for normal incidence.
+TEST(DeepMedium, ReflectsAccordingToTheHFunction) {
   struct Case {
     float albedo;
     double truth;
@@ -206,7 +207,7 @@ core::FogSettings haze(float scattering, float absorption, float falloff = 0) {
           .height_falloff = falloff};
 }
 
-TEST(Fog, DepthIsTheIntegralOfItsDensity) {
+TEST(Fog, DepthIsTheIntegralOfTheDensity) {
   const core::Fog fog(haze(0.4F, 0.1F, 0.7F), {0.5F, 1, 0}, 3);
   Random random(6);
   for (int i = 0; i < 200; ++i) {
@@ -245,28 +246,28 @@ core::View in_fog(const core::FogSettings& fog, const core::MaterialDescription&
   return view;
 }
 
-TEST(Fog, ThatLosesNothingIsWhiteUnderAWhiteSky) {
+TEST(Fog, LosslessFogIsWhiteUnderAWhiteSky) {
   for (const float falloff : {0.0F, 0.8F}) {
     core::View view = in_fog(haze(0.5F, 0, falloff), test_support::lambert(Rgb(1)));
     view.environment = test_support::constant_sky({1, 1, 1});
     expect_truth(test_support::render(view, 128), 1, 2e-3, std::to_string(falloff));
     view.settings.fog = haze(0.5F, 0.02F, falloff);
-    EXPECT_LT(test_support::render(view, 32).mean().g, 0.99F) << "the furnace can fail";
+    EXPECT_LT(test_support::render(view, 32).mean().g, 0.99F) << "the furnace test can fail";
   }
 }
 
-TEST(Fog, ThatAbsorbsDimsALampByBeersLaw) {
+TEST(Fog, AbsorbingFogFollowsBeerLambert) {
   core::View view = in_fog(haze(0, 0.4F), test_support::emitter(Rgb(2)));
   test_support::look_at(view, {0, 1, 0}, {0, -1, 0}, 1);
   view.camera.up = Vec3{0, 0, 1};
   view.settings.max_depth = 1;
   expect_truth(test_support::render(view, 4), 2 * std::exp(-0.8), 1e-3, "2 m of fog",
-               5e-5);  // half a degree aside the way is longer
+               5e-5);  // half a degree off axis the path is longer
 }
 
-// One scattering between a point light and the eye has a closed form in no case; strategies and
-// samplers that share nothing but the scene agree instead.
-TEST(Fog, StrategiesAgreeOnALampInIt) {
+// Single scattering between a point light and the camera has no closed form; instead, strategies
+// and samplers that share only the scene must agree.
+TEST(Fog, StrategiesAgreeOnAnEmitterInFog) {
   core::SceneDescription scene = test_support::cornell();
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 12, 12);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
@@ -286,10 +287,10 @@ TEST(Fog, StrategiesAgreeOnALampInIt) {
   EXPECT_GT((both.mean().g - other.mean().g) /
                 std::hypot(other.standard_error().g, both.standard_error().g),
             4)
-      << "more absorption is told apart";
+      << "more absorption is detected";
 }
 
-TEST(Media, AreRefusedWhereTheyAreNotRendered) {
+TEST(Media, AreRefusedByIntegratorsThatDoNotSupportThem) {
   const auto message = [](const core::View& view) {
     const auto renderer = core::Renderer::create(view);
     return renderer ? std::string() : renderer.error().message;

@@ -1,5 +1,6 @@
-// Light of a lamp in a medium: distances chosen for it, and light scattered once against the
-// integral along the ray. z-tests alarm falsely beyond 4 standard errors, with a rate of 6e-5 each.
+// Light of an emitter in a medium: distances sampled for it, and single scattering against the
+// integral along the ray. z-tests have a limit of 4 standard errors, a false alarm rate of 6e-5
+// each.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -20,10 +21,10 @@ using test_support::Random;
 
 constexpr Vec3 kEye = {0, 0.2F, 4};
 constexpr Vec3 kAhead = {0, 0, -1};
-constexpr double kWall = 6;  // metres ahead of the eye
+constexpr double kWall = 6;  // metres in front of the camera
 constexpr Vec3 kLamp = {0.3F, 0.6F, 1};
 
-TEST(Equiangular, DistancesFollowTheirDensity) {
+TEST(Equiangular, SamplesFollowTheDensity) {
   constexpr int kSamples = 100000;
   const core::Equiangular other({}, {0, 0, 1}, 1, 7, {0.5F, 0, 3});
   for (const Vec3 point : {Vec3{0.5F, 0, 3}, Vec3{0.01F, 0, 3}, Vec3{2, 1, -4}, Vec3{0, 300, 900},
@@ -51,7 +52,7 @@ TEST(Equiangular, DistancesFollowTheirDensity) {
     }
     EXPECT_GT(test_support::chi2(seen, expected).p_value, 6e-5) << point.y << " " << point.z;
     if (!(point == Vec3{0.5F, 0, 3})) {
-      EXPECT_LT(test_support::chi2(seen, wrong).p_value, 6e-5) << "that of another point";
+      EXPECT_LT(test_support::chi2(seen, wrong).p_value, 6e-5) << "another point is rejected";
     }
   }
   EXPECT_FALSE(core::Equiangular({}, {0, 0, 1}, 1, 7, {0, 0, 3}).is_possible());
@@ -63,7 +64,7 @@ core::FogSettings haze(float scattering, float falloff) {
       .scattering = Rgb(scattering), .absorption = Rgb(0.3F), .g = 0.5F, .height_falloff = falloff};
 }
 
-/// Light of a lamp of 1 W/sr along one ray through fog, up to a black wall.
+/// Light of an emitter of 1 W/sr along one ray through fog, up to a black wall.
 Moments lamp_in(const core::FogSettings& fog, bool aims) {
   core::SceneDescription description = test_support::scene_of(
       {test_support::lambert({})}, {test_support::quad({-20, -20, -2}, {40, 0, 0}, {0, 40, 0}, 0)});
@@ -87,14 +88,14 @@ Moments lamp_in(const core::FogSettings& fog, bool aims) {
   return light;
 }
 
-/// Light of the lamp that the medium scatters once towards the eye, by quadrature.
+/// Single scattering of the emitter's light towards the camera, by quadrature.
 double scattered_once(const core::FogSettings& fog) {
   const auto extinction = static_cast<double>(fog.scattering.g + fog.absorption.g);
   const auto falloff = static_cast<double>(fog.height_falloff);
   const auto g = static_cast<double>(fog.g);
   const double x = -static_cast<double>(kLamp.x);
   const double y = static_cast<double>(kEye.y) - static_cast<double>(kLamp.y);
-  const double here = std::exp(-falloff * static_cast<double>(kEye.y));  // all along the ray
+  const double here = std::exp(-falloff * static_cast<double>(kEye.y));  // constant along the ray
   double sum = 0;
   constexpr int kSteps = 100000;
   for (int i = 0; i < kSteps; ++i) {
@@ -102,9 +103,9 @@ double scattered_once(const core::FogSettings& fog) {
     const double z = static_cast<double>(kEye.z) - static_cast<double>(kLamp.z) - t;
     const double r2 = x * x + y * y + z * z;
     const double r = std::sqrt(r2);
-    // Mean density between both heights.
+    // Mean density between the two heights.
     const double mean = falloff > 0 ? here * std::expm1(falloff * y) / (falloff * y) : 1;
-    const double cosine = z / r;  // of the light's way to the ray's, back to the eye
+    const double cosine = z / r;  // between the direction of the light and the reversed ray
     const double base = 1 + g * g - 2 * g * cosine;
     const double phase = (1 - g * g) / (4 * std::numbers::pi * base * std::sqrt(base));
     sum += static_cast<double>(fog.scattering.g) * here * phase / r2 *
@@ -113,8 +114,9 @@ double scattered_once(const core::FogSettings& fog) {
   return sum;
 }
 
-// Scattering is so rare that what is scattered twice, 1e-4 * a few metres of it, is not seen.
-TEST(MediumLight, ScatteredOnceIsItsIntegral) {
+// Scattering is so rare that double scattering, 1e-4 times a few metres of single scattering, is
+// negligible.
+TEST(MediumLight, SingleScatteringMatchesTheIntegral) {
   for (const float falloff : {0.0F, 0.7F}) {
     for (const bool aims : {false, true}) {
       core::FogSettings fog = haze(1e-4F, falloff);
@@ -126,13 +128,13 @@ TEST(MediumLight, ScatteredOnceIsItsIntegral) {
       fog.g = 0.3F;
       EXPECT_GT(std::fabs(lamp_in(fog, aims).mean - truth),
                 4 * light.standard_error() + 1e-3 * truth)
-          << "of another g is refused";
+          << "another g is rejected";
     }
   }
 }
 
-// One path in 150 scatters, but each choice of a light finds the medium.
-TEST(MediumLight, InThinFogDistancesChosenForItPay) {
+// One path in 150 scatters, but each light sample places a vertex in the medium.
+TEST(MediumLight, EquiangularSamplingReducesVarianceInThinFog) {
   core::FogSettings fog = haze(1e-3F, 0);
   fog.absorption = Rgb(0);
   EXPECT_LT(8 * lamp_in(fog, true).standard_error(), lamp_in(fog, false).standard_error());
@@ -140,8 +142,8 @@ TEST(MediumLight, InThinFogDistancesChosenForItPay) {
 
 enum class Fault { kNone, kBothInFull, kRangeTooLong };
 
-/// The same by one distance of either kind, weighed by the balance heuristic, of the renderer's own
-/// parts; three extinctions.
+/// The same with one distance of each kind, weighted by the balance heuristic, made of parts of the
+/// renderer; three extinctions.
 std::array<Moments, 3> both_kinds(Fault fault, int count) {
   core::Medium medium;
   medium.sigma_s = {0.1F, 0.5F, 1};
@@ -200,13 +202,13 @@ double worst_z(const std::array<Moments, 3>& of) {
   return worst;
 }
 
-TEST(MediumLight, BothKindsOfDistancesShareTheLight) {
+TEST(MediumLight, BothDistanceStrategiesCombineToTheMean) {
   EXPECT_LT(worst_z(both_kinds(Fault::kNone, 40000)), 4);
 }
-TEST(MediumLight, SharesThatDoNotAddUpAreRefused) {
+TEST(MediumLight, RejectsWeightsThatDoNotSumToOne) {
   EXPECT_GT(worst_z(both_kinds(Fault::kBothInFull, 40000)), 4);
 }
-TEST(MediumLight, ADensityOfAnotherRangeIsRefused) {
+TEST(MediumLight, RejectsADensityOfAnotherRange) {
   EXPECT_GT(worst_z(both_kinds(Fault::kRangeTooLong, 40000)), 4);
 }
 

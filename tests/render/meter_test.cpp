@@ -1,5 +1,5 @@
-// The irradiance meter: truths 1, 4, 6 and 7 of light that falls on a point, its intervals, and
-// that its sums are a function of the job. Scenes are exact or their error is stated.
+// The irradiance meter: truths 1, 4, 6 and 7 for incident light at a point, its intervals, and sums
+// that are a function of the job. Scenes are exact or state their error.
 #include "core/render/meter.h"
 
 #include <numbers>
@@ -55,15 +55,15 @@ MeterReading measure(const core::View& view, int samples) {
   return core::meter_readings(core::meter_points(view.settings.meter), {chunk}).at(0);
 }
 
-/// The half width of an interval is 2.13 standard errors; 4 of them are passed by chance in 1 of
-/// 850 (Student, 15 degrees). scene: relative error of round things made of triangles.
+/// The half width of an interval is 2.13 standard errors; 4 of them are exceeded by chance in 1 of
+/// 850 (Student, 15 degrees). scene: relative error of round shapes made of triangles.
 bool is_truth(const MeterReading& reading, double truth, double scene = 0) {
   const double error = (reading.high - reading.illuminance) / 2.131449546;
   const double off = std::fabs(reading.illuminance - truth);
   return off <= 4 * error + (scene + 3e-6) * truth && error < 1.5e-3 * truth;
 }
 
-TEST(Meter, ReadsTheTruthUnderASquareADiskAndASphere) {
+TEST(Meter, MeasuresASquareADiskAndASphere) {
   struct Light {
     const char* name;
     core::PrimitiveDescription part;
@@ -77,22 +77,22 @@ TEST(Meter, ReadsTheTruthUnderASquareADiskAndASphere) {
     const MeterReading reading = measure(stage({light.part}), 2048);
     EXPECT_TRUE(is_truth(reading, light.truth, 2e-4))
         << light.name << ": " << reading.illuminance << " to " << reading.high;
-    EXPECT_FALSE(is_truth(reading, 1.01 * light.truth, 2e-4)) << "1 % more is told apart";
+    EXPECT_FALSE(is_truth(reading, 1.01 * light.truth, 2e-4)) << "1 % more is detected";
     EXPECT_EQ(reading.samples, 2048 * core::kMeterReplicates);
   }
 }
 
-TEST(Meter, ReadsOnlyTheSideThatItFaces) {
+TEST(Meter, MeasuresOnlyTheSideThatItFaces) {
   core::View view = stage({square()});
   view.settings.meter.points[0].normal = {0, -3, 0};
   EXPECT_EQ(measure(view, 16).illuminance, 0);
 }
 
-TEST(Meter, ReadsPiUnderAnEvenSkyAndTwoThirdsOfItWhereTheSkyFallsWithTheCosine) {
+TEST(Meter, MeasuresAConstantSkyAndACosineSky) {
   core::View view = stage({test_support::quad({50, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0)});
   view.environment = test_support::constant_sky(Rgb(2));
   EXPECT_TRUE(is_truth(measure(view, 64), 2 * kPi));
-  constexpr int kRows = 512;  // cos at their middle: an error of 1e-6
+  constexpr int kRows = 512;  // cos at the centre of the rows: an error of 1e-6
   view.environment = test_support::sky_map(16, kRows, [](int, int row) {
     return Rgb(std::max(0.0F, std::cos((static_cast<float>(row) + 0.5F) * core::kPi / kRows)));
   });
@@ -100,7 +100,7 @@ TEST(Meter, ReadsPiUnderAnEvenSkyAndTwoThirdsOfItWhereTheSkyFallsWithTheCosine) 
   EXPECT_TRUE(is_truth(reading, 2 * kPi / 3, 2e-4)) << reading.illuminance;
 }
 
-TEST(Meter, ReadsTheLuxOfPunctualLightsWithoutNoise) {
+TEST(Meter, MeasuresTheLuxOfPunctualLightsWithoutNoise) {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(1))}, {test_support::quad({50, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0),
                                         test_support::quad({-50, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0)});
@@ -113,16 +113,16 @@ TEST(Meter, ReadsTheLuxOfPunctualLightsWithoutNoise) {
   EXPECT_NEAR(measure(view, 2).illuminance, 30.0 * (4.0 / 5.0) / 25.0, 1e-5);
   core::FogSettings fog;
   fog.absorption = Rgb(0.1F);
-  view.settings.fog = fog;  // absorbs only; the sphere around the scene holds the whole way
+  view.settings.fog = fog;  // absorption only; the bounding sphere contains the whole segment
   EXPECT_NEAR(measure(view, 2).illuminance, 30.0 * (4.0 / 5.0) / 25.0 * std::exp(-0.5), 1e-5);
   view.settings.max_depth = 0;
   view.settings.fog.reset();
-  EXPECT_EQ(measure(view, 2).illuminance, 0) << "the point is a surface";
+  EXPECT_EQ(measure(view, 2).illuminance, 0) << "the point is on a surface";
 }
 
-// Truth 1: the wall of a closed sphere, albedo and emission 1/2, sees a radiance of 1; after k
-// scatterings 1 - 2^-k of it, the meter's own included.
-TEST(Meter, ReadsInterreflectionInAClosedSphere) {
+// Truth 1: the wall of a closed sphere, albedo and emission 1/2, receives a radiance of 1; after k
+// scattering events 1 - 2^-k of it, including the one at the meter.
+TEST(Meter, MeasuresInterreflectionInAClosedSphere) {
   core::MaterialDescription wall = test_support::lambert(Rgb(0.5F));
   wall.emissive = Rgb(0.5F);
   const auto scene =
@@ -136,12 +136,12 @@ TEST(Meter, ReadsInterreflectionInAClosedSphere) {
     EXPECT_TRUE(is_truth(reading, truth))
         << depth << ": " << reading.illuminance << " to " << reading.high << " for " << truth;
     if (depth < 4) {
-      EXPECT_FALSE(is_truth(reading, kPi * (1 - std::pow(0.5, depth + 1)))) << "a bounce more";
+      EXPECT_FALSE(is_truth(reading, kPi * (1 - std::pow(0.5, depth + 1)))) << "one more bounce";
     }
   }
 }
 
-/// Of so many meters with seeds of their own, the share whose interval holds the truth.
+/// The fraction of `count` meters with different seeds whose interval contains the true value.
 double coverage(double width) {
   core::View view = stage({square()});
   constexpr int kMeters = 800;
@@ -155,11 +155,11 @@ double coverage(double width) {
   return static_cast<double>(held) / kMeters;
 }
 
-// The share of 800 is binomial with a standard deviation of 0.8 %: 93 to 97 % is left by chance in
-// 1 of 100, by this seed never.
-TEST(Meter, IntervalsHoldTheTruthInNinetyFiveOfAHundred) {
+// The fraction of 800 is binomial with a standard deviation of 0.8 %: chance leaves 93 to 97 % in 1
+// of 100, with this seed never.
+TEST(Meter, IntervalsContainTheTruthInNinetyFivePercent) {
   EXPECT_NEAR(coverage(1), 0.95, 0.02);
-  EXPECT_LT(coverage(0.7), 0.93) << "narrower ones are told apart";
+  EXPECT_LT(coverage(0.7), 0.93) << "narrower intervals are detected";
 }
 
 core::View box() {
@@ -176,7 +176,7 @@ bool same(const std::vector<core::MeterChunk>& a, const std::vector<core::MeterC
   });
 }
 
-TEST(Meter, IsTheSameForAnyNumberOfThreadsAndSlices) {
+TEST(Meter, IsIndependentOfThreadsAndSlices) {
   const core::View view = box();
   const auto one = test_support::render(view, 24, 1).film->meter();
   ASSERT_EQ(one.size(), 3U) << "36 points";
@@ -197,7 +197,7 @@ TEST(Meter, IsTheSameForAnyNumberOfThreadsAndSlices) {
   EXPECT_FALSE(same(one, test_support::render(other, 24, 1).film->meter()));
 }
 
-TEST(Meter, ThePictureDoesNotKnowOfIt) {
+TEST(Meter, DoesNotChangeTheImage) {
   core::View view = box();
   const auto with = test_support::render(view, 8).film->digest();
   view.settings.meter = {};
@@ -214,8 +214,8 @@ TEST(Meter, CellsOfAPlaneFollowThePointsRowByRow) {
   EXPECT_TRUE(near(points[1].normal, {0, 1, 0}));
 }
 
-// The layer is what falls on the floor, whatever the floor's colour.
-TEST(IrradianceLayer, ShowsWhatFallsOnTheFirstSurface) {
+// The layer is the irradiance on the floor, independent of the floor's colour.
+TEST(IrradianceLayer, ShowsTheIrradianceOnTheFirstSurface) {
   core::View view = test_support::view_of(
       test_support::build(test_support::scene_of(
           {test_support::lambert({0.2F, 0.5F, 0}), test_support::emitter(Rgb(1))},
@@ -228,7 +228,7 @@ TEST(IrradianceLayer, ShowsWhatFallsOnTheFirstSurface) {
   const auto picture = test_support::render(view, 64);
   for (std::size_t i = 0; i < plain.snapshot.pixels.size(); ++i) {
     ASSERT_NEAR(plain.snapshot.pixels[i].mean_g, picture.snapshot.pixels[i].mean_g, 1e-5F)
-        << "the picture stays as it is, but for the rounding of paths side by side";
+        << "the image is unchanged, up to the rounding of paths in lanes";
   }
   test_support::Picture share = picture;
   share.snapshot = *core::share_of(picture.snapshot, "irradiance");
@@ -242,7 +242,7 @@ TEST(IrradianceLayer, ShowsWhatFallsOnTheFirstSurface) {
   }
 }
 
-TEST(IrradianceLayer, IsKeptByWhateverHasCameraPaths) {
+TEST(IrradianceLayer, IsRecordedByEveryIntegratorWithCameraPaths) {
   const core::LightShare share = *core::light_share("irradiance");
   for (const core::IntegratorEntry& row : core::integrators()) {
     EXPECT_EQ(core::keeps_share(row, share), row.prepass_bytes == nullptr) << row.name;

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Holds path, bdpt and the irradiance meter against Mitsuba 3, an independent renderer.
+"""Compares path, bdpt and the irradiance meter with Mitsuba 3, an independent renderer.
 
 usage: tests/render/mitsuba_check.py [--short] [--binary build/release/tessera]
 
 Both renderers get the same GLB files, depth and box filter, and render each scene with several
-independent seeds. Compared are the means of square blocks of pixels, the mean of the whole picture
-and the readings of the meter, each in three channels, by Welch's t-test over the seeds. The level
-of a single test is FALSE_ALARM over their number (Bonferroni), so that a run with nothing wrong
-fails with a probability of at most 1e-3. The planted fault: our values times 1.02 have to be
-refused, for each integrator and for the meter, in every scene.
+independent seeds. Means of square blocks of pixels, the mean of the whole image and the readings of
+the meter, each in three channels, are compared by Welch's t-test over the seeds. The level of a
+single test is FALSE_ALARM over their number (Bonferroni), so that a correct run fails with a
+probability of at most 1e-3. The planted fault: our values times 1.02 must be rejected, for each
+integrator and for the meter, in every scene.
 
-Scenes are those that both can express. Mitsuba knows single scattering between the facets of rough
-surfaces only, Tessera all of it: roughness is 0.15 (a GGX alpha of 0.0225), where the difference
-is far below the noise.
+Both renderers support the scenes. Mitsuba has only single scattering between the microfacets of
+rough surfaces, Tessera also multiple scattering: roughness is 0.15 (a GGX alpha of 0.0225), where
+the difference is far below the noise.
 
 Mitsuba is installed into build/peers on first use, in the version of
 tests/bench/peers/environments.py; it computes without LLVM (scalar_rgb).
@@ -31,13 +31,14 @@ import environments  # noqa: E402
 
 FALSE_ALARM = 1e-3
 PLANTED = 1.02
-DEPTH = 6  # scattering events
+DEPTH = 6  # maximum number of scattering events
 THREADS = 2
 
 
 def write_map(path):
-    """A smooth map, an OpenEXR file without compression: a gradient and a wide glow, without
-    symmetry. Fine, since Mitsuba's texels lie up to half a row beside Tessera's: 0.3 % at 64."""
+    """A smooth map, an uncompressed OpenEXR file: a gradient and a wide glow, without symmetry.
+    High resolution, since Mitsuba's texels are offset by up to half a row from Tessera's: 0.3 % at
+    64."""
     import numpy as np
 
     width, height = 1024, 512
@@ -72,8 +73,8 @@ def write_map(path):
 
 
 def balls_under_map(path):
-    """A white, a metal and a rough glass ball on a floor that fills the picture: where the map
-    itself is seen there is no noise to test by."""
+    """A white, a metal and a rough glass ball on a floor that fills the image: pixels that see the
+    map directly have no noise to test."""
     import scenes
 
     b = scenes.Builder()
@@ -103,8 +104,8 @@ def cases(folder):
 
 
 def tails(t, freedom):
-    """Two-sided p-values of Student's t: with x = sqrt(freedom) tan(a), its density is in
-    proportion to cos(a)^(freedom - 1)."""
+    """Two-sided p-values of Student's t: with x = sqrt(freedom) tan(a), its density is proportional
+    to cos(a)^(freedom - 1)."""
     import numpy as np
 
     out = np.empty_like(t)
@@ -117,14 +118,14 @@ def tails(t, freedom):
 
 
 def welch(ours, theirs):
-    """p-values of equal means, of arrays (seeds, ...)."""
+    """p-values of equal means, for arrays (seeds, ...)."""
     import numpy as np
 
     a, b = (x.var(axis=0, ddof=1) / len(x) for x in (ours, theirs))
     apart = ours.mean(axis=0) - theirs.mean(axis=0)
     error = np.sqrt(a + b)
     if not np.all(error > 0):
-        sys.exit("a block has no scatter over the seeds: they do not differ")
+        sys.exit("a block has no scatter over the seeds: they are identical")
     freedom = (a + b) ** 2 / (a ** 2 / (len(ours) - 1) + b ** 2 / (len(theirs) - 1))
     return tails(apart / error, freedom)
 
@@ -139,7 +140,7 @@ def blocks(pictures, side):
 
 
 class Renderer:
-    """A worker with one scene loaded."""
+    """A worker process with one scene loaded."""
 
     def __init__(self, kind, job, folder):
         import engines

@@ -1,5 +1,5 @@
-// Metropolis light transport beyond its agreement with path tracing (agreement_test.cpp): known
-// light, and films that do not depend on who makes which chain.
+// Metropolis light transport beyond its agreement with path tracing (agreement_test.cpp): closed
+// forms, and films that are independent of the scheduling of chains.
 #include <cmath>
 #include <memory>
 
@@ -12,9 +12,9 @@ namespace {
 using core::Rgb;
 using test_support::expect_truth;
 
-// Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k. What the camera sees at once
-// comes without chains: depth 0 is exact.
-TEST(Metropolis, ClosedSphereGlowsWithOne) {
+// Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k. Directly visible emission needs
+// no chains: depth 0 is exact.
+TEST(Metropolis, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
   core::View view =
@@ -38,7 +38,7 @@ core::View caustic_view() {
   return view;
 }
 
-TEST(Metropolis, ACropIsTheCropOfTheFullPicture) {
+TEST(Metropolis, CropEqualsTheCropOfTheFullImage) {
   core::View view = caustic_view();
   view.settings.film.filter = {core::FilterType::kMitchell, 2};
   const auto full = test_support::render(view, 2).film;
@@ -61,7 +61,7 @@ class NoSink final : public core::RenderSink {
   void on_finished(core::StopReason) override {}
 };
 
-TEST(Metropolis, FilmsAreTheSameAfterARestartAndForAnyThreads) {
+TEST(Metropolis, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = caustic_view();
   const std::string calm = test_support::render(view, 4, 1).film->digest();
   EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm);
@@ -88,7 +88,7 @@ TEST(Metropolis, FilmsAreTheSameAfterARestartAndForAnyThreads) {
     core::run_to_end(rest, 3);
     EXPECT_EQ(again->digest(), calm) << taken;
   }
-  // The twin: another seed is another film.
+  // The planted fault: another seed gives another film.
   view.settings.seed = 1;
   EXPECT_NE(test_support::render(view, 4, 1).film->digest(), calm);
 }

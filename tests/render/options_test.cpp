@@ -1,6 +1,6 @@
-// Options of the estimators through whole pictures: what must be equal is equal to the bit, what
-// they are for happens, and the means stay. What the z-tests can see is shown by agreement_test.cpp
-// (3 % more light) and by the twins below.
+// Options of the estimators in whole images: settings that must have no effect give identical bits,
+// the others have their intended effect, and means are unchanged. The sensitivity of the z-tests is
+// shown by agreement_test.cpp (3 % more light) and by the planted faults below.
 #include <cmath>
 #include <vector>
 
@@ -38,9 +38,9 @@ std::vector<float> values(const Picture& picture) {
   return out;
 }
 
-TEST(Options, WithoutEffectLeaveEveryBit) {
+TEST(Options, OptionsWithoutEffectKeepEveryBit) {
   View view = box(24);
-  view.wave_width = 0;  // options beside the defaults are not traced in waves
+  view.wave_width = 0;  // waves support only the default options
   const std::vector<float> plain = values(test_support::render(view, 8));
   const auto same = [&](const View& other) {
     return values(test_support::render(other, 8)) == plain;
@@ -57,13 +57,13 @@ TEST(Options, WithoutEffectLeaveEveryBit) {
   resampled.settings.light_sampler = LightSamplerType::kRis;
   resampled.settings.light_candidates = 1;
   EXPECT_TRUE(same(resampled));
-  // Nothing is transparent, and albedos are far from 1: analog absorption ends paths.
+  // Nothing is transparent, and albedos are far from 1: analog absorption terminates paths.
   View dice = view;
   dice.settings.estimator.expected_values = false;
   EXPECT_FALSE(same(dice));
 }
 
-TEST(Options, GiveTheSameBitsForEveryNumberOfThreads) {
+TEST(Options, BitsAreIndependentOfTheNumberOfThreads) {
   View view = box(40);
   view.settings.light_sampler = LightSamplerType::kRis;
   view.settings.estimator.roulette = RouletteType::kThreshold;
@@ -74,7 +74,7 @@ TEST(Options, GiveTheSameBitsForEveryNumberOfThreads) {
   EXPECT_EQ(values(test_support::render(view, 6, 1)), values(test_support::render(view, 6, 3)));
 }
 
-TEST(Options, AHigherThresholdTracesFewerShadowRays) {
+TEST(Options, HigherShadowRouletteThresholdTracesFewerShadowRays) {
   View view = box(24);
   view.settings.estimator.roulette = RouletteType::kThreshold;
   std::uint64_t before = ~std::uint64_t{0};
@@ -86,7 +86,7 @@ TEST(Options, AHigherThresholdTracesFewerShadowRays) {
   }
 }
 
-/// A floor under a point light; between them `panes` sheets that let half of the light pass
+/// A floor under a point light; between them `panes` sheets that transmit half of the light
 /// (BLEND).
 View behind_panes(int panes) {
   core::MaterialDescription pane = test_support::lambert(Rgb(0));
@@ -114,7 +114,7 @@ View behind_panes(int panes) {
 
 // The radiance of a white sun of irradiance pi on albedo 1/2, through three panes: 1/2 (1/2)^3,
 // exactly.
-TEST(Options, ExpectedValuesTakeTheNoiseOutOfPanes) {
+TEST(Options, ExpectedValuesRemoveTheNoiseOfPanes) {
   View view = behind_panes(3);
   const Picture factor = test_support::render(view, 16);
   EXPECT_NEAR(factor.mean().g, 0.0625F, 1e-6F);
@@ -126,12 +126,13 @@ TEST(Options, ExpectedValuesTakeTheNoiseOutOfPanes) {
   EXPECT_LT(std::fabs(static_cast<double>(dice.mean().g) - 0.0625), 4 * error);  // false alarm 6e-5
 }
 
-// Splitting leaves the camera's numbers alone and draws more of the others: at n times the
-// continuations the variance of a picture whose noise is all behind the first surface falls like
-// that of n times the samples.
-TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
+// Splitting keeps the random numbers of the camera and draws more of the others: if all noise of an
+// image arises after the first surface, n continuations reduce its variance like n times the
+// samples.
+TEST(Options, SplittingReducesTheVarianceAfterTheFirstSurface) {
   View view = box(24);
-  test_support::look_at(view, {0.5F, 0.5F, 1}, {0.5F, 0.2F, 0}, 30);  // the emitter is out of view
+  // the emitter is outside the view
+  test_support::look_at(view, {0.5F, 0.5F, 1}, {0.5F, 0.2F, 0}, 30);
   view.settings.sampler = core::SamplerType::kIndependent;
   view.settings.max_depth = 3;
   const auto variance = [&view] {
@@ -141,16 +142,16 @@ TEST(Options, SplittingLowersTheVarianceBehindTheFirstSurface) {
   const double plain = variance();
   view.settings.estimator.splitting = SplittingType::kFixed;
   view.settings.estimator.split_count = 4;
-  // A little of it is in edges, which stay. Each estimate has 1728 squares: 1/2 instead of 1/4 is
-  // many standard errors off.
+  // A small part of the variance is at edges and remains. Each estimate has 1728 squares: 1/2
+  // instead of 1/4 is off by many standard errors.
   EXPECT_LT(variance(), 0.5 * plain);
 }
 
 enum class Fault { kNone, kForgetsTheSum, kBlindTarget, kCountsOneSample, kNoDivision };
 
 /// Irradiance over pi under 16 emitters in a row, by light samples (RIS of 4 candidates, then
-/// roulette of shadow rays) and BSDF samples, made of the renderer's parts. Half of the floor's sky
-/// is behind a wall, which candidates do not know.
+/// roulette of shadow rays) and BSDF samples, made of parts of the renderer. A wall hides half of
+/// the floor's hemisphere, which the candidates do not consider.
 Moments lamps(Fault fault, int samples) {
   std::vector<core::PrimitiveDescription> row;
   for (int i = 0; i < 16; ++i) {
@@ -211,7 +212,7 @@ Moments lamps(Fault fault, int samples) {
   return out;
 }
 
-/// The same by uniform points on the emitters, without any of it.
+/// The same by uniform points on the emitters, without resampling and roulette.
 double lamps_truth() {
   double sum = 0;
   constexpr int kSteps = 400;
@@ -230,13 +231,13 @@ double lamps_truth() {
   return sum / 3.14159265358979;
 }
 
-// 0.1 % false alarms in all: z below 4 is 6e-5.
+// 0.1 % false alarms in total: z below 4 is 6e-5.
 TEST(ResampledLights, HaveTheMeanOfTheLight) {
   const Moments m = lamps(Fault::kNone, 1000000);
   EXPECT_LT(std::fabs(m.z(lamps_truth())), 4) << m.mean << " for " << lamps_truth();
   EXPECT_LT(m.standard_error(), 1e-3 * m.mean);
 }
-TEST(ResampledLights, FaultsAreRefused) {
+TEST(ResampledLights, RejectsPlantedFaults) {
   const double truth = lamps_truth();
   for (const Fault fault :
        {Fault::kForgetsTheSum, Fault::kBlindTarget, Fault::kCountsOneSample, Fault::kNoDivision}) {

@@ -1,5 +1,5 @@
-// Photon mapping: its blur is the one that is predicted, its light the one that is known, and its
-// films do not depend on who traces what.
+// Photon mapping: its blur matches the prediction, its light the closed form, and its films are
+// independent of scheduling.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -24,7 +24,7 @@ constexpr int kColumns = 32;
 constexpr int kRows = 8;
 constexpr float kViewWidth = 0.8F;  // of the floor
 
-/// Looks straight down on the floor from a height of 1 m; columns run along x around 0.
+/// Looks straight down at the floor from a height of 1 m; columns run along x around 0.
 core::View floor_view(core::SceneDescription scene, const char* integrator, int max_depth) {
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kColumns, kRows);
   const float half = kViewWidth / 2 * kRows / kColumns;
@@ -46,13 +46,13 @@ core::PunctualLightDescription sun(Vec3 x, Vec3 y, Vec3 z) {
   core::PunctualLightDescription light;
   light.type = core::PunctualType::kDirectional;
   light.intensity = Rgb(1);
-  light.to_world.x = x;  // shines along -z of its own frame
+  light.to_world.x = x;  // emits along -z of its own frame
   light.to_world.y = y;
   light.to_world.z = z;
   return light;
 }
 
-/// Light straight down on x > 0: an awning above the camera keeps the rest dark.
+/// Light straight down on x > 0: an awning above the camera keeps the rest in shadow.
 core::SceneDescription half_lit() {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(kAlbedo))},
@@ -61,7 +61,7 @@ core::SceneDescription half_lit() {
   return scene;
 }
 
-/// The same light off a mirror of 45 degrees above the camera: a caustic on 0 < x < 1.
+/// The same light reflected by a mirror at 45 degrees above the camera: a caustic on 0 < x < 1.
 core::SceneDescription half_mirrored() {
   core::MaterialDescription mirror;
   mirror.metallic = 1;
@@ -73,14 +73,14 @@ core::SceneDescription half_mirrored() {
   return scene;
 }
 
-/// Share of a disk around x that lies where x > 0.
+/// Fraction of a disk around x that is at x > 0.
 double lit_share(double x, double radius) {
   const double t = std::clamp(x / radius, -1.0, 1.0);
   return 1 - (std::acos(t) - t * std::sqrt(1 - t * t)) / std::numbers::pi;
 }
 
-/// Largest difference of the columns' means from the prediction, over the light in the open.
-/// share(x): of the disks around a column.
+/// Largest difference of the columns' means from the prediction, over the unoccluded irradiance.
+/// share(x): lit fraction of the disks around a column.
 double worst_column(const Picture& picture, const std::function<double(double)>& share) {
   double worst = 0;
   for (int column = 0; column < kColumns; ++column) {
@@ -101,13 +101,13 @@ TEST(PhotonMapping, ShadowEdgeIsBlurredByTheSegmentOfTheDisk) {
   view.settings.photons.final_gather = 0;
   const Picture picture = test_support::render(view, 32);
   EXPECT_LT(worst_column(picture, [](double x) { return lit_share(x, kRadius); }), 0.02);
-  // The twin: a disk a fifth wider is not the one.
+  // The planted fault: a disk a fifth wider does not match.
   EXPECT_GT(worst_column(picture, [](double x) { return lit_share(x, double{1.2F * kRadius}); }),
             0.02);
 }
 
 TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
-  constexpr int kPasses = 64;  // of each of two replicates
+  constexpr int kPasses = 64;  // for each of two replicates
   const core::View view = floor_view(half_mirrored(), "sppm", 2);
   const Picture picture = test_support::render(view, 2 * kPasses);
   const auto mean_share = [](double x, float alpha) {
@@ -119,7 +119,7 @@ TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
   };
   const float alpha = view.settings.photons.alpha;
   EXPECT_LT(worst_column(picture, [&](double x) { return mean_share(x, alpha); }), 0.02);
-  // The twins: radii that stay, radii that fall faster.
+  // The planted faults: constant radii, and radii that shrink faster.
   EXPECT_GT(worst_column(picture, [&](double x) { return mean_share(x, 1); }), 0.04);
   EXPECT_GT(worst_column(picture, [&](double x) { return mean_share(x, 0.2F); }), 0.04);
 }
@@ -132,7 +132,7 @@ constexpr std::array<Mode, 4> kModes = {
     {{"sppm", 1}, {"photon-map", 0}, {"photon-map", 1}, {"photon-map", 3}}};
 
 // Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k.
-TEST(PhotonMapping, ClosedSphereGlowsWithOne) {
+TEST(PhotonMapping, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
   core::View view =
@@ -149,15 +149,15 @@ TEST(PhotonMapping, ClosedSphereGlowsWithOne) {
       view.settings.max_depth = depth;
       const Picture picture = test_support::render(view, 8);
       const double truth = 1 - std::pow(0.5, depth + 1);
-      // Facets turned by up to 7.5 degrees: areas within a disk are off by less than 1 %.
+      // Facets tilted by up to 7.5 degrees: areas within a disk are off by less than 1 %.
       EXPECT_NEAR(static_cast<double>(picture.mean().g), truth, 0.01 * truth)
           << mode.integrator << " " << mode.final_gather << " at depth " << depth;
     }
   }
 }
 
-// Blur moves light about but loses none: means of a picture with a caustic in its middle.
-TEST(PhotonMapping, CausticsHaveTheLightOfLightTracing) {
+// Blur redistributes light but loses none: means of an image with a caustic in its centre.
+TEST(PhotonMapping, CausticsHaveTheEnergyOfLightTracing) {
   core::View view = test_support::caustic();
   view.settings.film.width = view.settings.film.height = 24;
   view.settings.integrator = "light-trace";
@@ -172,7 +172,7 @@ TEST(PhotonMapping, CausticsHaveTheLightOfLightTracing) {
     EXPECT_NEAR(static_cast<double>(picture.mean().g), mean, 0.02 * mean)
         << mode.integrator << " " << mode.final_gather;
   }
-  // The twin: without caustics, which come by the glass alone, a tenth is missing at least.
+  // The planted fault: without caustics, which only the glass causes, at least a tenth is missing.
   view.settings.integrator = "direct";
   view.settings.max_depth = 1;
   EXPECT_LT(static_cast<double>(test_support::render(view, 256).mean().g),
@@ -186,7 +186,7 @@ class NoSink final : public core::RenderSink {
   void on_finished(core::StopReason) override {}
 };
 
-TEST(Prepass, FilmsAreTheSameAfterARestartAndForAnyThreads) {
+TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = test_support::caustic();
   view.settings.film.width = 72;
   view.settings.film.height = 40;
@@ -204,7 +204,7 @@ TEST(Prepass, FilmsAreTheSameAfterARestartAndForAnyThreads) {
     ASSERT_TRUE(renderer);
     core::TaskOptions options;
     options.stop.samples_per_pixel = 4;
-    // Records of the cache are slices of their own.
+    // Records of the cache are separate slices.
     for (int taken = 2; taken < 350; taken = taken < 60 ? taken + 7 : taken + 97) {
       const auto film = std::make_shared<core::Film>(view.settings);
       NoSink sink;
@@ -222,19 +222,19 @@ TEST(Prepass, FilmsAreTheSameAfterARestartAndForAnyThreads) {
       core::run_to_end(rest, 3);
       EXPECT_EQ(again->digest(), calm) << integrator << " after " << taken;
     }
-    // The twin: another seed is another film.
+    // The planted fault: another seed gives another film.
     core::View other = view;
     other.settings.seed = 1;
     EXPECT_NE(test_support::render(other, 4, 1).film->digest(), calm);
   }
 }
 
-TEST(PhotonMapping, RaysAndSecondsOfPhotonsAreCounted) {
+TEST(PhotonMapping, CountsRaysAndSecondsOfPhotons) {
   core::View view = floor_view(half_mirrored(), "sppm", 2);
   const Picture few = test_support::render(view, 2);
   view.settings.photons.paths *= 2;
   const Picture many = test_support::render(view, 2);
-  // Two rays a particle at least, two samples.
+  // At least two rays per particle, two samples.
   EXPECT_GT(many.progress.rays, few.progress.rays + (2ULL << 15));
   EXPECT_GT(few.progress.cpu_seconds, 0);
 }

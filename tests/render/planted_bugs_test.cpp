@@ -1,5 +1,5 @@
-// The z-tests of this folder can fail: small estimators made of the renderer's own parts, right and
-// with a fault planted.
+// The z-tests of this folder can fail: small estimators made of parts of the renderer, correct and
+// with a planted fault.
 #include <numbers>
 
 #include "core/bsdf/bsdf.h"
@@ -41,7 +41,7 @@ Moments direct_light(Fault fault, int samples) {
     if (light.pdf_solid_angle > 0) {
       float pdf_light = light.pdf_solid_angle * (fault == Fault::kPdfTooLarge ? 1.02F : 1.0F);
       if (fault == Fault::kNoLightPmf) {
-        pdf_light *= 2;  // two triangles, each picked half of the time
+        pdf_light *= 2;  // two triangles, each selected with probability 1/2
       }
       sum += value(light.wi_world) * light.radiance.g / pdf_light *
              power.weight(pdf_light, bsdf.evaluate(light.wi_world).pdf_solid_angle);
@@ -52,7 +52,7 @@ Moments direct_light(Fault fault, int samples) {
       const Vec3 hit = s.wi_local * (1 / s.wi_local.z);
       if (std::fabs(hit.x) < 0.5F && std::fabs(hit.y) < 0.5F) {
         const std::uint32_t triangle =
-            0;  // both are alike, and each is picked half of the time from below
+            0;  // both are equal, and from below each is selected with probability 1/2
         float pdf_light = lights.pdf_triangle(triangle, {}, {0, 0, 1}, length(hit), s.wi_local.z);
         if (fault == Fault::kNoLightPmf) {
           pdf_light *= 2;
@@ -68,26 +68,26 @@ Moments direct_light(Fault fault, int samples) {
 
 constexpr double kTruth = 0.7522747 / std::numbers::pi;
 
-TEST(PlantedBug, NoneInTheEstimatorOfDirectLight) {
+TEST(PlantedBug, DirectLightWithoutAFaultPasses) {
   const Moments m = direct_light(Fault::kNone, 1000000);
   EXPECT_LT(std::fabs(m.z(kTruth)), 4) << m.mean;
   EXPECT_NEAR(m.mean, kTruth, 1e-3 * kTruth);
 }
 
-TEST(PlantedBug, ALostCosineIsRefused) {
+TEST(PlantedBug, RejectsAMissingCosine) {
   EXPECT_GT(std::fabs(direct_light(Fault::kNoCosine, 1000000).z(kTruth)), 4);
 }
-TEST(PlantedBug, ADensityTwoPercentTooLargeIsRefused) {
+TEST(PlantedBug, RejectsADensityTwoPercentTooLarge) {
   EXPECT_GT(std::fabs(direct_light(Fault::kPdfTooLarge, 1000000).z(kTruth)), 4);
 }
-TEST(PlantedBug, WeightsThatDoNotSumToOneAreRefused) {
+TEST(PlantedBug, RejectsWeightsThatDoNotSumToOne) {
   EXPECT_GT(std::fabs(direct_light(Fault::kWeightsNotOne, 1000000).z(kTruth)), 4);
 }
-TEST(PlantedBug, AForgottenProbabilityOfTheLightIsRefused) {
+TEST(PlantedBug, RejectsAMissingLightProbability) {
   EXPECT_GT(std::fabs(direct_light(Fault::kNoLightPmf, 1000000).z(kTruth)), 4);
 }
 
-/// A closed sphere of albedo 1/2 that glows with 1/2: radiance 1, by paths that end by roulette.
+/// A closed sphere of albedo 1/2 and emission 1/2: radiance 1, by paths that end by roulette.
 Moments roulette(bool divides, int samples) {
   const Bsdf bsdf({.base_color = {0.5F, 0.5F, 0.5F}, .f0 = {0, 0, 0}, .f90 = 0}, {0, 0, 1},
                   {0, 0, 1});
@@ -111,8 +111,10 @@ Moments roulette(bool divides, int samples) {
   return out;
 }
 
-TEST(PlantedBug, NoneInRoulette) { EXPECT_LT(std::fabs(roulette(true, 300000).z(1)), 4); }
-TEST(PlantedBug, RouletteThatForgetsToDivideIsRefused) {
+TEST(PlantedBug, RouletteWithoutAFaultPasses) {
+  EXPECT_LT(std::fabs(roulette(true, 300000).z(1)), 4);
+}
+TEST(PlantedBug, RejectsRouletteThatDoesNotDivide) {
   EXPECT_GT(std::fabs(roulette(false, 300000).z(1)), 4);
 }
 

@@ -19,7 +19,7 @@ set(RENDER_TEST_SOURCES
   shutter_test.cpp
   spectral_test.cpp
   truth.cpp)
-# Features of glTF: scenes made in code, through a GLB and the loader, rendered small.
+# Features of glTF: scenes made in code, written to a GLB, loaded and rendered small.
 list(APPEND RENDER_TEST_SOURCES
   asset_files.cpp
   assets_test.cpp

@@ -1,5 +1,5 @@
-// Light samples that pixels share: whole pictures against those of the light tree, the weights
-// against faults, and bits.
+// Light samples reused between pixels: whole images against those of the light tree, weights
+// against planted faults, and determinism.
 #include <array>
 #include <cmath>
 
@@ -39,8 +39,9 @@ View builtin(const char* name) {
   return view;
 }
 
-/// What neighbours cannot draw: spots with hard cones, emitters whose back or whose plane parts the
-/// floor, balls that turn away from emitters near the floor, and shadows of a grating.
+/// Cases in which neighbours cannot draw a sample: spots with hard cones, emitters whose back or
+/// whose plane divides the floor, balls that face away from emitters near the floor, and shadows of
+/// a grating.
 View edges(float power) {
   std::vector<core::PrimitiveDescription> things = {
       test_support::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, 0),
@@ -75,8 +76,8 @@ View edges(float power) {
   return view;
 }
 
-/// Sum of each block, and last that of the picture, in green: for each of the replicates, which are
-/// independent of each other.
+/// Sum of each block, and last that of the image, in green: for each of the replicates, which are
+/// independent.
 using Blocks = std::array<std::array<double, kBlocks + 1>, kReplicates>;
 
 Blocks blocks_of(View view, int samples) {
@@ -96,16 +97,16 @@ Blocks blocks_of(View view, int samples) {
 }
 
 struct Agreement {
-  double picture = 1;  ///< p-value of the picture's mean
-  double least = 1;    ///< least p-value of a block
-  double error = 0;    ///< relative standard error of the difference of the pictures
+  double picture = 1;  ///< p-value of the image's mean
+  double least = 1;    ///< smallest p-value of a block
+  double error = 0;    ///< relative standard error of the difference of the images
 };
 
-/// Both of one seed, and so with the same camera rays and BSDF samples: what they differ by is
-/// light samples alone. Student's t of the differences of the replicates. Where next to nothing
-/// differs, what does are weights of MIS: a little less light in every replicate, and that much
-/// more in the few where a rare BSDF sample hits an emitter, too few for t. A ten thousandth of the
-/// light is left to those.
+/// Both images use one seed, and so the same camera rays and BSDF samples: they differ only in
+/// light samples. Student's t of the differences of the replicates. Where almost nothing differs,
+/// the differences are MIS weights: a little less light in every replicate, and that much more in
+/// the few where a rare BSDF sample hits an emitter, too few for t. A ten thousandth of the light
+/// is allowed for those.
 constexpr double kRare = 1e-4;
 
 Agreement compare(const Blocks& a, const Blocks& b) {
@@ -140,12 +141,12 @@ View shared(View view, const Sharing& sharing) {
   return view;
 }
 
-/// Squares alone, a pixel's passes alone, and both; 8 or more samples of each replicate are whole
-/// windows of all of them.
+/// Only spatial, only temporal, and both; 8 or more samples of each replicate are whole windows of
+/// all of them.
 constexpr std::array kSharing = {Sharing{1, 4, 1}, Sharing{3, 5, 1}, Sharing{2, 8, 1},
                                  Sharing{1, 1, 8}, Sharing{1, 3, 4}, Sharing{2, 5, 2}};
 
-/// 0.1 % false alarms over all pictures and blocks of the six comparisons with each kind (Sidak).
+/// 0.1 % false alarms over all images and blocks of the six comparisons with each kind (Sidak).
 void expect_agreement(const View& view, int samples, double error) {
   const double level =
       test_support::sidak(0.001, 6 * static_cast<int>(kSharing.size() * (kBlocks + 1)));
@@ -156,43 +157,49 @@ void expect_agreement(const View& view, int samples, double error) {
     const Agreement a = compare(blocks_of(shared(view, sharing), samples), reference);
     EXPECT_GT(a.picture, level);
     EXPECT_GT(a.least, level);
-    EXPECT_LT(a.error, error) << "too noisy to tell";
+    EXPECT_LT(a.error, error) << "too noisy for a decision";
   }
 }
 
-TEST(SharedLights, AgreeWithTheTreeInTheCornellBox) {
+TEST(SharedLights, AgreesWithTheLightTreeInTheCornellBox) {
   expect_agreement(builtin("cornell-box"), 128, 0.001);
 }
-TEST(SharedLights, AgreeWithTheTreeUnderManyLights) {
+TEST(SharedLights, AgreesWithTheLightTreeUnderManyEmitters) {
   expect_agreement(builtin("many-lights"), 128, 0.003);
 }
-TEST(SharedLights, AgreeWithTheTreeOnGloss) { expect_agreement(builtin("veach-mis"), 128, 0.016); }
-TEST(SharedLights, AgreeWithTheTreeThroughGlass) { expect_agreement(builtin("glass"), 128, 0.001); }
-TEST(SharedLights, AgreeWithTheTreeInARoom) { expect_agreement(builtin("interior"), 128, 0.01); }
-TEST(SharedLights, AgreeWithTheTreeWhereNeighboursCannotSeeAnEmitter) {
+TEST(SharedLights, AgreesWithTheLightTreeOnGloss) {
+  expect_agreement(builtin("veach-mis"), 128, 0.016);
+}
+TEST(SharedLights, AgreesWithTheLightTreeThroughGlass) {
+  expect_agreement(builtin("glass"), 128, 0.001);
+}
+TEST(SharedLights, AgreesWithTheLightTreeInARoom) {
+  expect_agreement(builtin("interior"), 128, 0.01);
+}
+TEST(SharedLights, AgreesWithTheLightTreeWhereNeighboursCannotSeeAnEmitter) {
   expect_agreement(edges(1), 512, 0.003);
 }
 
-// What is to be seen must be seen: emitters that are 2 % too strong.
-TEST(SharedLights, TwoPercentMoreLightAreDetected) {
+// The planted fault must be detected: emission that is 2 % too strong.
+TEST(SharedLights, DetectsTwoPercentMoreLight) {
   const Blocks reference = blocks_of(edges(1), 512);
   EXPECT_LT(compare(blocks_of(shared(edges(1.02F), {1, 4, 1}), 512), reference).picture, 1e-4);
   EXPECT_LT(compare(blocks_of(shared(edges(1.02F), {1, 3, 4}), 512), reference).picture, 1e-4);
 }
 
-/// kOneOverM: the weights of a neighbour that could not have drawn the sample count. kNoWeight: the
-/// neighbour's sample is used as if it were drawn here. kDoubly: every path gives its sample all of
-/// the weight. kPassAlone: weights know the paths of the sample's own pass, and add up to 1 in
-/// each.
+/// kOneOverM: counts the weights of neighbours that could not have drawn the sample. kNoWeight:
+/// uses the neighbour's sample as if it were drawn here. kDoubly: every path gives its sample the
+/// full weight. kPassAlone: weights consider only the paths of the sample's pass, and sum to 1 in
+/// each pass.
 enum class Fault { kNone, kOneOverM, kNoWeight, kDoubly, kPassAlone };
 
 constexpr int kRow = 8;
 constexpr int kPaths = 2 * kRow;  // in two passes
 Vec3 row_point(int i) { return {-0.7F + 0.2F * static_cast<float>(i % kRow), 0, 0}; }
 
-/// Light of an emitter that half of a row of points does not see, on the point just before its
-/// plane: the point takes one of the samples of all, as the renderer does. One sample of each point
-/// in each pass, of the same parts.
+/// Light of an emitter on a row of points of which half cannot see it, at the last point before the
+/// emitter's plane: the point selects one of the samples of all points, as the renderer does. One
+/// sample of each point in each pass, made of the same parts.
 Moments row_of_points(Fault fault, int samples) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(1))},
@@ -274,13 +281,13 @@ double row_truth() {
   return sum;
 }
 
-// 0.1 % false alarms in all.
+// 0.1 % false alarms in total.
 TEST(SharedSamples, HaveTheMeanOfTheLight) {
   const Moments m = row_of_points(Fault::kNone, 150000);
   EXPECT_LT(std::fabs(m.z(row_truth())), 4) << m.mean << " for " << row_truth();
   EXPECT_LT(m.standard_error(), 2e-3 * m.mean);
 }
-TEST(SharedSamples, FaultsAreRefused) {
+TEST(SharedSamples, RejectsPlantedFaults) {
   const double truth = row_truth();
   for (const Fault fault :
        {Fault::kOneOverM, Fault::kNoWeight, Fault::kDoubly, Fault::kPassAlone}) {

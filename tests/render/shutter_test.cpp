@@ -1,4 +1,5 @@
-// Pictures while the shutter is open, against what moves: shares of the time that a pixel sees.
+// Images with an open shutter against moving objects: the fraction of the exposure in which a pixel
+// sees each.
 //
 // Files are written by hand; an orthographic camera looks along -z from z = 10 and sees 2 m in
 // height.
@@ -19,9 +20,10 @@ using core::Rgb;
 using core::Vec3;
 
 constexpr int kF32 = 5126;
-constexpr int kSize = 16;       ///< pixels a side; 8 a metre
-constexpr int kSamples = 1024;  ///< a share of time p has a spread of at most 1/2 / sqrt(1024)
-/// Six times that: no pixel of 256 in a run is as far off by chance, at 1e-6 or less a run.
+constexpr int kSize = 16;  ///< pixels per side; 8 per metre
+/// the standard deviation of a fraction p is at most 1/2 / sqrt(1024)
+constexpr int kSamples = 1024;
+/// Six times that: the chance that any of 256 pixels of a run is as far off is at most 1e-6.
 constexpr double kOff = 6 * 0.5 / 32;
 
 class File {
@@ -39,7 +41,7 @@ class File {
     return writer.add_accessor(std::as_bytes(std::span(values)), kF32, shape, values.size() / width,
                                "{}");
   }
-  /// A rectangle in the plane z; its mesh.
+  /// A rectangle at height z; returns its mesh.
   int rectangle(float left, float right, float low, float high, float z, int material,
                 const std::string& attributes = "", const std::string& more = "") {
     const int positions = floats(
@@ -52,7 +54,7 @@ class File {
   int node(const std::string& json) { return writer.add("nodes", json); }
   int shown(int mesh) { return node(R"({"mesh":)" + std::to_string(mesh) + "}"); }
   void camera() { node(R"({"camera":0,"translation":[0,0,10]})"); }
-  /// Keys, one after another a second apart.
+  /// Adds keys, one per second.
   void animate(int node, const std::string& path, const std::vector<float>& values,
                const char* shape, std::size_t width) {
     std::vector<float> times;
@@ -93,7 +95,7 @@ double red(const test_support::Picture& picture, int x, int y) {
   return static_cast<double>(test_support::pixel(picture, x, y).r);
 }
 
-/// How many pixels are further off than by chance.
+/// Number of pixels that are further off than chance allows.
 int wrong(const test_support::Picture& picture, const std::function<double(int, int)>& truth) {
   int out = 0;
   for (int y = 0; y < kSize; ++y) {
@@ -104,13 +106,13 @@ int wrong(const test_support::Picture& picture, const std::function<double(int, 
   return out;
 }
 
-/// Share of [low, high] within [a, b].
+/// Fraction of [low, high] within [a, b].
 double within(double a, double b, double low, double high) {
   return std::max(std::min(b, high) - std::max(a, low), 0.0) / (high - low);
 }
 
-/// Mean over a pixel and the time of a square of side 0.5 whose left edge goes from x0 to x1, at y
-/// of [0, 0.5].
+/// Mean over a pixel and the exposure of a square of side 0.5 whose left edge moves from x0 to x1,
+/// at y of [0, 0.5].
 double crossing(int x, int y, double x0, double x1) {
   constexpr int kParts = 64;
   const double left = -1 + x / 8.0;
@@ -128,7 +130,7 @@ void add_crossing_square(File& file) {
   file.camera();
 }
 
-TEST(Shutter, ANodeIsSeenForItsShareOfTheTime) {
+TEST(Shutter, AMovingNodeCoversPixelsForItsFractionOfTheExposure) {
   // From x = -0.5 at 0.25 s to 0 at 0.5 s.
   File file;
   add_crossing_square(file);
@@ -137,14 +139,14 @@ TEST(Shutter, ANodeIsSeenForItsShareOfTheTime) {
     const auto picture =
         test_support::render(view_of(file.open(0.25, 0.25), 0.25, integrator), kSamples);
     EXPECT_EQ(wrong(picture, truth), 0) << integrator;
-    // Planted: a shutter that is open twice as long, and one that is shut.
+    // Planted faults: a shutter that is open twice as long, and a closed one.
     EXPECT_GT(wrong(picture, [](int x, int y) { return crossing(x, y, -0.5, 0.5); }), 20);
     EXPECT_GT(wrong(picture, [](int x, int y) { return crossing(x, y, -0.5, -0.499); }), 20);
   }
 }
 
-TEST(Shutter, TimeIsThatOfTheShadowRaysToo) {
-  // A blind of 2 x 1 m at z = 1 goes up by 4 m, through the light from straight above on a floor at
+TEST(Shutter, ShadowRaysUseTheTimeOfThePath) {
+  // A blind of 2 x 1 m at z = 1 rises by 4 m, through light that falls straight down on a floor at
   // z = 0, which the camera sees from below the blind's path: with the light at 45 degrees.
   File file;
   file.writer.use_extension("KHR_lights_punctual");
@@ -154,13 +156,13 @@ TEST(Shutter, TimeIsThatOfTheShadowRaysToo) {
                                R"("extensions":{"KHR_materials_specular":{"specularFactor":0}}})");
   file.writer.use_extension("KHR_materials_specular");
   file.shown(file.rectangle(-4, 4, -4, 4, 0, 1));
-  // Light comes along (-1, 0, -1): the point (x, y, 0) is in the shadow of (x + 5, y, 5).
+  // Light travels along (-1, 0, -1): the point (x, y, 0) is in the shadow of (x + 5, y, 5).
   file.node(R"({"rotation":[0,0.38268343,0,0.92387953],)"
             R"("extensions":{"KHR_lights_punctual":{"light":0}}})");
   const int blind = file.shown(file.rectangle(4, 4.5F, -4, 4, 5, 1));
   file.animate(blind, "translation", {0, 0, 0, 2, 0, 0}, "VEC3", 3);
   file.camera();
-  // The shadow's left edge goes from -1 to 1; open: all the time.
+  // The left edge of the shadow moves from -1 to 1; shutter open: all the time.
   const auto truth = [](int x, int /*y*/) {
     double dark = 0;
     for (int i = 0; i < 64; ++i) {
@@ -169,7 +171,7 @@ TEST(Shutter, TimeIsThatOfTheShadowRaysToo) {
     }
     return (1 - dark) * std::sqrt(0.5);
   };
-  const auto dark_once = [](int x, int /*y*/) {  // planted: shadow rays of time 0
+  const auto dark_once = [](int x, int /*y*/) {  // the planted fault: shadow rays at time 0
     return (1 - within(-1, -0.5, -1 + x / 8.0, -1 + (x + 1) / 8.0)) * std::sqrt(0.5);
   };
   for (const char* integrator : {"path", "direct"}) {
@@ -179,9 +181,9 @@ TEST(Shutter, TimeIsThatOfTheShadowRaysToo) {
   }
 }
 
-TEST(Shutter, AMeshThatShinesLightsWhatItPasses) {
-  // A lamp goes level over the floor below: its light is the mean of that of lamps at rest along
-  // the way, which light samples find.
+TEST(Shutter, AMovingEmitterLightsTheSurfacesAlongItsPath) {
+  // An emitter moves horizontally over the floor: its light is the mean of that of emitters at rest
+  // along the path, which light samples find.
   const auto lit = [](double at, double shutter_seconds) {
     File file;
     file.writer.add("materials", R"({"emissiveFactor":[1,1,1],"doubleSided":true})");
@@ -205,11 +207,11 @@ TEST(Shutter, AMeshThatShinesLightsWhatItPasses) {
   const auto spread = static_cast<double>(picture.standard_error().r);
   EXPECT_LT(spread, 0.02 * truth);
   EXPECT_NEAR(static_cast<double>(picture.mean().r), truth, 5 * spread + 0.005 * truth);
-  // Planted: a lamp that stays where it was is seen.
+  // The planted fault, an emitter that does not move, is detected.
   EXPECT_GT(std::fabs(static_cast<double>(lit(0, 0).mean().r) - truth), 0.15 * truth);
 }
 
-TEST(Shutter, MorphsSkinsAndTurnsGoOnTheirWay) {
+TEST(Shutter, MorphsSkinsAndRotationsMove) {
   struct Case {
     const char* name;
     std::function<void(File&)> add;
@@ -250,7 +252,7 @@ TEST(Shutter, MorphsSkinsAndTurnsGoOnTheirWay) {
   }
 }
 
-TEST(Shutter, TheFilesCameraMovesTheOtherWay) {
+TEST(Shutter, CameraMotionIsTheInverseOfObjectMotion) {
   File file;
   file.shown(file.rectangle(-0.5F, 0, 0, 0.5F, 0, 0));
   const int camera = file.node(R"({"camera":0})");
@@ -259,7 +261,7 @@ TEST(Shutter, TheFilesCameraMovesTheOtherWay) {
   EXPECT_EQ(wrong(picture, [](int x, int y) { return crossing(x, y, -0.5, 0); }), 0);
 }
 
-TEST(Shutter, ATurnTakesStepsAndOneOfManyInstancesMovesAlone) {
+TEST(Shutter, RotationsUseSeveralStepsAndOneOfManyInstancesMovesAlone) {
   File file;
   const int mesh = file.rectangle(0, 1, -0.05F, 0.05F, 0, 0);
   const int turning = file.shown(mesh);
@@ -273,15 +275,16 @@ TEST(Shutter, ATurnTakesStepsAndOneOfManyInstancesMovesAlone) {
     steps.push_back(each.later.size());
   }
   std::sort(steps.begin(), steps.end());
-  // Between 9 moments of a right angle a point is 1 - cos(pi / 32) = 0.5 % off its radius.
+  // Between 9 time steps of a right angle the error of a point's radius is 1 - cos(pi / 32) = 0.5
+  // %.
   EXPECT_EQ(steps, (std::vector<std::size_t>{0, 8}));
-  // A way of one second, straight and even, takes its ends alone.
+  // Uniform motion along a line for one second needs only its two ends.
   File straight;
   add_crossing_square(straight);
   EXPECT_EQ(test_support::build(straight.open(0, 1))->data().meshes.at(0).later.size(), 1U);
 }
 
-TEST(Shutter, ShutItIsThePictureWithoutAndOpenThatOfTheSameTimesAlways) {
+TEST(Shutter, ClosedEqualsNoShutterAndOpenIsDeterministic) {
   File file;
   add_crossing_square(file);
   const auto shut = test_support::render(view_of(file.open(0.25, 0), 0), 16);
@@ -293,7 +296,7 @@ TEST(Shutter, ShutItIsThePictureWithoutAndOpenThatOfTheSameTimesAlways) {
   EXPECT_NE(once.film->digest(), shut.film->digest());
 }
 
-TEST(Shutter, WhatItCannotShowIsRefused) {
+TEST(Shutter, RefusesUnsupportedMotion) {
   File file;
   file.writer.use_extension("KHR_lights_punctual");
   file.writer.set("extensions",

@@ -1,6 +1,6 @@
-// Pictures of wavelengths: white stays white, one bounce is what it is in colours, several are what
-// the spectra say, bits do not depend on threads. z-tests alarm falsely beyond 4.5 standard
-// deviations, with a rate of 7e-6 each.
+// Spectral images: white stays white, one bounce equals that in RGB, several match the spectra,
+// bits are independent of threads. z-tests have a limit of 4.5 standard deviations, a false alarm
+// rate of 7e-6 each.
 #include <array>
 #include <cmath>
 
@@ -32,13 +32,13 @@ core::View outside_sphere(const core::MaterialDescription& material) {
       test_support::view_of(test_support::build(test_support::scene_of(
                                 {material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
                             16, 16);
-  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 20);  // the ball fills the picture
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 20);  // the ball fills the image
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.spectral = true;
   return view;
 }
 
-/// Mean over the wavelengths of what spectrum(values) makes of each, as a colour.
+/// Mean over the wavelengths of spectrum(values), as a colour.
 template <typename Spectrum>
 Rgb expected(Spectrum&& spectrum) {
   constexpr int kSteps = 5000;
@@ -53,7 +53,7 @@ Rgb expected(Spectrum&& spectrum) {
   return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
 }
 
-/// The largest difference in standard errors, less what the geometry is allowed.
+/// The largest difference in standard errors, minus the tolerance of the geometry.
 double largest_z(const Picture& picture, Rgb truth, double slack = 1e-5) {
   double z = 0;
   for (int c = 0; c < 3; ++c) {
@@ -64,7 +64,7 @@ double largest_z(const Picture& picture, Rgb truth, double slack = 1e-5) {
   return z;
 }
 
-TEST(Spectral, OneBounceHasTheColourOfRgb) {
+TEST(Spectral, OneBounceHasTheColorOfRgb) {
   const Rgb albedo = {0.7F, 0.3F, 0.1F};
   core::View view = outside_sphere(test_support::lambert(albedo));
   view.settings.max_depth = 1;
@@ -73,11 +73,11 @@ TEST(Spectral, OneBounceHasTheColourOfRgb) {
   for (int c = 0; c < 3; ++c) {
     EXPECT_LT(picture.standard_error()[c], 2e-3F);
   }
-  // The twin: one part in a hundred.
+  // The planted fault: one part in a hundred.
   EXPECT_GT(largest_z(picture, albedo * 1.01F), kSigmas);
 }
 
-TEST(Spectral, ManyBouncesOfGreyAreThoseOfRgb) {
+TEST(Spectral, ManyBouncesOfGreyEqualThoseOfRgb) {
   core::MaterialDescription lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = {0.5F, 0.3F, 0.1F};
   core::View view = inside_sphere(lamp);
@@ -87,7 +87,7 @@ TEST(Spectral, ManyBouncesOfGreyAreThoseOfRgb) {
   EXPECT_GT(largest_z(picture, {1, 0.6F, 0.21F}), kSigmas);
 }
 
-TEST(Spectral, ManyBouncesOfColourAreThoseOfItsSpectrum) {
+TEST(Spectral, ManyBouncesOfColorFollowItsSpectrum) {
   const Rgb albedo = {0.8F, 0.4F, 0.2F};
   core::MaterialDescription lamp = test_support::lambert(albedo);
   lamp.emissive = Rgb(0.3F);
@@ -99,17 +99,17 @@ TEST(Spectral, ManyBouncesOfColourAreThoseOfItsSpectrum) {
   });
   const Picture picture = test_support::render(view, 64);
   EXPECT_LT(largest_z(picture, truth, 1e-4), kSigmas);
-  // In colours it would be 0.3 / (1 - rho): of spectra that are no better known than by the colour
-  // of one reflection, many reflections are another colour.
+  // In RGB it would be 0.3 / (1 - rho): for a spectrum that is known only by the colour of one
+  // reflection, many reflections have another colour.
   EXPECT_GT(largest_z(picture, {1.5F, 0.5F, 0.375F}, 1e-4), kSigmas);
 }
 
-TEST(Spectral, AbsorbsAsDeepAsTheColourAtTheDistanceGiven) {
+TEST(Spectral, AbsorptionMatchesTheColorAtTheGivenDistance) {
   core::MaterialDescription m = test_support::lambert(Rgb(1));
   m.metallic = 0;
   m.roughness = 0;
   m.transmission = 1;
-  m.ior = 1;  // straight through
+  m.ior = 1;  // no refraction
   m.specular = 0;
   m.thickness = 1;
   m.attenuation_color = {0.6F, 0.3F, 0.2F};
@@ -118,14 +118,14 @@ TEST(Spectral, AbsorbsAsDeepAsTheColourAtTheDistanceGiven) {
       test_support::view_of(test_support::build(test_support::scene_of(
                                 {m}, {test_support::sphere({0, 0, 0}, 1, 64, false, 0)})),
                             4, 4);
-  test_support::look_at(view, {0, 0, 30}, {0, 0, 0}, 0.2F);  // 2 m through the middle
+  test_support::look_at(view, {0, 0, 30}, {0, 0, 0}, 0.2F);  // 2 m through the centre
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 4;
   view.settings.spectral = true;
   EXPECT_LT(largest_z(test_support::render(view, 1024), m.attenuation_color, 2e-3), kSigmas);
 }
 
-TEST(Spectral, LosslessBallsThatDisperseCannotBeSeen) {
+TEST(Spectral, LosslessDispersiveBallsAreInvisible) {
   for (const float roughness : {0.0F, 0.5F}) {
     core::MaterialDescription m = test_support::lambert(Rgb(1));
     m.metallic = 0;
@@ -138,7 +138,7 @@ TEST(Spectral, LosslessBallsThatDisperseCannotBeSeen) {
     core::View view = outside_sphere(m);
     view.settings.max_depth = 128;
     const Picture picture = test_support::render(view, 64);
-    // Tables of energy compensation: as for colours (furnace_test.cpp).
+    // Tables of energy compensation: the same tolerance as for RGB (furnace_test.cpp).
     EXPECT_LT(largest_z(picture, Rgb(1), roughness > 0 ? 2e-2 : 1e-3), kSigmas) << roughness;
     EXPECT_LT(core::max_component(picture.standard_error()), 2e-2F) << roughness;
     EXPECT_EQ(picture.progress.rejected_samples, 0U);
@@ -156,7 +156,7 @@ TEST(Spectral, BitsDoNotDependOnThreads) {
   EXPECT_NE(test_support::render(view, 8, 1).film->digest(), one);
 }
 
-TEST(Spectral, AuxiliaryLayersAreThoseOfRgb) {
+TEST(Spectral, AuxiliaryLayersEqualThoseOfRgb) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 24, 24);
   const Picture colors = test_support::render(view, 4);
   view.settings.spectral = true;
@@ -166,7 +166,7 @@ TEST(Spectral, AuxiliaryLayersAreThoseOfRgb) {
   }
 }
 
-TEST(Spectral, DirectIsPathAtDepthOne) {
+TEST(Spectral, DirectEqualsPathAtDepthOne) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 24, 24);
   view.settings.spectral = true;
   view.settings.max_depth = 1;

@@ -14,7 +14,7 @@ std::vector<Variant> variants() {
       const bool resamples = lights.value == core::LightSamplerType::kRis ||
                              lights.value == core::LightSamplerType::kRestir;
       if (is_blind(v) && resamples) {
-        continue;  // light samples of punctual lights: as the others
+        continue;  // light samples of punctual lights: same as for the others
       }
       all.push_back(v);
     }

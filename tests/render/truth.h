@@ -1,4 +1,4 @@
-/// The gate for closed-form truths: |z| < 4 and a relative cap.
+/// Compares images with closed forms ("truths"): |z| < 4 and a relative cap.
 #pragma once
 
 #include <cmath>
@@ -17,18 +17,18 @@ struct Variant {
   core::LightSamplerType light_sampler = core::LightSamplerType::kTree;
 };
 
-/// Every strategy, MIS rule, roulette, splitting, sampler and light sampler of the registries, each
-/// with the others' defaults, and strategies with every light sampler.
+/// Every strategy, MIS rule, roulette, splitting, sampler and light sampler of the registries, with
+/// defaults for the others, and strategies with every light sampler.
 std::vector<Variant> variants();
 
-/// Finds lights only by chance.
+/// Finds emitters only by chance.
 inline bool is_blind(const Variant& v) {
   return v.estimator.strategy != core::Strategy::kMis &&
          v.estimator.strategy != core::Strategy::kLight;
 }
 
-/// Leaves out shadow rays at random where little light is at stake: noise by design, which z alone
-/// judges.
+/// Skips shadow rays at random where the contribution is small: the noise is by design, so only z
+/// applies.
 inline bool throws_dice(const Variant& v) {
   return v.estimator.roulette == core::RouletteType::kThreshold;
 }
@@ -39,11 +39,11 @@ inline void apply(const Variant& v, core::View& view) {
   view.settings.light_sampler = v.light_sampler;
 }
 
-/// Is the mean of the picture's green channel the truth? z below 4 (false alarm 6e-5) and within
-/// the cap; a picture noisier than a quarter of the cap may be off by four standard errors, but it
-/// may not be noisier than twice the cap
-/// (`noise`, where strategies that find small lights by chance cannot do better: z alone judges
-/// those). scene: relative error of the scene (round things made of triangles), for z.
+/// Expects the mean of the green channel to equal the truth: z below 4 (false alarm 6e-5) and
+/// within the cap. An image noisier than a quarter of the cap may be off by four standard errors,
+/// but it may not be noisier than twice the cap (`noise`; for strategies that find small emitters
+/// only by chance z alone applies). scene: relative error of the scene (round shapes made of
+/// triangles), for z.
 inline void expect_truth(const Picture& picture, double truth, double cap, const std::string& what,
                          double scene = 0, double noise = 0) {
   const auto mean = static_cast<double>(picture.mean().g);
@@ -54,7 +54,7 @@ inline void expect_truth(const Picture& picture, double truth, double cap, const
       << what << ": " << mean << " +- " << error << " for " << truth;
   EXPECT_LT(off, std::max(cap * truth, 4 * error) + rounding)
       << what << ": " << mean << " +- " << error << " for " << truth;
-  EXPECT_LT(error, (noise > 0 ? noise : 2 * cap) * truth) << what << " is too noisy to tell";
+  EXPECT_LT(error, (noise > 0 ? noise : 2 * cap) * truth) << what << " is too noisy for a decision";
   EXPECT_EQ(picture.progress.rejected_samples, 0U) << what;
 }
 

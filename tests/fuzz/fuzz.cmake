@@ -1,5 +1,6 @@
-# Fuzz targets. With TESSERA_FUZZ (clang) they are libFuzzer programs; else a small driver of our own feeds
-# them mutations of their seeds, so that every compiler and every test run has a short form of it.
+# Fuzz targets. With TESSERA_FUZZ (clang) they are libFuzzer programs; otherwise a small driver
+# feeds them mutations of their seeds, so that every compiler and every test run includes a short
+# run of each.
 function(tessera_fuzz name)
   add_executable(${name} fuzz/${name}.cpp)
   target_link_libraries(${name} PRIVATE tessera_flags ${ARGN})

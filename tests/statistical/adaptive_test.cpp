@@ -1,5 +1,6 @@
-// Adaptive sampling: the bias of stop rules (the table of stop rules against closed truths), and
-// the product's own types on films whose truth is known, made by its own tasks and plans.
+// Adaptive sampling: the bias of stop rules (the table of stop rules against closed forms), and the
+// product's adaptive types on films with known expected values, rendered by its own tasks and
+// plans.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,7 +37,7 @@ enum class Rule {
   kCrossHalfByCount
 };
 
-/// Half A and half B of a pixel, fed alternately.
+/// The two halves of a pixel, which take samples alternately.
 struct Halves {
   Moments a;
   Moments b;
@@ -49,15 +50,15 @@ void feed(Moments& half, const Draw& draw, Random& random, int count) {
   }
 }
 
-/// Samples that a pixel needs for a standard error of 10 % of its mean, by what `seen` knows; 32 to
-/// 1024.
+/// Samples that a pixel needs for a standard error of 10 % of its mean, estimated from `seen`; 32
+/// to 1024.
 int needed(const Moments& seen) {
   const double target = 0.1 * std::max(std::fabs(seen.mean), 1e-9);
   return static_cast<int>(std::clamp(seen.variance() / (target * target), 32.0, 1024.0));
 }
 
-/// The picture's pixel by one rule: at most 1024 samples, looked at every 16; two-stage rules with
-/// a pilot of 32.
+/// The value of a pixel by one rule: at most 1024 samples, checked every 16; two-stage rules use a
+/// pilot of 32.
 double pixel_by(Rule rule, const Draw& draw, Random& random) {
   Halves h;
   if (rule == Rule::kHalfMetric || rule == Rule::kStandardError) {
@@ -107,29 +108,29 @@ Moments runs_of(Rule rule, const Draw& draw, int runs) {
   return out;
 }
 
-// Simulated with 200,000 trials, for events of 2 %: -48, -71, -51 %, +.2, +.4, -49 %. What has no
-// bias stays within 4 standard errors (false alarm 6e-5 for each of four); what has is off by tens
-// of percent.
-TEST(StopBias, SequentialRulesMissRareEventsByTensOfPercent) {
+// Simulated with 200,000 trials, for events of 2 %: -48, -71, -51 %, +.2, +.4, -49 %. Rules without
+// bias stay within 4 standard errors (false alarm 6e-5 for each of four); biased rules are off by
+// tens of percent.
+TEST(StopBias, SequentialRulesUnderestimateRareEvents) {
   EXPECT_LT(runs_of(Rule::kHalfMetric, event_50, 20000).mean, 0.7);
   EXPECT_LT(runs_of(Rule::kStandardError, event_50, 20000).mean, 0.5);
 }
-TEST(StopBias, APilotThatIsReusedMissesThem) {
+TEST(StopBias, ReusedPilotUnderestimatesRareEvents) {
   EXPECT_LT(runs_of(Rule::kTwoStageReused, event_50, 20000).mean, 0.7);
 }
-TEST(StopBias, APilotThatIsDiscardedHasNone) {
+TEST(StopBias, DiscardedPilotIsUnbiased) {
   EXPECT_LT(std::fabs(runs_of(Rule::kTwoStageDiscarded, event_50, 20000).z(1)), 4);
   EXPECT_LT(std::fabs(runs_of(Rule::kTwoStageDiscarded, exponential, 20000).z(1)), 4);
 }
-TEST(StopBias, CrossHalvesOfEqualWeightHaveNone) {
+TEST(StopBias, CrossHalvesWithEqualWeightsAreUnbiased) {
   EXPECT_LT(std::fabs(runs_of(Rule::kCrossHalf, event_50, 20000).z(1)), 4);
   EXPECT_LT(std::fabs(runs_of(Rule::kCrossHalf, exponential, 20000).z(1)), 4);
 }
-TEST(StopBias, CrossHalvesWeightedByCountMissThem) {
+TEST(StopBias, CrossHalvesWeightedByCountUnderestimateRareEvents) {
   EXPECT_LT(runs_of(Rule::kCrossHalfByCount, event_50, 20000).mean, 0.7);
 }
 
-// ---- The product.
+// ---- The product's adaptive types.
 
 constexpr float kEvent = 1000;
 constexpr int kSamples = 128;
@@ -142,13 +143,13 @@ Synthetic rare(AdaptiveType type) {
 }
 
 struct Totals {
-  Moments mean;        ///< of a picture; the truth is 1
-  Moments unreported;  ///< (x - 1)^2 - (A - B)^2 / 4, mean over a picture: covariance of the halves
+  Moments mean;        ///< of an image; the true value is 1
+  Moments unreported;  ///< (x - 1)^2 - (A - B)^2 / 4, mean over an image: covariance of the halves
   double uneven = 0;   ///< pixels whose halves have different counts
-  double spread = 0;   ///< largest over least count, last picture
+  double spread = 0;   ///< largest over smallest count, last image
 };
 
-/// scale: what samples see is multiplied by it.
+/// scale: factor of every sample.
 Totals render_many(AdaptiveType type, int pictures, float scale = 1) {
   Totals out;
   Synthetic s = rare(type);
@@ -177,18 +178,18 @@ Totals render_many(AdaptiveType type, int pictures, float scale = 1) {
   return out;
 }
 
-// z-tests over pictures, which are independent; |z| < 4: false alarm 6e-5 each.
+// z-tests over images, which are independent; |z| < 4: false alarm 6e-5 each.
 TEST(AdaptiveTypes, PilotIsUnbiasedAndItsErrorsAreValid) {
   const Totals t = render_many(AdaptiveType::kPilot, 60);
-  EXPECT_GT(t.spread, 2) << "nothing was adaptive";
+  EXPECT_GT(t.spread, 2) << "sampling was not adaptive";
   EXPECT_LT(std::fabs(t.mean.z(1)), 4);
   EXPECT_LT(std::fabs(t.unreported.z(0)), 4);
   EXPECT_EQ(t.uneven, 0);
 }
 
-// The twin: pixels whose counts follow their own samples would lack light, and the same check sees
-// a picture that lacks a twentieth of it.
-TEST(AdaptiveTypes, APictureThatLacksLightIsDetected) {
+// The planted fault: if the counts of pixels depended on their own samples, light would be missing.
+// The same check detects an image that misses a twentieth of it.
+TEST(AdaptiveTypes, DetectsAnImageThatMissesLight) {
   const Totals t = render_many(AdaptiveType::kPilot, 60, 0.95F);
   EXPECT_LT(t.mean.z(1), -4);
 }
@@ -202,7 +203,7 @@ TEST(AdaptiveTypes, AreUnbiasedWithAValidError) {
   }
 }
 
-// A quarter of the picture is a hundred times as noisy as the rest.
+// A quarter of the image has a hundred times the noise of the rest.
 Synthetic uneven_noise(AdaptiveType type) {
   Synthetic s;
   s.adaptive.type = type;
@@ -225,10 +226,10 @@ double squared_error(AdaptiveType type, int pictures) {
   return sum;
 }
 
-// Sum of variance / n at a given sum of n is least for n in proportion to the standard deviations:
-// here (1/4 1 + 3/4 0.01)^2 instead of 1/4, a factor 3.8. A tenth is spread evenly, and the pilot's
-// window blurs the edge: more than half of it stays.
-TEST(AdaptiveTypes, PutSamplesWhereTheNoiseIs) {
+// The sum of variance / n at a given sum of n is minimal for n proportional to the standard
+// deviations: here (1/4 1 + 3/4 0.01)^2 instead of 1/4, a factor 3.8. A tenth of the samples is
+// uniform, and the pilot's window blurs the edge: more than half of the gain remains.
+TEST(AdaptiveTypes, AllocateSamplesWhereTheNoiseIs) {
   const double none = squared_error(AdaptiveType::kNone, 2);
   EXPECT_NEAR(none, 0.25 / 256,
               0.25 / 256 * 0.1);  // 2,048 noisy pixels: a standard deviation of 3 %
@@ -238,7 +239,7 @@ TEST(AdaptiveTypes, PutSamplesWhereTheNoiseIs) {
   EXPECT_LT(gain, 4.2);
 }
 
-// 95 % intervals of tiles, with adaptive sampling by pixels and by tiles: 60 pictures of 4 tiles
+// 95 % intervals of tiles, with adaptive sampling by pixels and by tiles: 60 images of 4 tiles
 // each; 240 trials, standard deviation 1.4 %: 90 % is 3.6 of them away.
 TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
   for (const core::Granularity granularity :

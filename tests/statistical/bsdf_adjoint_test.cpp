@@ -1,6 +1,6 @@
-// Light carried by particles is the light that viewers see: for each surface the double integral of
-// its scattering over viewers and lights, by samples from the viewer's side and from the light's.
-// 200 p-values or so, each refused below sidak(0.01, 400).
+// Reciprocity of transport: for each surface the double integral of its scattering over viewers and
+// lights, sampled from the viewer's side and from the light's, must agree. About 200 p-values, each
+// rejected below sidak(0.01, 400).
 #include <cmath>
 #include <functional>
 
@@ -22,7 +22,7 @@ using test_support::Random;
 
 const double kLevel = test_support::sidak(0.01, 400);
 
-/// A case of tests/support as a material at a point, whose normals part by an angle.
+/// A case of tests/support as a material at a point whose normals differ by an angle.
 struct Surface {
   core::Material material;
   core::SurfacePoint point;
@@ -53,16 +53,17 @@ struct Surface {
 
 enum class Region {
   kAll,
-  kNearNormal,  ///< within 40 degrees of the geometric normal: no horizon mirrors smooth lobes
-                ///< there
-  kThrough,     ///< viewers above the surface, lights below
+  /// within 40 degrees of the geometric normal, where smooth lobes have no mirror direction below
+  /// the horizon
+  kNearNormal,
+  kThrough,  ///< viewers above the surface, lights below
 };
 
 Region region_of(const Surface& surface) {
   return surface.is_delta ? Region::kNearNormal : Region::kAll;
 }
 
-/// Viewers and lights are weighted with it.
+/// Weight of viewers and lights.
 double weight(Vec3 w, bool viewer, Region region) {
   const Vec3 axis = viewer ? Vec3{0.8F, 0, 0.6F} : Vec3{-0.6F, 0.64F, 0.48F};
   const double wide = 1.1 + static_cast<double>(dot(w, axis));
@@ -78,10 +79,10 @@ double weight(Vec3 w, bool viewer, Region region) {
   return 0;
 }
 
-/// Of a particle's weight: plants an error.
+/// Changes a particle's weight: plants a fault.
 using Bend = std::function<double(const ScatterSample&, Vec3 wo)>;
 
-/// Samples from the side of the path's start: viewers in radiance mode, lights in importance mode.
+/// Samples from the start of the path: viewers in radiance mode, lights in importance mode.
 test_support::Moments scattered(const Surface& surface, TransportMode mode, Region region,
                                 int count, const Bend& bend) {
   const bool from_viewer = mode == TransportMode::kRadiance;
@@ -129,10 +130,10 @@ TEST_P(BsdfAdjoint, ParticlesCarryTheLightThatViewersSee) {
   }
 }
 
-TEST_P(BsdfAdjoint, TheEtaSquaredOfRadianceIsDetected) {
+TEST_P(BsdfAdjoint, DetectsTheEtaSquaredOfRadianceMode) {
   const core::BsdfParameters& p = GetParam().parameters;
   if (p.thin || !(p.transmission > 0) || p.ior == 1) {
-    return;  // light changes no medium
+    return;  // does not enter another medium
   }
   const Surface surface(GetParam(), 0);
   EXPECT_GT(p_value(surface, Region::kThrough, none, 40000), kLevel);
@@ -153,7 +154,7 @@ BsdfCase case_named(const std::string& name) {
   return {};
 }
 
-/// Light turns at each of them: where it passes straight through, the factor is 1.
+/// Light changes direction at each of these surfaces: under null scattering the factor is 1.
 constexpr const char* kTurning[] = {"Lambert",
                                     "Metal60",
                                     "Dielectric30",
@@ -163,7 +164,7 @@ constexpr const char* kTurning[] = {"Lambert",
                                     "DiffuseTransmission70",
                                     "AnisotropicGold"};
 
-TEST(BsdfAdjointTwin, ShadingNormalsWithoutTheirFactorAreDetected) {
+TEST(BsdfAdjointTwin, DetectsShadingNormalsWithoutTheirFactor) {
   for (const char* name : kTurning) {
     const Surface surface(case_named(name), 25);
     const Vec3 n = surface.point.normal_shading;
@@ -175,7 +176,7 @@ TEST(BsdfAdjointTwin, ShadingNormalsWithoutTheirFactorAreDetected) {
   }
 }
 
-// Density and samples of importance mode, where normals are bent.
+// Density and samples of importance mode with differing normals.
 TEST(BsdfAdjointChi2, ImportanceSamplesFollowTheirDensity) {
   for (const char* name : {"Lambert", "SolidGlassOutside60", "DiffuseTransmission70"}) {
     const Surface surface(case_named(name), 25);
@@ -201,8 +202,8 @@ TEST(BsdfAdjointChi2, ImportanceSamplesFollowTheirDensity) {
   }
 }
 
-// What one side calls the density of the way back is the other side's density.
-TEST_P(BsdfAdjoint, ReverseDensitiesAreThoseOfTheOtherMode) {
+// The reverse density of one mode is the forward density of the other.
+TEST_P(BsdfAdjoint, ReverseDensitiesEqualThoseOfTheOtherMode) {
   const Surface surface(GetParam(), 25);
   Random random(23);
   for (int i = 0; i < 200; ++i) {
@@ -212,7 +213,7 @@ TEST_P(BsdfAdjoint, ReverseDensitiesAreThoseOfTheOtherMode) {
     const auto back = evaluate_scatter(b, a, TransportMode::kRadiance);
     EXPECT_EQ(forward.pdf_reverse, back.pdf_solid_angle);
     EXPECT_EQ(forward.pdf_solid_angle, back.pdf_reverse);
-    // K(v; l) |ng . v| from both sides.
+    // K(v; l) |ng . v| computed from both sides.
     const double va = std::fabs(static_cast<double>(a.wo_world().z));
     const double vb = std::fabs(static_cast<double>(b.wo_world().z));
     EXPECT_NEAR(static_cast<double>(forward.value_cos.g) * va,

@@ -1,5 +1,5 @@
-// Every sample against its density. 400 p-values or so, each refused below sidak(0.01, 400)
-// = 2.5e-5; seeds are fixed.
+// BSDF samples against their densities. About 400 p-values, each rejected below sidak(0.01, 400) =
+// 2.5e-5; seeds are fixed.
 #include <gtest/gtest.h>
 
 #include "core/bsdf/bsdf.h"
@@ -50,16 +50,16 @@ TEST_P(BsdfChi2, SampleFollowsItsDensityUnderATiltedGeometricNormal) {
   }
 }
 
-TEST_P(BsdfChi2, TwoPercentTooMuchIsDetected) {
+TEST_P(BsdfChi2, DetectsADensityTwoPercentTooLarge) {
   const Bsdf bsdf = GetParam().seen_from(test_support::direction(45));
   if (bsdf.prob_delta() > 0.5F) {
-    return;  // hardly anything spreads
+    return;  // the distribution is almost a delta
   }
   EXPECT_LT(p_value(bsdf, 1000000, 1.02F), kLevel);
 }
 
-// The share of delta samples is what prob_delta() says: |z| < 4.5.
-TEST_P(BsdfChi2, DeltaLobesAreTakenAsOftenAsSaid) {
+// The fraction of delta samples equals prob_delta(): |z| < 4.5.
+TEST_P(BsdfChi2, SamplesDeltaLobesWithTheStatedProbability) {
   const Bsdf bsdf = GetParam().seen_from(test_support::direction(40));
   Random random(8);
   test_support::Moments delta;

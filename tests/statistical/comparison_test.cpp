@@ -1,5 +1,5 @@
-// Comparisons of jobs that differ in nothing but their seed alarm as rarely as they say; a gain of
-// 1 % is found.
+// Comparisons of jobs that differ only in their seed have the stated false alarm rate; a gain of 1
+// % is found.
 
 #include "core/compare/comparison.h"
 
@@ -17,7 +17,7 @@ using core::Picture;
 constexpr int kWidth = 64;
 constexpr int kHeight = 64;
 
-/// Box with emitter and walls: edges, penumbrae, a mirror-free room.
+/// Box with emitter and walls: edges, penumbrae, no mirrors.
 Picture rendered(std::uint64_t seed, int samples, core::SamplerType sampler, int replicates = 2) {
   static const auto scene = test_support::build(test_support::cornell());
   core::View view = test_support::view_of(scene, kWidth, kHeight);
@@ -68,17 +68,17 @@ class NullComparison : public testing::TestWithParam<core::SamplerType> {};
 
 TEST_P(NullComparison, HasItsStatedFalseAlarmRate) {
   const Summary summary = null_pairs(GetParam(), 12, 32, 1);
-  // 12 pairs of 4096 pixels: a mean of z is known to 1 / sqrt(12 * 4096) = 0.0045; 4 of them, a
-  // false alarm in 16,000.
+  // 12 pairs of 4096 pixels: the standard error of the mean of z is 1 / sqrt(12 * 4096) = 0.0045; 4
+  // of them, a false alarm in 16,000.
   EXPECT_LT(std::abs(summary.z_mean.mean), 4 * 0.0045);
-  // "About": half of a pixel's variance is that of its neighbours, which is too much for some and
-  // too little for others. Somewhat less than 1: a pixel that is far off is thought noisier than it
-  // is, too.
+  // "About": half of a pixel's variance comes from its neighbours, which is too much for some and
+  // too little for others. Slightly below 1, because the variance of a pixel with a large deviation
+  // is also estimated higher.
   std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean,
               100 * summary.share.mean);
   EXPECT_NEAR(summary.z_variance.mean, 1, 0.1);
-  // 0.27 % of 49,152 are 133; the pairs' counts spread as 12 binomials do, 4 of their deviations
-  // are 0.09 %.
+  // 0.27 % of 49,152 are 133; the counts of pairs vary like 12 binomials, 4 of their deviations are
+  // 0.09 %.
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
   EXPECT_GT(summary.share.mean, 0.0002);
   // Binomial of 12 with 0.95: six or more misses in one of 60,000.
@@ -89,9 +89,9 @@ INSTANTIATE_TEST_SUITE_P(Statistical, NullComparison,
                          testing::Values(core::SamplerType::kSobol,
                                          core::SamplerType::kIndependent));
 
-// Four samples of each half: windows that hold unlike noise, and pixels without any, would make z
-// too small.
-TEST(Comparison, ZOfFewSamplesVariesAsItShould) {
+// Four samples in each half: windows with unequal noise, and pixels without noise, would make z too
+// small.
+TEST(Comparison, ZOfFewSamplesHasTheExpectedSpread) {
   const Summary summary = null_pairs(core::SamplerType::kSobol, 12, 8, 1);
   std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean,
               100 * summary.share.mean);
@@ -100,9 +100,9 @@ TEST(Comparison, ZOfFewSamplesVariesAsItShould) {
   EXPECT_GE(summary.bias_covered, 7);
 }
 
-// An emitter in the picture: its pixels and the black ones around have no noise, and what the
-// neighbours have is not theirs.
-TEST(Comparison, PixelsWithoutNoiseNextToNoisyOnesAreLeftOut) {
+// An emitter in the image: its pixels and the black ones around it have no noise, and the noise of
+// their neighbours does not apply to them.
+TEST(Comparison, LeavesOutPixelsWithoutNoiseNextToNoisyOnes) {
   core::Picture a;
   a.width = 8;
   a.height = 8;
@@ -120,20 +120,20 @@ TEST(Comparison, PixelsWithoutNoiseNextToNoisyOnesAreLeftOut) {
   b.values[1] = core::Rgb(1.5F);
   const core::Comparison result = compared(a, b);
   EXPECT_EQ(result.z[3], 0);
-  EXPECT_NE(result.z[1], 0) << "a difference is one, whatever the samples say";
+  EXPECT_NE(result.z[1], 0) << "a difference is detected, independent of the samples";
   EXPECT_NE(result.z[0], 0);
 }
 
-TEST(Comparison, AGainOfOnePercentIsFound) {
-  // The twin: pairs of the same kind with one side 1 % brighter. 4 deviations of the mean of 6 *
-  // 4096 values of z.
+TEST(Comparison, FindsAGainOfOnePercent) {
+  // The planted fault: the same pairs with one side 1 % brighter. 4 standard deviations of the mean
+  // of 6 * 4096 values of z.
   const Summary summary = null_pairs(core::SamplerType::kSobol, 6, 64, 1.01F);
   EXPECT_GT(summary.z_mean.mean, 4 / std::sqrt(6.0 * 4096));
   EXPECT_LE(summary.bias_covered, 1);
 }
 
-// Blue-noise samples: the errors of neighbouring pixels cancel, so that squares do not add up over
-// the picture.
+// Blue-noise samples: the errors of neighbouring pixels cancel, so squared errors do not add up
+// over the image.
 int correlated_pairs_covered(int replicates, float gain) {
   int covered = 0;
   for (std::uint64_t pair = 0; pair < 12; ++pair) {
@@ -146,12 +146,12 @@ int correlated_pairs_covered(int replicates, float gain) {
   return covered;
 }
 
-TEST(Comparison, TheBiasOfCorrelatedPicturesIsCoveredByItsReplicates) {
+TEST(Comparison, ReplicatesCoverTheBiasOfCorrelatedImages) {
   EXPECT_GE(correlated_pairs_covered(2, 1), 7);
   EXPECT_GE(correlated_pairs_covered(16, 1), 7);
 }
 
-TEST(Comparison, AGainOfCorrelatedPicturesIsFound) {
+TEST(Comparison, FindsAGainOfCorrelatedImages) {
   EXPECT_LE(correlated_pairs_covered(16, 1.05F), 1);
 }
 

@@ -1,4 +1,4 @@
-// How fast errors fall with the number of samples.
+// Convergence rates of the error with the number of samples.
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -20,7 +20,7 @@ struct Integrand {
   double truth = 0;
 };
 
-// Both over the first two of four dimensions; and a smooth one over all four.
+// Integrands of the first two of four dimensions, and a smooth one of all four.
 Integrand smooth_2d() {
   return {[](Vec4 u) {
             return std::exp(static_cast<double>(u.x)) * std::exp(static_cast<double>(u.y));
@@ -64,19 +64,19 @@ double slope_of(SamplerType type, const Integrand& g) {
   return s;
 }
 
-// The standard error of each log rmse of 200 is 0.05, of a slope over 16..1024 it is 0.014.
-TEST(Convergence, IndependentSamplesHalveTheErrorAtFourTimesTheCost) {
+// The standard error of each log rmse of 200 is 0.05, that of a slope over 16..1024 is 0.014.
+TEST(Convergence, ErrorOfIndependentSamplesHalvesAtFourTimesTheCost) {
   EXPECT_NEAR(slope_of(SamplerType::kIndependent, smooth_2d()), -0.5, 0.05);
   EXPECT_NEAR(slope_of(SamplerType::kIndependent, disk()), -0.5, 0.05);
 }
 
-TEST(Convergence, SobolIsFasterTheSmootherTheIntegrand) {
+TEST(Convergence, SobolConvergesFasterForSmootherIntegrands) {
   EXPECT_NEAR(slope_of(SamplerType::kSobol, smooth_2d()), -1.5, 0.1);
   EXPECT_NEAR(slope_of(SamplerType::kSobol, disk()), -0.75, 0.08);
   EXPECT_LT(slope_of(SamplerType::kSobol, smooth_4d()), -1.2);
 }
 
-// Against independent points, at 1,024 points: 570 times in 2-D smooth, 5.7 on the disk.
+// Relative to independent points, at 1,024 points: 570 times in 2-D smooth, 5.7 on the disk.
 TEST(Convergence, SobolGainsTheMeasuredFactor) {
   const double smooth = rmse(SamplerType::kIndependent, smooth_2d(), 1024) /
                         rmse(SamplerType::kSobol, smooth_2d(), 1024);
@@ -87,8 +87,8 @@ TEST(Convergence, SobolGainsTheMeasuredFactor) {
   EXPECT_NEAR(edge, 5.7, 1.5);
 }
 
-// A whole picture of soft light, edges and corners included. Its error is the spread of pictures
-// with different seeds, relative to their mean.
+// A whole image of soft light, including edges and corners. The error is the standard deviation of
+// images with different seeds, relative to their mean.
 double relative_spread(core::View view, int samples) {
   constexpr int kSeeds = 8;
   std::vector<test_support::Moments> pixels;
@@ -107,7 +107,7 @@ double relative_spread(core::View view, int samples) {
   return std::sqrt(sum / static_cast<double>(pixels.size()));
 }
 
-TEST(Convergence, APictureUnderASoftLightBeatsTheSquareRoot) {
+TEST(Convergence, ImageUnderASoftLightConvergesFasterThanTheSquareRoot) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 48);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 1;
@@ -124,7 +124,7 @@ TEST(Convergence, APictureUnderASoftLightBeatsTheSquareRoot) {
     return s;
   };
   EXPECT_NEAR(fall(SamplerType::kIndependent), -0.5, 0.03);
-  // Edges of shadows and of things, in the four dimensions of a point of the film and one of the
+  // Edges of shadows and objects, in the four dimensions of a point on the film and one on the
   // emitter: the error of an edge in d dimensions falls as N^-(1/2 + 1/2d) (He and Wang 2015), here
   // as -0.625; smooth parts fall faster.
   EXPECT_LT(fall(SamplerType::kSobol), -0.625 + 0.03);

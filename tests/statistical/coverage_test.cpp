@@ -1,6 +1,6 @@
-// Error bars of real renders: 150 renders with 150 seeds. The truth is the mean of the other 149
-// (which themselves are held against closed forms in tests/render), its own error 1/149 of the
-// variance; intervals are widened by nothing for it: the effect is 0.04 % of coverage.
+// Confidence intervals of real renders: 150 renders with 150 seeds. The true value is the mean of
+// the other 149 (tests/render compares these with closed forms); its own error is 1/149 of the
+// variance. The intervals are not widened for it: the effect is 0.04 % of coverage.
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -21,7 +21,7 @@ using test_support::Moments;
 
 constexpr int kRenders = 150;
 
-/// With the emitter in the picture, or not.
+/// With the emitter in view, or not.
 core::View cornell(core::SamplerType sampler, bool lamp = false) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 96, 64);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, lamp ? 0.5F : 0.35F, 0}, lamp ? 40 : 24);
@@ -30,7 +30,7 @@ core::View cornell(core::SamplerType sampler, bool lamp = false) {
   return view;
 }
 
-/// A metal ball and a white one on a floor, under an emitter and a dim sky.
+/// A metal ball and a white one on a floor, under an emitter and a dim environment.
 core::View balls(core::SamplerType sampler, float roughness = 0.6F, float lamp_side = 0.8F) {
   core::MaterialDescription metal;
   metal.metallic = 1;
@@ -53,15 +53,15 @@ core::View balls(core::SamplerType sampler, float roughness = 0.6F, float lamp_s
 }
 
 struct Coverage {
-  double tiles = 0;  ///< means of tiles, by the sum of their pixels' variances
+  double tiles = 0;  ///< means of tiles, from the sum of their pixels' variances
   double pixels = 0;
   double image = 0;       ///< low <= true relative error <= high
   double not_low = 0;     ///< true relative error <= high
-  double unreliable = 0;  ///< pictures that are called so
+  double unreliable = 0;  ///< images flagged as unreliable
   double ratio = 0;       ///< mean of the estimate over the true relative error
 };
 
-/// twin: what is done to each film before it is asked for its error.
+/// twin: plants a fault in each film before its error is estimated.
 Coverage cover(core::View view, int samples,
                const std::function<void(core::FilmSnapshot&)>& twin = {}) {
   std::vector<core::FilmSnapshot> films;
@@ -106,7 +106,7 @@ Coverage cover(core::View view, int samples,
           tile_mean += v;
           tile_truth += others;
           tile_variance += static_cast<double>(variance->values[3 * p + 1]);
-          if (x % 2 == 0 && y % 2 == 0) {  // a fourth tells as much
+          if (x % 2 == 0 && y % 2 == 0) {  // a quarter of the pixels is sufficient
             const core::Rgb width95 =
                 core::pixel_error(film, x, y).high - core::pixel_value(film, p).mean;
             out.pixels += std::fabs(v - others) <= static_cast<double>(width95.g) ? 1 : 0;
@@ -127,8 +127,8 @@ Coverage cover(core::View view, int samples,
   return out;
 }
 
-// 900 tiles: a standard deviation of 0.73 %; 92.5 and 97.5 % are 3.4 of them away: false alarm
-// 0.07 % for each. 150 intervals of the error: 1.8 %; 88 % is 3.9 of them away.
+// 900 tiles: a standard deviation of 0.73 %; 92.5 and 97.5 % are 3.4 of them away: false alarm 0.07
+// % for each. 150 intervals of the error: 1.8 %; 88 % is 3.9 of them away.
 void expect_calibrated(const Coverage& c) {
   EXPECT_GE(c.tiles, 0.925);
   EXPECT_LE(c.tiles, 0.975);
@@ -138,21 +138,21 @@ void expect_calibrated(const Coverage& c) {
   EXPECT_NEAR(c.ratio, 1, 0.03);
 }
 
-TEST(Coverage, OfTheCornellBoxWithSobol) {
+TEST(Coverage, IsCalibratedInTheCornellBoxWithSobol) {
   expect_calibrated(cover(cornell(core::SamplerType::kSobol), 8));
 }
-TEST(Coverage, OfTheCornellBoxWithIndependentSamples) {
+TEST(Coverage, IsCalibratedInTheCornellBoxWithIndependentSamples) {
   expect_calibrated(cover(cornell(core::SamplerType::kIndependent), 8));
 }
-TEST(Coverage, OfTwoBallsWithSobol) {
+TEST(Coverage, IsCalibratedForTwoBallsWithSobol) {
   expect_calibrated(cover(balls(core::SamplerType::kSobol), 8));
 }
-TEST(Coverage, OfTwoBallsWithIndependentSamples) {
+TEST(Coverage, IsCalibratedForTwoBallsWithIndependentSamples) {
   expect_calibrated(cover(balls(core::SamplerType::kIndependent), 8));
 }
 
-// The pilot stream decides at 24 samples, the picture has 32; 600 tiles.
-TEST(Coverage, OfTheCornellBoxWithAdaptiveSampling) {
+// The pilot stream decides at 24 samples, the image has 32; 600 tiles.
+TEST(Coverage, IsCalibratedInTheCornellBoxWithAdaptiveSampling) {
   core::View view = cornell(core::SamplerType::kSobol);
   view.settings.film.width = 64;
   view.settings.adaptive.type = core::AdaptiveType::kPilot;
@@ -166,26 +166,26 @@ TEST(Coverage, OfTheCornellBoxWithAdaptiveSampling) {
   EXPECT_NEAR(c.ratio, 1, 0.03);
 }
 
-// The boundary of an emitter carries the error: few pixels, some of them seldom hit by samples.
-TEST(Coverage, WithAnEmitterInThePicture) {
+// The emitter boundary carries the error: few pixels, some of them rarely hit by samples.
+TEST(Coverage, IsCalibratedWithAnEmitterInTheImage) {
   const Coverage c = cover(cornell(core::SamplerType::kSobol, true), 8);
   EXPECT_GE(c.tiles, 0.92);
   EXPECT_GE(c.image, 0.88);
   EXPECT_NEAR(c.ratio, 1, 0.1);
 }
 
-// A small emitter in a polished ball: caustics that few samples find. A tile that missed them
-// cannot know: its interval is too short, and 95 % falls to some 90 %. The estimate of the picture
-// as a whole stays right.
-TEST(Coverage, OfRareCausticsFallsShortByAFewPercent) {
+// A small emitter reflected by a polished ball: caustics that few samples find. A tile without such
+// a sample has no information about them: its interval is too short, and 95 % falls to about 90 %.
+// The estimate of the whole image remains correct.
+TEST(Coverage, OfRareCausticsIsLowByAFewPercent) {
   const Coverage c = cover(balls(core::SamplerType::kSobol, 0.35F, 0.4F), 8);
   EXPECT_GE(c.tiles, 0.86);
   EXPECT_GE(c.pixels, 0.90);
   EXPECT_NEAR(c.ratio, 1, 0.1);
 }
 
-// The twin: half B has seen a fifth of what half A saw.
-TEST(Coverage, HalvesThatShareSamplesAreDetected) {
+// The planted fault: half B contains a fifth of the samples of half A.
+TEST(Coverage, DetectsHalvesThatShareSamples) {
   const Coverage c = cover(cornell(core::SamplerType::kSobol), 8, [](core::FilmSnapshot& film) {
     for (std::size_t p = 0; p < film.pixels.size(); p += 2) {
       core::ReplicatePixel& b = film.pixels[p + 1];

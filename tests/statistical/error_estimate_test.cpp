@@ -1,4 +1,4 @@
-// The error of films of known noise, planted: the estimate, its interval, its bounds.
+// Error estimates of films with known, synthetic noise: the estimate, its interval and its bounds.
 #include "core/error/error_estimate.h"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ Plan gaussian(double sd, int size = 64) {
   return plan;
 }
 
-/// Black left of column `middle`, beyond it as in `bright`.
+/// Black left of column `middle`, elsewhere as in `bright`.
 Plan half_black(Plan bright, int middle = 32) {
   Plan plan = bright;
   plan.half = [=](Random& r, int x, int y) { return x < middle ? 0.0 : bright.half(r, x, y); };
@@ -54,9 +54,9 @@ Plan half_black(Plan bright, int middle = 32) {
   return plan;
 }
 
-/// A disk emitter of radiance 20 on a wall of 0.3, so that the pixels of its boundary are isolated.
-/// Samples hit it with the probability of the share of the pixel that it covers,
-/// independently.
+/// A disk emitter of radiance 20 in front of a wall of 0.3, so that the pixels on its boundary are
+/// isolated. Each sample hits it independently, with the fraction of the pixel that it covers as
+/// probability.
 Plan round_lamp(int samples) {
   Plan plan;
   const auto share = [](int x, int y) {
@@ -75,7 +75,7 @@ Plan round_lamp(int samples) {
   };
   plan.m2 = [=](int, int, double mean) {
     const double met = (mean - 0.3) / 19.7;
-    // As if there were 128 samples: s^2 / n is that of samples / 2.
+    // Scaled to 128 samples: s^2 / n is that of samples / 2.
     return 19.7 * 19.7 * met * (1 - met) / (samples / 2 - 1) * 127 * 128;
   };
   return plan;
@@ -88,8 +88,8 @@ ErrorEstimate estimate_of(const FilmSnapshot& film) {
 struct Outcome {
   double truth = 0;
   Moments estimate;
-  double covered = 0;     ///< share of the intervals that hold the truth
-  double unreliable = 0;  ///< share of the pictures that are called so
+  double covered = 0;     ///< fraction of the intervals that contain the true value
+  double unreliable = 0;  ///< fraction of the images flagged as unreliable
 };
 
 template <typename Draw>
@@ -114,11 +114,11 @@ Outcome measure(const Plan& plan, int trials = 300) {
       true_error(plan), [&](std::uint64_t seed) { return draw(plan, seed); }, trials);
 }
 
-// Of 300 trials a share of 95 % has a standard deviation of 1.26 %: below 92 % in 0.9 % of cases;
-// the seeds are fixed.
+// For 300 trials a fraction of 95 % has a standard deviation of 1.26 %: below 92 % in 0.9 % of
+// cases; the seeds are fixed.
 constexpr double kLeastCoverage = 0.92;
 
-TEST(ErrorEstimate, OfGaussianNoise) {
+TEST(ErrorEstimate, IntervalsCoverForGaussianNoise) {
   for (const double sd : {0.02, 0.2, 1.0}) {
     const Outcome o = measure(gaussian(sd));
     EXPECT_NEAR(o.estimate.mean, o.truth, 0.02 * o.truth) << sd;
@@ -128,17 +128,17 @@ TEST(ErrorEstimate, OfGaussianNoise) {
   }
 }
 
-TEST(ErrorEstimate, OfRareEvents) {
+TEST(ErrorEstimate, IntervalsCoverForRareEvents) {
   for (const double probability : {0.02, 0.001}) {
     const Outcome o = measure(rare_events(probability));
-    // At 0.001 the error is 200 %, S of a tile has a standard error of 25 %, and its reciprocal
-    // reads 6 % too high.
+    // At 0.001 the error is 200 %, S of a tile has a standard error of 25 %, and its reciprocal is
+    // biased by +6 %.
     EXPECT_NEAR(o.estimate.mean, o.truth, (probability < 0.01 ? 0.1 : 0.02) * o.truth);
     EXPECT_GE(o.covered, kLeastCoverage) << probability;
   }
 }
 
-TEST(ErrorEstimate, OfAPictureHalfBlack) {
+TEST(ErrorEstimate, IntervalsCoverForAHalfBlackImage) {
   for (const Plan& plan : {half_black(gaussian(0.5)), half_black(rare_events(0.02), 19),
                            half_black(rare_events(0.001))}) {
     const Outcome o = measure(plan);
@@ -147,8 +147,8 @@ TEST(ErrorEstimate, OfAPictureHalfBlack) {
   }
 }
 
-// Few pixels carry it, those of an emitter boundary.
-TEST(ErrorEstimate, OfAnEmitterBoundary) {
+// Only few pixels have noise, those of an emitter boundary.
+TEST(ErrorEstimate, IntervalsCoverForAnEmitterBoundary) {
   for (const int samples : {16, 64, 256}) {
     const Outcome o = measure(round_lamp(samples), 100);
     EXPECT_NEAR(o.estimate.mean, o.truth, 0.1 * o.truth) << samples;
@@ -156,7 +156,7 @@ TEST(ErrorEstimate, OfAnEmitterBoundary) {
   }
 }
 
-/// Gaussian noise that is the same in squares of `side` pixels; sd 0.1 of a pixel.
+/// Gaussian noise that is constant over squares of `side` pixels; standard deviation 0.1 per pixel.
 FilmSnapshot blotched(std::uint64_t seed, int side) {
   constexpr int kSide = 128;
   Random random(seed);
@@ -177,9 +177,9 @@ FilmSnapshot blotched(std::uint64_t seed, int side) {
   return film;
 }
 
-// The squares leave room for some correlation of neighbours. The twin: noise that is the same over
-// whole tiles spreads far more than its pixels tell.
-TEST(ErrorEstimate, IsCoveredWhereNeighboursErrTogether) {
+// The squares allow some correlation of neighbours. The planted fault: noise that is constant over
+// whole tiles varies much more than its pixels indicate.
+TEST(ErrorEstimate, IntervalsCoverForCorrelatedNeighbours) {
   const double truth = 0.1 / std::sqrt(1.0025);
   const auto covered = [&](int side) {
     return measure(
@@ -187,11 +187,12 @@ TEST(ErrorEstimate, IsCoveredWhereNeighboursErrTogether) {
         .covered;
   };
   EXPECT_GE(covered(1), 0.92);
-  EXPECT_LT(covered(32), 0.75) << "this must be seen";
+  EXPECT_LT(covered(32), 0.75) << "the fault is detected";
 }
 
-// Halves that share a fifth of what they saw say too little: the twin of all tests above.
-TEST(ErrorEstimate, HalvesThatShareSamplesAreDetected) {
+// Halves that share a fifth of their samples underestimate the error: the planted fault of all
+// tests above.
+TEST(ErrorEstimate, DetectsHalvesThatShareSamples) {
   const Plan plan = gaussian(0.2);
   const Outcome o = measure(
       true_error(plan),
@@ -208,7 +209,7 @@ TEST(ErrorEstimate, HalvesThatShareSamplesAreDetected) {
   EXPECT_LT(o.covered, 0.5);
 }
 
-/// What a drawn picture is off by itself.
+/// The error of the drawn image itself.
 double error_of(const FilmSnapshot& film, const Plan& plan) {
   std::vector<test_support::PixelTruth> pixels;
   for (int y = 0; y < plan.height; ++y) {
@@ -222,10 +223,10 @@ double error_of(const FilmSnapshot& film, const Plan& plan) {
   return test_support::defined_error(pixels, plan.width, plan.height);
 }
 
-// 1,000 pictures each: a standard deviation of 0.7 %; bounds that hold in 95 % of them are exceeded
-// in more than 7.5 % with probability 2e-4. The twin, the bound of what pictures are off by on
-// average, is exceeded too often.
-TEST(ErrorEstimate, APictureIsSeldomOffByMoreThanItsBound) {
+// 1,000 images each: a standard deviation of 0.7 %; bounds that hold in 95 % of them are exceeded
+// in more than 7.5 % with probability 2e-4. The planted fault, the bound of the average error of
+// images, is exceeded too often.
+TEST(ErrorEstimate, ErrorRarelyExceedsItsBound) {
   constexpr int kTrials = 1000;
   int all_beyond = 0;
   int all_beyond_expected = 0;
@@ -245,14 +246,14 @@ TEST(ErrorEstimate, APictureIsSeldomOffByMoreThanItsBound) {
     all_beyond += beyond;
     all_beyond_expected += beyond_expected;
   }
-  EXPECT_GT(all_beyond_expected, 2 * all_beyond) << "an interval of the average is no bound";
+  EXPECT_GT(all_beyond_expected, 2 * all_beyond) << "an interval of the average is not a bound";
 }
 
-TEST(ErrorEstimate, TooFewEventsAreCalledUnreliable) {
+TEST(ErrorEstimate, FlagsTooFewEventsAsUnreliable) {
   EXPECT_GE(measure(rare_events(3e-6), 20).unreliable, 0.75);
 }
 
-// Pixels: pooled standard errors, 95 % intervals, on average over the picture; 50 x 4096 pixels.
+// Pixels: pooled standard errors, 95 % intervals, on average over the image; 50 x 4096 pixels.
 TEST(PixelError, IntervalsCover) {
   for (const Plan& plan : {gaussian(0.1), half_black(gaussian(0.1)), rare_events(0.02)}) {
     double inside = 0;

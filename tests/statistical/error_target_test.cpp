@@ -1,5 +1,5 @@
-// Jobs that end by an error target: the true error is at most the target in `confidence` of the
-// runs that are not called unreliable.
+// Jobs that stop at an error target: the true error is at most the target in `confidence` of the
+// runs that are not flagged as unreliable.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -39,8 +39,8 @@ core::View sky_and_ball() {
   return view;
 }
 
-/// Emitters of about a pixel before a wall: samples at the tail of the film's filter meet them once
-/// in thousands.
+/// Emitters of about a pixel in front of a wall: samples at the tail of the reconstruction filter
+/// hit them once in thousands.
 core::View small_lamps() {
   std::vector<core::PrimitiveDescription> parts = {
       test_support::quad({-2, -2, -1}, {4, 0, 0}, {0, 4, 0}, 0)};
@@ -59,13 +59,13 @@ core::View small_lamps() {
 }
 
 struct Targets {
-  int runs = 0;       ///< that are not called unreliable
-  int met = 0;        ///< of these
-  double median = 0;  ///< of true error over target
+  int runs = 0;       ///< not flagged as unreliable
+  int met = 0;        ///< number of these that meet the target
+  double median = 0;  ///< of the ratio of true error to target
   double samples = 0;
 };
 
-/// share: the target over the error at 32 samples. bias: what the true error is multiplied by.
+/// share: ratio of the target to the error at 32 samples. bias: factor of the true error.
 Targets run(core::View view, double share, double bias = 1) {
   constexpr int kSeeds = 40;
   view.settings.seed = 999;
@@ -98,33 +98,33 @@ Targets run(core::View view, double share, double bias = 1) {
   return out;
 }
 
-// Of 40 runs that meet the target with probability 0.95, more than 5 do not in 1.4 % of cases
+// Of 40 runs that meet the target with probability 0.95, more than 5 miss it in 1.4 % of cases
 // (binomial); the seeds are fixed.
 bool is_kept(const Targets& t) { return t.runs - t.met <= 5; }
 
-TEST(ErrorTarget, IsKeptInARoom) {
+TEST(ErrorTarget, IsMetInARoom) {
   EXPECT_TRUE(is_kept(run(room(), 0.7)));
-  EXPECT_TRUE(is_kept(run(room(), 2))) << "by few samples";
+  EXPECT_TRUE(is_kept(run(room(), 2))) << "with few samples";
 }
-TEST(ErrorTarget, IsKeptInARoomWithAdaptiveSampling) {
+TEST(ErrorTarget, IsMetInARoomWithAdaptiveSampling) {
   core::View view = room();
   view.settings.adaptive.type = core::AdaptiveType::kPilot;
   view.settings.adaptive.min_samples = 24;
   const Targets t = run(view, 0.7);
   EXPECT_TRUE(is_kept(t));
-  EXPECT_GT(t.samples, 26) << "nothing was adaptive";
+  EXPECT_GT(t.samples, 26) << "sampling was not adaptive";
 }
-TEST(ErrorTarget, IsKeptUnderASky) {
+TEST(ErrorTarget, IsMetUnderASky) {
   EXPECT_TRUE(is_kept(run(sky_and_ball(), 0.7)));
-  EXPECT_TRUE(is_kept(run(sky_and_ball(), 2))) << "by few samples";
+  EXPECT_TRUE(is_kept(run(sky_and_ball(), 2))) << "with few samples";
 }
-// Some 36 pixels are all that is off.
-TEST(ErrorTarget, IsKeptAmongSmallEmitters) { EXPECT_TRUE(is_kept(run(small_lamps(), 0.7))); }
-TEST(ErrorTarget, IsKeptWithCaustics) {
+// About 36 pixels carry the whole error.
+TEST(ErrorTarget, IsMetForSmallEmitters) { EXPECT_TRUE(is_kept(run(small_lamps(), 0.7))); }
+TEST(ErrorTarget, IsMetForCaustics) {
   EXPECT_TRUE(is_kept(run(test_support::caustic(), 0.7)));
-  EXPECT_TRUE(is_kept(run(test_support::caustic(), 2))) << "by few samples";
+  EXPECT_TRUE(is_kept(run(test_support::caustic(), 2))) << "with few samples";
 }
-// The twin: errors a quarter larger than they are miss the target.
-TEST(ErrorTarget, AnUnderstatedErrorIsDetected) { EXPECT_FALSE(is_kept(run(room(), 0.7, 1.25))); }
+// The planted fault: true errors a quarter larger miss the target.
+TEST(ErrorTarget, DetectsAnUnderestimatedError) { EXPECT_FALSE(is_kept(run(room(), 0.7, 1.25))); }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// The rows of the integrator registry by their `error`: intervals of what is called valid have to
-// cover, of the picture's error its true value and of pixels the values of another, far longer
-// render; what is called none is not reported.
+// The rows of the integrator registry by their `error`: intervals of valid estimates must cover,
+// for the image the true error and for pixels the values of an independent, much longer render;
+// `none` reports no error.
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -25,7 +25,7 @@ constexpr int kHeight = 16;
 constexpr int kSamples = 16;
 constexpr int kReferenceSamples = 1024;
 
-/// A box that every technique finds light in: diffuse walls, an emitter out of the picture.
+/// A box in which every technique finds light: diffuse walls, an emitter outside the view.
 core::View box(std::string_view integrator) {
   core::View view =
       test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
@@ -36,8 +36,9 @@ core::View box(std::string_view integrator) {
   return view;
 }
 
-/// By path, whatever the row. Its own noise widens the scatter about it by 16 / 1024 / 2 = 0.8 %,
-/// or three times that if a row has a third of path's variance: 0.1 to 0.3 % of coverage.
+/// Rendered by path for every row. Its own noise increases the variance of the difference by 16 /
+/// 1024 / 2 = 0.8 %, or three times that if a row has a third of path's variance: 0.1 to 0.3 % of
+/// coverage.
 core::FilmSnapshot reference(std::string_view integrator) {
   core::View view = box("path");
   view.settings.max_depth = box(integrator).settings.max_depth;
@@ -45,16 +46,16 @@ core::FilmSnapshot reference(std::string_view integrator) {
   return test_support::render(view, kReferenceSamples).snapshot;
 }
 
-/// Shares of intervals that hold what they are about.
+/// Fractions of intervals that contain the true value.
 struct Covered {
-  double image = 0;   ///< the picture's true error
-  double pixels = 0;  ///< the reference's pixels
+  double image = 0;   ///< of the image's true error
+  double pixels = 0;  ///< of the pixels of the reference
 };
 
 struct Seen {
   Covered whole;
-  Covered halved;    ///< the twin: intervals of half the length
-  double ratio = 0;  ///< mean estimate of the picture's error over the true one
+  Covered halved;    ///< planted fault: intervals of half the length
+  double ratio = 0;  ///< mean ratio of the estimated to the true error of the image
 };
 
 /// One pixel of each window that pixel_error() pools.
@@ -73,7 +74,7 @@ void count_pixels(const core::FilmSnapshot& film, const core::FilmSnapshot& trut
   }
 }
 
-/// shared: how much of half A is mixed into half B; 0 but for the twin.
+/// shared: fraction of half A mixed into half B; 0 except for the planted fault.
 Seen measure(const core::IntegratorEntry& row, double shared, int renders = kRenders) {
   core::View view = box(row.name);
   const core::FilmSnapshot truth = reference(row.name);
@@ -128,7 +129,7 @@ std::string test_name(const testing::TestParamInfo<const core::IntegratorEntry*>
 std::vector<const core::IntegratorEntry*> rows(bool has_error) {
   std::vector<const core::IntegratorEntry*> out;
   for (const core::IntegratorEntry& row : core::integrators()) {
-    // `auto` is one of the others.
+    // `auto` runs one of the others.
     if (row.name != core::kAutomaticIntegrator &&
         (row.error != core::ErrorValidity::kNone) == has_error) {
       out.push_back(&row);
@@ -141,27 +142,27 @@ class RowWithAnError : public testing::TestWithParam<const core::IntegratorEntry
 class RowWithoutAnError : public testing::TestWithParam<const core::IntegratorEntry*> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RowWithoutAnError);
 
-// 200 intervals of the error that cover 95 %: 176 or fewer hold it with a probability of 7e-5 by
-// the binomial distribution. Pixels: 200 x 12, which a chain may correlate within a picture, so
-// that the band is that of 200, 95 % +- 4 standard deviations of 1.5 %. The estimate's mean is
-// known to 1 %.
+// 200 intervals of the error that cover 95 %: 176 or fewer contain it with a probability of 7e-5 by
+// the binomial distribution. Pixels: 200 x 12, which a chain may correlate within an image, so the
+// tolerance is that of 200, 95 % +- 4 standard deviations of 1.5 %. The mean of the estimate has a
+// standard error of 1 %.
 TEST_P(RowWithAnError, IntervalsCover) {
   const Seen seen = measure(*GetParam(), 0);
   EXPECT_GT(seen.whole.image, 0.88);
   EXPECT_GT(seen.whole.pixels, 0.89);
   EXPECT_NEAR(seen.ratio, 1, 0.05);
-  // The twins.
+  // The planted faults.
   EXPECT_LT(seen.halved.image, 0.88);
   EXPECT_LT(seen.halved.pixels, 0.89);
 }
 
-// The twin: half B has seen a fifth of what half A saw, so that the estimate is a fifth too low;
-// from 15 pictures it is known to 2 %.
-TEST_P(RowWithAnError, HalvesThatShareSamplesAreDetected) {
+// The planted fault: half B contains a fifth of the samples of half A, so the estimate is a fifth
+// too low; 15 images determine it to 2 %.
+TEST_P(RowWithAnError, DetectsHalvesThatShareSamples) {
   EXPECT_LT(measure(*GetParam(), 0.2, 15).ratio, 0.9);
 }
 
-TEST_P(RowWithoutAnError, ErrorsAreNotValid) {
+TEST_P(RowWithoutAnError, DoesNotReportAValidError) {
   EXPECT_FALSE(core::errors_are_valid(core::default_settings(GetParam()->name)));
 }
 

@@ -1,5 +1,4 @@
-// The laboratory's machinery: verdicts that can say no, runs that are reproducible and can be
-// stopped.
+// The laboratory: verdicts that can fail, runs that are reproducible and can be cancelled.
 
 #include <algorithm>
 #include <array>
@@ -48,7 +47,7 @@ Setup setup_of(std::string_view experiment, std::string_view estimator,
   return setup;
 }
 
-TEST(Lab, HasTheExperimentsOfTheContract) {
+TEST(Lab, HasTheDocumentedExperiments) {
   for (const char* name :
        {"pi", "quadrature-d", "strategies", "mis-gamma", "optimal-mis", "rr-threshold", "splitting",
         "expected-values", "control-variate", "regression", "antithetic", "samplers-2d",
@@ -58,7 +57,7 @@ TEST(Lab, HasTheExperimentsOfTheContract) {
   EXPECT_EQ(experiments().size(), 18U);
 }
 
-TEST(Lab, EveryExperimentTeaches) {
+TEST(Lab, EveryExperimentHasExplanations) {
   for (const Experiment* e : experiments()) {
     for (const std::string_view text :
          {e->title, e->summary, e->estimates, e->formula, e->look_for, e->unit}) {
@@ -69,7 +68,7 @@ TEST(Lab, EveryExperimentTeaches) {
   }
 }
 
-/// Everything but the times.
+/// Compares everything except times.
 void expect_same_bits(const Done& a, const Done& b, std::string_view what) {
   ASSERT_EQ(a.points.size(), b.points.size());
   for (std::size_t i = 0; i < a.points.size(); ++i) {
@@ -83,7 +82,7 @@ void expect_same_bits(const Done& a, const Done& b, std::string_view what) {
   EXPECT_EQ(a.outcome.explanation, b.outcome.explanation) << what;
 }
 
-TEST(Lab, AnyNumberOfThreadsGivesTheSameBits) {
+TEST(Lab, BitsAreIndependentOfTheNumberOfThreads) {
   for (const Experiment* e : experiments()) {
     const LabSetup setup = default_setup(*e);
     RunOptions options{.n = {e->n.front(), e->n[1]}, .replicates = 7, .seed = 3, .threads = 1};
@@ -97,15 +96,15 @@ TEST(Lab, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-TEST(Lab, AResultDoesNotDependOnTheOtherN) {
+TEST(Lab, ResultDoesNotDependOnTheOtherSampleCounts) {
   const LabSetup setup = setup_of("pi", "hit");
   const Done both = run_all(setup, {.n = {64, 256}, .replicates = 8});
   const Done alone = run_all(setup, {.n = {256}, .replicates = 8});
   EXPECT_EQ(both.points[1].mean, alone.points[0].mean);
-  EXPECT_FALSE(alone.outcome.slope) << "one point has no slope";
+  EXPECT_FALSE(alone.outcome.slope) << "one point determines no slope";
 }
 
-TEST(Lab, StopsBetweenPointsWhenTheListenerHasGone) {
+TEST(Lab, StopsBetweenPointsWhenTheListenerIsGone) {
   int calls = 0;
   const auto outcome =
       run(setup_of("pi", "hit"), {.n = {16, 64, 256}, .replicates = 4}, {}, [&](const Point&) {
@@ -118,7 +117,7 @@ TEST(Lab, StopsBetweenPointsWhenTheListenerHasGone) {
 }
 
 TEST(Lab, StopsWithinATrialOfEveryExperiment) {
-  // Each of these trials would run for minutes; the time limit of the test is what notices.
+  // Each of these trials would run for minutes; the time limit of the test detects a failure.
   for (const Experiment* e : experiments()) {
     std::stop_source source;
     std::jthread later([&source] {
@@ -139,7 +138,7 @@ TEST(Lab, CountsTheEvaluationsOfAWholeRun) {
   EXPECT_EQ(total_evaluations(ris, {.n = {10}, .replicates = 5}), 1600);
 }
 
-TEST(Lab, RoundsNAndReportsIt) {
+TEST(Lab, RoundsSampleCountsAndReportsThem) {
   LabSetup setup = setup_of("quadrature-d", "midpoint");
   setup.parameters[0] = 3;
   const Done done = run_all(setup, {.n = {100}, .replicates = 2});
@@ -147,7 +146,7 @@ TEST(Lab, RoundsNAndReportsIt) {
   EXPECT_EQ(done.points[0].n, 125);
 }
 
-// A planted experiment, whose truth or theory can be wrong on purpose.
+// A synthetic experiment with an optional wrong expected value or theory.
 constexpr std::array kUniform = {EstimatorInfo{"mean", "none", "The mean of uniform numbers."}};
 constexpr std::array<std::int64_t, 3> kSomeN = {64, 256, 1024};
 
@@ -178,16 +177,16 @@ Verdict verdict_of(const Experiment& experiment, std::uint64_t seed = 1) {
 TEST(LabVerdict, AgreesWithTheTruth) {
   EXPECT_EQ(verdict_of(planted(&half, &root)), Verdict::kAgrees);
 }
-TEST(LabVerdict, SeesTwoPercentTooMuch) {
+TEST(LabVerdict, DetectsTwoPercentTooMuch) {
   EXPECT_EQ(verdict_of(planted(&half_and_two_percent, &root)), Verdict::kDiffers);
 }
-TEST(LabVerdict, SeesAWrongSlope) {
+TEST(LabVerdict, DetectsAWrongSlope) {
   EXPECT_EQ(verdict_of(planted(&half, &linear)), Verdict::kDiffers);
 }
 
-TEST(LabVerdict, DoesNotAgreeWithASlopeThatItCannotTell) {
-  // Twelve replicates of n that are close together know the slope so badly that -0.5 and -1 would
-  // both do.
+TEST(LabVerdict, DoesNotConfirmASlopeItCannotDetermine) {
+  // Twelve replicates with similar n determine the slope so poorly that -0.5 and -1 would both be
+  // consistent.
   const auto judged = [](std::optional<TheorySlope> (*slope)(const LabSetup&),
                          std::vector<std::int64_t> n, int replicates) {
     return run_all(default_setup(planted(&half, slope)),
@@ -204,8 +203,8 @@ TEST(LabVerdict, DoesNotAgreeWithASlopeThatItCannotTell) {
 }
 
 TEST(LabVerdict, HasItsStatedFalseAlarmRate) {
-  // Two checks of 0.1 % each, the slope's with a tolerance besides: 500 runs alarm 1 time at most
-  // on average, more than 5 times with probability 0.0006 (Poisson).
+  // Two checks of 0.1 % each, that of the slope with an additional tolerance: 500 runs alarm at
+  // most 1 time on average, more than 5 times with probability 0.0006 (Poisson).
   const Experiment experiment = planted(&half, &root);
   int alarms = 0;
   for (std::uint64_t seed = 1; seed <= 500; ++seed) {
@@ -214,7 +213,7 @@ TEST(LabVerdict, HasItsStatedFalseAlarmRate) {
   EXPECT_LE(alarms, 5);
 }
 
-TEST(LabFit, FindsTheLineThroughExactPoints) {
+TEST(LabFit, FitsTheLineThroughExactPoints) {
   std::vector<ErrorAt> points;
   for (const double n : {10.0, 100.0, 1000.0, 5000.0}) {
     points.push_back({n, 3 * std::pow(n, -0.75), 0.01});
@@ -225,8 +224,8 @@ TEST(LabFit, FindsTheLineThroughExactPoints) {
 }
 
 TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
-  // Errors of 32 normal replicates at four n, 2,000 times: the 95 % interval holds -0.5 in 95 % of
-  // them; binomial standard error 0.5 %, five of them allowed, and 1 % for the delta method.
+  // Errors of 32 normal replicates at four n, 2,000 times: the 95 % interval contains -0.5 in 95 %
+  // of them; binomial standard error 0.5 %, five of them allowed, and 1 % for the delta method.
   test_support::Random random(5);
   int covered = 0;
   constexpr int kRuns = 2000;
@@ -250,7 +249,7 @@ TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
   EXPECT_NEAR(static_cast<double>(covered) / kRuns, 0.95, 0.035);
 }
 
-TEST(LabVerdict, WithFewReplicatesKeepsItsStatedErrorRate) {
+TEST(LabVerdict, KeepsItsStatedErrorRateWithFewReplicates) {
   const LabSetup setup = setup_of("pi", "hit");
   int wrong = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
@@ -259,14 +258,14 @@ TEST(LabVerdict, WithFewReplicatesKeepsItsStatedErrorRate) {
                  ? 1
                  : 0;
   }
-  EXPECT_LE(wrong, 9);  // at 0.2 % more has a chance of 5e-5
+  EXPECT_LE(wrong, 9);  // more than 9 have a chance of 5e-5 at 0.2 %
   for (int replicates = 2; replicates < 8; ++replicates) {
     EXPECT_EQ(run_all(setup, {.n = {16, 64}, .replicates = replicates}).outcome.verdict,
               Verdict::kUndecided);
   }
 }
 
-TEST(LabVerdict, OfRulesOnAGridIsTrueInEveryDimension) {
+TEST(LabVerdict, OfQuadratureRulesIsCorrectInEveryDimension) {
   const std::vector<std::int64_t> n = {64, 256, 1024, 4096, 16384};
   for (const char* rule : {"midpoint", "simpson"}) {
     for (int d = 1; d <= 6; ++d) {
@@ -279,16 +278,16 @@ TEST(LabVerdict, OfRulesOnAGridIsTrueInEveryDimension) {
   }
 }
 
-TEST(LabVerdict, OfSimpsonsRuleUsesErrorsFarBelowThoseOfFloats) {
+TEST(LabVerdict, OfSimpsonsRuleHandlesErrorsFarBelowFloatPrecision) {
   LabSetup setup = setup_of("quadrature-d", "simpson");
   setup.parameters[0] = 1;
-  // Errors from 2e-7 down: pi^4 h^4 / 180.
+  // Errors start at 2e-7: pi^4 h^4 / 180.
   const Outcome outcome = run_all(setup, {.n = {41, 81, 161, 321}, .replicates = 8}).outcome;
   ASSERT_TRUE(outcome.slope);
   EXPECT_NEAR(*outcome.slope, -4, 0.1);  // k/(k - 1) of 4 at k = 41
 }
 
-TEST(LabPlot, HasEveryPointAndBothLines) {
+TEST(LabPlot, ShowsEveryPointAndBothLines) {
   const LabSetup setup = setup_of("pi", "hit");
   const Done done = run_all(setup, {.n = {16, 64, 256}, .replicates = 16});
   const std::string svg = plot_svg(setup, done.points, done.outcome);
@@ -322,7 +321,7 @@ TEST(LabPlot, DrawsThePointsOfASamplerForEachPairOfAxes) {
   }
 }
 
-TEST(LabPlot, ReportsThatThereIsNoErrorToDraw) {
+TEST(LabPlot, StatesThatThereIsNoErrorToPlot) {
   LabSetup setup = setup_of("control-variate", "control-variate");
   Outcome outcome;
   outcome.expected = 1;

@@ -1,6 +1,5 @@
-// Each experiment against closed forms: exact value, variance, bias, slope. Seeds are fixed; the
-// chance that a right laboratory would fail here, had the seed been drawn anew, stands with each
-// test.
+// Each experiment against closed forms: exact value, variance, bias, slope. Seeds are fixed; each
+// test states the chance that a correct laboratory would fail it with another seed.
 
 #include <array>
 #include <cmath>
@@ -54,12 +53,12 @@ Point one_n(const Setup& setup, std::int64_t n, int replicates, std::uint64_t se
 
 double expected_of(const Setup& setup) { return setup.experiment->expected(setup); }
 
-TEST(LabTruth, ExpectedValuesAreTheKnownNumbers) {
+TEST(LabTruth, ExpectedValuesMatchTheClosedForms) {
   EXPECT_NEAR(expected_of(setup_of("pi", "hit")), 3.14159265358979, 1e-14);
-  // Irradiance from a unit square at distance 1, and E = pi for one that fills the sky.
+  // Irradiance from a unit square at distance 1, and E = pi for one that fills the hemisphere.
   EXPECT_NEAR(expected_of(setup_of("strategies", "area")), 0.7522747, 1e-7);
   EXPECT_NEAR(rectangle_irradiance(-1e4, 1e4, -1e4, 1e4), std::numbers::pi, 1e-3);
-  // Half of a centred square is half of its light.
+  // Half of a centred square gives half of its light.
   EXPECT_NEAR(expected_of(setup_of("control-variate", "plain", {{"side", 1}, {"hidden", 0.5}})),
               0.7522747 / 2, 1e-7);
   EXPECT_NEAR(expected_of(setup_of("regression", "plain")), 0.78539816, 1e-8);
@@ -75,7 +74,7 @@ void expect_variance(const Setup& setup, double variance) {
       << setup.experiment->name << " " << setup.estimator_name();
 }
 
-TEST(LabTruth, VariancesAreThoseOfTheFormulas) {  // false alarm below 1e-5 in all
+TEST(LabTruth, VariancesMatchTheFormulas) {  // false alarm below 1e-5 in total
   using std::numbers::pi;
   expect_variance(setup_of("pi", "hit"), 1.642183 * 1.642183);
   expect_variance(setup_of("pi", "height"), 0.892783 * 0.892783);
@@ -89,7 +88,7 @@ TEST(LabTruth, VariancesAreThoseOfTheFormulas) {  // false alarm below 1e-5 in a
   expect_variance(setup_of("expected-values", "absorption", {{"albedo", 0.5}}),
                   0.25 * kE * (pi - kE));
   expect_variance(setup_of("expected-values", "analog", {{"albedo", 0.5}}), kE / 2 * (pi - kE / 2));
-  // t = 4 u^3 seen half of the time: E[X^2] = 8/7; roulette divides it by q.
+  // t = 4 u^3, visible half of the time: E[X^2] = 8/7; roulette divides it by q.
   expect_variance(setup_of("rr-threshold", "none"), 8.0 / 7 - 0.25);
   expect_variance(setup_of("rr-threshold", "throughput", {{"probability", 0.5}}), 16.0 / 7 - 0.25);
   // q = min(1, t / d): E = 1/2 (16/7 (1 - c^7) + d c^4), where t < d for u < c = (d/4)^(1/3).
@@ -99,19 +98,19 @@ TEST(LabTruth, VariancesAreThoseOfTheFormulas) {  // false alarm below 1e-5 in a
   // 1/3 + 4/9 / s.
   expect_variance(setup_of("splitting", "none"), 7.0 / 9);
   expect_variance(setup_of("splitting", "fixed", {{"copies", 8}}), 1.0 / 3 + 4.0 / 72);
-  // Pairs: 0.0039125 a pair, so twice that an evaluation; and the even function twice as bad as
-  // alone.
+  // Pairs: 0.0039125 per pair, so twice that per evaluation; for the even function twice as much as
+  // plain.
   expect_variance(setup_of("antithetic", "plain"), 0.2420351);
   expect_variance(setup_of("antithetic", "pairs"), 2 * 0.0039125);
   expect_variance(setup_of("antithetic", "plain", {{"integrand", 1}}), 1.0 / 180);
   expect_variance(setup_of("antithetic", "pairs", {{"integrand", 1}}), 2.0 / 180);
-  // One candidate is importance sampling itself.
+  // One candidate is plain importance sampling.
   const double visible = expected_of(setup_of("ris-m", "ris", {{"candidates", 1}}));
   expect_variance(setup_of("ris-m", "ris", {{"candidates", 1}}), visible * (pi - visible));
 }
 
-TEST(LabTruth, RouletteCostsTheRaysThatItTraces) {
-  // E[cost] = 1 + 10 q; the threshold's q is c^4 / d + 1 - c on average (4 u^3 / d below c).
+TEST(LabTruth, CostOfRouletteIsThatOfTheTracedRays) {
+  // E[cost] = 1 + 10 q; the mean q of the threshold is c^4 / d + 1 - c (4 u^3 / d below c).
   const double c = std::cbrt(0.5 / 4);
   const double q = c * c * c * c / 0.5 + 1 - c;
   EXPECT_NEAR(one_n(setup_of("rr-threshold", "threshold", {{"delta", 0.5}}), 4096, 64).cost / 4096,
@@ -119,15 +118,15 @@ TEST(LabTruth, RouletteCostsTheRaysThatItTraces) {
   EXPECT_EQ(one_n(setup_of("rr-threshold", "none"), 64, 4).cost, 64 * 11);
 }
 
-TEST(LabTruth, NothingHiddenLeavesTheControlVariateNoError) {
+TEST(LabTruth, ControlVariateIsExactWithoutOcclusion) {
   const LabSetup setup = setup_of("control-variate", "control-variate", {{"hidden", 0}});
   const Point point = one_n(setup, 64, 64);
   EXPECT_LT(point.rmse / expected_of(setup), 1e-5);
 }
 
-TEST(LabTruth, RegressionOnItsOwnSamplesIsBiasedAsMeasuredElsewhere) {
-  // Computed apart: +3.7 % and -28 % at N = 8. 20,000 replicates: standard errors 0.13 % and 1.2
-  // %, four of them.
+TEST(LabTruth, RegressionOnItsOwnSamplesHasTheIndependentlyMeasuredBias) {
+  // Computed independently: +3.7 % and -28 % at N = 8. 20,000 replicates: standard errors 0.13 %
+  // and 1.2 %, four of them.
   for (const auto& [integrand, bias, reach] :
        {std::array{0.0, 0.037, 0.006}, std::array{1.0, -0.28, 0.05}}) {
     double sum = 0;
@@ -139,9 +138,9 @@ TEST(LabTruth, RegressionOnItsOwnSamplesIsBiasedAsMeasuredElsewhere) {
   }
 }
 
-TEST(LabTruth, StopRulesLoseLightAsMeasuredElsewhere) {
-  // Simulated apart with 200,000 trials; here 65,536: the standard error of a mean is below 1 %,
-  // five of them. Pilots of cross-half are 32 in each half here.
+TEST(LabTruth, StopRulesHaveTheIndependentlyMeasuredBias) {
+  // Simulated independently with 200,000 trials; here 65,536: the standard error of a mean is below
+  // 1 %, five of them. Pilots of cross-half have 32 samples in each half here.
   const auto bias = [](std::string_view rule, double distribution) {
     return one_n(setup_of("stopping-bias", rule, {{"distribution", distribution}}), 1024, 64).mean -
            1;
@@ -170,15 +169,15 @@ TEST(LabTruth, ProgressiveDensityHasTheBiasOfItsRadii) {
   EXPECT_NEAR(fixed.mean - 0.75, 0.0625, 4 * fixed.standard_error);
 }
 
-TEST(LabTruth, WeightsThatCountTheBlindDarken) {
-  // Without MIS weights the streams of pixels in deeper shadow count: pixel 8 of (x = 8.5/16) loses
-  // much of its light.
+TEST(LabTruth, CountingInvisibleStreamsDarkens) {
+  // Without MIS weights the streams of pixels in deeper shadow also count: pixel 8 (x = 8.5/16)
+  // loses much of its light.
   const LabSetup setup = setup_of("restir-1d", "biased");
   const Point point = one_n(setup, 1024, 64);
   EXPECT_LT(point.mean, expected_of(setup) - 10 * point.standard_error);
 }
 
-TEST(LabTruth, ReuseLowersTheErrorOfAFrame) {
+TEST(LabTruth, ReuseReducesTheErrorOfAFrame) {
   const auto rmse = [](std::string_view estimator) {
     return one_n(setup_of("restir-1d", estimator), 1024, 256).rmse;
   };
@@ -188,8 +187,8 @@ TEST(LabTruth, ReuseLowersTheErrorOfAFrame) {
 }
 
 TEST(LabTruth, UnbiasedEstimatorsAreUnbiasedWithEverySampler) {
-  // All estimators of bias "none", every sampler they take, z-tests by Student's t at the Sidak
-  // level of 0.1 % in all.
+  // All estimators of bias "none", with every sampler they accept, z-tests by Student's t at the
+  // Sidak level of 0.1 % in total.
   struct Case {
     LabSetup setup;
     Point point;
@@ -231,8 +230,8 @@ TEST(LabTruth, EstimatorsLabelledBiasedAreBiased) {
   }
 }
 
-TEST(LabTruth, SlopesOfEverySamplerAreThoseOfTheory) {
-  // Every estimator and sampler for which theory gives a slope; a wrong "differs" has a chance of
+TEST(LabTruth, SlopesOfEverySamplerMatchTheory) {
+  // Every estimator and sampler for which theory gives a slope; a false "differs" has a chance of
   // 0.2 % each.
   int compared = 0;
   for (const char* name :

@@ -1,6 +1,6 @@
-// Light as it leaves the lights: positions and directions against their densities, the power of all
-// particles against closed forms, and what they bring to a receiver against light sampling. Below
-// 60 p-values, each refused below sidak(0.01, 60).
+// Emission sampling of lights: positions and directions against their densities, the power of all
+// particles against closed forms, and the light they bring to a receiver against light sampling.
+// Fewer than 60 p-values, each rejected below sidak(0.01, 60).
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -55,7 +55,7 @@ core::SceneDescription textured_scene() {
   return scene;
 }
 
-/// Uneven in both angles, and dark in places.
+/// Varies with both angles, and is dark in some directions.
 std::shared_ptr<const core::IesProfile> uneven_profile() {
   core::IesProfile::Grid grid;
   grid.theta_rad = {0.1F, 0.5F, 1.2F, 1.5F};
@@ -66,7 +66,7 @@ std::shared_ptr<const core::IesProfile> uneven_profile() {
   return std::make_shared<const core::IesProfile>(std::move(grid));
 }
 
-/// A black floor, so that the scene has a bounding sphere, of radius sqrt(2).
+/// A black floor, so that the scene has a bounding sphere of radius sqrt(2).
 core::SceneDescription punctual_scene(PunctualType type, float range_m = 0) {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(0))}, {test_support::quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 0)});
@@ -121,7 +121,7 @@ std::vector<Lit> lit_scenes() {
       {"two-sided", build(quad_scene(both)), nullptr, 2 * kPi * kQuadArea * 3},
       {"textured", build(textured_scene()), nullptr, 2 * kPi * kQuadArea * 4 * 0.75},
       {"point", build(punctual_scene(PunctualType::kPoint)), nullptr, 4 * kPi * 3},
-      // The integral of ((c - co) / (ci - co))^2 over the falloff and 1 over the cap.
+      // The integral of ((c - co) / (ci - co))^2 over the falloff and of 1 over the cap.
       {"spot", build(punctual_scene(PunctualType::kSpot)), nullptr,
        2 * kPi * 3 * ((ci - co) / 3 + 1 - ci)},
       {"profile", build(punctual_scene(PunctualType::kProfile)), nullptr,
@@ -158,7 +158,7 @@ TEST(EmissionChi2, DirectionsFollowTheDensity) {
   }
 }
 
-TEST(EmissionChi2, TwoPercentTooMuchIsDetected) {
+TEST(EmissionChi2, DetectsADensityTwoPercentTooLarge) {
   for (const Lit& lit : lit_scenes()) {
     if (lit.name != std::string("directional")) {
       EXPECT_LT(directions_p(lit, 1.02F), kLevel) << lit.name;
@@ -166,7 +166,7 @@ TEST(EmissionChi2, TwoPercentTooMuchIsDetected) {
   }
 }
 
-/// Uniform in [0,1)^2 where the origin is uniform on its light.
+/// Maps the origin to [0,1)^2, uniform if the origin is uniform on its light.
 Vec2 unit_position(const core::SceneData& data, const EmissionSample& s) {
   if (s.light < data.triangle_lights.size()) {
     const core::TriangleLight& t = data.triangle_lights[s.light];
@@ -179,7 +179,7 @@ Vec2 unit_position(const core::SceneData& data, const EmissionSample& s) {
   }
   const core::Frame frame = core::frame_from_normal(s.ray.direction);
   const Vec3 d = frame.to_local(s.ray.origin - data.center) * (1 / data.radius_m);
-  EXPECT_NEAR(d.z, -1, 1e-5);  // before the scene
+  EXPECT_NEAR(d.z, -1, 1e-5);  // in front of the scene
   return {d.x * d.x + d.y * d.y, std::atan2(d.y, d.x) / (2 * core::kPi) + 0.5F};
 }
 
@@ -239,8 +239,8 @@ test_support::Moments power_of(const EmissionSampler& lights) {
 TEST(Emission, ParticlesCarryThePowerOfTheLights) {
   for (const Lit& lit : lit_scenes()) {
     const auto power = power_of(EmissionSampler(lit.scene->data(), lit.sky.get()));
-    // Rounding of a float a particle, where all weigh the same; texels of the map are weighted by
-    // their middle, which is 1e-3 off at most.
+    // Float rounding per particle, which is the same for all if all weights are equal; texels of
+    // the map are weighted at their centre, which is off by at most 1e-3.
     EXPECT_NEAR(power.mean, lit.power, 4 * power.standard_error() + 1e-4 * lit.power) << lit.name;
   }
 }
@@ -254,7 +254,7 @@ core::SceneDescription all_lights() {
   return scene;
 }
 
-TEST(Emission, LightsAreChosenByTheirPower) {
+TEST(Emission, SelectsLightsByTheirPower) {
   const auto scene = test_support::build(all_lights());
   const auto sky = test_support::constant_sky({0.1F, 0.1F, 0.1F});
   const EmissionSampler lights(scene->data(), sky.get());
@@ -277,8 +277,8 @@ TEST(Emission, LightsAreChosenByTheirPower) {
   EXPECT_GT(test_support::chi2(observed, expected).p_value, kLevel);
 }
 
-// A float cannot tell shares of the whole below 2^-24 apart.
-TEST(Emission, AnEmitterBesideTheSunIsSampled) {
+// A float cannot resolve fractions of the total below 2^-24.
+TEST(Emission, SamplesAnEmitterInTheSceneOfASun) {
   core::SceneDescription description = all_lights();
   description.lights.back().intensity = Rgb(1e15F);
   const auto scene = test_support::build(std::move(description));
@@ -288,7 +288,7 @@ TEST(Emission, AnEmitterBesideTheSunIsSampled) {
   }
 }
 
-/// A square that faces up, and what it receives [W], unoccluded.
+/// A square that faces up, and its unoccluded incident power [W].
 struct Receiver {
   Vec3 corner;
   float side = 0.6F;
@@ -345,14 +345,14 @@ std::vector<Lit> receivers_lights() {
   return scenes;
 }
 
-TEST(Emission, BringsAReceiverTheLightOfLightSampling) {
+TEST(Emission, DeliversTheIrradianceOfLightSampling) {
   for (const Lit& lit : receivers_lights()) {
     const double z = difference_z(lit, [](float) { return 1.0F; });
     EXPECT_GT(test_support::two_sided_p(z), kLevel) << lit.name;
   }
 }
 
-TEST(Emission, AnExtraCosineAtTheReceiverIsDetected) {
+TEST(Emission, DetectsAnExtraCosineAtTheReceiver) {
   for (const Lit& lit : receivers_lights()) {
     const double z = difference_z(lit, [](float cosine) { return cosine; });
     EXPECT_LT(test_support::two_sided_p(z), kLevel) << lit.name;

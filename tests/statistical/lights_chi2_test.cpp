@@ -1,4 +1,4 @@
-// Directions to lights against the density that MIS uses. 30 p-values or so, each refused below
+// Directions to lights against the density that MIS uses. About 30 p-values, each rejected below
 // sidak(0.01, 60) = 1.7e-4.
 #include <cmath>
 #include <numbers>
@@ -21,8 +21,8 @@ using test_support::Random;
 
 const double kLevel = test_support::sidak(0.01, 60);
 
-/// In cells of half a texel of a map of width x height. There the density times sin(theta) is
-/// constant, so that the mass of a cell is exact; it is asked for at two points of the cell.
+/// Uses cells of half a texel of a map of width x height. In a cell the density times sin(theta) is
+/// constant, so its mass is exact; the density is evaluated at two points of the cell.
 double environment_p(const Environment& environment, int width, int height,
                      double rotation_degrees = 0,
                      core::SkyDensity density = core::SkyDensity::kRadiance) {
@@ -37,8 +37,8 @@ double environment_p(const Environment& environment, int width, int height,
   for (int i = 0; i < kSamples; ++i) {
     const auto s = environment.sample(random.uniform_2d(), density);
     EXPECT_GT(s.pdf_solid_angle, 0);
-    // A map turned counter-clockwise seen from above: phi in the map is phi in the world plus the
-    // turn (z is south).
+    // A map rotated counter-clockwise seen from above: phi in the map is phi in the world plus the
+    // rotation (z is south).
     const double phi =
         std::atan2(static_cast<double>(s.wi_world.z), static_cast<double>(s.wi_world.x)) + turn;
     const double u = 0.5 + phi / (2 * kPi);
@@ -109,19 +109,19 @@ TEST(EnvironmentChi2, CompensatedSamplesFollowTheirDensity) {
   EXPECT_GT(environment_p(*slope, 16, 8, 77, core::SkyDensity::kCompensated), kLevel);
   const auto sky = test_support::sky_map(
       16, 8, [](int x, int y) { return y == 3 && x == 5 ? Rgb(1000) : Rgb(1); });
-  // Its mean is about 13, half of which the rest of the map does not reach.
+  // The mean is about 13, and the rest of the map is below half of it.
   EXPECT_EQ(sky->pdf_solid_angle({0, 0.8F, 0.6F}, core::SkyDensity::kCompensated), 0);
   EXPECT_GT(sky->pdf_solid_angle({0, 0.8F, 0.6F}), 0);
 }
 
-TEST(EnvironmentChi2, AMapTurnedTheOtherWayIsSeen) {
+TEST(EnvironmentChi2, DetectsAMapRotatedTheOtherWay) {
   const auto sun = [](int x, int y) { return x == 20 && y == 9 ? Rgb(5000) : Rgb(0.3F); };
   EXPECT_LT(environment_p(*test_support::sky_map(64, 32, sun, 77), 64, 32, -77), kLevel);
 }
 
-// What sample() hands out is what a ray in that direction finds: no bright light with a dark
-// texel's density.
-TEST(EnvironmentSample, RadianceAndDensityBelongTogether) {
+// sample() returns the radiance that a ray in that direction finds: a bright light never has the
+// density of a dark texel.
+TEST(EnvironmentSample, RadianceAndDensityAreConsistent) {
   for (const int bright_row : {0, 1, 300, 511}) {
     const auto map = test_support::sky_map(1024, 512, [&](int x, int y) {
       return y == bright_row && x % 8 == 3 ? Rgb(1e5F) : Rgb(1);
@@ -133,15 +133,15 @@ TEST(EnvironmentSample, RadianceAndDensityBelongTogether) {
       ASSERT_GT(s.pdf_solid_angle, 0);
       ratio.add(static_cast<double>(core::luminance(s.radiance) / s.pdf_solid_angle));
     }
-    // Radiance is proportional to density up to the slope of sin(theta) over a texel: every sample
-    // is near the mean.
+    // Radiance is proportional to density up to the variation of sin(theta) over a texel: every
+    // sample is near the mean.
     const double power = static_cast<double>(map->power_luminance());
     EXPECT_NEAR(ratio.mean, power, 2e-3 * power) << bright_row;
     EXPECT_LT(std::sqrt(ratio.variance()), 0.6 * power) << bright_row;
   }
 }
 
-TEST(EnvironmentSample, TheIntegralIsTheSumOverTexels) {
+TEST(EnvironmentSample, IntegralIsTheSumOverTexels) {
   const auto map = test_support::sky_map(
       32, 16, [](int x, int y) { return Rgb(static_cast<float>((x * 7 + y * 5) % 11)); });
   double sum = 0;
@@ -156,16 +156,16 @@ TEST(EnvironmentSample, TheIntegralIsTheSumOverTexels) {
   EXPECT_NEAR(map->power_luminance(), sum, 1e-4 * sum);
 }
 
-/// Triangles at different distances, one above another, one two-sided, one seen from behind; a
-/// point light (delta) too.
+/// Triangles at different distances, one above another, one two-sided, one seen from behind; also a
+/// point light (delta).
 core::SceneDescription lights_scene(bool punctual) {
   auto both = test_support::emitter({3, 3, 3});
   both.double_sided = true;
   core::SceneDescription scene = test_support::scene_of(
       {test_support::emitter({5, 4, 1}), both, test_support::lambert(Rgb(0.5F))},
       {test_support::quad({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 0),              // above, faces down
-       test_support::quad({-0.4F, 1, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 0),  // before it
-       test_support::quad({1.5F, 0.2F, -1}, {0, 1, 0}, {0, 0, 2}, 1),   // two-sided, at the side
+       test_support::quad({-0.4F, 1, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 0),  // in front of it
+       test_support::quad({1.5F, 0.2F, -1}, {0, 1, 0}, {0, 0, 2}, 1),   // two-sided, to the side
        test_support::quad({-1.5F, 0.2F, -1}, {0, 0, 2}, {0, 1, 0}, 0),  // faces +x
        test_support::quad({-3, 0, 3}, {0, 2, 0}, {6, 0, 0}, 0),         // faces away from the point
        test_support::quad({-5, -1, -5}, {0, 0, 10}, {10, 0, 0}, 2)});
@@ -235,8 +235,8 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
   }
 }
 
-/// A dim emitter overhead, under a sky: p of directions from the tree against the densities that
-/// MIS gets, asked for `asked` metres above where the samples were drawn.
+/// A dim emitter overhead, under a sky: p-value of directions from the tree against the densities
+/// for MIS, evaluated `asked` metres above the shading point of the samples.
 double p_of_share(float lamp, float asked) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(lamp))},
@@ -259,15 +259,17 @@ double p_of_share(float lamp, float asked) {
       .p_value;
 }
 
-TEST(LightSamplerChi2, TheShareOfTheSkyIsThatOfThePoint) {
+TEST(LightSamplerChi2, ProbabilityOfTheSkyIsThatOfThePoint) {
   for (const float lamp : {1e-4F, 0.02F, 1.0F, 300.0F}) {
     EXPECT_GT(p_of_share(lamp, 0), kLevel) << lamp;
   }
 }
 
-TEST(LightSamplerChi2, TheShareOfAnotherPointIsSeen) { EXPECT_LT(p_of_share(1, -30), kLevel); }
+TEST(LightSamplerChi2, DetectsTheProbabilityOfAnotherPoint) {
+  EXPECT_LT(p_of_share(1, -30), kLevel);
+}
 
-/// Share of the sky in the picks at a point below an emitter of this radiance.
+/// Fraction of samples of the sky at a point below an emitter of this radiance.
 double share_of_sky(float lamp, float sky_radiance) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(lamp))},
@@ -278,18 +280,18 @@ double share_of_sky(float lamp, float sky_radiance) {
                              sky->pdf_solid_angle({0, 1, 0}));
 }
 
-TEST(LightSampler, AnEmitterThatIsNearlyBlackLeavesTheSamplesToTheSky) {
+TEST(LightSampler, NearlyBlackEmitterLeavesTheSamplesToTheSky) {
   EXPECT_GT(share_of_sky(1e-6F, 1), 0.999);
   EXPECT_LT(share_of_sky(1e6F, 1), 0.001);
 }
 
-// Occlusion is unknown: an emitter of a few percent may be the only light that reaches the point.
-TEST(LightSampler, AFaintEmitterOrSkyKeepsTwoFifthsOfTheSamples) {
+// Occlusion is unknown: an emitter with a few percent of the light may be the only visible one.
+TEST(LightSampler, FaintEmitterOrSkyKeepsTwoFifthsOfTheSamples) {
   EXPECT_NEAR(share_of_sky(0.1F, 1), 0.6, 1e-6);
   EXPECT_NEAR(share_of_sky(30, 1), 0.4, 1e-6);
 }
 
-TEST(LightSamplerChi2, TwoPercentTooMuchIsSeen) {
+TEST(LightSamplerChi2, DetectsADensityTwoPercentTooLarge) {
   const auto scene = test_support::build(lights_scene(false));
   const LightSampler lights(scene->data(), nullptr, LightSamplerType::kUniform);
   const auto report = test_support::chi2_sphere(
@@ -302,7 +304,7 @@ TEST(LightSamplerChi2, TwoPercentTooMuchIsSeen) {
   EXPECT_LT(report.p_value, kLevel);
 }
 
-// The density that sample() reports is the one a BSDF sample would get there.
+// The density that sample() reports equals the density that a BSDF sample would get there.
 TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {
   const auto scene = test_support::build(lights_scene(false));
   for (const auto& type : core::light_samplers()) {
@@ -316,17 +318,17 @@ TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {
       if (!(s.pdf_solid_angle > 0)) {
         continue;
       }
-      // Along one direction several lights may lie: what was sampled is one of them.
+      // Several lights may lie along one direction: the sampled one is among them.
       const float all = density(scene->data(), lights, point, {0, 1, 0}, s.wi_world);
       if (all < s.pdf_solid_angle * 0.999F) {
-        ++outer;  // a point on an edge that the intersection misses
+        ++outer;  // on an edge that the intersection misses
       }
     }
     EXPECT_LT(outer, 10) << type.name;
   }
 }
 
-/// 300 small lights of very different power and direction.
+/// 300 small emitters of very different power and direction.
 core::LightTree tree_of(int count, std::vector<core::LightBounds>& bounds) {
   Random random(9);
   for (int i = 0; i < count; ++i) {
@@ -376,8 +378,8 @@ TEST(LightTree, ProbabilitiesSumToOneAndEqualTheFrequencies) {
         ++observed[300];
       }
     }
-    // Where a branch was taken whose children both cannot be seen, the rest is missing: it has its
-    // own cell.
+    // If a branch was taken whose children are both invisible, the sum is below 1: the remainder
+    // has its own cell.
     EXPECT_LE(sum, 1 + 1e-5);
     expected[300] = std::max(1 - sum, 0.0) * kPicks;
     if (expected[300] < 2) {
@@ -388,7 +390,7 @@ TEST(LightTree, ProbabilitiesSumToOneAndEqualTheFrequencies) {
   }
 }
 
-TEST(LightTree, NoLightThatShinesOnThePointIsLeftOut) {
+TEST(LightTree, NoLightThatIlluminatesThePointIsLeftOut) {
   const auto scene = test_support::build(lights_scene(true));
   const auto& data = scene->data();
   Random random(11);
@@ -409,8 +411,8 @@ TEST(LightTree, NoLightThatShinesOnThePointIsLeftOut) {
   }
 }
 
-/// Of profiles, each with light in a cone of its own, in trees with others beside them.
-TEST(LightTree, NoProfileThatShinesOnThePointIsLeftOut) {
+/// Profiles that each emit into one cone, in trees with other lights.
+TEST(LightTree, NoProfileThatIlluminatesThePointIsLeftOut) {
   std::vector<std::unique_ptr<core::IesProfile>> profiles;
   std::vector<core::PunctualLight> lights;
   std::vector<core::LightBounds> bounds;
@@ -461,7 +463,7 @@ TEST(LightTree, ScalesTo300000Lights) {
     ASSERT_NEAR(tree.prob_light({5, 5, 5}, {0, 1, 0}, pick.light), pick.prob_light,
                 1e-4F * pick.prob_light);
   }
-  EXPECT_LT(nothing, 100) << "picks that end where no light can shine on the point";
+  EXPECT_LT(nothing, 100) << "selections that end where no light can illuminate the point";
 }
 
 }  // namespace

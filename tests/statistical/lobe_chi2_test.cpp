@@ -1,4 +1,4 @@
-// Each lobe of the BSDF alone: its samples against its density. 30 p-values or so, each refused
+// Each lobe of the BSDF alone: its samples against its density. About 30 p-values, each rejected
 // below sidak(0.01, 60).
 #include <functional>
 
@@ -27,7 +27,7 @@ const double kLevel = test_support::sidak(0.01, 60);
 struct LobeCase {
   std::string name;
   Facets facets;
-  /// wi and true, or false where a sample is lost.
+  /// Returns true and wi, or false if a sample is absorbed.
   std::function<bool(const Facets&, float, Vec2, BsdfSample&)> sample;
   std::function<void(const Facets&, Vec3, BsdfEval&)> add;
 };
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Lobes, LobeChi2, testing::ValuesIn(lobes()),
 
 TEST_P(LobeChi2, SampleFollowsItsDensity) { EXPECT_GT(p_value(GetParam(), 150000, 1), kLevel); }
 
-TEST_P(LobeChi2, TwoPercentTooMuchIsDetected) {
+TEST_P(LobeChi2, DetectsADensityTwoPercentTooLarge) {
   EXPECT_LT(p_value(GetParam(), 600000, 1.02F), kLevel);
 }
 

@@ -1,4 +1,4 @@
-// How fast the errors of each kind of point set fall.
+// Convergence rates of the point sets of each sampler.
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -32,7 +32,7 @@ const Integrand kDisk = {[](Vec4 u) { return u.x * u.x + u.y * u.y < 1 ? 1.0 : 0
 /// A sum of functions of one dimension each.
 const Integrand kAdditive = {[](Vec4 u) { return exp1(u.x) + exp1(u.y) + exp1(u.z) + exp1(u.w); },
                              4 * kE};
-/// A sum of products of two dimensions each, without a part of one alone.
+/// A sum of products of two dimensions each, without one-dimensional terms.
 const Integrand kPairs = {[](Vec4 u) {
                             const double x[4] = {
                                 static_cast<double>(u.x) - 0.5, static_cast<double>(u.y) - 0.5,
@@ -47,7 +47,7 @@ const Integrand kPairs = {[](Vec4 u) {
                           },
                           0};
 
-/// Point `index` of a set of `size`; (h, h2) names the set.
+/// Point `index` of a set of `size`; (h, h2) identifies the set.
 using PointSet =
     std::function<Vec4(std::uint32_t index, std::uint32_t size, std::uint64_t h, std::uint64_t h2)>;
 
@@ -101,9 +101,9 @@ const std::vector<std::uint32_t> kPowers = {16, 32, 64, 128, 256, 512, 1024};
 const std::vector<std::uint32_t> kPrimeSquares = {25, 49, 121, 169, 289, 529, 961};
 
 // The logarithm of an rmse from 300 sets has a standard error of 0.041, a slope over these sizes
-// one of 0.011; the tolerance is 0.06: false alarm 5e-8 where the law is exact
-// from the first size on.
-TEST(Slopes, OfStrataFallWithTheSmoothness) {
+// one of 0.011; the tolerance is 0.06: false alarm 5e-8 where the rate holds from the first size
+// on.
+TEST(Slopes, OfStratifiedSamplesIncreaseWithSmoothness) {
   EXPECT_NEAR(slope_of(stratified, kSmooth2d, kSquares), -1.0, 0.06);
   EXPECT_NEAR(slope_of(stratified, kDisk, kSquares), -0.75, 0.06);
   const PointSet alone = [](std::uint32_t i, std::uint32_t n, std::uint64_t h, std::uint64_t h2) {
@@ -111,19 +111,19 @@ TEST(Slopes, OfStrataFallWithTheSmoothness) {
   };
   EXPECT_NEAR(slope_of(alone, kLine, kSquares), -1.5, 0.06);
   EXPECT_NEAR(slope_of(stratified, kPairs, kSquares), -0.5, 0.06)
-      << "nothing is gained between two pairs";
+      << "the rate applies to pairs of dimensions only";
 }
 
-TEST(Slopes, OfLatinHypercubesAreThoseOfOneDimensionOrOfNone) {
+TEST(Slopes, OfLatinHypercubesDependOnOneDimensionalTerms) {
   EXPECT_NEAR(slope_of(latin, kAdditive, kPowers), -1.5, 0.06);
   EXPECT_NEAR(slope_of(latin, kDisk, kPowers), -0.5, 0.06);
   EXPECT_NEAR(slope_of(latin, kPairs, kPowers), -0.5, 0.06);
 }
 
-// Owen 1997: whatever the integrand, the variance of a Latin hypercube of n points is at most n /
-// (n - 1) times that of n independent ones. Here for one without any part that it helps; the
-// variance of 2,000 sets is known to 3.2 %.
-TEST(LatinHypercube, IsNeverMuchWorseThanIndependentPoints) {
+// Owen 1997: for every integrand, the variance of a Latin hypercube of n points is at most n / (n -
+// 1) times that of n independent ones. Tested for an integrand without one-dimensional terms; the
+// variance of 2,000 sets has a standard error of 3.2 %.
+TEST(LatinHypercube, IsAtMostSlightlyWorseThanIndependentPoints) {
   test_support::Moments means;
   constexpr std::uint32_t kSize = 16;
   for (int r = 0; r < 2000; ++r) {
@@ -138,22 +138,22 @@ TEST(LatinHypercube, IsNeverMuchWorseThanIndependentPoints) {
   EXPECT_LT(means.variance() / independent, 16.0 / 15 * 1.13);
 }
 
-TEST(Slopes, OfOrthogonalArraysAreThoseOfPairs) {
+TEST(Slopes, OfOrthogonalArraysDependOnPairTerms) {
   EXPECT_NEAR(slope_of(array, kPairs, kPrimeSquares), -1.0, 0.06);
   EXPECT_NEAR(slope_of(array, kAdditive, kPrimeSquares), -1.5, 0.06);
 }
 
-// Sizes that are powers of two are no blocks of base three: the error is that of the rest, O(1 /
-// n).
+// Sizes that are powers of two are not blocks of base three: the error is that of the remainder,
+// O(1 / n).
 TEST(Slopes, OfHaltonAreNearlyMinusOne) {
   EXPECT_NEAR(slope_of(halton, kSmooth2d, kPowers), -1.0, 0.1);
   EXPECT_LT(slope_of(halton, kDisk, kPowers), -0.65);
   EXPECT_NEAR(slope_of(halton, kLine, kPowers), -1.5, 0.06) << "base two";
 }
 
-// Sets are independent: beyond one, the error falls as for independent samples, from where one set
-// is.
-TEST(Slopes, OverSetsIsMinusOneHalf) {
+// Sets are independent: beyond one set the error falls as for independent samples, starting from
+// the error of one set.
+TEST(Slopes, OverSeveralSetsAreMinusOneHalf) {
   for (const auto& entry : core::samplers()) {
     const int size = core::samples_in_set(entry.value);
     if (size == 1) {
@@ -179,7 +179,7 @@ TEST(Slopes, OverSetsIsMinusOneHalf) {
   }
 }
 
-/// Of the mean over a block of side x side pixels, each with one set.
+/// Error of the mean over a block of side x side pixels with one set each.
 double block_rmse(SamplerType type, int side) {
   core::PathSampler sampler(type, 2, 23);
   const int size = 8;
@@ -197,9 +197,9 @@ double block_rmse(SamplerType type, int side) {
   return std::sqrt(sum / kSets);
 }
 
-// Every block is a net: over n points the error of its mean falls as n^-3/2, where independent
-// pixels give n^-1/2.
-TEST(Slopes, OfBlocksOfPixelsInBlueNoiseOrder) {
+// Every block is a net: over n points the error of its mean falls as n^-3/2; independent pixels
+// give n^-1/2.
+TEST(Slopes, OfPixelBlocksInBlueNoiseOrderAreThoseOfNets) {
   const auto fall = [](SamplerType type) {
     std::vector<double> x;
     std::vector<double> y;

@@ -1,6 +1,6 @@
-// Error bars of each sampler: 40 renders of a box, the truth of each being the mean of the other
-// 39; of estimators that learn from their own samples: 200. Trials are blocks of 8 x 8 pixels,
-// whose errors are independent unless the sampler says otherwise.
+// Confidence intervals with each sampler: 40 renders of a box, the true value for each being the
+// mean of the other 39; for estimators that learn from their own samples: 200. Trials are blocks of
+// 8 x 8 pixels, whose errors are independent unless the sampler correlates them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,7 +27,7 @@ constexpr int kHeight = 32;
 constexpr int kBlock = 8;
 constexpr std::size_t kBlocks = static_cast<std::size_t>(kWidth / kBlock) * (kHeight / kBlock);
 
-/// Mean of each block: of the picture, or of one replicate.
+/// Mean of each block: of the image, or of one replicate.
 std::array<double, kBlocks> block_means(const core::FilmSnapshot& film, int replicate) {
   std::array<double, kBlocks> means{};
   for (std::size_t p = 0; p < film.pixel_count(); ++p) {
@@ -41,7 +41,7 @@ std::array<double, kBlocks> block_means(const core::FilmSnapshot& film, int repl
   return means;
 }
 
-/// Variance of each block's mean, as the sum of its pixels' variances.
+/// Variance of each block's mean, from the sum of its pixels' variances.
 std::array<double, kBlocks> summed_variances(const core::FilmSnapshot& film) {
   const auto layer = core::layer_image(film, "variance");
   std::array<double, kBlocks> sums{};
@@ -69,8 +69,8 @@ std::array<double, kBlocks> replicate_variances(const core::FilmSnapshot& film) 
 }
 
 struct Coverage {
-  double summed = 0;     ///< blocks, by the sum of the pixels' variances
-  double replicate = 0;  ///< blocks, by the spread of the replicates
+  double summed = 0;     ///< blocks, from the sum of the pixels' variances
+  double replicate = 0;  ///< blocks, from the variance of the replicates
   double pixels = 0;
   double ratio = 0;  ///< estimate over true relative error
   double image = 0;  ///< low <= true <= high
@@ -86,8 +86,8 @@ core::View box(core::SamplerType sampler, int replicates) {
   return view;
 }
 
-/// A floor with three balls under 300 small emitters, which squares of pixels share, and `history`
-/// passes.
+/// A floor with three balls under 300 small emitters; squares of pixels and `history` passes reuse
+/// samples.
 core::View lamps(int replicates, int block, int history) {
   test_support::Random random(3);
   const auto number = [&random](float low, float high) {
@@ -140,10 +140,11 @@ Coverage cover(std::vector<core::FilmSnapshot> films) {
     }
   }
   const double truth = test_support::defined_error(test_support::truth_of(films), kWidth, kHeight);
-  // 97.5 % quantiles of Student's t; a block has 64 squares of one degree each, or replicates - 1.
+  // 97.5 % quantiles of Student's t; a block has 64 squares with one degree of freedom each, or
+  // replicates - 1.
   const double t_summed = 1.998;
   const double t_replicate = replicates == 8 ? 2.365 : 12.71;
-  // The mean of the others has an error of its own: 1 / 39 of the variance, where there are 40.
+  // The mean of the others has its own error: 1 / 39 of the variance for 40 renders.
   const double widened = std::sqrt(1 + 1.0 / (renders - 1));
   Coverage c;
   test_support::Moments ratio;
@@ -182,7 +183,7 @@ Coverage cover(std::vector<core::FilmSnapshot> films) {
 Coverage cover(const core::View& view, int samples) { return cover(rendered(view, samples, 40)); }
 
 /// 1,280 blocks: a standard deviation of 0.61 %, limits 3.3 of them away: false alarm 0.1 % for
-/// each. The truth's own error is 2.2 % / sqrt(pixels), and what 39 renders leave.
+/// each. The error of the true value is 2.2 % / sqrt(pixels), plus that of 39 renders.
 void expect_calibrated(double blocks, const Coverage& c) {
   EXPECT_GE(blocks, 0.93);
   EXPECT_LE(blocks, 0.97);
@@ -192,7 +193,7 @@ void expect_calibrated(double blocks, const Coverage& c) {
   EXPECT_GE(c.image, 0.80);
 }
 
-// independent and sobol: coverage_test.cpp.
+// coverage_test.cpp tests independent and sobol.
 TEST(SamplerCoverage, HoldsForEverySamplerWithIndependentPixels) {
   for (const auto& entry : core::samplers()) {
     if (entry.value == core::SamplerType::kZsobol || entry.value == core::SamplerType::kSobol ||
@@ -206,15 +207,16 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithIndependentPixels) {
   }
 }
 
-// The pilot stream decides where the first epoch ends, the picture goes on to the end of the
-// second. 16 renders of six samplers: 3,072 blocks together, a standard deviation of 0.39 %, limits
-// 5 of them away. What a few decisions do to all pixels of a render is in the pixels' limits.
+// The pilot stream decides at the end of the first epoch, the image continues to the end of the
+// second. 16 renders of six samplers: 3,072 blocks in total, a standard deviation of 0.39 %, limits
+// 5 of them away. The limits of the pixels include the effect of few decisions on all pixels of a
+// render.
 TEST(SamplerCoverage, HoldsForEverySamplerWithAdaptiveSampling) {
   double blocks = 0;
   double samplers = 0;
   for (const auto& entry : core::samplers()) {
     if (entry.value == core::SamplerType::kZsobol || entry.value == core::SamplerType::kSobol) {
-      continue;  // zsobol: blocks do not add up; sobol: coverage_test.cpp
+      continue;  // zsobol: the variances of pixels do not add up; sobol: coverage_test.cpp
     }
     SCOPED_TRACE(entry.name);
     std::printf("%s\n", std::string(entry.name).c_str());
@@ -228,7 +230,7 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithAdaptiveSampling) {
       least = std::min(least, core::pixel_value(films[0], p).count);
       most = std::max(most, core::pixel_value(films[0], p).count);
     }
-    EXPECT_LT(least, most) << "nothing was adaptive";
+    EXPECT_LT(least, most) << "sampling was not adaptive";
     const Coverage c = cover(films);
     blocks += c.summed;
     samplers += 1;
@@ -241,43 +243,41 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithAdaptiveSampling) {
   EXPECT_LE(blocks / samplers, 0.97);
 }
 
-// Neighbours cancel: the sum of their variances says far too much of a block, the spread of its
-// replicates what is true.
-TEST(SamplerCoverage, OfBlocksInBlueNoiseOrderComesFromReplicates) {
+// Errors of neighbours cancel: the sum of their variances greatly overestimates that of a block;
+// the variance of its replicates is correct.
+TEST(SamplerCoverage, ReplicatesCoverBlocksInBlueNoiseOrder) {
   const Coverage c = cover(box(core::SamplerType::kZsobol, 8), 64);
   expect_calibrated(c.replicate, c);
-  EXPECT_GT(c.summed, 0.975)
-      << "variances of correlated pixels do not add up, and this must be seen";
+  EXPECT_GT(c.summed, 0.975) << "summed variances of correlated pixels must be detected as wrong";
 }
 
-// Neighbours err together: the sum says too little.
-TEST(SamplerCoverage, OfBlocksThatShareLightSamplesComesFromReplicates) {
+// Errors of neighbours are positively correlated: the sum is too small.
+TEST(SamplerCoverage, ReplicatesCoverBlocksThatShareLightSamples) {
   for (const auto& [block, history] : {std::pair{4, 1}, std::pair{3, 4}}) {
     SCOPED_TRACE(history);
     const Coverage c = cover(lamps(8, block, history), 32);
     expect_calibrated(c.replicate, c);
-    EXPECT_LT(c.summed, 0.90)
-        << "variances of correlated pixels do not add up, and this must be seen";
+    EXPECT_LT(c.summed, 0.90) << "summed variances of correlated pixels must be detected as wrong";
   }
 }
 
-// A pixel's passes alone leave its neighbours independent; replicates do not share.
-TEST(SamplerCoverage, HoldsWherePassesShareLightSamples) {
+// Temporal reuse alone leaves neighbouring pixels independent; replicates share no samples.
+TEST(SamplerCoverage, HoldsForTemporalReuse) {
   const Coverage c = cover(lamps(2, 1, 8), 32);
   expect_calibrated(c.summed, c);
 }
 
-/// Coefficients of a control variate are fitted to one half and used on the other: each half learns
-/// from its partner, and still they must err independently. 6,400 blocks: a standard deviation of
-/// 0.27 %; limits of 93 and 97 % are 7 of them away, for pooling is not exact. The estimate over
-/// the true error is known to 0.2 %.
+/// Coefficients of a control variate are fitted to one half and applied to the other: each half
+/// learns from its partner, and still their errors must be independent. 6,400 blocks: a standard
+/// deviation of 0.27 %; limits of 93 and 97 % are 7 of them away, for pooling is not exact. The
+/// standard error of the ratio of estimated to true error is 0.2 %.
 void expect_independent_halves(core::View view) {
   auto films = rendered(std::move(view), 16, 200);
   const Coverage c = cover(films);
   expect_calibrated(c.summed, c);
   EXPECT_NEAR(c.ratio, 1, 0.03);
-  // The twin: a fifth of what half B saw is half A's, as if it had used what was learnt from
-  // itself.
+  // The planted fault: a fifth of half B is half A, as if coefficients were applied to their own
+  // samples.
   for (auto& film : films) {
     for (std::size_t p = 0; p < film.pixel_count(); ++p) {
       const float a = film.pixels[2 * p].mean_g;

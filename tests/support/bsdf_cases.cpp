@@ -19,7 +19,7 @@ BsdfParameters rough(float roughness) {
   return p;
 }
 
-/// The rarer layers, over what they are meant for.
+/// Adds the less common layers, over typical bases.
 void add_layered(std::vector<BsdfCase>& cases) {
   const auto add = [&cases](std::string name, const BsdfParameters& p,
                             const core::BsdfLayers& layers, bool lossless,
@@ -92,8 +92,7 @@ std::vector<BsdfCase> bsdf_cases() {
     add("SolidGlassOutside" + tail, p, true, 0.01);
     p.inside = true;
     add("SolidGlassInside" + tail, p, true, 0.01);
-    p.f90 =
-        0.4F;  // KHR_materials_specular; what further facets scatter is that of the unbent curve
+    p.f90 = 0.4F;  // KHR_materials_specular; multiple scattering uses the unmodified curve
     p.specular_color = {1.6F, 1.6F, 1.6F};
     add("DimmedSolidGlassInside" + tail, p, true, 0.04);
     p.inside = false;
@@ -105,7 +104,7 @@ std::vector<BsdfCase> bsdf_cases() {
   p.metallic = 1;
   p.alpha_x = 0.6F;
   p.alpha_y = 0.25F;
-  add("AnisotropicWhiteMetal", p, true, 0.05);  // the tables know round lobes only
+  add("AnisotropicWhiteMetal", p, true, 0.05);  // the tables are for isotropic lobes only
   p.base_color = {1, 0.8F, 0.3F};
   p.alpha_y = 0.15F;
   add("AnisotropicGold", p, false, 0.05);

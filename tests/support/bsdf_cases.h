@@ -1,4 +1,4 @@
-/// A grid of surfaces that the tests of the BSDF walk.
+/// A grid of surfaces for the tests of the BSDF.
 #pragma once
 
 #include <optional>
@@ -24,13 +24,12 @@ struct BsdfCase {
 };
 
 std::vector<BsdfCase> bsdf_cases();
-/// GoogleTest prints a case by its name.
+/// Lets GoogleTest print a case by its name.
 inline void PrintTo(const BsdfCase& c, std::ostream* out) { *out << c.name; }
 
-/// Unit vector at an angle from the normal, slightly out of the x-z plane.
+/// Unit vector at an angle from the normal, slightly outside the x-z plane.
 core::Vec3 direction(double degrees);
-/// A geometric normal that differs from the shading normal by 20 degrees, still on the side of all
-/// of direction(0..80).
+/// A geometric normal at 20 degrees from the shading normal; all of direction(0..80) are above it.
 core::Vec3 tilted_normal();
 core::Vec3 random_hemisphere(Random& random);
 

@@ -1,11 +1,11 @@
-/// A scene whose noise is rare and bright.
+/// A scene with rare, bright noise.
 #pragma once
 
 #include "tests/support/scenes.h"
 
 namespace test_support {
 
-/// An emitter behind clear glass: caustics on the floor, found by chance alone.
+/// An emitter behind clear glass: paths find the caustics on the floor only by chance.
 inline core::View caustic() {
   core::MaterialDescription glass;
   glass.metallic = 0;

@@ -84,7 +84,7 @@ std::vector<PixelTruth> truth_of(const std::vector<core::FilmSnapshot>& films) {
     };
     const core::Rgb mean = rgb([](const Moments& m) { return m.mean; });
     out[p].noise = rgb([](const Moments& m) { return m.variance(); });
-    out[p].signal = mean * mean - out[p].noise / renders;  // without bias
+    out[p].signal = mean * mean - out[p].noise / renders;  // unbiased
     out[p].luminance = static_cast<double>(luminance(mean));
     out[p].is_opaque = alpha > 0;
   }

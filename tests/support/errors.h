@@ -1,4 +1,4 @@
-/// The error of a picture by its definition, in plain loops, for films whose truth is known.
+/// The error of an image by its definition, in plain loops, for films with known expected values.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace test_support {
 
-/// Of one pixel.
+/// The true values of a pixel.
 struct PixelTruth {
-  core::Rgb noise;       ///< variance of its value, or the square of what a picture is off by
+  core::Rgb noise;       ///< variance of its value, or the squared error of an image
   core::Rgb signal;      ///< square of its expected value
   double luminance = 0;  ///< of its expected value
   bool is_opaque = true;
@@ -17,13 +17,13 @@ struct PixelTruth {
 
 /// sqrt(sum over tiles of 32x32 of n / n_all N / (max(S, 0) + 3 n (0.05 L)^2)); row by row.
 double defined_error(const std::vector<PixelTruth>& pixels, int width, int height);
-/// The same of each tile, row by row.
+/// The same for each tile, row by row.
 std::vector<double> defined_tile_errors(const std::vector<PixelTruth>& pixels, int width,
                                         int height);
 
-/// From the scatter of pictures with different seeds.
+/// From the variance over images with different seeds.
 std::vector<PixelTruth> truth_of(const std::vector<core::FilmSnapshot>& films);
-/// What `seen` itself is off by, against a film of many samples; less what that is off by itself.
+/// The error of `seen` itself, relative to a film of many samples, minus the error of that film.
 std::vector<PixelTruth> truth_of(const core::FilmSnapshot& seen,
                                  const core::FilmSnapshot& reference);
 

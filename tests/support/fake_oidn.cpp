@@ -1,5 +1,5 @@
-// A library with the interface of Open Image Denoise 2 that does what FAKE_OIDN says: crash, hang,
-// fail, be of another version; else it darkens by a tenth.
+// A library with the interface of Open Image Denoise 2 that follows FAKE_OIDN: crashes, hangs,
+// fails, or reports another version; by default it darkens the image by a tenth.
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -53,7 +53,7 @@ void oidnSetFilterFloat(FakeFilter*, const char*, float) {}
 void oidnCommitFilter(FakeFilter*) {}
 void oidnExecuteFilter(FakeFilter* filter) {
   if (is("crash")) {
-    ::kill(::getpid(), SIGKILL);  // as a fault ends it, without a core file
+    ::kill(::getpid(), SIGKILL);  // as a fault would, without a core file
   }
   while (is("hang")) {
     ::pause();

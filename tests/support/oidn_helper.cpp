@@ -1,4 +1,4 @@
-// The helper process by itself: oidn_helper denoise FOLDER.
+// The helper process as a program: oidn_helper denoise FOLDER.
 #include "core/denoise/oidn_helper.h"
 
 #include <string>

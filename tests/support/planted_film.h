@@ -1,4 +1,4 @@
-/// Films of noise whose errors are known in closed form.
+/// Films of synthetic noise with errors in closed form.
 #pragma once
 
 #include <cmath>
@@ -12,16 +12,15 @@
 
 namespace test_support {
 
-/// The mean of one half of a pixel; adds the variance of the pixel's mean and its expected value
-/// are in the plan.
+/// Noise of a pixel: draws the mean of one half; gives the variance of the pixel's mean and its
+/// expected value.
 struct Plan {
   int width = 64;
   int height = 64;
-  std::function<double(Random&, int x, int y)> half;  ///< mean of a half, by its own random numbers
+  std::function<double(Random&, int x, int y)> half;  ///< draws the mean of a half
   std::function<double(int x, int y)> mu;
   std::function<double(int x, int y)> variance;  ///< of the mean of both halves
-  /// Squared deviations of a half's 128 samples from their mean; without it, what is expected of
-  /// them.
+  /// Squared deviations of a half's 128 samples from their mean; if empty, their expected value.
   std::function<double(int x, int y, double mean)> m2 = {};
 };
 

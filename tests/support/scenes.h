@@ -1,5 +1,5 @@
-/// Small scenes made in code, straight as SceneDescription: no file format between a test and the
-/// renderer.
+/// Small scenes made in code, directly as SceneDescription: tests of the renderer need no file
+/// format.
 #pragma once
 
 #include <functional>
@@ -21,17 +21,18 @@ core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 
 /// Lambert: no specular layer.
 core::MaterialDescription lambert(core::Rgb albedo);
 core::MaterialDescription emitter(core::Rgb radiance);
-/// Everything in one mesh, placed once.
+/// Everything in one mesh with one instance.
 core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials,
                                 std::vector<core::PrimitiveDescription> primitives);
 
-/// The Cornell box with round numbers, 1 m wide: red left, green right, light in the ceiling.
+/// The Cornell box with round dimensions, 1 m wide: red left, green right, an emitter in the
+/// ceiling.
 core::SceneDescription cornell();
 
 std::shared_ptr<const core::Scene> build(core::SceneDescription description);
 std::shared_ptr<const core::Environment> constant_sky(core::Rgb radiance);
 
-/// An equirectangular map; value(column, row), row 0 on top.
+/// An equirectangular map; value(column, row), row 0 at the top.
 std::shared_ptr<const core::Environment> sky_map(int width, int height,
                                                  const std::function<core::Rgb(int, int)>& value,
                                                  float rotation_degrees = 0);

@@ -53,7 +53,7 @@ std::uint64_t mixed(std::uint64_t x) {
 
 }  // namespace
 
-// The seed is mixed: streams whose starts are a few steps apart would be one stream shifted.
+// Mixes the seed: streams whose starts are a few steps apart would be shifted copies of one stream.
 Random::Random(std::uint64_t seed)
     : state_(mixed(mixed(seed + 0x632be59bd9b4e019ULL) + 0x1234567ULL)) {}
 
@@ -162,8 +162,8 @@ Chi2Report chi2_sphere(const SampleDirection& sample, const DensityOfDirection& 
     }
   }
   expected[cells] = (1 - total) * sample_count;
-  // A density whose integral is above 1 is as wrong as samples in the wrong place; 5e-3 is left to
-  // the integration.
+  // A density whose integral exceeds 1 is as wrong as misplaced samples; 5e-3 allows for the
+  // integration.
   if (total > 1.005) {
     return {1e30, 1, 0};
   }
@@ -220,7 +220,7 @@ double ks_uniform(std::vector<double> values) {
 }
 
 double student_t_cdf(double t, double k) {
-  // The quantile is core's; its inverse by bisection over p.
+  // The quantile is from core; its inverse is computed by bisection over p.
   double low = 0;
   double high = 1;
   for (int i = 0; i < 60; ++i) {

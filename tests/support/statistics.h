@@ -1,5 +1,5 @@
-/// Tests of hypotheses for renderers: chi-squared of samples against a density, z-tests of a mean
-/// against a truth, Kolmogorov-Smirnov, and the level each of many tests may have.
+/// Statistical tests for renderers: chi-squared of samples against a density, z-tests of a mean
+/// against a true value, Kolmogorov-Smirnov, and the level of each of several tests.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace test_support {
 
-/// The level of one of `tests` tests that together alarm falsely with probability `alpha`.
+/// The level of one of `tests` tests that together have the false alarm probability `alpha`.
 double sidak(double alpha, int tests);
 
 /// P(|Z| > |z|) of the standard normal distribution.
@@ -24,8 +24,8 @@ struct Chi2Report {
   double p_value = 0;
 };
 
-/// Pearson's test. Cells whose expected count is below 5 are one cell together. When even that
-/// expects less than 5, up to 15 observations there count as errors of the expected values; more
+/// Pearson's test. Cells with an expected count below 5 are merged into one. If that one also
+/// expects less than 5, up to 15 observations in it count as errors of the expected values; more
 /// give p = 0.
 Chi2Report chi2(std::span<const double> observed, std::span<const double> expected);
 
@@ -43,19 +43,20 @@ class Random {
   std::uint64_t state_;
 };
 
-/// A sample of a direction, or nothing (absorbed, or a delta lobe).
+/// Samples a direction, or returns nothing (absorbed, or a delta lobe).
 using SampleDirection = std::function<std::optional<core::Vec3>(Random&)>;
 using DensityOfDirection = std::function<float(core::Vec3)>;
 
 struct SphereGrid {
-  int rows = 20;        ///< of equal height in z; even, so that z = 0 is an edge
-  int columns = 24;     ///< of equal azimuth
-  int depth_least = 2;  ///< every cell is cut at least so often in four before it is integrated
-  int depth_most = 8;   ///< higher where the density jumps
+  int rows = 20;     ///< of equal height in z; even, so that z = 0 is an edge
+  int columns = 24;  ///< of equal azimuth
+  /// every cell is divided into four at least this often before it is integrated
+  int depth_least = 2;
+  int depth_most = 8;  ///< higher where the density jumps
 };
 
-/// Are directions distributed as the density over solid angle says? `nothing` has a cell of its
-/// own, whose expected count is what the density leaves.
+/// Tests whether directions follow the density over solid angle. Absorbed samples have a separate
+/// cell, whose expected count is the missing mass of the density.
 Chi2Report chi2_sphere(const SampleDirection& sample, const DensityOfDirection& pdf_solid_angle,
                        int sample_count, std::uint64_t seed, SphereGrid grid = {});
 
@@ -71,7 +72,7 @@ struct Moments {
   void add(double x);
   double variance() const { return n > 1 ? m2 / (n - 1) : 0; }
   double standard_error() const;
-  /// (mean - truth) / standard error; 0 when both are equal to rounding.
+  /// (mean - truth) / standard error; 0 if both are equal up to rounding.
   double z(double truth) const;
 };
 

@@ -1,7 +1,8 @@
 #Helpers shared by the test programs.
 set(SUPPORT_SOURCES bsdf_cases.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp)
 
-# A library that stands in for Open Image Denoise, where the API tests look for it too, and its helper.
+# A library that replaces Open Image Denoise, in the folder where the API tests also look for it,
+# and its helper.
 add_library(fake_oidn SHARED support/fake_oidn.cpp)
 set_target_properties(fake_oidn PROPERTIES
   OUTPUT_NAME OpenImageDenoise SUFFIX .so.2

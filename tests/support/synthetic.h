@@ -1,5 +1,5 @@
-/// A renderer without a scene: what a sample sees is given by a function of random numbers, so that
-/// the truth is known. Everything else (tasks, slices, plans, films) is the product's own.
+/// A renderer without a scene: a function of random numbers gives each sample, so the expected
+/// value is known. Everything else (tasks, slices, plans, films) is the product's own.
 #pragma once
 
 #include <functional>
@@ -20,11 +20,10 @@ struct Synthetic {
   std::function<float(Random& random, int x, int y)> sample;
 };
 
-/// Renders `samples` per pixel to the end; seed chooses all random numbers.
+/// Renders `samples` per pixel to the end; all random numbers depend on seed.
 Picture render(const Synthetic& synthetic, int samples, std::uint64_t seed, int threads = 1);
 
-/// Rare light: `value` with probability 1 / value, else nothing; expected value 1, variance value
-/// - 1.
+/// Rare light: `value` with probability 1 / value, else 0; expected value 1, variance value - 1.
 float rare_event(Random& random, float value);
 
 }  // namespace test_support

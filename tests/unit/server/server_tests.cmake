@@ -1,4 +1,4 @@
-# Store, checkpoints, scheduling, events, scenes: the server without its transport.
+# Store, checkpoints, scheduling, events, scenes: the server without HTTP.
 set(SERVER_TEST_SOURCES
   blob_store_test.cpp
   comparison_store_test.cpp

@@ -1,5 +1,5 @@
-// Plans of counts, and that adaptive films are a function of the job: threads, pauses, restarts and
-// extensions change nothing.
+// Sample plans; adaptive films are a function of the job, independent of threads, pauses, restarts
+// and extensions.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -44,7 +44,7 @@ TEST(SamplePlan, EachSampleBelongsToOneHalf) {
   }
 }
 
-TEST(SamplePlan, CountsGoFromOneEndToTheOtherInSteps) {
+TEST(SamplePlan, CountsStepFromOneEndToTheOther) {
   const core::PixelPlan plan = {16, 16 + 3 * 23};
   for (int x = 0; x < 50; ++x) {
     const core::PlanPosition at = {{32, 64}, 3, x, 3 * x};
@@ -76,7 +76,7 @@ double mean_of(const std::vector<std::uint32_t>& counts) {
   return std::accumulate(counts.begin(), counts.end(), 0.0) / static_cast<double>(counts.size());
 }
 
-TEST(Allocation, KeepsTheMeanAndTakesNothingBack) {
+TEST(Allocation, KeepsTheMeanAndNeverReducesCounts) {
   for (const std::uint32_t step : {1U, 4U}) {
     core::Budget budget = budget_of(1000, 64, 32);
     budget.step = step;
@@ -87,7 +87,7 @@ TEST(Allocation, KeepsTheMeanAndTakesNothingBack) {
   }
 }
 
-TEST(Allocation, IsInProportionToNeedAndSpreadsATenth) {
+TEST(Allocation, IsProportionalToNeedAndSpreadsATenth) {
   const core::Budget budget = budget_of(1000, 5000, 0);
   const auto counts = core::distribute(budget);
   const double mean = std::accumulate(budget.need.begin(), budget.need.end(), 0.0) / 1000;
@@ -96,7 +96,7 @@ TEST(Allocation, IsInProportionToNeedAndSpreadsATenth) {
   }
 }
 
-TEST(Allocation, IsEvenWhereNothingIsNeeded) {
+TEST(Allocation, IsUniformWithoutNeed) {
   core::Budget budget = budget_of(100, 64, 32);
   std::fill(budget.need.begin(), budget.need.end(), 0.0F);
   for (const std::uint32_t n : core::distribute(budget)) {
@@ -104,8 +104,8 @@ TEST(Allocation, IsEvenWhereNothingIsNeeded) {
   }
 }
 
-/// 32 samples of every pixel of two tiles. Each pilot sample saw radiance `mean` in the left tile
-/// and 1 in the right one, with a variance of 0.01, and took two rays.
+/// 32 samples of every pixel of two tiles. The pilot samples have radiance `mean` in the left tile
+/// and 1 in the right one, a variance of 0.01, and two rays each.
 std::unique_ptr<Film> calm_film(core::RenderSettings& settings, float mean, int side = 32) {
   settings.film.width = 2 * side;
   settings.film.height = side;
@@ -133,13 +133,13 @@ double mean_of_tile(const std::vector<core::PixelPlan>& plan) {
   return sum / static_cast<double>(plan.size());
 }
 
-TEST(Allocation, NeedsAreNoiseOverSignal) {
+TEST(Allocation, NeedIsNoiseOverSignal) {
   core::RenderSettings settings;
   for (const auto& plan : core::make_plans(*calm_film(settings, 1), settings, 32)) {
     EXPECT_NEAR(mean_of_tile(plan), 32, 0.1);
   }
-  // The same noise on a third of the light is three times the relative error; a tenth of the
-  // samples is spread evenly, and windows blend both sides: between 1.5 and 2.8 as many.
+  // The same noise at a third of the radiance is three times the relative error; a tenth of the
+  // samples is uniform, and windows blend both sides: between 1.5 and 2.8 times as many.
   const auto plans = core::make_plans(*calm_film(settings, 1.0F / 3), settings, 32);
   const double ratio = mean_of_tile(plans[0]) / mean_of_tile(plans[1]);
   EXPECT_GT(ratio, 1.5);
@@ -147,16 +147,16 @@ TEST(Allocation, NeedsAreNoiseOverSignal) {
   EXPECT_NEAR(mean_of_tile(plans[0]) + mean_of_tile(plans[1]), 64, 0.1);
 }
 
-TEST(Allocation, DarknessCountsAgainstATwentiethOfThePicturesBrightness) {
+TEST(Allocation, DarkPixelsCountAgainstATwentiethOfTheLuminanceOfTheImage) {
   core::RenderSettings settings;
   const auto black = core::make_plans(*calm_film(settings, 0), settings, 32);
   const auto dark = core::make_plans(*calm_film(settings, 0.001F), settings, 32);
   EXPECT_NEAR(mean_of_tile(black[0]), mean_of_tile(dark[0]), 0.1);
 }
 
-// Sanitizers keep memory of their own.
+// Sanitizers allocate their own memory.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-/// Of this process, in bytes.
+/// A value of this process's status, in bytes.
 double status_bytes(const std::string& name) {
   std::ifstream status("/proc/self/status");
   std::string word;
@@ -167,14 +167,14 @@ double status_bytes(const std::string& name) {
   return kilobytes * 1024;
 }
 
-TEST(Allocation, TakesTheMemoryThatIsSaid) {
-  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);  // Freed blocks go back at once, as in the server.
+TEST(Allocation, UsesTheStatedMemory) {
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);  // returns freed blocks at once, as in the server
   core::RenderSettings settings;
   const auto film = calm_film(settings, 1, 768);
   const double said =
       static_cast<double>(core::kPlanWorkBytes) * settings.film.width * settings.film.height;
   ::malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << 5;  // The peak counts from here.
+  std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak
   const double before = status_bytes("VmRSS");
   const auto plans = core::make_plans(*film, settings, 32);
   const double took = status_bytes("VmHWM") - before;
@@ -184,7 +184,7 @@ TEST(Allocation, TakesTheMemoryThatIsSaid) {
 }
 #endif
 
-TEST(Epochs, BeginAtLooksAndThePilotIsAtMostATenth) {
+TEST(Epochs, BeginAtErrorChecksAndThePilotIsAtMostATenth) {
   for (const int replicates : {2, 4, 8}) {
     for (const int least : {1, 7, 32, 100, 1000}) {
       core::RenderSettings settings;
@@ -220,7 +220,7 @@ core::View small_view(AdaptiveType type, int replicates = 2) {
   view.settings.replicates = replicates;
   view.settings.seed = 42;
   view.settings.adaptive.type = type;
-  view.settings.adaptive.min_samples = 8;  // the pilot begins at 20
+  view.settings.adaptive.min_samples = 8;  // the pilot starts at 20 samples
   return view;
 }
 
@@ -249,21 +249,21 @@ std::string digest_of(const core::View& view, int count, int threads,
   return film->digest();
 }
 
-TEST(AdaptiveBits, AreTheSameForOneTwoAndSevenThreadsAndAnySlices) {
+TEST(AdaptiveBits, AreIndependentOfThreadsAndSlices) {
   const core::View view = small_view(AdaptiveType::kPilot);
   const std::string one = digest_of(view, 60, 1);
   EXPECT_EQ(digest_of(view, 60, 2, 0.002), one);
   EXPECT_EQ(digest_of(view, 60, 7, 1), one);
-  EXPECT_NE(digest_of(small_view(AdaptiveType::kNone), 60, 2), one) << "nothing was adaptive";
+  EXPECT_NE(digest_of(small_view(AdaptiveType::kNone), 60, 2), one) << "sampling was not adaptive";
 }
 
-TEST(AdaptiveBits, AreTheSameWithFourReplicates) {
+TEST(AdaptiveBits, AreIndependentOfThreadsWithFourReplicates) {
   const core::View view = small_view(AdaptiveType::kPilot, 4);
   EXPECT_EQ(digest_of(view, 60, 7), digest_of(view, 60, 1, 1));
 }
 
-// Samplers without prefixes: whole sets in every replicate, whatever a pixel gets.
-TEST(AdaptiveBits, AreTheSameForEverySamplerAndSetsAreWhole) {
+// Samplers without prefixes: whole sets in every replicate, for every count of a pixel.
+TEST(AdaptiveBits, AreReproducibleForEverySamplerAndSetsAreWhole) {
   for (const auto& sampler : core::samplers()) {
     core::View view = small_view(AdaptiveType::kPilot);
     view.settings.film.width = 40;
@@ -280,7 +280,7 @@ TEST(AdaptiveBits, AreTheSameForEverySamplerAndSetsAreWhole) {
   }
 }
 
-/// What a checkpoint keeps: every tile as it is. Pre: nothing is in flight.
+/// Restores the content of a checkpoint: every tile. Pre: no slice is in progress.
 std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
   auto film = std::make_shared<Film>(view.settings);
   for (int t = 0; t < from.tile_count(); ++t) {
@@ -289,8 +289,8 @@ std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
   return film;
 }
 
-// Stopped after any number of slices, pilot slices among them, and gone on with by another task.
-TEST(AdaptiveBits, AreTheSameAfterARestartAtAnyPlace) {
+// Stops after any number of slices, including pilot slices, and continues with another task.
+TEST(AdaptiveBits, AreIndependentOfARestartAtAnyPoint) {
   const core::View view = small_view(AdaptiveType::kPilot);
   const auto renderer = renderer_of(view);
   const std::string whole = digest_of(view, 50, 2);
@@ -313,7 +313,7 @@ TEST(AdaptiveBits, AreTheSameAfterARestartAtAnyPlace) {
   EXPECT_EQ(film->digest(), whole);
 }
 
-TEST(AdaptiveBits, AreTheSameAfterAPauseAndWhenExtended) {
+TEST(AdaptiveBits, AreIndependentOfPausesAndExtensions) {
   const core::View view = small_view(AdaptiveType::kPilot);
   const std::string whole = digest_of(view, 60, 2);
   auto film = std::make_shared<Film>(view.settings);
@@ -329,9 +329,9 @@ TEST(AdaptiveBits, AreTheSameAfterAPauseAndWhenExtended) {
   EXPECT_EQ(film->digest(), whole);
 }
 
-// The rules that end a job do not say where its samples go: what a clock stopped goes on to the
-// same film.
-TEST(AdaptiveBits, AreTheSameAfterAClockRule) {
+// The stop rules do not affect where samples go: a job that a clock stopped continues to the same
+// film.
+TEST(AdaptiveBits, AreIndependentOfAClockRule) {
   const core::View view = small_view(AdaptiveType::kPilot);
   auto film = std::make_shared<Film>(view.settings);
   Nobody sink;
@@ -347,9 +347,10 @@ TEST(AdaptiveBits, AreTheSameAfterAClockRule) {
   EXPECT_EQ(film->digest(), digest_of(view, 50, 2));
 }
 
-TEST(AdaptiveFilms, HaveEqualHalvesAndTheMeanThatWasAskedFor) {
+TEST(AdaptiveFilms, HaveEqualHalvesAndTheRequestedMean) {
   const core::View view = small_view(AdaptiveType::kPilot);
-  const auto picture = test_support::render(view, 80);  // the end of an epoch: to half a sample
+  // the end of an epoch, exact to half a sample
+  const auto picture = test_support::render(view, 80);
   const auto counts = core::layer_image(picture.snapshot, "samples");
   double sum = 0;
   float least = 1e9F;
@@ -368,7 +369,7 @@ TEST(AdaptiveFilms, HaveEqualHalvesAndTheMeanThatWasAskedFor) {
   EXPECT_EQ(picture.points.back().samples_per_pixel, 80);
 }
 
-TEST(AdaptiveFilms, ByTilesGiveAllPixelsOfATileTheSame) {
+TEST(AdaptiveFilms, ByTilesHaveOneCountPerTile) {
   core::View view = small_view(AdaptiveType::kPilot);
   view.settings.adaptive.granularity = core::Granularity::kTile;
   view.settings.adaptive.dilation = 0;
@@ -383,7 +384,7 @@ TEST(AdaptiveFilms, ByTilesGiveAllPixelsOfATileTheSame) {
   EXPECT_GT(picture.progress.samples_max, picture.progress.samples_min + 2);
 }
 
-TEST(AdaptiveFilms, AJobTooSmallToDecideAnythingIsThePlainOne) {
+TEST(AdaptiveFilms, OfAJobTooSmallForADecisionEqualThePlainOne) {
   EXPECT_EQ(digest_of(small_view(AdaptiveType::kPilot), 8, 2),
             digest_of(small_view(AdaptiveType::kNone), 8, 2));
 }
@@ -407,9 +408,9 @@ TEST(TimeLeft, FollowsThePaceWithAnInterval) {
 }
 
 // Passes whose times vary by 30 %: intervals of two standard errors cover the rest of the job in
-// most of 500 trials. The rest varies itself: 20 further passes after 10 have 0.58 of the variance
-// of the pace; 2 of sqrt(1.5) is 1.6 deviations, 89 %.
-TEST(TimeLeft, CoversWhatComesWhenPassesVary) {
+// most of 500 trials. The rest also varies: 20 further passes after 10 have 0.58 of the variance of
+// the pace; 2 of sqrt(1.5) is 1.6 deviations, 89 %.
+TEST(TimeLeft, CoversTheRemainingTimeOfVaryingPasses) {
   test_support::Random random(3);
   const auto pass = [&random] { return 1 + 0.3 * std::clamp(random.normal(), -3.0, 3.0); };
   int inside = 0;
@@ -426,7 +427,7 @@ TEST(TimeLeft, CoversWhatComesWhenPassesVary) {
     inside += left->low <= truth && truth <= left->high ? 1 : 0;
   }
   EXPECT_GE(inside, 400);
-  EXPECT_LT(inside, 500) << "an interval that always covers says nothing";
+  EXPECT_LT(inside, 500) << "an interval that always covers is meaningless";
 }
 
 TEST(TimeLeft, EndsWithTheFirstRule) {
@@ -438,14 +439,14 @@ TEST(TimeLeft, EndsWithTheFirstRule) {
   EXPECT_NEAR(core::samples_for_error(64, 0.2, 0.1, 1), 128, 1e-9);
 }
 
-TEST(TimeLeft, KnowsHowErrorsFell) {
+TEST(TimeLeft, UsesTheRecentDecreaseOfTheError) {
   std::vector<core::SeenError> seen;
-  // Fireflies came late: what was long ago does not count.
+  // Late fireflies: old errors are ignored.
   for (const double n : {2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0}) {
     seen.push_back({n, n < 8 ? 0.01 : std::pow(n, -0.7)});
   }
   EXPECT_NEAR(core::error_exponent(seen), 0.7, 1e-9);
-  EXPECT_EQ(core::error_exponent(std::span(seen).first(3)), 0.5) << "too few";
+  EXPECT_EQ(core::error_exponent(std::span(seen).first(3)), 0.5) << "too few errors";
   for (core::SeenError& s : seen) {
     s.error = std::pow(s.samples, -0.2);
   }

@@ -18,9 +18,9 @@ using core::Rgb;
 using core::Vec3;
 using test_support::BsdfCase;
 
-/// Share of uniform light that sample() carries from wo, over the first points of a Kronecker
-/// sequence in three dimensions (powers of the plastic number's kin, Roberts 2018): error about
-/// 1e-4 for smooth integrands.
+/// Albedo under uniform light by sample() from wo, over the first points of a Kronecker sequence in
+/// three dimensions (powers of a generalised plastic number, Roberts 2018): error about 1e-4 for
+/// smooth integrands.
 double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
   double sum = 0;
   double u[3] = {0.5, 0.5, 0.5};
@@ -44,7 +44,8 @@ TEST(Fresnel, GlassInAirHasTheTextbookValues) {
   EXPECT_NEAR(core::fresnel_dielectric(1, 1 / 1.5F), 0.04, 1e-6);
   const double r = static_cast<double>(core::fresnel_dielectric(1, 1.5F));
   EXPECT_NEAR(2 * r / (1 + r), 0.0769231, 1e-6);
-  // At Brewster's angle one polarisation is not reflected: the rest is half of ((n^2-1)/(n^2+1))^2.
+  // At Brewster's angle one polarisation is not reflected: the reflectance is half of
+  // ((n^2-1)/(n^2+1))^2.
   const double brewster = 56.3099 * std::numbers::pi / 180;
   EXPECT_NEAR(core::fresnel_dielectric(static_cast<float>(std::cos(brewster)), 1.5F),
               0.5 * std::pow(1.25 / 3.25, 2), 1e-6);
@@ -54,7 +55,7 @@ TEST(Fresnel, GlassInAirHasTheTextbookValues) {
   EXPECT_EQ(core::fresnel_dielectric(0, 1.5F), 1);
 }
 
-TEST(Fresnel, HemisphericalReflectanceIsTheTabulatedOne) {
+TEST(Fresnel, HemisphericalReflectanceMatchesTheTables) {
   for (const auto& [eta, truth] : {std::pair{1.5F, 0.091778}, std::pair{1 / 1.5F, 0.596346}}) {
     double sum = 0;
     constexpr int kSteps = 200000;
@@ -97,7 +98,7 @@ double ggx_albedo(float alpha, double mu) {
   return sum / (kSide * kSide);
 }
 
-TEST(Ggx, SingleScatteringAlbedosAreTheClosedForms) {
+TEST(Ggx, SingleScatteringAlbedosMatchTheClosedForms) {
   for (const GgxTruth& t : kGgx) {
     EXPECT_NEAR(ggx_albedo(t.alpha, 1), t.normal, 2e-4) << t.alpha;
     EXPECT_NEAR(ggx_albedo(t.alpha, 0.5), t.slanted, 2e-4) << t.alpha;
@@ -113,7 +114,7 @@ TEST(AlbedoTables, AgreeWithTheClosedForms) {
   }
 }
 
-// Between the nodes and for narrow lobes too, against the integral at high resolution.
+// Also between the nodes and for narrow lobes, against the integral at high resolution.
 TEST(AlbedoTables, AgreeWithTheIntegral) {
   for (const float roughness : {0.15F, 0.2F, 0.3F, 0.45F, 0.77F}) {
     for (const double mu : {1.0, 0.8, 0.3}) {
@@ -124,8 +125,8 @@ TEST(AlbedoTables, AgreeWithTheIntegral) {
   }
 }
 
-// The mean over all directions is what one wide lobe reflects of uniform light: a check that D and
-// G belong together.
+// The mean over all directions equals the reflectance of uniform light by one wide lobe: a check
+// that D and G are consistent.
 TEST(Ggx, NormalsProjectToTheMacrosurface) {
   for (const float ax : {0.1F, 0.5F, 1.0F}) {
     for (const float ay : {0.3F, 1.0F}) {
@@ -150,9 +151,9 @@ class BsdfOf : public testing::TestWithParam<BsdfCase> {};
 INSTANTIATE_TEST_SUITE_P(Cases, BsdfOf, testing::ValuesIn(test_support::bsdf_cases()),
                          [](const auto& c) { return c.param.name; });
 
-// A lossless surface gives back what it gets: 1 within the interpolation error of the tables, which
-// is 0.5 % (truth 3).
-TEST_P(BsdfOf, WhiteFurnace) {
+// A lossless surface reflects all light: 1 within the interpolation error of the tables, which is
+// 0.5 % (truth 3).
+TEST_P(BsdfOf, IsLosslessInAWhiteFurnace) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {
     const Bsdf bsdf = c.seen_from(test_support::direction(degrees));
@@ -165,8 +166,8 @@ TEST_P(BsdfOf, WhiteFurnace) {
   }
 }
 
-// Energy cannot be made by the trick that mirrors directions at the geometric plane.
-TEST_P(BsdfOf, WhiteFurnaceUnderATiltedGeometricNormal) {
+// Mirroring directions at the geometric plane does not create energy.
+TEST_P(BsdfOf, IsLosslessUnderATiltedGeometricNormal) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {10.0, 50.0, 75.0}) {
     const Vec3 wo = test_support::direction(degrees);
@@ -194,7 +195,8 @@ TEST_P(BsdfOf, IsReciprocal) {
     double scale = 1;
     if (through) {
       wi.z = -wi.z;
-      // Seen from the other side: the frame's z is turned, so both directions change sign of z.
+      // Seen from the other side, the z axis of the frame is reversed, so both directions change
+      // the sign of z.
       to.z = -wo.z;
       if (!c.parameters.thin) {
         other.parameters.inside = !other.parameters.inside;
@@ -211,13 +213,13 @@ TEST_P(BsdfOf, IsReciprocal) {
   }
 }
 
-// albedo() names what sample() carries on average.
-TEST_P(BsdfOf, AlbedoLayerIsTheShareThatIsScattered) {
+// albedo() is the mean weight of sample().
+TEST_P(BsdfOf, AlbedoLayerIsTheScatteredFraction) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 45.0, 70.0}) {
     const Bsdf bsdf = c.seen_from(test_support::direction(degrees));
-    // Films are taken at the view angle, and sheen dims what lies below by the smaller of two
-    // factors (as its extension asks), which the layer leaves out.
+    // Films are evaluated at the view angle, and sheen reduces the layers below by the smaller of
+    // two factors (as required by its extension), which the layer ignores.
     const double tolerance = std::max(c.layers ? 0.13 : 0.015, c.furnace_tolerance);
     EXPECT_NEAR(core::average(bsdf.albedo()), sampled_albedo(bsdf), tolerance) << degrees;
   }

@@ -16,7 +16,7 @@ using core::Vec3;
 core::SceneDescription load_builtin(std::string_view name) {
   const core::BuiltinScene* scene = core::find_builtin_scene(name);
   if (scene == nullptr) {
-    ADD_FAILURE() << "no scene " << name;
+    ADD_FAILURE() << "missing scene " << name;
     return {};
   }
   auto loaded = core::load_gltf(scene->make_glb(), nullptr, {});
@@ -39,14 +39,14 @@ TEST_P(EachBuiltin, HasACameraNamedCamera) {
   EXPECT_EQ(scene.cameras[0].name, "camera");
 }
 
-TEST_P(EachBuiltin, IsTheSameEveryTime) {
+TEST_P(EachBuiltin, IsReproducible) {
   const core::BuiltinScene* scene = core::find_builtin_scene(GetParam());
   ASSERT_NE(scene, nullptr);
   EXPECT_EQ(scene->make_glb(), scene->make_glb());
 }
 
-TEST_P(EachBuiltin, ShowsWhatItsNormalsSay) {
-  // Vertex normals and the side of the triangles agree.
+TEST_P(EachBuiltin, NormalsAgreeWithTheFrontSides) {
+  // Vertex normals and front sides of the triangles agree.
   const core::SceneDescription scene = load_builtin(GetParam());
   for (const core::MeshDescription& mesh : scene.meshes) {
     for (const core::PrimitiveDescription& p : mesh.primitives) {
@@ -63,7 +63,7 @@ TEST_P(EachBuiltin, ShowsWhatItsNormalsSay) {
   }
 }
 
-TEST_P(EachBuiltin, OnlyTheFurnaceGetsTheWhiteSky) {
+TEST_P(EachBuiltin, OnlyTheFurnaceHasTheWhiteSky) {
   EXPECT_EQ(load_builtin(GetParam()).has_emissive_strength, GetParam() != "furnace");
 }
 
@@ -111,7 +111,7 @@ TEST(CornellBox, CameraSeesTheRedWallOnTheLeft) {
   }
 }
 
-TEST(CornellBox, LightHasTheMeasuredRadianceAndArea) {
+TEST(CornellBox, EmitterHasTheMeasuredRadianceAndArea) {
   const core::SceneDescription scene = load_builtin("cornell-box");
   const core::MeshDescription& lamp = scene.meshes.back();
   ASSERT_EQ(lamp.name, "lamp");
@@ -137,7 +137,7 @@ TEST(ManyLights, HasAThousandEmitters) {
   EXPECT_EQ(emitters, 1000);
 }
 
-TEST(VeachMis, LightsBelowTheWallHaveEqualPower) {
+TEST(VeachMis, EmittersBelowTheWallHaveEqualPower) {
   const core::SceneDescription scene = load_builtin("veach-mis");
   int lamps = 0;
   for (const core::MeshDescription& mesh : scene.meshes) {
@@ -153,7 +153,8 @@ TEST(VeachMis, LightsBelowTheWallHaveEqualPower) {
   EXPECT_EQ(lamps, 4);
 }
 
-// A closed surface has each edge twice, once in each direction, up to vertices that share a place.
+// Every edge of a closed surface occurs twice, once in each direction, after merging vertices at
+// equal positions.
 void expect_closed(const core::PrimitiveDescription& p) {
   std::map<std::tuple<float, float, float>, int> places;
   const auto place = [&places](Vec3 v) {

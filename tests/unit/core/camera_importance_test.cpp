@@ -1,5 +1,5 @@
-// Importance of the camera: its directions, its normalisation, and light that is splatted through
-// the lens against light that is seen through it.
+// Importance of the camera: its directions, its normalisation, and light splatted through the lens
+// against light seen through it.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -31,7 +31,7 @@ constexpr std::array<Kind, 4> kKinds = {{{"pinhole", false, 0},
                                          {"orthographic", true, 0},
                                          {"orthographic with a lens", true, 0.3F}}};
 
-/// Looks from (0.5, 1, 4) along -z, slightly turned; in focus 3 m away.
+/// Looks from (0.5, 1, 4) along -z, slightly rotated; in focus 3 m away.
 Camera make(const Kind& kind) {
   CameraDescription file;
   file.orthographic = kind.orthographic;
@@ -52,7 +52,7 @@ Vec2 film_at(Random& random) {
   return {(1.2F * random.uniform() - 0.1F) * kWidth, (1.2F * random.uniform() - 0.1F) * kHeight};
 }
 
-TEST(CameraImportance, ProjectsWhatARayMeetsToWhereTheRayCameFrom) {
+TEST(CameraImportance, ProjectsAHitToTheFilmPointOfItsRay) {
   for (const Kind& kind : kKinds) {
     const Camera camera = make(kind);
     Random random(1);
@@ -61,13 +61,13 @@ TEST(CameraImportance, ProjectsWhatARayMeetsToWhereTheRayCameFrom) {
       const Vec2 lens = random.uniform_2d();
       const core::Ray ray = camera.ray(film, lens).ray;
       const auto along = camera.importance(ray.origin, ray.direction);
-      // Rounding of metres, some ten of them, at 8 pixels a metre.
+      // Rounding at coordinates of about ten metres, with 8 pixels per metre.
       EXPECT_NEAR(along.film_px.x, film.x, 1e-4) << kind.name;
       EXPECT_NEAR(along.film_px.y, film.y, 1e-4) << kind.name;
       const float t = 0.5F + 5 * random.uniform();
       const Vec3 point = ray.origin + ray.direction * t;
-      // The lens of an orthographic camera moves with the point of the film: a point out of focus
-      // is seen along the direction, not through the point of the lens.
+      // The lens of an orthographic camera moves with the film point: a point out of focus is seen
+      // along the direction, not through the lens point.
       const auto seen = camera.sample_wi(point, lens);
       ASSERT_GT(seen.pdf_solid_angle, 0);
       EXPECT_NEAR(length(seen.wi_world + ray.direction), 0, 1e-5) << kind.name;
@@ -81,7 +81,7 @@ TEST(CameraImportance, ProjectsWhatARayMeetsToWhereTheRayCameFrom) {
   }
 }
 
-TEST(CameraImportance, SeesNothingBehindItself) {
+TEST(CameraImportance, SeesNothingBehindTheCamera) {
   for (const Kind& kind : kKinds) {
     const Camera camera = make(kind);
     const Vec3 behind = Vec3{0.5F, 1, 4} - camera.forward() * 2;
@@ -102,8 +102,7 @@ double solid_angle(const std::array<Vec3, 4>& d) {
   return solid_angle(d[0], d[1], d[2]) + solid_angle(d[2], d[1], d[3]);
 }
 
-/// Integral of we cos over the rays of one pixel, by areas and solid angles of small cells, as
-/// their corners span them.
+/// Integral of we cos over the rays of one pixel, from areas and solid angles of small cells.
 double mass_of_pixel(const Kind& kind, Vec2 corner_px) {
   constexpr int kCells = 16;
   constexpr float kStep = 1.0F / kCells;
@@ -125,7 +124,7 @@ double mass_of_pixel(const Kind& kind, Vec2 corner_px) {
   const double lens_area = std::numbers::pi * static_cast<double>(kind.aperture_radius_m) *
                            static_cast<double>(kind.aperture_radius_m);
   double mass = 0;
-  if (!kind.orthographic) {  // positions on the lens first, then directions
+  if (!kind.orthographic) {  // positions on the lens outside, directions inside
     for (const Vec2 lens : {Vec2{0.5F, 0.5F}, Vec2{0.1F, 0.8F}}) {
       cells([&](const std::array<Vec2, 4>& square, Vec2 middle) {
         std::array<Vec3, 4> d;
@@ -158,8 +157,8 @@ double mass_of_pixel(const Kind& kind, Vec2 corner_px) {
 TEST(CameraImportance, IntegratesToOneOverEachPixel) {
   for (const Kind& kind : kKinds) {
     for (const Vec2 corner : {Vec2{0, 0}, Vec2{5, 3}, Vec2{11, 7}}) {
-      // Cells are flat to second order: 1/16 of a pixel that is 0.17 rad wide. Float cells of the
-      // lens have edges right to 1e-5 of their length.
+      // Cells are flat to second order: 1/16 of a pixel that is 0.17 rad wide. The edges of float
+      // cells of the lens are exact to 1e-5 of their length.
       EXPECT_NEAR(mass_of_pixel(kind, corner), 1, 2e-3) << kind.name << ' ' << corner.x;
     }
   }
@@ -175,11 +174,11 @@ TEST(CameraImportance, IsTheProductOfTheDensitiesOverTheCosine) {
   }
 }
 
-/// A point light before a diffuse wall, in a plane a little behind the focus.
+/// A point light in front of a diffuse wall, in a plane slightly behind the focus.
 constexpr Vec3 kLight = {0.2F, 1.3F, 0.9F};
 constexpr float kWallZ = -0.4F;
 
-/// Radiance of the wall at a point of it, albedo and intensity one.
+/// Radiance of the wall at a point, for albedo and intensity one.
 double wall_radiance(Vec3 p) {
   const Vec3 d = kLight - p;
   const double squared = static_cast<double>(dot(d, d));
@@ -203,14 +202,14 @@ void see(const Camera& camera, Pixels& pixels, int samples) {
 }
 
 /// The same by particles: from the light over the sphere, to the wall, through the lens. `bend`
-/// plants an error.
+/// plants a fault.
 void splat(const Camera& camera, Pixels& pixels, int particles,
            const std::function<float(const Camera::ImportanceSample&)>& bend) {
   Random random(6);
   std::vector<double> sums(kWidth * kHeight, 0.0);
   std::vector<double> squares(kWidth * kHeight, 0.0);
   for (int i = 0; i < particles; ++i) {
-    // Towards the wall, uniformly over the hemisphere.
+    // Direction to the wall, uniform over the hemisphere.
     const float z = random.uniform();
     const float phi = 6.2831853F * random.uniform();
     const float r = std::sqrt(1 - z * z);
@@ -242,7 +241,7 @@ void splat(const Camera& camera, Pixels& pixels, int particles,
   }
 }
 
-/// Probability of the sum of squared differences, in standard errors, over all pixels.
+/// p-value of the sum of squared differences, in standard errors, over all pixels.
 double agreement(const Kind& kind,
                  const std::function<float(const Camera::ImportanceSample&)>& bend) {
   const Camera camera = make(kind);
@@ -257,20 +256,21 @@ double agreement(const Kind& kind,
     const double d = seen[i].mean - splatted[i].mean;
     chi2 += d * d / error2;
   }
-  // Wilson and Hilferty 1931: the cube root of chi-squared over its degrees is nearly normal.
+  // Wilson and Hilferty 1931: the cube root of chi-squared over its degrees of freedom is nearly
+  // normal.
   const double k = static_cast<double>(seen.size());
   const double z = (std::cbrt(chi2 / k) - (1 - 2 / (9 * k))) / std::sqrt(2 / (9 * k));
   return 0.5 * std::erfc(z / std::numbers::sqrt2);
 }
 
-TEST(CameraImportance, SplatsThroughTheLensWhatIsSeenThroughIt) {
+TEST(CameraImportance, SplattedLightEqualsLightSeenThroughTheLens) {
   for (const Kind& kind : kKinds) {
     EXPECT_GT(agreement(kind, [](const auto&) { return 1.0F; }), test_support::sidak(0.001, 4))
         << kind.name;
   }
 }
 
-TEST(CameraImportance, ACosineTooManyInASplatIsDetected) {
+TEST(CameraImportance, DetectsAnExtraCosineInASplat) {
   for (const Kind& kind : {kKinds[0], kKinds[1]}) {  // nearly one for orthographic cameras
     const Camera camera = make(kind);
     const auto cosine = [&](const auto& seen) { return -dot(seen.wi_world, camera.forward()); };
@@ -278,7 +278,7 @@ TEST(CameraImportance, ACosineTooManyInASplatIsDetected) {
   }
 }
 
-TEST(CameraImportance, FivePercentTooMuchIsDetected) {
+TEST(CameraImportance, DetectsFivePercentTooMuch) {
   for (const Kind& kind : kKinds) {
     EXPECT_LT(agreement(kind, [](const auto&) { return 1.05F; }), test_support::sidak(0.001, 4))
         << kind.name;

@@ -59,7 +59,7 @@ CameraSettings on_orbit(core::CameraOrbit orbit, int width = 200, int height = 1
   return core::placed_on_orbit({}, orbit, unit_box(), width, height);
 }
 
-TEST(Camera, AnOrbitTurnsCounterClockwiseAboutYFromTheFront) {
+TEST(Camera, OrbitRotatesCounterClockwiseAboutYFromTheFront) {
   core::CameraOrbit orbit{.phi_degrees = 90, .radius_m = 3, .target = Vec3{1, 2, 3}};
   expect_direction(*on_orbit(orbit).position, {1, 2, 6});
   orbit.theta_degrees = 90;
@@ -67,13 +67,14 @@ TEST(Camera, AnOrbitTurnsCounterClockwiseAboutYFromTheFront) {
   expect_direction(*on_orbit(orbit).up, {0, 1, 0});
   orbit.phi_degrees = 0;
   EXPECT_NEAR(on_orbit(orbit).position->y, 5, 1e-5F);
-  // From above the front of the scene is at the picture's bottom, as in a step by step approach.
+  // From above, the front of the scene is at the bottom of the image, which is the limit of lower
+  // elevations.
   orbit.theta_degrees = 0;
   expect_direction(*on_orbit(orbit).up, {0, 0, -1});
   EXPECT_TRUE(Camera::create(on_orbit(orbit), {}, unit_box(), 200, 100));
 }
 
-TEST(Camera, AnAutomaticOrbitHoldsTheWholeBox) {
+TEST(Camera, AutomaticOrbitContainsTheWholeBox) {
   for (const int width : {200, 50}) {
     for (const float theta : {0.0F, 35.0F, 200.0F}) {
       core::CameraOrbit orbit;
@@ -92,7 +93,7 @@ TEST(Camera, AnAutomaticOrbitHoldsTheWholeBox) {
   }
 }
 
-TEST(Camera, AFileCameraLooksAlongMinusZ) {
+TEST(Camera, FileCameraLooksAlongMinusZ) {
   CameraDescription file;
   file.name = "front";
   file.vertical_fov_rad = 1.5707964F;
@@ -115,7 +116,7 @@ TEST(Camera, OrthographicRaysAreParallelAndOneMagnificationApart) {
   EXPECT_NEAR(right.origin.x, 4, 1e-6);
 }
 
-TEST(Camera, AnyPoseMayBeOrthographic) {
+TEST(Camera, AnyPoseCanBeOrthographic) {
   CameraSettings settings = posed(45);
   settings.vertical_fov_degrees.reset();
   settings.type = core::CameraType::kOrthographic;
@@ -125,14 +126,14 @@ TEST(Camera, AnyPoseMayBeOrthographic) {
   EXPECT_NEAR(given.ray({100, 0}, {}).ray.origin.y, 1.5F, 1e-6);
   EXPECT_NEAR(given.ray({200, 50}, {}).ray.origin.x, 3, 1e-6);
   EXPECT_NEAR(given.ray({200, 50}, {}).width_m, 0.03F, 1e-8);
-  // By default as high as 45 degrees are at the target, 5 m away.
+  // The default height is that of 45 degrees at the target, 5 m away.
   settings.orthographic_height_m.reset();
   settings.focus_distance_m = 1.0F;
   EXPECT_NEAR(make(settings, {}, 200, 100).ray({100, 0}, {}).ray.origin.y,
               5 * std::tan(0.39269908F), 1e-5);
 }
 
-TEST(Camera, APerspectiveCameraOfTheFileMayBeOrthographicAndTheOtherWayRound) {
+TEST(Camera, ProjectionOfAFileCameraCanBeOverridden) {
   CameraDescription file;
   file.vertical_fov_rad = 1.5707964F;
   file.to_world = core::translation({1, 2, 3});
@@ -140,7 +141,7 @@ TEST(Camera, APerspectiveCameraOfTheFileMayBeOrthographicAndTheOtherWayRound) {
   settings.type = core::CameraType::kOrthographic;
   const Camera flat = make(settings, {file}, 100, 100);
   expect_direction(flat.ray({9, 9}, {}).ray.direction, {0, 0, -1});
-  EXPECT_NEAR(flat.ray({50, 0}, {}).ray.origin.y, 5, 1e-5);  // the scene's centre is 3 m ahead
+  EXPECT_NEAR(flat.ray({50, 0}, {}).ray.origin.y, 5, 1e-5);  // the centre of the scene is 3 m ahead
   file.orthographic = true;
   settings.type = core::CameraType::kPerspective;
   settings.vertical_fov_degrees = 90.0F;
@@ -148,7 +149,7 @@ TEST(Camera, APerspectiveCameraOfTheFileMayBeOrthographicAndTheOtherWayRound) {
   expect_direction(make(settings, {file}, 100, 100).ray({50, 0}, {}).ray.direction, {0, s, -s});
 }
 
-TEST(Camera, APanoramaSeesAllDirections) {
+TEST(Camera, PanoramaSeesAllDirections) {
   CameraSettings settings;
   settings.type = core::CameraType::kPanorama;
   settings.position = Vec3{1, 2, 3};
@@ -172,13 +173,13 @@ TEST(Camera, APanoramaSeesAllDirections) {
         camera.ray(film, {}).ray.origin + direction(film.x, film.y) * (0.1F + 9 * random.uniform());
     const auto seen = camera.project(point, {0.5F, 0.5F});
     ASSERT_TRUE(seen);
-    // Rounding of metres over 0.1 m at 64 pixels a radian, wider towards the poles.
+    // Rounding of metres over 0.1 m at 64 pixels per radian, wider towards the poles.
     EXPECT_NEAR(std::remainder(seen->x - film.x, 400.0F), 0, 0.02);
     EXPECT_NEAR(seen->y, film.y, 1e-3);
   }
 }
 
-// Over a pixel, of an angle of pi / 200 each way, importance is one over its solid angle.
+// Over a pixel, an angle of pi / 200 each way, importance is one over its solid angle.
 TEST(Camera, ImportanceOfAPanoramaIntegratesToOneOverEachPixel) {
   CameraSettings settings;
   settings.type = core::CameraType::kPanorama;
@@ -199,7 +200,7 @@ TEST(Camera, ImportanceOfAPanoramaIntegratesToOneOverEachPixel) {
 
 // A scene without a camera is framed: eye = c + r / sin(min(vertical, horizontal fov) / 2) *
 // normalize(0, 0.25, 1).
-TEST(Camera, ASceneWithoutOneIsFramed) {
+TEST(Camera, FramesASceneWithoutACamera) {
   for (const auto& [width, height] :
        {std::pair{100, 100}, std::pair{300, 100}, std::pair{100, 300}}) {
     const Camera camera = make({}, {}, width, height);
@@ -264,7 +265,7 @@ TEST(Camera, ReportsInvalidSettings) {
 
 // Truth 16, the lens: origins are uniform on the aperture's disk, and rays of one film point meet
 // in the focal plane.
-TEST(CameraChi2, TheLensIsAUniformDisk) {
+TEST(CameraChi2, LensIsAUniformDisk) {
   CameraSettings s = posed(40);
   s.aperture_radius_m = 0.25F;
   s.focus_distance_m = 4;

@@ -37,8 +37,8 @@ Picture noisy(int width, int height, float mean, std::uint64_t seed, const Sigma
     const auto b = mean + s * std::sqrt(2.0F) * static_cast<float>(random.normal());
     picture.values[i] = Rgb((a + b) / 2);
     picture.half_difference.push_back(Rgb((a - b) / 2));
-    picture.sample_variance.push_back(4 * s *
-                                      s);  // by a factor too large, as within a low-discrepancy set
+    // four times the true variance, as within a low-discrepancy set
+    picture.sample_variance.push_back(4 * s * s);
   }
   return picture;
 }
@@ -49,7 +49,7 @@ core::Comparison compared(const Picture& a, const Picture& b) {
   return *std::move(result);
 }
 
-TEST(Comparison, FiguresAreThoseOfTheirFormulas) {
+TEST(Comparison, MetricsMatchTheirFormulas) {
   const auto result = compared(exact(8, 6, {0.5F, 1, 0.25F}), exact(8, 6, {0.25F, 1, 0.75F}));
   EXPECT_DOUBLE_EQ(result.mse, (0.0625 + 0.25) / 3);
   EXPECT_NEAR(result.relmse, (0.0625 / (0.0625 + 0.01) + 0.25 / (0.5625 + 0.01)) / 3, 1e-9);
@@ -58,7 +58,7 @@ TEST(Comparison, FiguresAreThoseOfTheirFormulas) {
   EXPECT_EQ(result.difference[5], (Rgb{0.25F, 0, -0.5F}));
 }
 
-TEST(Comparison, ADifferenceWithoutNoiseIsCertain) {
+TEST(Comparison, DifferenceWithoutNoiseIsCertain) {
   const auto result = compared(exact(8, 6, Rgb(0.5F)), exact(8, 6, Rgb(0.51F)));
   EXPECT_EQ(result.z_share_above_3, 1);
   EXPECT_LT(result.z_mean, -3);
@@ -67,7 +67,7 @@ TEST(Comparison, ADifferenceWithoutNoiseIsCertain) {
   EXPECT_EQ(same.z[0], 0);
 }
 
-TEST(Comparison, WithoutAnErrorEstimateThereIsNoInterval) {
+TEST(Comparison, HasNoIntervalWithoutAnErrorEstimate) {
   Picture unknown = exact(8, 6, Rgb(0.5F));
   unknown.is_exact = false;
   const auto result = compared(unknown, exact(8, 6, Rgb(0.6F)));
@@ -76,8 +76,8 @@ TEST(Comparison, WithoutAnErrorEstimateThereIsNoInterval) {
   EXPECT_TRUE(std::isnan(result.z_variance));
 }
 
-/// All pixels of a replicate are off by the same, with variance 1 / count: nothing averages out
-/// over the picture.
+/// All pixels of a replicate have the same error, with variance 1 / count: it does not average out
+/// over the image.
 Picture correlated(std::span<const std::uint32_t> counts, float mean,
                    test_support::Random& random) {
   core::FilmSnapshot film;
@@ -100,7 +100,7 @@ struct Misses {
   int as_if_pixels_were_independent = 0;
 };
 
-/// Of a thousand pairs, those whose interval does not hold 0.
+/// Number of a thousand pairs whose interval does not contain 0.
 Misses misses(std::span<const std::uint32_t> counts, float bias) {
   test_support::Random random(counts.size());
   Misses out;
@@ -119,8 +119,8 @@ Misses misses(std::span<const std::uint32_t> counts, float bias) {
 }
 
 TEST(Comparison, ReplicatesEstimateTheErrorOfAMeanOfCorrelatedPixels) {
-  // 50 of 1000 at most (Welch's interval errs on the safe side with few replicates), and 4
-  // deviations of such a count.
+  // At most 50 of 1000 (Welch's interval is conservative with few replicates), and 4 deviations of
+  // such a count.
   for (const std::vector<std::uint32_t>& counts : {std::vector<std::uint32_t>(2, 8),
                                                    std::vector<std::uint32_t>(4, 8),
                                                    std::vector<std::uint32_t>(16, 8),
@@ -128,20 +128,19 @@ TEST(Comparison, ReplicatesEstimateTheErrorOfAMeanOfCorrelatedPixels) {
     const Misses found = misses(counts, 0);
     std::printf("    %zu replicates: %d of 1000\n", counts.size(), found.with_replicates);
     EXPECT_LE(found.with_replicates, 50 + 28);
-    EXPECT_GT(found.as_if_pixels_were_independent, 250)
-        << "the twin: what adding up squares would say";
+    EXPECT_GT(found.as_if_pixels_were_independent, 250) << "the planted fault: summed squares";
   }
   const std::vector<std::uint32_t> sixteen(16, 8);
   EXPECT_GE(misses(sixteen, 0).with_replicates, 50 - 28);
 }
 
-TEST(Comparison, ABiasIsFoundFromReplicates) {
+TEST(Comparison, FindsABiasFromReplicates) {
   // Standard error of a - b: sqrt(2 / 128) = 0.125; eight of them.
   const std::vector<std::uint32_t> sixteen(16, 8);
   EXPECT_GE(misses(sixteen, 1).with_replicates, 999);
 }
 
-TEST(Comparison, ErrorsThatDoNotAddUpGiveNoIntervalOfTheBiasWithoutReplicates) {
+TEST(Comparison, CorrelatedErrorsGiveNoIntervalOfTheBiasWithoutReplicates) {
   const auto level = [](int) { return 0.05F; };
   Picture a = noisy(16, 16, 1, 1, level);
   a.errors = core::PixelErrors::kCorrelated;
@@ -150,7 +149,7 @@ TEST(Comparison, ErrorsThatDoNotAddUpGiveNoIntervalOfTheBiasWithoutReplicates) {
   EXPECT_FALSE(std::isnan(result.z_variance));
 }
 
-TEST(Comparison, DifferentSizesAreRefused) {
+TEST(Comparison, RefusesDifferentSizes) {
   const auto result = core::compare_pictures(exact(8, 6, {}), exact(6, 8, {}));
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().where, "/b");
@@ -160,21 +159,21 @@ TEST(Comparison, GaussianNoiseHasTheDistributionOfZ) {
   const auto level = [](int) { return 0.05F; };
   const auto result = compared(noisy(256, 256, 1, 1, level), noisy(256, 256, 1, 2, level));
   // 65,536 pixels; 4 standard deviations of a mean, of a variance and of a count. The
-  // transformation of t is good to 1 %.
+  // transformation of t is accurate to 1 %.
   EXPECT_NEAR(result.z_mean, 0, 4.0 / 256);
   EXPECT_NEAR(result.z_variance, 1, 4 * std::sqrt(2.0) / 256 + 0.01);
   EXPECT_NEAR(result.z_share_above_3, 0.0027, 4 * std::sqrt(0.0027) / 256 + 0.0003);
 }
 
 TEST(Comparison, NoiseThatEndsAtAnEdgeDoesNotAlarm) {
-  // Columns of ten times the noise. Pooled over them without the samples' own spread, 5 % would lie
-  // beyond 3.
+  // Columns with ten times the noise. If they were pooled without the variance of the samples, 5 %
+  // would exceed 3.
   const auto level = [](int x) { return x % 16 < 2 ? 0.5F : 0.05F; };
   const auto result = compared(noisy(256, 256, 1, 3, level), noisy(256, 256, 1, 4, level));
   EXPECT_LT(result.z_share_above_3, 0.006);
 }
 
-TEST(Comparison, TheIntervalOfTheBiasCoversInNineteenOfTwenty) {
+TEST(Comparison, IntervalOfTheBiasCoversInNineteenOfTwenty) {
   const auto level = [](int x) { return 0.01F + 0.002F * static_cast<float>(x); };
   int covered = 0;
   constexpr int kPairs = 400;
@@ -213,7 +212,7 @@ TEST(ComparedPicture, BytesAreSrgb) {
   EXPECT_GT(picture->rounding_variance[0], 0);
 }
 
-TEST(ComparedPicture, UnassociatedColoursAreMultipliedByAlpha) {
+TEST(ComparedPicture, MultipliesUnassociatedColorsByAlpha) {
   const auto picture = core::picture_of(image_of(core::PixelType::kU8, 2, {}, {255, 51}));
   ASSERT_TRUE(picture);
   EXPECT_FLOAT_EQ(picture->values[0].g, 0.2F);
@@ -223,10 +222,10 @@ TEST(ComparedPicture, GreyCountsForAllChannels) {
   const auto picture = core::picture_of(image_of(core::PixelType::kF32, 1, {0.3F}, {}));
   ASSERT_TRUE(picture);
   EXPECT_EQ(picture->values[0], Rgb(0.3F));
-  EXPECT_EQ(picture->rounding_variance[0], 0);  // no half float: all its digits count
+  EXPECT_EQ(picture->rounding_variance[0], 0);  // not a half float: all digits are significant
 }
 
-TEST(ComparedPicture, HalfFloatsAreKnownByTheirRounding) {
+TEST(ComparedPicture, RecognisesHalfFloatsByTheirRounding) {
   const auto picture = core::picture_of(image_of(core::PixelType::kF32, 3, {1.5F, 1.5F, 1.5F}, {}));
   ASSERT_TRUE(picture);
   const double step = 1.0 / 1024;
@@ -234,7 +233,7 @@ TEST(ComparedPicture, HalfFloatsAreKnownByTheirRounding) {
   EXPECT_NEAR(picture->rounding_variance[0], step * step / 12 * weights, 1e-12);
 }
 
-TEST(ComparedPicture, ValuesThatAreNotFiniteAreRefused) {
+TEST(ComparedPicture, RefusesNonFiniteValues) {
   const float infinity = std::numeric_limits<float>::infinity();
   const auto picture = core::picture_of(image_of(core::PixelType::kF32, 3, {1, infinity, 1}, {}));
   ASSERT_FALSE(picture);

@@ -1,4 +1,4 @@
-// Chi-squared tests of this file: 18 p-values, each refused below sidak(0.01, 18) = 0.00056; seeds
+// Chi-squared tests of this file: 18 p-values, each rejected below sidak(0.01, 18) = 0.00056; seeds
 // are fixed.
 #include "core/sampling/distribution.h"
 
@@ -51,11 +51,11 @@ TEST(Distribution1DChi2, SamplesFollowTheDensity) {
   EXPECT_GT(chi2_1d({0, 0, 0}, 1), kLevel) << "all zero: uniform";
 }
 
-TEST(Distribution1DChi2, ACellTenPercentTooHeavyIsDetected) {
+TEST(Distribution1DChi2, DetectsACellTenPercentTooHeavy) {
   EXPECT_LT(chi2_1d({1, 1, 1, 1}, 1.1), kLevel);
 }
 
-TEST(Distribution1D, NeverPicksACellOfNoWeight) {
+TEST(Distribution1D, NeverSamplesACellOfZeroWeight) {
   const Distribution1D d({0, 1, 0, 0, 2, 0});
   for (int i = 0; i < 1 << 12; ++i) {
     const auto s = d.sample(static_cast<float>(i) / (1 << 12));
@@ -126,7 +126,7 @@ TEST(WarpChi2, SamplesFollowTheirDensities) {
   EXPECT_GT(chi2_warp(core::uniform_sphere, [](Vec3) { return 0.25F * core::kInvPi; }), kLevel);
 }
 
-TEST(WarpChi2, TwoPercentTooMuchIsDetected) {
+TEST(WarpChi2, DetectsADensityTwoPercentTooLarge) {
   EXPECT_LT(
       chi2_warp(
           core::cosine_hemisphere,
@@ -134,7 +134,7 @@ TEST(WarpChi2, TwoPercentTooMuchIsDetected) {
       kLevel);
 }
 
-TEST(WarpChi2, ACosineWhereUniformIsMeantIsDetected) {
+TEST(WarpChi2, DetectsCosineInsteadOfUniformSampling) {
   EXPECT_LT(chi2_warp(core::cosine_hemisphere,
                       [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
             kLevel);
@@ -158,7 +158,7 @@ TEST(WarpChi2, DiskIsUniform) {
 
 TEST(WarpChi2, TriangleIsUniform) {
   Random random(5);
-  // Over the parallelogram's cells: those below the diagonal whole, those on it half.
+  // Counts in the cells of the parallelogram: those below the diagonal whole, those on it half.
   constexpr int kSide = 12;
   std::vector<double> observed(kSide * kSide, 0.0);
   std::vector<double> expected(kSide * kSide, 0.0);
@@ -202,7 +202,7 @@ TEST(Mis, WeightsOfBothTechniquesSumToOne) {
   }
 }
 
-TEST(Statistics, QuantilesAreThoseOfTheTables) {
+TEST(Statistics, QuantilesMatchTheTables) {
   EXPECT_NEAR(core::normal_quantile(0.975), 1.959964, 1e-6);
   EXPECT_NEAR(core::chi2_quantile(0.95, 1), 3.841459, 1e-5);
   EXPECT_NEAR(core::chi2_quantile(0.05, 10), 3.940299, 1e-5);
@@ -217,7 +217,7 @@ TEST(Statistics, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR(core::f_quantile(0.05, 60), 1 / 1.53431, 1e-3);
 }
 
-TEST(Statistics, QuantilesAreThoseOfTheClosedForms) {
+TEST(Statistics, QuantilesMatchTheClosedForms) {
   for (const double p : {1e-9, 1e-4, 0.025, 0.4, 0.6, 0.75, 0.95, 0.975, 0.9999}) {
     const double one = -1 / std::tan(std::numbers::pi * p);
     EXPECT_NEAR(core::student_t_quantile(p, 1), one, 2e-12 * std::fabs(one)) << p;

@@ -1,5 +1,5 @@
-// What guides denoisers: the first rough surface behind mirrors and glass, seen by samples that no
-// half has.
+// Guide layers for denoisers: the first rough surface behind mirrors and glass, from samples
+// independent of both halves.
 #include "core/render/feature_pass.h"
 
 #include <cmath>
@@ -21,14 +21,14 @@ core::FeaturePicture features_of(const core::View& view) {
   return std::move(**made);
 }
 
-/// From 2 m before the origin, a few pixels wide: all rays go along -z.
+/// Seen from 2 m in front of the origin, a few pixels wide: all rays are along -z.
 core::View small_view(core::SceneDescription scene) {
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
   test_support::look_at(view, {0, 0, 2}, {0, 0, 0}, 0.1F);
   return view;
 }
 
-/// 4 m wide, at that z, facing the camera or away from it.
+/// 4 m wide, at height z, facing the camera or away from it.
 core::PrimitiveDescription wall(float z, bool faces_camera, int material) {
   return faces_camera ? quad({-2, -2, z}, {4, 0, 0}, {0, 4, 0}, material)
                       : quad({-2, -2, z}, {0, 4, 0}, {4, 0, 0}, material);
@@ -52,7 +52,7 @@ TEST(FeaturePass, ShowsTheFirstRoughSurface) {
   expect_surface(features_of(view), {0.8F, 0.4F, 0.2F}, 1, 2);
 }
 
-TEST(FeaturePass, GoesOnFromAMirror) {
+TEST(FeaturePass, ContinuesFromAMirror) {
   core::MaterialDescription mirror;
   mirror.base_color = {0.5F, 0.5F, 0.5F};
   mirror.roughness = 0;
@@ -61,7 +61,7 @@ TEST(FeaturePass, GoesOnFromAMirror) {
   expect_surface(features_of(view), {0.4F, 0.2F, 0.1F}, -1, 2 + 3);
 }
 
-TEST(FeaturePass, GoesOnThroughGlass) {
+TEST(FeaturePass, ContinuesThroughGlass) {
   core::MaterialDescription glass = test_support::lambert({1, 1, 1});
   glass.roughness = 0;
   glass.transmission = 1;
@@ -70,7 +70,7 @@ TEST(FeaturePass, GoesOnThroughGlass) {
   expect_surface(features_of(view), {0.8F, 0.4F, 0.2F}, 1, 2 + 3);
 }
 
-TEST(FeaturePass, ShowsTheSkyWhereThereIsNoSurface) {
+TEST(FeaturePass, ShowsTheSkyWithoutASurface) {
   core::View view =
       small_view(test_support::scene_of({test_support::lambert({1, 1, 1})}, {wall(9, false, 0)}));
   view.environment = test_support::constant_sky({1, 2, 3});
@@ -80,8 +80,8 @@ TEST(FeaturePass, ShowsTheSkyWhereThereIsNoSurface) {
   EXPECT_EQ(f.albedo[0][0], 0);
 }
 
-/// A lamp whose edges cross pixels: light and feature have the same expected values and noise that
-/// comes from where the samples are.
+/// An emitter whose edges cross pixels: light and feature have the same expected values, and their
+/// noise depends on the sample positions.
 core::View lamp_view(std::uint64_t seed) {
   core::View view =
       test_support::view_of(test_support::build(test_support::scene_of(
@@ -93,8 +93,8 @@ core::View lamp_view(std::uint64_t seed) {
   return view;
 }
 
-/// Sum of the products of what the features of seeds 1 to 5 and one half of the pictures of
-/// picture_seed() are off by, over the deviation of that sum.
+/// Sum of the products of the errors of the features of seeds 1 to 5 and of one half of the images
+/// of picture_seed(), over the standard deviation of that sum.
 template <typename PictureSeed>
 double connection(int half, const PictureSeed& picture_seed) {
   std::vector<double> truth;
@@ -122,19 +122,19 @@ double connection(int half, const PictureSeed& picture_seed) {
   return sum / std::sqrt(squares);
 }
 
-// A standard normal deviate each: beyond 3.3 once in a thousand times.
-TEST(FeaturePass, HasNothingOfEitherHalf) {
+// A standard normal deviate each: beyond 3.3 once in a thousand.
+TEST(FeaturePass, IsIndependentOfBothHalves) {
   const auto own = [](std::uint64_t seed) { return seed; };
   EXPECT_LT(std::fabs(connection(0, own)), 3.3);
   EXPECT_LT(std::fabs(connection(1, own)), 3.3);
 }
 
-// A picture whose first half takes the stream of the features.
-TEST(FeaturePass, WithTheSamplesOfAHalfIsDetected) {
+// An image whose first half uses the stream of the features.
+TEST(FeaturePass, DetectsSamplesSharedWithAHalf) {
   EXPECT_GT(connection(0, [](std::uint64_t seed) { return seed | core::kFeatureStream; }), 5);
 }
 
-TEST(FeaturePass, GivesTheSameBitsForAnyNumberOfThreads) {
+TEST(FeaturePass, BitsAreIndependentOfTheNumberOfThreads) {
   const core::View view = lamp_view(1);
   const auto one = core::feature_pass(view, core::parallel_for(1));
   const auto many = core::feature_pass(view, core::parallel_for(5));

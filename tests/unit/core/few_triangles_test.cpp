@@ -1,4 +1,4 @@
-// The kernel for scenes of a few dozen triangles beside Embree.
+// The intersection kernel for scenes of a few dozen triangles, against Embree.
 #include "core/accel/few_triangles.h"
 
 #include <array>
@@ -17,7 +17,7 @@ namespace {
 using core::Ray;
 using core::Vec3;
 
-/// Triangles in two meshes, with room behind the vertices as Embree asks.
+/// Triangles in two meshes, with padding after the vertices as Embree requires.
 struct Meshes {
   std::array<std::vector<Vec3>, 2> positions;
   std::array<std::vector<std::uint32_t>, 2> indices;
@@ -36,7 +36,7 @@ struct Meshes {
   }
 };
 
-/// A cube about `at` whose faces are two triangles each; a face may be left out.
+/// A cube around `at` whose faces are two triangles each; a face may be omitted.
 Meshes cube(Vec3 at, int missing = -1) {
   Meshes out;
   for (int i = 0; i < 8; ++i) {
@@ -92,7 +92,7 @@ bool occluded(const core::FewTriangles& few, const Ray& ray) {
   return few.occluded8(packet_of(ray), 1U << 3) != 0;
 }
 
-TEST(FewTriangles, MeetWhatEmbreeMeets) {
+TEST(FewTriangles, FindsTheHitsOfEmbree) {
   test_support::Random random(1);
   int different = 0;
   for (const std::size_t count : {2U, 9U, 33U, 64U}) {
@@ -119,14 +119,14 @@ TEST(FewTriangles, MeetWhatEmbreeMeets) {
       }
     }
   }
-  EXPECT_LE(different, 2);  // rays through an edge, to rounding
+  EXPECT_LE(different, 2);  // rays through an edge, up to rounding
 }
 
-/// What a ray from the middle of the cube towards each point of its faces meets, beside Embree.
-TEST(FewTriangles, HalvesOfParallelogramsKeepTheirNames) {
+/// Compares hits with Embree for rays from the centre of the cube to each point of its faces.
+TEST(FewTriangles, HalvesOfParallelogramsKeepTheirIds) {
   test_support::Random random(7);
   Meshes meshes = cube({0, 0, 0});
-  meshes.positions[0][7].x += 0.01F;  // three faces are no parallelograms
+  meshes.positions[0][7].x += 0.01F;  // three faces are not parallelograms
   const auto geometries = meshes.geometries();
   const core::FewTriangles few(geometries);
   const auto embree = core::Accel::build(geometries, {}, {}, 1);
@@ -143,10 +143,11 @@ TEST(FewTriangles, HalvesOfParallelogramsKeepTheirNames) {
                      ? 0
                      : 1;
   }
-  EXPECT_LE(different, 2);  // rays through an edge, to rounding
+  EXPECT_LE(different, 2);  // rays through an edge, up to rounding
 }
 
-/// Rays from within, half of them along a face, that leave through an edge or a corner.
+/// Number of rays from inside that leave through an edge or a corner; half of them are parallel to
+/// a face.
 int escapes(const Meshes& meshes, Vec3 at) {
   test_support::Random random(4);
   const auto geometries = meshes.geometries();
@@ -170,21 +171,21 @@ int escapes(const Meshes& meshes, Vec3 at) {
   return count;
 }
 
-TEST(FewTriangles, LetNothingThroughEdgesAndCorners) {
+TEST(FewTriangles, IsWatertightAtEdgesAndCorners) {
   EXPECT_EQ(escapes(cube({0, 0, 0}), {0, 0, 0}), 0);
   EXPECT_EQ(escapes(cube({30, -20, 100}), {30, -20, 100}), 0);
 }
 
-// The twin.
-TEST(FewTriangles, AMissingFaceIsSeen) { EXPECT_GT(escapes(cube({0, 0, 0}, 2), {0, 0, 0}), 1000); }
+// The planted fault.
+TEST(FewTriangles, DetectsAMissingFace) { EXPECT_GT(escapes(cube({0, 0, 0}, 2), {0, 0, 0}), 1000); }
 
-TEST(FewTriangles, AreNoMoreThanAFewDozen) {
+TEST(FewTriangles, RefusesMoreThanAFewDozenTriangles) {
   test_support::Random random(2);
   EXPECT_TRUE(core::FewTriangles({}).empty());
   EXPECT_TRUE(core::FewTriangles(random_triangles(65, random).geometries()).empty());
 }
 
-TEST(FewTriangles, RaysThatAreNotFiniteMeetNothing) {
+TEST(FewTriangles, NonFiniteRaysHitNothing) {
   const Meshes meshes = cube({0, 0, 0});
   const core::FewTriangles few(meshes.geometries());
   Ray ray;

@@ -16,7 +16,7 @@ using Bytes = std::vector<std::byte>;
 constexpr std::size_t kHash = 64;
 constexpr std::size_t kTileHead = 40;
 
-/// Made-up values; a crop, so that tiles are cut on all sides.
+/// Synthetic values; a crop, so that tiles are cut on all sides.
 FilmPart made_film(float first_value = 0.25F, bool aux = true) {
   core::FilmSettings settings;
   settings.width = 100;
@@ -54,7 +54,7 @@ Bytes written(const FilmPart& part, const std::string& text = R"({"a":1})") {
   return file;
 }
 
-TEST(FilmFormat, SecondsSpentBesideTheSamplesGoAlong) {
+TEST(FilmFormat, KeepsTimeSpentOutsideSamples) {
   const FilmPart part = made_film();
   const std::uint64_t bytes = core::film_file_bytes(*part.film, part.ledger, 7);
   const double before = part.film->cpu_seconds();
@@ -70,7 +70,7 @@ TEST(FilmFormat, SecondsSpentBesideTheSamplesGoAlong) {
   EXPECT_NEAR(merged->film->cpu_seconds(), before + 6, 1e-9);
 }
 
-/// With a matching checksum: deliberate forgery.
+/// Recomputes the checksum, so that a forged file matches.
 void seal(Bytes& file) {
   const std::string hash = core::sha256_hex(file.data(), file.size() - kHash);
   std::memcpy(file.data() + file.size() - kHash, hash.data(), kHash);
@@ -87,7 +87,7 @@ void put(Bytes& file, std::size_t at, Value value) {
   std::memcpy(file.data() + at, &value, sizeof value);
 }
 
-TEST(FilmFormat, AFilmComesBackAsItWas) {
+TEST(FilmFormat, RoundTripsAFilm) {
   for (const bool aux : {false, true}) {
     const FilmPart part = made_film(0.25F, aux);
     const Bytes file = written(part);
@@ -115,7 +115,7 @@ TEST(FilmFormat, KeepsWhetherErrorsAreCorrelated) {
   EXPECT_EQ(read->part.film->errors(), core::PixelErrors::kCorrelated);
 }
 
-TEST(FilmFormat, TheLayoutIsTheOneThatIsDocumented) {
+TEST(FilmFormat, LayoutMatchesTheDocumentation) {
   const FilmPart part = made_film();
   const Bytes file = written(part);
   const auto u32 = [&](std::size_t at) {
@@ -141,7 +141,7 @@ TEST(FilmFormat, TheLayoutIsTheOneThatIsDocumented) {
             std::string(reinterpret_cast<const char*>(file.data() + file.size() - kHash), kHash));
 }
 
-TEST(FilmFormat, AFilmCutAnywhereIsRefused) {
+TEST(FilmFormat, RefusesATruncatedFilm) {
   const Bytes file = written(made_film());
   for (std::size_t length = 0; length < file.size(); length += length < 400 ? 1 : 997) {
     EXPECT_EQ(refusal(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length))).code,
@@ -153,7 +153,7 @@ TEST(FilmFormat, AFilmCutAnywhereIsRefused) {
   EXPECT_EQ(refusal(longer).code, ErrorCode::kInvalidArgument);
 }
 
-TEST(FilmFormat, AFlippedBitIsDetected) {
+TEST(FilmFormat, DetectsAFlippedBit) {
   const Bytes file = written(made_film());
   for (std::size_t bit = 0; bit < file.size() * 8; bit += bit < 8 * 184 ? 1 : 8191) {
     Bytes flipped = file;
@@ -163,9 +163,9 @@ TEST(FilmFormat, AFlippedBitIsDetected) {
   }
 }
 
-TEST(FilmFormat, ALiarsHeadIsRefusedWhateverItsChecksum) {
+TEST(FilmFormat, RefusesAForgedHeadWithAValidChecksum) {
   const Bytes file = written(made_film());
-  // Every word of head and ledger with values that overflow, are negative or large.
+  // Replaces every word of head and ledger by values that overflow, are negative or large.
   for (std::size_t at = 8; at < 64; at += 4) {
     for (const std::uint32_t value :
          {0U, 1U, 0x7fffffffU, 0x80000000U, 0xffffffffU, 0x40000000U, 5U}) {
@@ -183,7 +183,7 @@ TEST(FilmFormat, ALiarsHeadIsRefusedWhateverItsChecksum) {
   }
 }
 
-TEST(FilmFormat, ALargeFilmIsRefusedBeforeItsMemoryIsTaken) {
+TEST(FilmFormat, RefusesALargeFilmBeforeAllocatingMemory) {
   Bytes file = written(made_film());
   put(file, 24, std::int32_t{16384});
   put(file, 28, std::int32_t{16384});
@@ -195,21 +195,21 @@ TEST(FilmFormat, ALargeFilmIsRefusedBeforeItsMemoryIsTaken) {
   EXPECT_EQ(core::check_film_head(file, file.size(), limits).error().code, ErrorCode::kTooLarge);
 }
 
-TEST(FilmFormat, AWrongDigestIsSeenThoughTheChecksumFits) {
+TEST(FilmFormat, DetectsAWrongDigestWithAValidChecksum) {
   Bytes file = written(made_film());
   file[64] = file[64] == std::byte{'0'} ? std::byte{'1'} : std::byte{'0'};
   seal(file);
   EXPECT_NE(refusal(file).message.find("digest"), std::string::npos);
 }
 
-TEST(FilmFormat, ValuesThatNoRendererMakesAreRefused) {
+TEST(FilmFormat, RefusesValuesThatNoRendererMakes) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NE(refusal(written(made_film(nan))).message.find("tile 0"), std::string::npos);
-  // More samples than the ledger says.
+  // More samples than in the ledger.
   FilmPart part = made_film();
   part.ledger[0].samples = 5;
   EXPECT_NE(refusal(written(part)).message.find("ledger"), std::string::npos);
-  // Ranges that do not add up to the replicates.
+  // Ranges whose sum differs from the replicates.
   part.ledger = {{7, 0, 2, 6}};
   EXPECT_NE(refusal(written(part)).message.find("add up"), std::string::npos);
   // An odd replicate belongs to the other half.

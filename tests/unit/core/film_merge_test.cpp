@@ -44,7 +44,7 @@ FilmPart merged(const std::vector<FilmPart>& parts) {
   return *std::move(result);
 }
 
-/// What a job would have made that holds `count` of the replicates only.
+/// The film of a job that holds only `count` of the replicates.
 FilmPart cut_out(const FilmPart& whole, int first, int count) {
   core::FilmSettings settings;
   settings.width = whole.film->full_width();
@@ -67,7 +67,7 @@ FilmPart cut_out(const FilmPart& whole, int first, int count) {
   return {std::move(film), std::move(ledger)};
 }
 
-TEST(FilmMerge, PartsOfAJobMakeItsFilmBitForBit) {
+TEST(FilmMerge, PartsOfAJobMergeToItsFilmBitForBit) {
   for (const SamplerType sampler : {SamplerType::kSobol, SamplerType::kIndependent}) {
     const FilmPart whole = part_of({.replicates = 6, .samples = 24, .sampler = sampler});
     const FilmPart a = cut_out(whole, 0, 2);
@@ -75,14 +75,14 @@ TEST(FilmMerge, PartsOfAJobMakeItsFilmBitForBit) {
     const FilmPart sum = merged({b, a});
     EXPECT_EQ(sum.film->digest(), whole.film->digest());
     EXPECT_EQ(sum.ledger, whole.ledger);
-    // The ledger decides about the order: under other numbers the same samples are another film.
+    // The ledger determines the order: with other numbers the same samples are another film.
     FilmPart late = a;
     late.ledger.front().first_replicate = 6;
     EXPECT_NE(merged({b, late}).film->digest(), whole.film->digest());
   }
 }
 
-TEST(FilmMerge, TheOrderAndTheGroupingDoNotMatter) {
+TEST(FilmMerge, OrderAndGroupingDoNotMatter) {
   const FilmPart a = part_of({.seed = 0});
   const FilmPart b = part_of({.seed = 5, .samples = 16});
   const FilmPart c = part_of({.seed = 3, .replicates = 4});
@@ -92,14 +92,14 @@ TEST(FilmMerge, TheOrderAndTheGroupingDoNotMatter) {
   EXPECT_EQ(merged({merged({b, a}), c}).ledger, merged({a, b, c}).ledger);
 }
 
-TEST(FilmMerge, ReplicatesOfUnequalCountsStayRangesOfTheirOwn) {
+TEST(FilmMerge, ReplicatesOfUnequalCountsRemainSeparateRanges) {
   const FilmPart a = part_of({.first_replicate = 0, .samples = 8});
   const FilmPart b = part_of({.first_replicate = 2, .samples = 16});
   const core::SampleLedger expected = {{0, 0, 2, 8}, {0, 2, 2, 16}};
   EXPECT_EQ(merged({a, b}).ledger, expected);
 }
 
-TEST(FilmMerge, ThePictureIsTheMeanByCounts) {
+TEST(FilmMerge, ImageIsTheMeanWeightedByCounts) {
   const FilmPart a = part_of({.seed = 1, .samples = 8});
   const FilmPart b = part_of({.seed = 2, .samples = 24});
   const auto sum = merged({a, b}).film->snapshot();
@@ -111,7 +111,7 @@ TEST(FilmMerge, ThePictureIsTheMeanByCounts) {
         core::pixel_value(left, i).mean * 0.25F + core::pixel_value(right, i).mean * 0.75F;
     ASSERT_EQ(value.count, 32U);
     for (int c = 0; c < 3; ++c) {
-      // Some roundings of single precision apart.
+      // A few roundings of single precision apart.
       ASSERT_NEAR(value.mean[c], expected[c], 1e-6F * (1 + std::abs(expected[c])));
     }
   }
@@ -129,7 +129,7 @@ TEST(FilmMerge, AuxiliaryMeansAreWeightedByTheirHits) {
     const auto n = static_cast<float>(right.aux[i].hits);
     ASSERT_EQ(sum.aux[i].hits, left.aux[i].hits + right.aux[i].hits);
     if (m + n > 0) {
-      // Some roundings of single precision apart.
+      // A few roundings of single precision apart.
       ASSERT_NEAR(sum.aux[i].albedo.r,
                   (m * left.aux[i].albedo.r + n * right.aux[i].albedo.r) / (m + n), 1e-6F);
       ASSERT_NEAR(sum.aux[i].depth_m,
@@ -149,7 +149,7 @@ TEST(FilmMerge, CommonSamplesAreAConflict) {
   }
 }
 
-TEST(FilmMerge, FilmsThatDoNotFitAreRefused) {
+TEST(FilmMerge, RefusesIncompatibleFilms) {
   const FilmPart a = part_of({.seed = 0});
   const auto refusal = [&](const FilmPart& other, int replicates_max) {
     const auto result = core::merge_films(std::vector{a, other}, replicates_max);

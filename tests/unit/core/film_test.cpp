@@ -28,7 +28,7 @@ FilmSettings size(int width, int height) {
   return {.width = width, .height = height, .crop = {}, .filter = {}, .shares = {}};
 }
 
-TEST(TileRects, AreAnchoredAtTheFullFilmsOriginAndCoverTheCropOnce) {
+TEST(TileRects, AreAlignedWithTheFullFilmAndCoverTheCropOnce) {
   const PixelRect crop = {30, 10, 70, 60};
   int area = 0;
   for (const PixelRect& r : core::tile_rects(crop)) {
@@ -42,7 +42,7 @@ TEST(TileRects, AreAnchoredAtTheFullFilmsOriginAndCoverTheCropOnce) {
   EXPECT_EQ(core::tile_rects(crop).size(), 4U * 3U);
 }
 
-TEST(Film, CommitsGiveRisingRevisionsAndRestoreKeepsThem) {
+TEST(Film, CommitsIncreaseRevisionsAndRestoreKeepsThem) {
   Film film(size(64, 32), 2);
   EXPECT_EQ(film.commit(0, film.tile(0)), 1U);
   EXPECT_EQ(film.commit(1, film.tile(1)), 2U);
@@ -55,7 +55,7 @@ TEST(Film, CommitsGiveRisingRevisionsAndRestoreKeepsThem) {
   EXPECT_EQ(again.commit(1, again.tile(1)), 4U);
 }
 
-TEST(Film, SecondsOfSamplesThatAreTakenBackWereSpent) {
+TEST(Film, CountsTimeOfDiscardedSamples) {
   core::FilmSettings settings;
   settings.width = settings.height = 8;
   core::Film film(settings, 2);
@@ -72,7 +72,7 @@ TEST(Film, SecondsOfSamplesThatAreTakenBackWereSpent) {
   EXPECT_EQ(film.cpu_seconds(), 2.5);
 }
 
-TEST(Film, DigestCoversContentAndNothingElse) {
+TEST(Film, DigestCoversOnlyTheContent) {
   Film a(size(40, 40), 2);
   Film b(size(40, 40), 2);
   for (Film* film : {&a, &b}) {
@@ -92,7 +92,7 @@ TEST(Film, DigestCoversContentAndNothingElse) {
   EXPECT_NE(a.digest(), b.digest());
 }
 
-TEST(Film, MeanOfEqualCountsIsThatCountExactly) {
+TEST(Film, MeanOfEqualCountsIsExact) {
   for (const int width : {33, 70, 97, 160}) {
     Film film(size(width, 90), 2);
     for (int t = 0; t < film.tile_count(); ++t) {
@@ -134,7 +134,7 @@ TEST(Film, SnapshotOfARectangleHoldsItsPixels) {
   }
 }
 
-TEST(Film, OneHalfAloneGivesAPictureAndNoError) {
+TEST(Film, OneHalfGivesAnImageButNoError) {
   core::FilmSnapshot snapshot;
   snapshot.rect = {0, 0, 2, 1};
   snapshot.pixels.resize(4);
@@ -149,7 +149,7 @@ TEST(Film, OneHalfAloneGivesAPictureAndNoError) {
 }
 
 // Samples 1 and 3 in A, 2, 2 and 5 in B: squared deviations 2 and 6 with 1 + 2 degrees of freedom.
-TEST(Film, SampleVarianceIsThatOfThePicturesMean) {
+TEST(Film, SampleVarianceIsThatOfTheMean) {
   core::FilmSnapshot film;
   film.rect = {0, 0, 1, 1};
   film.pixels = {{2, 2, 2, 1, 2, 2}, {3, 3, 3, 1, 6, 3}};
@@ -174,8 +174,8 @@ TEST(Film, VarianceIsAQuarterOfTheSquaredDifferenceOfTheHalves) {
   EXPECT_FLOAT_EQ(core::layer_image(snapshot, "variance")->values[0], 9.0F / 4);
 }
 
-// A light of 1e38, seen by one half: its square is no float.
-TEST(Film, NoLayerIsInfiniteWhereTheVarianceOverflows) {
+// A value of 1e38 in one half: its square overflows float.
+TEST(Film, NoLayerIsInfiniteIfTheVarianceOverflows) {
   core::FilmSnapshot snapshot;
   snapshot.rect = {0, 0, 2, 1};
   snapshot.pixels.resize(4);
@@ -196,13 +196,13 @@ TEST(Film, NoLayerIsInfiniteWhereTheVarianceOverflows) {
   }
   EXPECT_EQ(core::layer_image(snapshot, "variance")->values[0], std::numeric_limits<float>::max());
   const core::PixelError error = core::pixel_error(snapshot, 0, 0);
-  // The halves are 5e37 and 0 in one of the two pixels that are pooled.
+  // The halves are 5e37 and 0 in one of the two pooled pixels.
   EXPECT_NEAR(static_cast<double>(error.standard_error.g) / 2.5e37, std::sqrt(0.5), 1e-6);
   EXPECT_TRUE(
       std::isfinite(core::half_sums(snapshot.rect, snapshot.pixels, snapshot.replicates).noise));
 }
 
-// Rows are made a band at a time; pixels of the error are pooled over rows of the bands beside.
+// Layers are computed in bands of rows; the error pools pixels across adjacent bands.
 core::DenoisedLook denoised_look(const core::Film& film) {
   auto made =
       core::denoise(film.snapshot(), nullptr, core::StatisticalDenoiser(), core::parallel_for(1));
@@ -219,7 +219,7 @@ void record_all(core::FilmSettings& film) {
   }
 }
 
-TEST(Film, LayersByRowsAreThoseOfTheWholePicture) {
+TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 75);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
   record_all(view.settings.film);
@@ -252,7 +252,7 @@ TEST(Film, LayersByRowsAreThoseOfTheWholePicture) {
   EXPECT_FALSE(core::LayerRows::create(*picture.film, rect, "no such layer", view.settings.film));
 }
 
-TEST(Film, EveryLayerOfTheRegistryIsAnImage) {
+TEST(Film, EveryRegisteredLayerIsAnImage) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 8, 8);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
   record_all(view.settings.film);
@@ -269,13 +269,12 @@ TEST(Film, EveryLayerOfTheRegistryIsAnImage) {
   EXPECT_FALSE(core::layer_image(picture.snapshot, "no such layer"));
 }
 
-// The film's running statistics are those of the textbook: over 500 samples of a noisy pixel.
-TEST(Film, MeanAndM2AreThoseOfTheSamples) {
+// The film's running statistics equal the textbook formulas, over 500 samples of a noisy pixel.
+TEST(Film, MeanAndM2MatchTheSamples) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 1, 1);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
   view.settings.sampler = core::SamplerType::kIndependent;
-  // One film of n samples against n films that each hold one more: differences of sums are the
-  // samples.
+  // Compares films of n and n + 1 samples: the differences of their sums are the samples.
   test_support::Moments moments[2];
   double before[2] = {};
   const auto renderer = core::Renderer::create(view);
@@ -298,9 +297,8 @@ TEST(Film, MeanAndM2AreThoseOfTheSamples) {
   }
 }
 
-/// Truth 17: the positions that are drawn, with their weights, are the filter. Histogram in 64
-/// cells over the square, one axis at a time; z below 4.5 in each: false alarm 5 x 64 x 2 x 7e-6 =
-/// 0.4 %.
+/// Truth 17: the sampled positions, with their weights, reproduce the filter. Histogram in 64 cells
+/// over the square, one axis at a time; z below 4.5 in each: false alarm 5 x 64 x 2 x 7e-6 = 0.4 %.
 TEST(Filter, ImpulseResponseIsTheFilter) {
   for (const auto& row : core::filters()) {
     const core::FilterSampler filter({row.value, 1.7F});
@@ -349,14 +347,14 @@ TEST(Filter, ImpulseResponseIsTheFilter) {
   }
 }
 
-TEST(Filter, KeepsAConstantPictureConstant) {
+TEST(Filter, KeepsAConstantImageConstant) {
   for (const auto& row : core::filters()) {
     core::View view = test_support::view_of(test_support::build({}), 16, 16);
     view.environment = test_support::constant_sky({0.3F, 1, 7});
     view.settings.film.filter = {row.value, 2};
     const auto picture = test_support::render(view, 64);
     if (row.value == core::FilterType::kMitchell) {
-      // Signed weights: right on average. |z| < 4 in each channel: 0.02 % false alarm.
+      // Signed weights: unbiased. |z| < 4 in each channel: 0.02 % false alarm.
       EXPECT_LT(std::fabs(picture.mean().g - 1), 4 * picture.standard_error().g) << row.name;
       continue;
     }

@@ -38,14 +38,14 @@ std::vector<float> flip(const Picture& a, const Picture& b) {
   return core::flip_map(a, b, kWidth, kHeight);
 }
 
-// Filters keep constants and features of constants are 0, so that two flat pictures have the colour
-// difference of section 4.1 and 4.3 alone.
+// Filters preserve constants and features of constants are 0, so two constant images have only the
+// colour difference of section 4.1 and 4.3.
 
-TEST(Flip, GreenAndBlueAreAsDifferentAsItGets) {
+TEST(Flip, GreenAndBlueHaveTheMaximumDifference) {
   EXPECT_NEAR(mean(flip(plain({0, 1, 0}), plain({0, 0, 1}))), 1, 1e-5);
 }
 
-TEST(Flip, BlackAndWhiteAreAsThePaperSays) {
+TEST(Flip, BlackAndWhiteMatchThePaper) {
   // L* from 0 to 100 and no chroma: distance 100^0.7 = 25.119. CIELAB of the sRGB primaries (D65):
   // green (87.735, -86.183, 83.180), blue (32.297, 79.188, -107.860). Hunt: a and b by L / 100.
   // HyAB of the two: 55.438 + hypot(-75.613 - 25.575, 72.978 + 34.835) = 55.438 + 147.861 =
@@ -54,13 +54,13 @@ TEST(Flip, BlackAndWhiteAreAsThePaperSays) {
   EXPECT_NEAR(mean(flip(plain({0, 0, 0}), plain({1, 1, 1}))), 0.96738, 2e-4);
 }
 
-TEST(Flip, ASmallStepOfGreyLiesBelowTheKnee) {
+TEST(Flip, SmallGreyStepIsBelowTheKnee) {
   // L* = 116 cbrt(Y) - 16: 0.2 gives 51.837, 0.22 gives 54.027; distance 2.1903^0.7 = 1.7312.
   // 0.95 / 16.511 * 1.7312 = 0.09961.
   EXPECT_NEAR(mean(flip(plain(Rgb(0.2F)), plain(Rgb(0.22F)))), 0.09961, 2e-4);
 }
 
-TEST(Flip, EqualPicturesDoNotDiffer) {
+TEST(Flip, EqualImagesHaveNoDifference) {
   const Picture picture = random_picture(1);
   EXPECT_EQ(mean(flip(picture, picture)), 0);
 }
@@ -76,12 +76,12 @@ TEST(Flip, IsSymmetricAndBetweenZeroAndOne) {
   }
 }
 
-TEST(Flip, ValuesAreClippedToTheRangeOfTheDisplay) {
+TEST(Flip, ClipsValuesToTheDisplayRange) {
   EXPECT_EQ(mean(flip(plain(Rgb(1)), plain(Rgb(40)))), 0);
   EXPECT_EQ(mean(flip(plain(Rgb(0)), plain(Rgb(-3)))), 0);
 }
 
-TEST(Flip, ADotIsSeenAroundItAndNoFartherThanTheFiltersReach) {
+TEST(Flip, DifferenceOfADotEndsAtTheFilterRadius) {
   // Widest filter: ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10 pixels; the feature filters reach ceil(1.5
   // * 0.082 * 67) = 9.
   Picture dot = plain(Rgb(0.5F));
@@ -96,7 +96,7 @@ TEST(Flip, ADotIsSeenAroundItAndNoFartherThanTheFiltersReach) {
   EXPECT_NEAR(at(map, 33, 20), at(map, 30, 23), 1e-6);
 }
 
-TEST(Flip, FeaturesRaiseTheDifferenceAlongAnEdge) {
+TEST(Flip, FeaturesIncreaseTheDifferenceAlongAnEdge) {
   // Section 4.4: the exponent 1 - feature is 1 far from the edge and less along it.
   Picture edge = plain(Rgb(0.3F));
   for (std::size_t i = 0; i < edge.size(); ++i) {
@@ -107,7 +107,7 @@ TEST(Flip, FeaturesRaiseTheDifferenceAlongAnEdge) {
   EXPECT_EQ(at(map, 0, 20), 0);
 }
 
-TEST(Flip, FineNoiseIsSeenLessFromFarAway) {
+TEST(Flip, FineNoiseIsLessVisibleFromFarAway) {
   const Picture flat = plain(Rgb(0.5F));
   Picture noisy = flat;
   test_support::Random random(3);

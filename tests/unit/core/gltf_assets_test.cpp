@@ -1,5 +1,5 @@
-// The third-party assets, where they are: every file loads, and counts agree with what the file's
-// own JSON, its README or the Khronos model's description says.
+// The third-party assets, if available: every file loads, and counts agree with the file's JSON,
+// its README or the description of the Khronos model.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -39,13 +39,13 @@ core::Result<core::SceneDescription> load_asset(const fs::path& path,
   return core::load_gltf(read_file(path), resolve, options);
 }
 
-// Skips, saying so, when the folder is not there.
+// Skips with a message if the folder is missing.
 class Assets : public testing::Test {
  protected:
   void SetUp() override {
     if (!fs::exists(assets())) {
       GTEST_SKIP() << "DID NOT RUN: no assets at " << assets()
-                   << "; TESSERA_ASSETS can name another place";
+                   << "; TESSERA_ASSETS can name another folder";
     }
   }
 };
@@ -112,7 +112,7 @@ constexpr Count kCounts[] = {
     {"WaterBottle.glb", 1, 1, 4510, 0, 0},
 };
 
-TEST_F(Assets, CountsAreThoseOfTheFiles) {
+TEST_F(Assets, CountsMatchTheFiles) {
   for (const Count& count : kCounts) {
     const auto scene = load_asset(assets() / count.file);
     ASSERT_TRUE(scene) << count.file;
@@ -143,7 +143,7 @@ TEST_F(Assets, EncodingsOfTheTexturedBoxAgree) {
     const auto scene = load_asset(assets() / name);
     ASSERT_TRUE(scene) << name;
     const core::Bounds bounds = bounds_of(*scene);
-    // A cube of side 1 around the origin; quantisation may move it by 2^-14.
+    // A cube of side 1 around the origin; quantisation may shift it by 2^-14.
     EXPECT_NEAR(bounds.min.x, -0.5F, 1e-4) << name;
     EXPECT_NEAR(bounds.max.z, 0.5F, 1e-4) << name;
     ASSERT_GE(scene->images.size(), 1U) << name;
@@ -151,7 +151,7 @@ TEST_F(Assets, EncodingsOfTheTexturedBoxAgree) {
   }
 }
 
-TEST_F(Assets, VariantsOfTheFileAreListed) {
+TEST_F(Assets, ListsTheVariantsOfTheFile) {
   const auto scene = load_asset(assets() / "blenderio_18_variants.glb");
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->variants.size(), 2U);
@@ -165,7 +165,7 @@ TEST_F(Assets, EnvironmentsDecode) {
   EXPECT_EQ(image->type, core::PixelType::kF32);
 }
 
-TEST_F(Assets, CutFilesNeverCrash) {
+TEST_F(Assets, TruncatedFilesNeverCrash) {
   for (const char* name : {"Box_draco.glb", "pirate_meshopt.glb", "AnimatedMorphCube.glb"}) {
     const core::Bytes whole = read_file(assets() / name);
     for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 500) {

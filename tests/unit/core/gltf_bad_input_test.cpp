@@ -8,7 +8,7 @@ const std::string kAsset = R"("asset":{"version":"2.0"})";
 
 TEST(GltfBadInput, AssetIsRequired) { expect_error_at(load_json("{}"), ""); }
 
-TEST(GltfBadInput, WhatIsNeitherGlbNorJsonIsCalledThatWithoutItsBytes) {
+TEST(GltfBadInput, InputThatIsNeitherGlbNorJsonIsReportedWithoutItsBytes) {
   const auto said = [](std::string_view file) {
     const auto loaded = load_json(std::string(file));
     return loaded ? std::string("nothing") : loaded.error().message;
@@ -28,9 +28,7 @@ TEST(GltfBadInput, WhatIsNeitherGlbNorJsonIsCalledThatWithoutItsBytes) {
             "the glTF JSON cannot be read: it has a number beyond all range");
 }
 
-TEST(GltfBadInput, AByteOrderMarkIsPassedOver) {
-  EXPECT_TRUE(load_json("\xEF\xBB\xBF{" + kAsset + "}"));
-}
+TEST(GltfBadInput, SkipsAByteOrderMark) { EXPECT_TRUE(load_json("\xEF\xBB\xBF{" + kAsset + "}")); }
 
 TEST(GltfBadInput, Version1IsRefused) {
   expect_error_at(load_json(R"({"asset":{"version":"1.0"}})"), "/asset/version");
@@ -41,7 +39,7 @@ TEST(GltfBadInput, HigherMinimumVersionIsRefused) {
                   "/asset/minVersion");
 }
 
-TEST(GltfBadInput, UnknownRequiredExtensionIsNamedWithItsPlace) {
+TEST(GltfBadInput, UnknownRequiredExtensionIsReportedWithItsPath) {
   const auto scene =
       load_json("{" + kAsset + R"(,"extensionsRequired":["KHR_materials_ior","FOO_bar"]})");
   expect_error_at(scene, "/extensionsRequired/1");
@@ -56,8 +54,8 @@ TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {
   EXPECT_EQ(scene->warnings[0], "extension \"FOO_bar\" is used by the file and was ignored");
 }
 
-// A hint for graphics cards; gltf-validator warns of values that are none of its list.
-TEST(GltfBadInput, TargetOfAViewIsIgnored) {
+// A hint for graphics cards; gltf-validator warns about values outside its list.
+TEST(GltfBadInput, IgnoresTargetOfAView) {
   core::GlbWriter writer;
   const std::vector<float> data(16, 0.0F);
   writer.add_view(bytes(data), R"({"target":-1})");
@@ -142,7 +140,7 @@ TEST(GltfBadInput, NotANumberInPositionsIsRefused) {
   expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/POSITION");
 }
 
-TEST(GltfBadInput, MissingMaterialIsNamed) {
+TEST(GltfBadInput, MissingMaterialIsReported) {
   core::GlbWriter writer;
   add_triangle(writer, "\"material\":7");
   const auto scene = load(writer);
@@ -194,7 +192,7 @@ TEST(GltfBadInput, TwoParentsAreRefused) {
                   "/nodes/1/children/0");
 }
 
-TEST(GltfBadInput, MatrixBesidePartsIsRefused) {
+TEST(GltfBadInput, MatrixWithTranslationRotationOrScaleIsRefused) {
   expect_error_at(
       load_json("{" + kAsset +
                 R"(,"nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1]}]})"),
@@ -208,7 +206,7 @@ TEST(GltfBadInput, TransformThatOverflowsIsRefused) {
       "/nodes/1");
 }
 
-TEST(GltfBadInput, AnyDepthOfNodesIsRead) {
+TEST(GltfBadInput, ReadsAnyDepthOfNodes) {
   core::GlbWriter writer;
   constexpr int kDepth = 100'000;
   for (int i = 0; i < kDepth; ++i) {
@@ -220,7 +218,7 @@ TEST(GltfBadInput, AnyDepthOfNodesIsRead) {
   EXPECT_EQ(scene->instances.size(), 1U);
 }
 
-TEST(GltfBadInput, MissingFilesAreAllListed) {
+TEST(GltfBadInput, ListsAllMissingFiles) {
   const auto scene = load_json(
       "{" + kAsset +
       R"(,"buffers":[{"uri":"a%20b.bin","byteLength":4},{"uri":"c.bin","byteLength":4}]})");
@@ -235,7 +233,7 @@ TEST(GltfBadInput, AbsoluteUriIsRefused) {
       "/buffers/0/uri");
 }
 
-TEST(GltfBadInput, ShortSideFileIsRefused) {
+TEST(GltfBadInput, TruncatedExternalFileIsRefused) {
   const auto resolve = [](std::string_view) {
     return std::make_shared<const core::Bytes>(core::Bytes(3));
   };
@@ -292,13 +290,13 @@ TEST(GltfBadInput, UnknownVariantIsRefused) {
   expect_error_at(load(writer, options), "/variant");
 }
 
-TEST(GltfBadInput, IntegersMayBeWrittenAsFloats) {
+TEST(GltfBadInput, AcceptsIntegersWrittenAsFloats) {
   const auto scene =
       load_json("{" + kAsset + R"(,"scene":0.0,"scenes":[{"nodes":[0.0]}],"nodes":[{}]})");
   EXPECT_TRUE(scene.has_value());
 }
 
-TEST(GltfUris, ListsSideFilesOnceInOrder) {
+TEST(GltfUris, ListsExternalFilesOnceInOrder) {
   const std::string json =
       "{" + kAsset +
       R"(,"buffers":[{"uri":"b.bin","byteLength":4},{"uri":"data:,abcd","byteLength":4}],)"
@@ -313,7 +311,7 @@ core::Bytes document_of(const std::string& text) {
   return core::Bytes(first, first + text.size());
 }
 
-TEST(GltfMemory, IsBoundedBeforeItIsTaken) {
+TEST(GltfMemory, IsLimitedBeforeItIsAllocated) {
   core::GltfOptions options;
   options.limits.decoded_bytes_max = 1 << 20;
   const auto zeros = [](const std::string& count) {
@@ -324,7 +322,7 @@ TEST(GltfMemory, IsBoundedBeforeItIsTaken) {
                        count + "}]}");
   };
   EXPECT_TRUE(core::load_gltf(zeros("3000"), nullptr, options));
-  // The numbers, and the vectors made of them, of 12 bytes each.
+  // The values, and the vectors made of them, of 12 bytes each.
   EXPECT_EQ(core::load_gltf(zeros("60000"), nullptr, options).error().code,
             core::ErrorCode::kTooLarge);
   std::string nodes;

@@ -1,4 +1,4 @@
-// KHR_texture_basisu: which image a texture reads, and what broken ones lead to.
+// KHR_texture_basisu: the image that a texture reads, and errors of broken ones.
 #include <fstream>
 #include <iterator>
 
@@ -18,14 +18,14 @@ core::Bytes ktx2_file(const char* name) {
   return bytes;
 }
 
-/// A triangle whose base colour is this texture.
+/// A triangle with this texture as base colour.
 void add_textured(core::GlbWriter& writer, const std::string& texture) {
   writer.add("textures", texture);
   writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
   add_triangle(writer, "\"material\":0");
 }
 
-TEST(GltfBasisu, TextureIsRead) {
+TEST(GltfBasisu, ReadsTheTexture) {
   core::GlbWriter writer;
   const int view = writer.add_view(ktx2_file("etc1s.ktx2"));
   writer.add("images", R"({"mimeType":"image/ktx2","bufferView":)" + number(view) + "}");
@@ -39,8 +39,8 @@ TEST(GltfBasisu, TextureIsRead) {
   EXPECT_EQ(scene->materials[0].base_color_texture.image, 0);
 }
 
-// The image of the extension comes first; the plain one is read where that file is not there.
-TEST(GltfBasisu, PlainImageIsTheFallback) {
+// The image of the extension takes precedence; the plain one is read if that file is missing.
+TEST(GltfBasisu, FallsBackToThePlainImage) {
   const core::Bytes ktx2 = ktx2_file("uastc_zstd.ktx2");
   const auto resolve = [&](bool has_both) {
     return [&ktx2, has_both](std::string_view uri) {
@@ -67,7 +67,7 @@ TEST(GltfBasisu, PlainImageIsTheFallback) {
   }
 }
 
-TEST(GltfBasisu, BrokenImageIsRefusedWithItsPlace) {
+TEST(GltfBasisu, RefusesABrokenImageWithItsPath) {
   core::GlbWriter writer;
   core::Bytes file = ktx2_file("etc1s.ktx2");
   file.resize(file.size() / 2);
@@ -77,7 +77,7 @@ TEST(GltfBasisu, BrokenImageIsRefusedWithItsPlace) {
   expect_error_at(load(writer), "/images/0");
 }
 
-TEST(GltfBasisu, ImageThatIsNotThereIsRefused) {
+TEST(GltfBasisu, RefusesAMissingImage) {
   core::GlbWriter writer;
   add_textured(writer, R"({"extensions":{"KHR_texture_basisu":{"source":0}}})");
   expect_error_at(load(writer), "/textures/0/extensions/KHR_texture_basisu/source");

@@ -18,8 +18,8 @@ struct Compressed {
   std::size_t stride = 0;
 };
 
-// Adds the compressed data, which have to be the first bytes of the file's buffer, and a view of
-// their content, which has no bytes of its own: buffer 1 is a fallback.
+// Adds the compressed data, which must be the first bytes of the file's buffer, and a view of their
+// content, which has no bytes: buffer 1 is a fallback.
 int add_meshopt_view(core::GlbWriter& writer, const Compressed& c, const std::string& mode,
                      const std::string& filter) {
   writer.add_view(bytes(c.data));
@@ -62,14 +62,14 @@ Compressed encode_vertices(const std::vector<T>& values, std::size_t stride) {
   return c;
 }
 
-TEST(GltfMeshopt, AttributesAreDecoded) {
+TEST(GltfMeshopt, DecodesAttributes) {
   const Compressed c = encode_vertices(triangle_positions(), 12);
   const auto p = only_primitive(load(compressed_positions(c, "NONE", kF32, "")));
   ASSERT_EQ(p.positions.size(), 3U);
   EXPECT_EQ(p.positions[1], (Vec3{1, 0, 0}));
 }
 
-TEST(GltfMeshopt, ExponentialFilterIsUndone) {
+TEST(GltfMeshopt, UndoesTheExponentialFilter) {
   // 2^E * M with E in the upper 8 bits: 3 * 2^-1 = 1.5.
   const auto exponential = [](int exponent, int mantissa) {
     return static_cast<std::uint32_t>(exponent) << 24U |
@@ -85,7 +85,7 @@ TEST(GltfMeshopt, ExponentialFilterIsUndone) {
   EXPECT_EQ(p.positions[2], (Vec3{0, 0, 7}));
 }
 
-TEST(GltfMeshopt, OctahedralFilterIsUndone) {
+TEST(GltfMeshopt, UndoesTheOctahedralFilter) {
   // x, y of the octahedron and its size in z: (127, 0, 127) is +x, (0, 127, 127) +y, (0, 0, 127)
   // +z.
   const std::vector<std::int8_t> values = {127, 0, 127, 0, 0, 127, 127, 0, 0, 0, 127, 0};
@@ -97,21 +97,21 @@ TEST(GltfMeshopt, OctahedralFilterIsUndone) {
   EXPECT_EQ(p.positions[2], (Vec3{0, 0, 1}));
 }
 
-TEST(GltfMeshopt, MalformedDataIsRefused) {
+TEST(GltfMeshopt, RefusesMalformedData) {
   Compressed c = encode_vertices(triangle_positions(), 12);
   c.data[0] = 0x11;
   expect_error_at(load(compressed_positions(c, "NONE", kF32, "")),
                   "/bufferViews/1/extensions/EXT_meshopt_compression");
 }
 
-TEST(GltfMeshopt, StrideThatIsNotAMultipleOf4IsRefused) {
+TEST(GltfMeshopt, RefusesAStrideThatIsNotAMultipleOf4) {
   Compressed c = encode_vertices(triangle_positions(), 12);
   c.stride = 13;
   expect_error_at(load(compressed_positions(c, "NONE", kF32, "")),
                   "/bufferViews/1/extensions/EXT_meshopt_compression/byteStride");
 }
 
-TEST(GltfMeshopt, IndicesAreDecoded) {
+TEST(GltfMeshopt, DecodesIndices) {
   const std::vector<unsigned int> indices = {2, 0, 1};
   Compressed c;
   c.count = 3;
@@ -131,7 +131,7 @@ TEST(GltfMeshopt, IndicesAreDecoded) {
       "[{\"byteLength\":" + std::to_string(bin_bytes) +
           "},{\"byteLength\":6,\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}]");
   const auto p = only_primitive(load(writer));
-  // The codec may turn a triangle, but not turn it over.
+  // The codec may rotate the vertices of a triangle, but not reverse them.
   ASSERT_EQ(p.indices.size(), 3U);
   const bool rotated = p.indices == std::vector<std::uint32_t>{2, 0, 1} ||
                        p.indices == std::vector<std::uint32_t>{0, 1, 2} ||
@@ -187,7 +187,7 @@ core::Bytes draco_square(bool break_it) {
   return writer.finish();
 }
 
-TEST(GltfDraco, PositionsAndTextureCoordinatesAreDecoded) {
+TEST(GltfDraco, DecodesPositionsAndTextureCoordinates) {
   const auto p = only_primitive(load(draco_square(false)));
   ASSERT_EQ(p.indices.size(), 6U);
   ASSERT_EQ(p.uv[0].size(), p.positions.size());
@@ -203,7 +203,7 @@ TEST(GltfDraco, PositionsAndTextureCoordinatesAreDecoded) {
   }
 }
 
-TEST(GltfDraco, CutDataIsRefused) {
+TEST(GltfDraco, RefusesTruncatedData) {
   expect_error_at(load(draco_square(true)),
                   "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression");
 }

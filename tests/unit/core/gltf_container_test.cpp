@@ -19,9 +19,9 @@ core::Bytes small_glb() {
   return writer.finish();
 }
 
-TEST(GltfContainer, WholeSmallFileLoads) { EXPECT_TRUE(load(small_glb()).has_value()); }
+TEST(GltfContainer, LoadsASmallFile) { EXPECT_TRUE(load(small_glb()).has_value()); }
 
-TEST(GltfContainer, EveryCutIsRefused) {
+TEST(GltfContainer, RefusesEveryTruncation) {
   const core::Bytes whole = small_glb();
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const core::Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
@@ -29,7 +29,7 @@ TEST(GltfContainer, EveryCutIsRefused) {
   }
 }
 
-TEST(GltfContainer, EveryFlippedBitEndsInAResult) {
+TEST(GltfContainer, EveryFlippedBitGivesAResult) {
   const core::Bytes whole = small_glb();
   int refused = 0;
   for (std::size_t bit = 0; bit < whole.size() * 8; ++bit) {
@@ -42,9 +42,9 @@ TEST(GltfContainer, EveryFlippedBitEndsInAResult) {
   EXPECT_GT(refused, 0);
 }
 
-TEST(GltfContainer, EmptyFileIsRefused) { EXPECT_FALSE(load(core::Bytes{}).has_value()); }
+TEST(GltfContainer, RefusesAnEmptyFile) { EXPECT_FALSE(load(core::Bytes{}).has_value()); }
 
-TEST(GltfContainer, OtherVersionIsNamed) {
+TEST(GltfContainer, ReportsAnotherVersion) {
   core::Bytes file = small_glb();
   file[4] = std::byte{1};
   const auto scene = load(file);
@@ -52,9 +52,9 @@ TEST(GltfContainer, OtherVersionIsNamed) {
   EXPECT_EQ(scene.error().message, "GLB container version 1; only 2 is read");
 }
 
-TEST(GltfContainer, NestingOf64IsAllowedAnd65IsNot) {
+TEST(GltfContainer, AllowsNestingOf64ButNot65) {
   const auto nested = [](int depth) {
-    // The document is one level, "extras" the others.
+    // The document is one level, "extras" the other ones.
     return R"({"asset":{"version":"2.0"},"extras":)" +
            std::string(static_cast<std::size_t>(depth - 1), '[') +
            std::string(static_cast<std::size_t>(depth - 1), ']') + "}";
@@ -65,17 +65,17 @@ TEST(GltfContainer, NestingOf64IsAllowedAnd65IsNot) {
   EXPECT_EQ(deep.error().message, "JSON is nested deeper than 64 levels");
 }
 
-TEST(GltfContainer, AMillionBracketsAreRefused) {
+TEST(GltfContainer, RefusesAMillionBrackets) {
   EXPECT_FALSE(load_json(std::string(1'000'000, '[')).has_value());
 }
 
-TEST(GltfContainer, BracketsInStringsDoNotCount) {
+TEST(GltfContainer, IgnoresBracketsInStrings) {
   EXPECT_TRUE(
       load_json(R"({"asset":{"version":"2.0"},"extras":")" + std::string(200, '[') + "\\\"\"}")
           .has_value());
 }
 
-TEST(GltfContainer, TooMuchJsonIsTooLarge) {
+TEST(GltfContainer, RefusesTooMuchJson) {
   core::GltfOptions options;
   options.limits.json_bytes_max = 64;
   const auto scene = load(small_glb(), options);
@@ -83,7 +83,7 @@ TEST(GltfContainer, TooMuchJsonIsTooLarge) {
   EXPECT_EQ(scene.error().code, core::ErrorCode::kTooLarge);
 }
 
-TEST(GltfContainer, BrokenJsonIsRefusedWithThePlace) {
+TEST(GltfContainer, RefusesBrokenJsonWithThePosition) {
   const auto scene = load_json(R"({"asset":{"version":"2.0"},})");
   ASSERT_FALSE(scene);
   EXPECT_NE(scene.error().message.find("column"), std::string::npos) << scene.error().message;

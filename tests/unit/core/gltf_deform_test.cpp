@@ -8,7 +8,7 @@ namespace {
 using namespace gltf_test;
 using core::Vec3;
 
-// A triangle whose only morph target lifts it by 2 along z.
+// A triangle whose only morph target moves it by 2 along z.
 void add_morphing_triangle(core::GlbWriter& writer, const std::string& mesh_weights) {
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int lift = accessor(writer, std::vector<float>{0, 0, 2, 0, 0, 2, 0, 0, 2}, kF32, "VEC3", 3);
@@ -17,7 +17,7 @@ void add_morphing_triangle(core::GlbWriter& writer, const std::string& mesh_weig
                            (mesh_weights.empty() ? "" : ",\"weights\":" + mesh_weights) + "}");
 }
 
-TEST(GltfMorph, MeshWeightsCount) {
+TEST(GltfMorph, UsesMeshWeights) {
   core::GlbWriter writer;
   add_morphing_triangle(writer, "[0.5]");
   writer.add("nodes", R"({"mesh":0})");
@@ -54,7 +54,7 @@ TEST(GltfSkin, VerticesFollowTheirJoints) {
   for (const std::size_t m : {0U, 16U}) {
     matrices[m] = matrices[m + 5] = matrices[m + 10] = matrices[m + 15] = 1;
   }
-  matrices[16 + 12] = -1;  // The second joint rests at x = 1.
+  matrices[16 + 12] = -1;  // the second joint is at x = 1 at rest
   const int bind = accessor(writer, matrices, kF32, "MAT4", 16);
   // Node 0 has the mesh and is far away, which a skin ignores; the joints are nodes 1 and 2.
   add_primitive(writer,
@@ -71,7 +71,7 @@ TEST(GltfSkin, VerticesFollowTheirJoints) {
   EXPECT_EQ(p.positions[2], (Vec3{0, 1, 15}));
 }
 
-TEST(GltfSkin, JointThatTheSkinLacksIsRefused) {
+TEST(GltfSkin, RefusesAJointOutsideTheSkin) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int joints = accessor(
@@ -107,18 +107,18 @@ float x_at(const core::Bytes& file, std::optional<double> time) {
   return scene && !scene->instances.empty() ? scene->instances[0].to_world.t.x : NAN;
 }
 
-TEST(GltfAnimation, LinearIsBetweenItsKeys) {
+TEST(GltfAnimation, InterpolatesLinearly) {
   const core::Bytes file = animated("LINEAR", {10, 0, 0, 20, 0, 0});
   EXPECT_FLOAT_EQ(x_at(file, 1.5), 12.5F);
 }
 
-TEST(GltfAnimation, EndsAreHeld) {
+TEST(GltfAnimation, HoldsTheEndValues) {
   const core::Bytes file = animated("LINEAR", {10, 0, 0, 20, 0, 0});
   EXPECT_EQ(x_at(file, 0), 10);
   EXPECT_EQ(x_at(file, 99), 20);
 }
 
-TEST(GltfAnimation, WithoutATimeThePoseIsTheFilesOwn) {
+TEST(GltfAnimation, KeepsThePoseOfTheFileWithoutATime) {
   EXPECT_EQ(x_at(animated("LINEAR", {10, 0, 0, 20, 0, 0}), std::nullopt), 0);
 }
 
@@ -128,7 +128,7 @@ TEST(GltfAnimation, StepJumpsAtTheKey) {
   EXPECT_EQ(x_at(file, 3), 20);
 }
 
-TEST(GltfAnimation, CubicSplineFollowsTheSpecificationsFormula) {
+TEST(GltfAnimation, CubicSplineFollowsTheFormulaOfTheSpecification) {
   // In-tangent, value, out-tangent. v0 = 10, b0 = 4, v1 = 20, a1 = -2, td = 2, t = 1/4:
   // (2t^3 - 3t^2 + 1) 10 + 2 (t^3 - 2t^2 + t) 4 + (-2t^3 + 3t^2) 20 + 2 (t^3 - t^2) (-2)
   // = .84375 * 10 + .140625 * 8 + .15625 * 20 + (-.046875) * (-4) = 12.875.
@@ -141,7 +141,7 @@ TEST(GltfAnimation, RotationsTakeTheShorterArc) {
   core::GlbWriter writer;
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{0, 1}, kF32, "SCALAR", 1);
-  // From no turn to a quarter turn about z, written with the opposite sign.
+  // From no rotation to a quarter turn about z, written with the opposite sign.
   const float s = std::sqrt(0.5F);
   const int output =
       accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0, -s, -s}, kF32, "VEC4", 4);
@@ -158,7 +158,7 @@ TEST(GltfAnimation, RotationsTakeTheShorterArc) {
   EXPECT_NEAR(x_axis.y, s, 1e-6);
 }
 
-TEST(GltfAnimation, WeightsAreAnimated) {
+TEST(GltfAnimation, AnimatesMorphWeights) {
   core::GlbWriter writer;
   add_morphing_triangle(writer, "[0]");
   writer.add("nodes", R"({"mesh":0})");
@@ -172,7 +172,7 @@ TEST(GltfAnimation, WeightsAreAnimated) {
   EXPECT_FLOAT_EQ(only_primitive(load(writer, options)).positions.at(0).z, 1);
 }
 
-TEST(GltfAnimation, TimesThatDoNotGrowAreRefused) {
+TEST(GltfAnimation, RefusesTimesThatDoNotIncrease) {
   core::GlbWriter writer;
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{1, 1}, kF32, "SCALAR", 1);
@@ -183,7 +183,7 @@ TEST(GltfAnimation, TimesThatDoNotGrowAreRefused) {
   expect_error_at(load(writer), "/animations/0/samplers/0/input");
 }
 
-TEST(GltfAnimation, SecondAnimationOfTheSameNodeIsLeftOut) {
+TEST(GltfAnimation, IgnoresASecondAnimationOfTheSameNode) {
   core::GlbWriter writer;
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{0}, kF32, "SCALAR", 1);

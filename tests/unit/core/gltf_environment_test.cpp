@@ -1,4 +1,4 @@
-// EXT_lights_image_based; the sentences in quotes are the extension's.
+// EXT_lights_image_based; quotations are from the extension.
 #include <array>
 #include <cmath>
 
@@ -21,7 +21,7 @@ int add_face(core::GlbWriter& writer, const core::FloatImage& face, int format =
       "images", R"({"mimeType":"image/png","bufferView":)" + number(writer.add_view(*file)) + "}");
 }
 
-/// Eight texels wide: those of the map that it becomes lie on one face but for their edges.
+/// Eight texels wide: all texels of the resulting map lie on one face, except at its edges.
 core::FloatImage flat(const std::vector<std::string>& channels, const std::vector<float>& color) {
   core::FloatImage face = {8, 8, channels, {}};
   for (int i = 0; i < 8 * 8; ++i) {
@@ -39,7 +39,7 @@ std::string coefficients() {
   return text + "]";
 }
 
-/// A scene with this light; `more` are members of it.
+/// A scene with this light; `more` are additional members of it.
 void add_light(core::GlbWriter& writer, const std::string& images, const std::string& more = "") {
   add_triangle(writer);
   writer.set("extensions", "{\"EXT_lights_image_based\":{\"lights\":[{" + more +
@@ -104,12 +104,13 @@ TEST(GltfEnvironment, FacesAreInTheOrderOfTheSpecification) {
   expect_color(*environment, {0.1F, 0.2F, -1}, kColors[5]);
 }
 
-// "each saved image must be flipped about its vertical axis": as seen from the middle of the cube.
-// Who looks along +x with y up has +z at the right; who looks up with -z above has +x at the left.
-TEST(GltfEnvironment, FacesAreSeenFromTheMiddle) {
+// "each saved image must be flipped about its vertical axis": as seen from the centre of the cube.
+// A viewer who looks along +x with y up has +z on the right; one who looks up with -z above has +x
+// on the left.
+TEST(GltfEnvironment, FacesAreSeenFromTheCenter) {
   auto faces = colored();
-  // Top left 1, top right 2, bottom left 3, bottom right 4; in eighths, exact neither way:
-  // compared.
+  // Top left 1, top right 2, bottom left 3, bottom right 4; in eighths, which neither format
+  // represents exactly: compared.
   const std::vector<float> corners = {0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 1, 0};
   for (core::FloatImage& face : faces) {
     face = {2, 2, {"R", "G", "B"}, corners};
@@ -126,7 +127,7 @@ TEST(GltfEnvironment, FacesAreSeenFromTheMiddle) {
   expect_color(*environment, {1, 0.5F, 0.5F}, white);
   expect_color(*environment, {1, -0.5F, -0.5F}, red);
   expect_color(*environment, {1, -0.5F, 0.5F}, green);
-  expect_color(*environment, {0.5F, 0.5F, -1}, white);  // along -z, +x is at the right
+  expect_color(*environment, {0.5F, 0.5F, -1}, white);  // along -z, +x is on the right
   expect_color(*environment, {-0.5F, 0.5F, -1}, black);
   expect_color(*environment, {0.4F, 1, -0.4F}, black);
   expect_color(*environment, {-0.4F, 1, -0.4F}, white);
@@ -142,7 +143,7 @@ TEST(GltfEnvironment, IsMultipliedByItsIntensity) {
   expect_color(*environment, {1, 0, 0}, {2.5F, 0, 0});
 }
 
-// A quarter turn about y takes +z to +x.
+// A quarter turn about y maps +z to +x.
 TEST(GltfEnvironment, IsRotated) {
   core::GlbWriter writer;
   add_six(writer, colored(), "\"rotation\":[0,0.70710678,0,0.70710678],");
@@ -182,13 +183,13 @@ TEST(GltfEnvironment, IntensityCanBeAnimated) {
   expect_color(*environment, {1, 0, 0}, {2, 0, 0});
 }
 
-TEST(GltfEnvironment, SceneWithoutItHasNone) {
+TEST(GltfEnvironment, SceneWithoutOneHasNone) {
   core::GlbWriter writer;
   add_triangle(writer);
   EXPECT_EQ(environment_of(writer), nullptr);
 }
 
-TEST(GltfEnvironment, FaceThatIsNotSquareIsRefused) {
+TEST(GltfEnvironment, RefusesAFaceThatIsNotSquare) {
   auto faces = colored();
   faces[3] = {2, 1, {"R", "G", "B"}, std::vector<float>(6, 0.0F)};
   core::GlbWriter writer;
@@ -196,7 +197,7 @@ TEST(GltfEnvironment, FaceThatIsNotSquareIsRefused) {
   expect_error_at(load(writer), "/images/3");
 }
 
-TEST(GltfEnvironment, HostileListsAreRefused) {
+TEST(GltfEnvironment, RefusesMalformedLists) {
   for (const char* images : {"[0,1,2]", "[0,0,0,0,0,99]", "0", "[0,0,0,0,0,-1]"}) {
     core::GlbWriter writer;
     add_face(writer, flat({1, 1, 1}));
@@ -209,14 +210,14 @@ TEST(GltfEnvironment, HostileListsAreRefused) {
   }
 }
 
-TEST(GltfEnvironment, LightThatIsNotThereIsRefused) {
+TEST(GltfEnvironment, RefusesAMissingLight) {
   core::GlbWriter writer;
   add_triangle(writer);
   writer.add("scenes", R"({"nodes":[0],"extensions":{"EXT_lights_image_based":{"light":0}}})");
   expect_error_at(load(writer), "/scenes/0/extensions/EXT_lights_image_based/light");
 }
 
-TEST(GltfEnvironment, MemoryIsAskedForFirst) {
+TEST(GltfEnvironment, RequestsMemoryFirst) {
   core::GlbWriter writer;
   auto faces = colored();
   faces[0] = {64, 64, {"R", "G", "B"}, std::vector<float>(std::size_t{64} * 64 * 3, 0.5F)};

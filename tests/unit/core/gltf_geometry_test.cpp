@@ -14,7 +14,7 @@ std::string attributes(int positions, const std::string& more = "") {
          "}";
 }
 
-// Five points; which triangles a mode makes of them is glTF 2.0's figure in section 3.7.2.1.
+// Five points; glTF 2.0, figure in section 3.7.2.1, defines the triangles of each mode.
 std::vector<std::uint32_t> triangles_of_mode(int mode) {
   core::GlbWriter writer;
   const std::vector<float> points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0};
@@ -27,7 +27,7 @@ TEST(GltfGeometry, StripAlternatesItsOrder) {
   EXPECT_EQ(triangles_of_mode(5), (std::vector<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4}));
 }
 
-TEST(GltfGeometry, FanTurnsAboutItsFirstVertex) {
+TEST(GltfGeometry, FanUsesItsFirstVertexForAllTriangles) {
   EXPECT_EQ(triangles_of_mode(6), (std::vector<std::uint32_t>{1, 2, 0, 2, 3, 0, 3, 4, 0}));
 }
 
@@ -54,14 +54,14 @@ std::vector<std::uint32_t> read_indices(int type) {
   return only_primitive(load(writer)).indices;
 }
 
-TEST(GltfGeometry, AllIndexTypesAreRead) {
+TEST(GltfGeometry, ReadsAllIndexTypes) {
   const std::vector<std::uint32_t> expected = {2, 0, 1};
   EXPECT_EQ(read_indices<std::uint8_t>(kU8), expected);
   EXPECT_EQ(read_indices<std::uint16_t>(kU16), expected);
   EXPECT_EQ(read_indices<std::uint32_t>(kU32), expected);
 }
 
-TEST(GltfGeometry, MissingIndicesCountUp) {
+TEST(GltfGeometry, MissingIndicesAreSequential) {
   core::GlbWriter writer;
   add_triangle(writer);
   EXPECT_EQ(only_primitive(load(writer)).indices, (std::vector<std::uint32_t>{0, 1, 2}));
@@ -105,9 +105,9 @@ TEST(GltfGeometry, QuantizedPositionsKeepTheirIntegers) {
   EXPECT_EQ(p.positions[1], (Vec3{300, -7, 2}));
 }
 
-TEST(GltfGeometry, InterleavedViewsAreRead) {
+TEST(GltfGeometry, ReadsInterleavedViews) {
   core::GlbWriter writer;
-  // Position and texture coordinate of each vertex beside each other: stride 20.
+  // Position and texture coordinate of each vertex in turn: stride 20.
   const std::vector<float> mixed = {0, 0, 0, 0.25F, 0.5F, 1, 0, 0, 0.75F, 1, 0, 1, 0, 0, 1};
   const int view = writer.add_view(bytes(mixed), R"({"byteStride":20})");
   const auto add = [&](int offset, const char* type) {
@@ -176,7 +176,7 @@ TEST(GltfGeometry, ColorsOfBytesAreNormalised) {
   EXPECT_FLOAT_EQ(p.colors[0].w, 0.4F);
 }
 
-TEST(GltfGeometry, NodesThatShowOneMeshShareIt) {
+TEST(GltfGeometry, NodesWithOneMeshShareIt) {
   core::GlbWriter writer;
   add_triangle(writer);
   writer.add("nodes", R"({"mesh":0,"translation":[1,2,3]})");
@@ -190,7 +190,7 @@ TEST(GltfGeometry, NodesThatShowOneMeshShareIt) {
 TEST(GltfGeometry, ChildrenFollowTheirParents) {
   core::GlbWriter writer;
   add_triangle(writer, "", "\"translation\":[1,0,0]");
-  // A quarter turn about z, twice as large, moved up by 5: (1,0,0) goes to (0,7,0).
+  // A quarter turn about z, scaled by two, moved up by 5: (1,0,0) maps to (0,7,0).
   writer.add("nodes",
              R"({"children":[0],"translation":[0,5,0],"rotation":[0,0,0.70710678,0.70710678],)"
              R"("scale":[2,2,2]})");
@@ -212,7 +212,7 @@ TEST(GltfGeometry, MatricesAreColumnMajor) {
   EXPECT_EQ(m.t, (Vec3{11, 12, 13}));
 }
 
-TEST(GltfGeometry, FlattenedNodeIsBakedIntoItsVertices) {
+TEST(GltfGeometry, SingularNodeIsBakedIntoItsVertices) {
   core::GlbWriter writer;
   add_triangle(writer, "", "\"scale\":[3,1,0]");
   const auto scene = load(writer);
@@ -222,7 +222,7 @@ TEST(GltfGeometry, FlattenedNodeIsBakedIntoItsVertices) {
   EXPECT_EQ(only_primitive(scene).positions.at(1), (Vec3{3, 0, 0}));
 }
 
-TEST(GltfGeometry, NodeOfNoSizeIsHidden) {
+TEST(GltfGeometry, NodeOfZeroScaleIsHidden) {
   core::GlbWriter writer;
   add_triangle(writer, "", "\"scale\":[0,0,0]");
   const auto scene = load(writer);
@@ -244,7 +244,7 @@ TEST(GltfGeometry, GpuInstancesMultiplyTheNode) {
   EXPECT_EQ(scene->instances[1].to_world.point({1, 0, 0}), (Vec3{5, 10, 0}));
 }
 
-TEST(GltfGeometry, OnlyTheChosenSceneIsRead) {
+TEST(GltfGeometry, ReadsOnlyTheSelectedScene) {
   core::GlbWriter writer;
   add_triangle(writer);
   writer.add("nodes", R"({"mesh":0,"translation":[9,0,0]})");
@@ -262,7 +262,7 @@ TEST(GltfGeometry, OnlyTheChosenSceneIsRead) {
   EXPECT_EQ(other->instances.at(0).to_world.t.x, 0);
 }
 
-TEST(GltfGeometry, SideFilesAndDataUrisGiveTheSame) {
+TEST(GltfGeometry, ExternalFilesAndDataUrisGiveTheSameScene) {
   core::GlbWriter writer;
   add_triangle(writer);
   const auto separate = writer.finish_separate("tri angle.bin");

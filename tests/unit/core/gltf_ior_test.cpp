@@ -1,4 +1,5 @@
-// Curves of the index of refraction in a material's extras: read, written, refused, contradicted.
+// Curves of the index of refraction in a material's extras: reading, writing, errors,
+// contradictions.
 #include <string>
 
 #include "tests/unit/core/gltf_test_support.h"
@@ -12,18 +13,18 @@ const char* const kVolume =
     R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":1},)"
     R"("KHR_materials_volume":{"thicknessFactor":1})";
 
-/// A volume with this text as its extras, and further extensions (", ..." or nothing).
+/// A volume with these extras, and further extensions (", ..." or nothing).
 core::Result<core::SceneDescription> with_extras(const std::string& extras,
                                                  const std::string& extensions = "") {
   return load_material(kVolume + extensions + "},\"extras\":" + extras);
 }
 
 const char* const kCauchy = R"({"ior_cauchy":[1.504584,0.004217,0]})";
-// N-BK7 of Schott's data sheet.
+// N-BK7 from Schott's data sheet.
 const char* const kSellmeier = R"({"ior_sellmeier":{"b":[1.03961212,0.231792344,1.01046945],)"
                                R"("c_um2":[0.00600069867,0.0200179144,103.560653]}})";
 
-TEST(GltfIor, CurvesAreReadAndSetTheIndexOfTheDLine) {
+TEST(GltfIor, ReadsCurvesAndSetsTheIndexOfTheDLine) {
   const auto cauchy = with_extras(kCauchy);
   ASSERT_TRUE(cauchy) << cauchy.error().message;
   EXPECT_EQ(cauchy->materials[0].ior_curve.formula, IorFormula::kCauchy);
@@ -50,7 +51,7 @@ TEST(GltfIor, CurvesSurviveWriting) {
   }
 }
 
-TEST(GltfIor, OtherExtrasAreIgnored) {
+TEST(GltfIor, IgnoresOtherExtras) {
   for (const char* extras : {"7", "null", "\"ior_cauchy\"", "[1]", R"({"ior":2})"}) {
     const auto scene = with_extras(extras);
     ASSERT_TRUE(scene) << extras;
@@ -59,7 +60,7 @@ TEST(GltfIor, OtherExtrasAreIgnored) {
   }
 }
 
-TEST(GltfIor, WrongCurvesAreRefusedWithTheirPlace) {
+TEST(GltfIor, RefusesWrongCurvesWithTheirPath) {
   struct Case {
     const char* extras;
     const char* where;
@@ -70,7 +71,7 @@ TEST(GltfIor, WrongCurvesAreRefusedWithTheirPlace) {
       {R"({"ior_cauchy":[1.5,"a",0]})", "/ior_cauchy/1"},
       {R"({"ior_cauchy":[1.5,0,1e300]})", "/ior_cauchy/2"},
       {R"({"ior_cauchy":[0.9,0.001,0]})", "/ior_cauchy"},  // below 1
-      // Above 1 at d, below at 380 nm: 1.5 - 0.08 / 0.38^2 = 0.946.
+      // Above 1 at d, below 1 at 380 nm: 1.5 - 0.08 / 0.38^2 = 0.946.
       {R"({"ior_cauchy":[1.5,-0.08,0]})", "/ior_cauchy"},
       {R"({"ior_cauchy":[1.5,4217,0]})", "/ior_cauchy"},  // B in nm^2
       {R"({"ior_sellmeier":[1,2,3]})", "/ior_sellmeier"},
@@ -79,7 +80,7 @@ TEST(GltfIor, WrongCurvesAreRefusedWithTheirPlace) {
       {R"({"ior_sellmeier":{"b":[1,0,0],"c_um2":[0.01,true,0]}})", "/ior_sellmeier/c_um2/1"},
       {R"({"ior_sellmeier":{"b":[1,0.1,0],"c_um2":[0.01,0.25,0]}})",
        "/ior_sellmeier/c_um2/1"},  // a resonance at 500 nm
-      // C1 in nm^2: a resonance at 77 um, and an index of less than 1.
+      // C1 in nm^2: a resonance at 77 um, and an index below 1.
       {R"({"ior_sellmeier":{"b":[1,0,0],"c_um2":[6000,0,0]}})", "/ior_sellmeier"},
       {R"({"ior_sellmeier":{"b":[-3,0,0],"c_um2":[0.01,0,0]}})", "/ior_sellmeier"},
       {R"({"ior_cauchy":[1.5,0,0],"ior_sellmeier":{"b":[1,0,0],"c_um2":[0,0,0]}})", "/ior_cauchy"},
@@ -90,7 +91,7 @@ TEST(GltfIor, WrongCurvesAreRefusedWithTheirPlace) {
   }
 }
 
-TEST(GltfIor, ContradictionsAreWarnings) {
+TEST(GltfIor, WarnsAboutContradictions) {
   const auto warnings = [](const std::string& extensions) {
     const auto scene = with_extras(kSellmeier, extensions);
     EXPECT_TRUE(scene);
@@ -111,7 +112,7 @@ TEST(GltfIor, ContradictionsAreWarnings) {
             "counts with wavelengths");
 }
 
-TEST(GltfIor, CurvesWithoutEffectAreWarnings) {
+TEST(GltfIor, WarnsAboutCurvesWithoutEffect) {
   const auto surface = load_material(std::string("\"extras\":") + kCauchy);
   ASSERT_TRUE(surface);
   EXPECT_NEAR(surface->materials[0].ior, 1.5168F, 5e-6F);

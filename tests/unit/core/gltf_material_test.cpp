@@ -22,7 +22,7 @@ MaterialDescription extended(const std::string& name, const std::string& members
   return material_of("\"extensions\":{\"" + name + "\":{" + members + "}}");
 }
 
-// A PNG of one pixel; colour and alpha as they stand in the file.
+// A PNG of one pixel, with colour and alpha as stored in the file.
 core::Bytes pixel_png(float r, float g, float b, float a) {
   core::EncodeOptions options;
   options.is_color = false;
@@ -35,7 +35,7 @@ int add_image(core::GlbWriter& writer, const core::Bytes& png) {
       "images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(writer.add_view(png)) + "}");
 }
 
-TEST(GltfMaterial, EmptyMaterialHasTheSpecificationsDefaults) {
+TEST(GltfMaterial, EmptyMaterialHasTheDefaultsOfTheSpecification) {
   const MaterialDescription m = material_of("");
   EXPECT_EQ(m.base_color, Rgb(1));
   EXPECT_EQ(m.metallic, 1);
@@ -48,7 +48,7 @@ TEST(GltfMaterial, EmptyMaterialHasTheSpecificationsDefaults) {
   EXPECT_EQ(m.specular, 1);
 }
 
-TEST(GltfMaterial, CoreFactorsAreRead) {
+TEST(GltfMaterial, ReadsCoreFactors) {
   const MaterialDescription m = material_of(
       R"("pbrMetallicRoughness":{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.5,)"
       R"("roughnessFactor":0.6},)"
@@ -80,20 +80,20 @@ TEST(GltfMaterial, EmissiveStrengthOf1CountsAsNone) {
   EXPECT_FALSE(scene->has_emissive_strength);
 }
 
-TEST(GltfMaterial, UnlitIsRead) { EXPECT_TRUE(extended("KHR_materials_unlit", "").unlit); }
+TEST(GltfMaterial, ReadsUnlit) { EXPECT_TRUE(extended("KHR_materials_unlit", "").unlit); }
 
 TEST(GltfMaterial, IorOf0MeansInfinitelyReflective) {
   EXPECT_EQ(extended("KHR_materials_ior", R"("ior":0)").ior, 0);
 }
 
-TEST(GltfMaterial, SpecularIsRead) {
+TEST(GltfMaterial, ReadsSpecular) {
   const MaterialDescription m =
       extended("KHR_materials_specular", R"("specularFactor":0.5,"specularColorFactor":[1,2,3])");
   EXPECT_EQ(m.specular, 0.5F);
   EXPECT_EQ(m.specular_color, (Rgb{1, 2, 3}));
 }
 
-TEST(GltfMaterial, TransmissionAndVolumeAreRead) {
+TEST(GltfMaterial, ReadsTransmissionAndVolume) {
   const MaterialDescription m =
       material_of(R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.75},)"
                   R"("KHR_materials_volume":{"thicknessFactor":2,)"
@@ -106,7 +106,7 @@ TEST(GltfMaterial, TransmissionAndVolumeAreRead) {
   EXPECT_EQ(m.dispersion, 0.2F);
 }
 
-TEST(GltfMaterial, MediaThatScatterAreRead) {
+TEST(GltfMaterial, ReadsScatteringMedia) {
   const char* volume = R"("KHR_materials_transmission":{"transmissionFactor":1},)"
                        R"("KHR_materials_volume":{"thicknessFactor":2,"attenuationDistance":0.5,)"
                        R"("attenuationColor":[0.25,0.5,1]})";
@@ -131,8 +131,8 @@ TEST(GltfMaterial, MediaThatScatterAreRead) {
   EXPECT_EQ(newer.diffuse_transmission, 0);
 }
 
-// Of the light that goes through, the share that scatters leaves diffusely.
-TEST(GltfMaterial, ATextureOfAMediumLeavesAWarning) {
+// The scattered fraction of the transmitted light leaves diffusely.
+TEST(GltfMaterial, WarnsAboutATextureOfAMedium) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source":0})");
@@ -156,21 +156,21 @@ TEST(GltfMaterial, ScatteringOfThinWallsIsDiffuseTransmission) {
   EXPECT_EQ(m.multiscatter_color, (Rgb{0, 0, 0}));
 }
 
-TEST(GltfMaterial, ClearcoatIsRead) {
+TEST(GltfMaterial, ReadsClearcoat) {
   const MaterialDescription m = extended(
       "KHR_materials_clearcoat", R"("clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25)");
   EXPECT_EQ(m.clearcoat, 0.5F);
   EXPECT_EQ(m.clearcoat_roughness, 0.25F);
 }
 
-TEST(GltfMaterial, SheenIsRead) {
+TEST(GltfMaterial, ReadsSheen) {
   const MaterialDescription m = extended(
       "KHR_materials_sheen", R"("sheenColorFactor":[0.1,0.2,0.3],"sheenRoughnessFactor":0.4)");
   EXPECT_EQ(m.sheen_color, (Rgb{0.1F, 0.2F, 0.3F}));
   EXPECT_EQ(m.sheen_roughness, 0.4F);
 }
 
-TEST(GltfMaterial, IridescenceIsRead) {
+TEST(GltfMaterial, ReadsIridescence) {
   const MaterialDescription m =
       extended("KHR_materials_iridescence",
                R"("iridescenceFactor":1,"iridescenceIor":1.8,"iridescenceThicknessMinimum":200,)"
@@ -181,7 +181,7 @@ TEST(GltfMaterial, IridescenceIsRead) {
   EXPECT_EQ(m.iridescence_thickness_max_nm, 800);
 }
 
-TEST(GltfMaterial, IridescenceDefaultsAreTheExtensions) {
+TEST(GltfMaterial, IridescenceDefaultsAreThoseOfTheExtension) {
   const MaterialDescription m = extended("KHR_materials_iridescence", "");
   EXPECT_EQ(m.iridescence, 0);
   EXPECT_EQ(m.iridescence_ior, 1.3F);
@@ -189,14 +189,14 @@ TEST(GltfMaterial, IridescenceDefaultsAreTheExtensions) {
   EXPECT_EQ(m.iridescence_thickness_max_nm, 400);
 }
 
-TEST(GltfMaterial, AnisotropyIsRead) {
+TEST(GltfMaterial, ReadsAnisotropy) {
   const MaterialDescription m =
       extended("KHR_materials_anisotropy", R"("anisotropyStrength":0.6,"anisotropyRotation":1.5)");
   EXPECT_EQ(m.anisotropy, 0.6F);
   EXPECT_EQ(m.anisotropy_rotation_rad, 1.5F);
 }
 
-TEST(GltfMaterial, DiffuseTransmissionIsRead) {
+TEST(GltfMaterial, ReadsDiffuseTransmission) {
   const MaterialDescription m =
       extended("KHR_materials_diffuse_transmission",
                R"("diffuseTransmissionFactor":0.5,"diffuseTransmissionColorFactor":[1,0.5,0])");
@@ -205,7 +205,7 @@ TEST(GltfMaterial, DiffuseTransmissionIsRead) {
 }
 
 TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfInfiniteIor) {
-  // KHR_materials_specular, "Interaction with other extensions": ior 0, specular colour as it is,
+  // KHR_materials_specular, "Interaction with other extensions": ior 0, unchanged specular colour,
   // roughness 1 - glossiness.
   const MaterialDescription m =
       extended("KHR_materials_pbrSpecularGlossiness",
@@ -237,7 +237,7 @@ TEST(GltfMaterial, GlossinessTextureBecomesARoughnessTexture) {
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(2)), 0);
 }
 
-TEST(GltfMaterial, AllTexturesOfAMaterialAreRead) {
+TEST(GltfMaterial, ReadsAllTexturesOfAMaterial) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source":0})");
@@ -284,7 +284,7 @@ core::Result<core::SceneDescription> load_sets(std::int64_t base, int emissive, 
   return load(writer);
 }
 
-TEST(GltfMaterial, AnyTwoSetsOfCoordinatesCanBeUsed) {
+TEST(GltfMaterial, AcceptsAnyTwoTextureCoordinateSets) {
   const auto scene = load_sets(3, 2, 3);
   const core::PrimitiveDescription p = only_primitive(scene);
   const core::MaterialDescription& m = scene->materials[0];
@@ -296,19 +296,19 @@ TEST(GltfMaterial, AnyTwoSetsOfCoordinatesCanBeUsed) {
   EXPECT_EQ(first_u(m.emissive_texture), 2);
 }
 
-TEST(GltfMaterial, ThreeSetsOfCoordinatesAreRefused) {
+TEST(GltfMaterial, RefusesThreeTextureCoordinateSets) {
   const auto scene = load_sets(0, 1, 2);
   expect_error_at(scene, "/materials/0");
   EXPECT_EQ(scene.error().message,
             "a material can use two sets of texture coordinates; this one uses 3");
 }
 
-TEST(GltfMaterial, HugeSetNumbersAreRefused) {
+TEST(GltfMaterial, RefusesHugeSetNumbers) {
   expect_error_at(load_sets(4294967298, 0, 0),
                   "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord");
 }
 
-TEST(GltfMaterial, SamplersAreRead) {
+TEST(GltfMaterial, ReadsSamplers) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("samplers", R"({"wrapS":33071,"wrapT":33648,"magFilter":9728})");
@@ -322,7 +322,7 @@ TEST(GltfMaterial, SamplersAreRead) {
   EXPECT_TRUE(t.nearest);
 }
 
-TEST(GltfMaterial, TextureTransformTurnsCounterClockwise) {
+TEST(GltfMaterial, TextureTransformRotatesCounterClockwise) {
   core::GlbWriter writer;
   add_image(writer, pixel_png(1, 1, 1, 1));
   writer.add("textures", R"({"source":0})");
@@ -333,7 +333,7 @@ TEST(GltfMaterial, TextureTransformTurnsCounterClockwise) {
   const auto scene = load(writer);
   ASSERT_TRUE(scene);
   const core::TextureDescription& t = scene->materials[0].emissive_texture;
-  // Khronos' TextureTransformTest: the arrow's tip, at uv (0.7778, 0.7778) of the picture, shows at
+  // Khronos' TextureTransformTest: the arrow's tip, at uv (0.7778, 0.7778) of the image, appears at
   // uv (0.42095, 1.01627) of the surface, where the green marker is.
   const auto& m = t.uv_transform;
   EXPECT_NEAR(m[0] * 0.42095F + m[1] * 1.01627F + m[2], 0.7778F + 0.125F, 1e-4);
@@ -404,13 +404,13 @@ core::Bytes with_variants() {
   return writer.finish();
 }
 
-TEST(GltfVariants, NamesAreListed) {
+TEST(GltfVariants, ListsNames) {
   const auto scene = load(with_variants());
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->variants, (std::vector<std::string>{"red", "blue"}));
 }
 
-TEST(GltfVariants, ChosenVariantReplacesTheMaterial) {
+TEST(GltfVariants, SelectedVariantReplacesTheMaterial) {
   core::GltfOptions options;
   options.variant = "blue";
   EXPECT_EQ(only_primitive(load(with_variants(), options)).material, 1);

@@ -1,4 +1,4 @@
-// Motion vectors through nodes, instances, skins, morphs and cameras, against formulas.
+// Motion vectors of nodes, instances, skins, morphs and cameras, against formulas.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,10 +19,10 @@ using core::Vec3;
 
 constexpr int kWidth = 120;
 constexpr int kHeight = 80;
-constexpr double kFocalPx = kHeight;  ///< 2 atan(1/2) of a field of view
+constexpr double kFocalPx = kHeight;  ///< 2 atan(1/2) as field of view
 constexpr double kNow = 0.25;
 constexpr double kLater = 0.75;
-constexpr float kBetween = 0.5F;  ///< of what the keys at 0 and 1 s are apart
+constexpr float kBetween = 0.5F;  ///< fraction of the interval between the keys at 0 and 1 s
 
 class File {
  public:
@@ -31,7 +31,7 @@ class File {
   int positions(const std::vector<float>& values) {
     return accessor(writer, values, kF32, "VEC3", 3);
   }
-  /// From the first half of the values at 0 s to the second at 1 s.
+  /// Animates from the first half of the values at 0 s to the second at 1 s.
   void animate(int node, const char* path, const std::vector<float>& values, const char* shape,
                std::size_t width) {
     const int times = accessor(writer, std::vector<float>{0, 1}, kF32, "SCALAR", 1);
@@ -57,18 +57,18 @@ class File {
   core::Bytes file_;
 };
 
-/// By object: where a point of it is later.
+/// Later position of a point, for each object.
 using Moves = std::map<std::uint32_t, std::function<Vec3(Vec3)>>;
 
-/// A triangle with corners (0,0), (2,0), (0,2), and the x y place of its node.
+/// A triangle with corners (0,0), (2,0), (0,2), and the xy position of its node.
 std::string triangle_at(File& file, const std::string& more = "") {
   const int positions = file.positions({0, 0, 0, 2, 0, 0, 0, 2, 0});
   return "\"attributes\":{\"POSITION\":" + number(positions) + more + "}";
 }
 
-/// Node 0: the camera. 1: moves. 2: three instances that turn about the z axis together. 3: a skin
-/// of the joints 4 and 5. 6: a morph. 7: tangents split its vertices, and it moves. 8: at rest,
-/// behind them all.
+/// Node 0: the camera. 1: moves. 2: three instances that rotate about the z axis together. 3: a
+/// skin of the joints 4 and 5. 6: a morph. 7: moves, with vertices split by tangents. 8: at rest,
+/// behind all others.
 void add_moving_nodes(File& file) {
   core::GlbWriter& writer = file.writer;
   writer.add("cameras",
@@ -99,7 +99,7 @@ void add_moving_nodes(File& file) {
   add_primitive(writer, triangle_at(file) + ",\"targets\":[{\"POSITION\":" + number(lift) + "}]",
                 R"("translation":[-7,-4,0])");
   file.animate(6, "weights", {0, 1}, "SCALAR", 1);
-  // Two triangles whose texture coordinates have opposite handedness share an edge.
+  // Two triangles that share an edge, with texture coordinates of opposite handedness.
   writer.add("materials",
              R"({"extensions":{"KHR_materials_anisotropy":{"anisotropyStrength":1}}})");
   const int square = file.positions({0, 0, 0, 2, 0, 0, 0, 2, 0, 2, 2, 0});
@@ -118,16 +118,16 @@ void add_moving_nodes(File& file) {
 Moves moves() {
   const float angle = 0.2F * kBetween * 2;
   const auto skinned = [](Vec3 p) {
-    // Of the rest pose: weight of the second joint, x / 2 + y / 4.
+    // In the rest pose: weight of the second joint, x / 2 + y / 4.
     const Vec3 by = Vec3{0, 1, 0.5F};
     const auto weight = [](float x, float y) { return x / 2 + y / 4; };
-    // Now it has moved by a quarter: y = y0 + w / 4, z = w / 8, with w of (x, y0).
+    // At the first time it has moved by a quarter: y = y0 + w / 4, z = w / 8, with w of (x, y0).
     const float x = p.x - 4;
     const float y = (p.y + 3 - x / 8) / (1 + 1.0F / 16);
     return p + by * (kBetween * weight(x, y));
   };
   const auto morphed = [](Vec3 p) {
-    const float x = (p.x + 7) / (1 + 0.125F);  // of the base: the target lifts x by w x / 2
+    const float x = (p.x + 7) / (1 + 0.125F);  // of the base: the target moves x by w x / 2
     return p + Vec3{0.5F * kBetween * x, 0, 0};
   };
   return {{2,
@@ -172,7 +172,7 @@ core::LabelPixel label_at(const Stage& stage, Vec2 film_px) {
                      &stage.motion, rays);
 }
 
-/// Pixels to the right and up from the middle, seen from (eye_x, 0, 10) along -z.
+/// Pixels to the right and up from the centre, seen from (eye_x, 0, 10) along -z.
 std::array<double, 2> seen(Vec3 p, double eye_x = 0) {
   const double away = 10 - static_cast<double>(p.z);
   return {kFocalPx * (static_cast<double>(p.x) - eye_x) / away,
@@ -180,11 +180,11 @@ std::array<double, 2> seen(Vec3 p, double eye_x = 0) {
 }
 
 struct Compared {
-  std::map<std::uint32_t, int> points;  ///< that were compared, by object
+  std::map<std::uint32_t, int> points;  ///< number of compared points, by object
   int wrong = 0;
 };
 
-/// eye_x: how far the camera moves.
+/// eye_x: distance that the camera moves.
 Compared compare(const Stage& stage, const Moves& moves, double eye_x = 0) {
   Compared out;
   test_support::Random random(1);
@@ -220,7 +220,7 @@ TEST(Motion, FollowsNodesInstancesSkinsMorphsAndSplitVertices) {
   })) << "no vertices were split";
 }
 
-TEST(Motion, OfAnObjectThatMovesAFiftiethTooFarIsSeen) {
+TEST(Motion, DetectsAnObjectThatMovesAFiftiethTooFar) {
   File file;
   add_moving_nodes(file);
   for (const auto& [object, move] : moves()) {
@@ -230,7 +230,7 @@ TEST(Motion, OfAnObjectThatMovesAFiftiethTooFarIsSeen) {
   }
 }
 
-TEST(Motion, IsZeroWhereNothingMoves) {
+TEST(Motion, IsZeroWithoutMotion) {
   File file;
   add_moving_nodes(file);
   const Stage stage = stage_of(file);
@@ -241,7 +241,7 @@ TEST(Motion, IsZeroWhereNothingMoves) {
           label_at(stage, {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F});
       if (at.object == 9 || at.object == 0) {
         points += at.object == 9 ? 1 : 0;
-        // Rounding of metres, some ten of them, at 8 pixels a metre.
+        // Rounding at coordinates of about ten metres, with 8 pixels per metre.
         EXPECT_NEAR(at.motion.x, 0, 1e-4);
         EXPECT_NEAR(at.motion.y, 0, 1e-4);
       }
@@ -253,13 +253,14 @@ TEST(Motion, IsZeroWhereNothingMoves) {
 TEST(Motion, FollowsTheCamera) {
   File file;
   add_moving_nodes(file);
-  file.animate(0, "translation", {-0.25F, 0, 10, 0.75F, 0, 10}, "VEC3", 3);  // now at 0
+  // at 0 at the first time
+  file.animate(0, "translation", {-0.25F, 0, 10, 0.75F, 0, 10}, "VEC3", 3);
   const Compared found = compare(stage_of(file), moves(), 0.5);
   EXPECT_EQ(found.wrong, 0);
   EXPECT_GT(compare(stage_of(file), moves(), 0.49).wrong, 400);
 }
 
-/// What the file shows at a time from a place; object: alone, 0: all.
+/// Renders the file at a time from a position; object: only this one, 0: all.
 std::vector<core::LabelPixel> picture(File& file, double seconds, Vec3 eye,
                                       std::uint32_t object = 0) {
   core::SceneDescription description = file.at(seconds);
@@ -285,7 +286,7 @@ std::vector<core::LabelPixel> picture(File& file, double seconds, Vec3 eye,
   return out;
 }
 
-TEST(FileLabels, AreThoseOfEachObjectAloneAtAllTimesAndFromAllSides) {
+TEST(FileLabels, EqualThoseOfEachObjectAloneAtAllTimesAndFromAllSides) {
   File file;
   add_moving_nodes(file);
   std::map<std::uint32_t, std::array<std::uint32_t, 2>> known;  // by instance: object, primitive
@@ -333,13 +334,13 @@ TEST(Motion, OfACameraWithAPoseIsThatOfTheObjects) {
   EXPECT_EQ(compare(stage_of(file, settings), moves()).wrong, 0);
 }
 
-TEST(Motion, OfWhatIsHiddenLaterOrBehindTheCameraIsUnknown) {
+TEST(Motion, IsUnknownForPointsLaterHiddenOrBehindTheCamera) {
   File hidden;
   hidden.writer.add("cameras", R"({"type":"perspective","perspective":{"yfov":1,"znear":0.1}})");
   hidden.writer.add("nodes", R"({"camera":0,"translation":[0,0,10]})");
   add_primitive(hidden.writer, triangle_at(hidden));
   hidden.animate(1, "scale", {1, 1, 1, 0, 0, 0}, "VEC3", 3);
-  // At 0.75 s it is a quarter as large; from 1 s on it is a point.
+  // At 0.75 s it is scaled to a quarter; from 1 s on it is a point.
   Stage stage = stage_of(hidden);
   EXPECT_FALSE(std::isnan(label_at(stage, {63, 37}).motion.x));
   stage.motion.target = std::make_shared<const core::MotionTarget>(hidden.at(1, true));
@@ -347,15 +348,17 @@ TEST(Motion, OfWhatIsHiddenLaterOrBehindTheCameraIsUnknown) {
   EXPECT_TRUE(std::isnan(label_at(stage, {63, 37}).motion.x));
   File passing;
   add_moving_nodes(passing);
-  passing.animate(0, "translation", {0, 0, 15, 0, 0, -5}, "VEC3", 3);  // through the plane
+  // through the plane of the camera
+  passing.animate(0, "translation", {0, 0, 15, 0, 0, -5}, "VEC3", 3);
   const core::LabelPixel passed = label_at(stage_of(passing), {55, 40});
   EXPECT_NE(passed.object, 0U);
   EXPECT_TRUE(std::isnan(passed.motion.y));
 }
 
-TEST(Motion, OfAPanoramaIsTheShorterWayRound) {
+TEST(Motion, OfAPanoramaTakesTheShorterWay) {
   File file;
-  // Behind the camera, which looks along -z from the middle: from the seam's one side to the other.
+  // Behind the camera, which looks along -z from the origin: from one side of the seam to the
+  // other.
   const int positions = file.positions({-1, -1, 4, 0, 2, 4, 1, -1, 4});
   add_primitive(file.writer, "\"attributes\":{\"POSITION\":" + number(positions) + "}");
   file.animate(0, "translation", {0.5F, 0, 0, -0.5F, 0, 0}, "VEC3", 3);

@@ -1,6 +1,6 @@
-// One document that uses most of what the loader reads, with every value of its JSON changed in
-// many ways, and its bytes cut and spoilt: each case is refused with its place, or gives a scene
-// that renders to numbers.
+// One document that uses most of the loader's features, with every JSON value changed in many ways,
+// and its bytes truncated and corrupted: each case is refused with its path, or gives a scene that
+// renders to finite values.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -183,7 +183,7 @@ Document everything() {
 
 class GltfMutation : public testing::Test {
  protected:
-  /// Empty when all is as it should be.
+  /// Expects a refusal with its path, or a scene that renders to finite values.
   void expect_answer(const std::string& json, const core::Bytes& bin, const std::string& what) {
     ++cases_;
     core::GltfOptions options;
@@ -216,7 +216,7 @@ class GltfMutation : public testing::Test {
       return;
     }
     if (cases_ % 4 != 0) {
-      return;  // one picture in four is enough to meet every kind
+      return;  // one image in four suffices for every kind
     }
     core::View view = test_support::view_of(*scene, 4, 4);
     view.environment = test_support::constant_sky({1, 1, 1});
@@ -230,7 +230,7 @@ class GltfMutation : public testing::Test {
   int named_ = 0;
 };
 
-TEST_F(GltfMutation, TheDocumentItselfIsReadAndRendered) {
+TEST_F(GltfMutation, ReadsAndRendersTheUnchangedDocument) {
   const Document d = everything();
   for (int i = 0; i < 4; ++i) {
     expect_answer(d.json, d.bin, "whole");
@@ -238,7 +238,7 @@ TEST_F(GltfMutation, TheDocumentItselfIsReadAndRendered) {
   EXPECT_EQ(refused_, 0);
 }
 
-TEST_F(GltfMutation, EveryValueChangedInEveryWayIsRefusedOrSane) {
+TEST_F(GltfMutation, EveryChangedValueIsRefusedOrValid) {
   const Document d = everything();
   const Json root = Json::parse(d.json);
   const std::vector<Json> values = {nullptr,
@@ -279,7 +279,7 @@ TEST_F(GltfMutation, EveryValueChangedInEveryWayIsRefusedOrSane) {
   std::size_t n = 0;
   for (const auto& at : places) {
     for (std::size_t k = 0; k < 4;
-         ++k) {  // in turn, so that each place meets four and each value many places
+         ++k) {  // round-robin, so that each path gets four and each value many paths
       Json changed = root;
       const Json& value = values[n++ % values.size()];
       changed[at] = value;
@@ -304,10 +304,10 @@ TEST_F(GltfMutation, EveryValueChangedInEveryWayIsRefusedOrSane) {
   }
   EXPECT_GT(cases_, 2000);
   EXPECT_GT(refused_, cases_ / 4);
-  EXPECT_GT(named_, refused_ * 9 / 10);  // by their place
+  EXPECT_GT(named_, refused_ * 9 / 10);  // with their path
 }
 
-TEST_F(GltfMutation, LoopsOfNodesAreRefused) {
+TEST_F(GltfMutation, RefusesCyclesOfNodes) {
   const Document d = everything();
   const Json root = Json::parse(d.json);
   const std::size_t nodes = root["nodes"].size();
@@ -323,7 +323,7 @@ TEST_F(GltfMutation, LoopsOfNodesAreRefused) {
   }
 }
 
-TEST_F(GltfMutation, SpoiltBytesAreRefusedOrSane) {
+TEST_F(GltfMutation, CorruptedBytesAreRefusedOrValid) {
   const Document d = everything();
   std::mt19937 random(1);
   for (std::size_t cut = 0; cut < d.bin.size();

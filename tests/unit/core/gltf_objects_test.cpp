@@ -1,4 +1,4 @@
-// Ids of objects, instances and primitives: functions of the file, not of what is shown.
+// Ids of objects, instances and primitives: functions of the file, independent of visibility.
 #include "core/labels/label.h"
 #include "core/scene/scene.h"
 #include "tests/unit/core/gltf_test_support.h"
@@ -7,8 +7,8 @@ namespace {
 
 using namespace gltf_test;
 
-/// Node 0 is empty, 1 shows a triangle, 2 the same mesh three times, 3 a mesh of two primitives
-/// whose second is a triangle farther away, 4 is hidden.
+/// Node 0 is empty, 1 has a triangle, 2 the same mesh three times, 3 a mesh of two primitives whose
+/// second is a triangle farther away, 4 is hidden.
 core::Result<core::SceneDescription> objects(const std::string& of_node_one = "",
                                              const std::string& variant = "") {
   core::GlbWriter writer;
@@ -68,7 +68,7 @@ core::LabelPixel label_at(const core::Result<core::SceneDescription>& scene, flo
                      nullptr, rays);
 }
 
-TEST(GltfObjects, PrimitivesAreCountedOverAllMeshesWithThoseThatAreNotDrawn) {
+TEST(GltfObjects, PrimitivesAreCountedOverAllMeshesIncludingSkippedOnes) {
   const core::LabelPixel behind = label_at(objects(R"("translation":[0,50,0])"), 0);
   EXPECT_EQ(behind.object, 4U);
   EXPECT_EQ(behind.primitive, 3U);
@@ -77,10 +77,10 @@ TEST(GltfObjects, PrimitivesAreCountedOverAllMeshesWithThoseThatAreNotDrawn) {
   EXPECT_EQ(copy.object, 3U);
   EXPECT_EQ(copy.instance, 3U);
   EXPECT_EQ(copy.primitive, 1U);
-  EXPECT_EQ(copy.material, 3U) << "glTF's default material comes after those of the file";
+  EXPECT_EQ(copy.material, 3U) << "glTF's default material follows those of the file";
 }
 
-TEST(GltfObjects, IdsStayWhenAnotherNodeIsHiddenOrScaledToNothing) {
+TEST(GltfObjects, IdsAreUnchangedIfAnotherNodeIsHiddenOrScaledToZero) {
   for (const char* node :
        {R"("scale":[0,0,0])", R"("extensions":{"KHR_node_visibility":{"visible":false}})"}) {
     const core::LabelPixel copy = label_at(objects(node), 30);
@@ -90,7 +90,7 @@ TEST(GltfObjects, IdsStayWhenAnotherNodeIsHiddenOrScaledToNothing) {
   }
 }
 
-TEST(GltfObjects, VariantsChangeTheMaterialOnly) {
+TEST(GltfObjects, VariantsChangeOnlyTheMaterial) {
   const core::LabelPixel plain = label_at(objects(R"("scale":[0,0,0])"), 0);
   const core::LabelPixel other = label_at(objects(R"("scale":[0,0,0])", "light"), 0);
   EXPECT_EQ(plain.material, 1U);

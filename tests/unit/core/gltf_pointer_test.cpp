@@ -1,4 +1,4 @@
-// KHR_animation_pointer; the sentences in quotes are the extension's.
+// KHR_animation_pointer; quotations are from the extension.
 #include <cmath>
 #include <optional>
 
@@ -8,7 +8,7 @@ namespace {
 
 using namespace gltf_test;
 
-/// What an animation of two keys, at 1 s and 3 s, sets.
+/// The target of an animation of two keys, at 1 s and 3 s.
 struct Track {
   std::string pointer;
   std::vector<float> values;
@@ -34,7 +34,7 @@ void animate(core::GlbWriter& writer, const Track& track) {
   animate(writer, track, accessor(writer, track.values, kF32, track.shape, width_of(track)));
 }
 
-/// A triangle of a material, a camera and a light, at 2 s.
+/// A triangle with a material, a camera and a light, at 2 s.
 core::Result<core::SceneDescription> at_two_seconds(const Track& track) {
   core::GlbWriter writer;
   writer.add("materials", R"({"pbrMetallicRoughness":{"roughnessFactor":1},)"
@@ -49,7 +49,7 @@ core::Result<core::SceneDescription> at_two_seconds(const Track& track) {
   return load(writer, options);
 }
 
-TEST(GltfPointer, MovesAMaterialsFactor) {
+TEST(GltfPointer, AnimatesAMaterialFactor) {
   const auto scene = at_two_seconds({"/materials/0/pbrMetallicRoughness/baseColorFactor",
                                      {0, 0.5F, 1, 1, 1, 0.5F, 0, 1},
                                      "VEC4"});
@@ -61,21 +61,21 @@ TEST(GltfPointer, MovesAMaterialsFactor) {
 
 // "A property is considered defined if it is present in the asset explicitly or if it has a default
 // value and its enclosing object is present."
-TEST(GltfPointer, MovesWhatHasADefault) {
+TEST(GltfPointer, AnimatesPropertiesWithADefault) {
   const auto scene =
       at_two_seconds({"/materials/0/pbrMetallicRoughness/metallicFactor", {0, 0.5F}});
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ(scene->materials[0].metallic, 0.25F);
 }
 
-TEST(GltfPointer, MovesAMemberOfAnExtension) {
+TEST(GltfPointer, AnimatesAMemberOfAnExtension) {
   const auto scene = at_two_seconds(
       {"/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength", {2, 4}});
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_TRUE(scene->has_emissive_strength);
 }
 
-TEST(GltfPointer, MovesCamerasAndLights) {
+TEST(GltfPointer, AnimatesCamerasAndLights) {
   const auto camera = at_two_seconds({"/cameras/0/perspective/yfov", {0.5F, 1.5F}});
   ASSERT_TRUE(camera) << camera.error().message;
   EXPECT_EQ(camera->cameras[0].vertical_fov_rad, 1);
@@ -91,7 +91,7 @@ TEST(GltfPointer, MovesCamerasAndLights) {
 
 // "The following two snippets represent the same animation expressed with an unextended animation
 // target and with the animation pointer extension."
-TEST(GltfPointer, MovesANodeAsAPlainChannelDoes) {
+TEST(GltfPointer, AnimatesANodeLikeAPlainChannel) {
   const float half = std::sqrt(0.5F);
   const auto scene =
       at_two_seconds({"/nodes/0/rotation", {0, 0, half, half, 0, 0, -half, -half}, "VEC4"});
@@ -100,7 +100,7 @@ TEST(GltfPointer, MovesANodeAsAPlainChannelDoes) {
 }
 
 // "MUST use STEP interpolation", "`0` is converted to `false`, any other value [...] to `true`"
-TEST(GltfPointer, HidesANodeForAWhile) {
+TEST(GltfPointer, HidesANodeTemporarily) {
   core::GlbWriter writer;
   add_triangle(writer, "", R"("extensions":{"KHR_node_visibility":{}})");
   const int output = accessor(writer, std::vector<std::uint8_t>{0, 7}, kU8, "SCALAR", 1);
@@ -118,7 +118,7 @@ TEST(GltfPointer, HidesANodeForAWhile) {
   EXPECT_EQ(instances_at(std::nullopt), 1);
 }
 
-TEST(GltfPointer, BooleanByFloatsIsRefused) {
+TEST(GltfPointer, RefusesABooleanOutputAsFloats) {
   core::GlbWriter writer;
   add_triangle(writer, "", R"("extensions":{"KHR_node_visibility":{}})");
   animate(writer, {"/nodes/0/extensions/KHR_node_visibility/visible", {0, 1}, "SCALAR", "STEP"});
@@ -126,8 +126,8 @@ TEST(GltfPointer, BooleanByFloatsIsRefused) {
                   "/animations/0/channels/0/target/extensions/KHR_animation_pointer/pointer");
 }
 
-TEST(GltfPointer, ValueStaysInItsRange) {
-  // The spline leaves [0, 1] between its keys: tangents of 100.
+TEST(GltfPointer, ClampsValuesToTheirRange) {
+  // The spline exceeds [0, 1] between its keys: tangents of 100.
   const auto scene = at_two_seconds({"/materials/0/pbrMetallicRoughness/roughnessFactor",
                                      {0, 1, 100, -100, 1, 0},
                                      "SCALAR",
@@ -136,7 +136,7 @@ TEST(GltfPointer, ValueStaysInItsRange) {
   EXPECT_EQ(scene->materials[0].roughness, 1);
 }
 
-TEST(GltfPointer, SetsOneMorphTargetsWeight) {
+TEST(GltfPointer, AnimatesOneMorphTargetWeight) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int lift = accessor(writer, std::vector<float>{0, 0, 2, 0, 0, 2, 0, 0, 2}, kF32, "VEC3", 3);
@@ -150,7 +150,7 @@ TEST(GltfPointer, SetsOneMorphTargetsWeight) {
   EXPECT_EQ(only_primitive(load(writer, options)).positions.at(0).z, 1);
 }
 
-TEST(GltfPointer, WhatMayNotChangeIsLeftWithAWarning) {
+TEST(GltfPointer, WarnsAboutImmutableProperties) {
   for (const char* pointer :
        {"/materials/0/doubleSided", "/nodes/0/mesh", "/materials/0/extras/x", "/asset/version",
         "/materials/0/pbrMetallicRoughness", "/accessors/0/count", "", "no pointer",
@@ -164,7 +164,7 @@ TEST(GltfPointer, WhatMayNotChangeIsLeftWithAWarning) {
 }
 
 // "The JSON Pointer MUST point to a property defined in the asset."
-TEST(GltfPointer, WhatTheFileDoesNotHaveIsRefused) {
+TEST(GltfPointer, RefusesAMissingProperty) {
   for (const char* pointer :
        {"/materials/1/alphaCutoff", "/materials/-1/alphaCutoff", "/materials/00/alphaCutoff",
         "/materials/99999999999999999999/alphaCutoff", "/materials/0/normalTexture/scale",
@@ -175,13 +175,13 @@ TEST(GltfPointer, WhatTheFileDoesNotHaveIsRefused) {
   }
 }
 
-TEST(GltfPointer, OutputOfAnotherShapeIsRefused) {
+TEST(GltfPointer, RefusesAnOutputOfAnotherShape) {
   expect_error_at(at_two_seconds({"/materials/0/alphaCutoff", {0, 1, 2, 3}, "VEC2"}),
                   "/animations/0/channels/0");
 }
 
 // "The animation channel `node` property MUST NOT be set."
-TEST(GltfPointer, NodeBesideAPointerIsRefused) {
+TEST(GltfPointer, RefusesANodeInAdditionToAPointer) {
   core::GlbWriter writer;
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{1, 3}, kF32, "SCALAR", 1);
@@ -193,7 +193,7 @@ TEST(GltfPointer, NodeBesideAPointerIsRefused) {
 }
 
 // "The same property MUST NOT be targeted more than once in one animation"
-TEST(GltfPointer, SamePropertyTwiceIsRefused) {
+TEST(GltfPointer, RefusesTheSamePropertyTwice) {
   core::GlbWriter writer;
   add_triangle(writer);
   const int times = accessor(writer, std::vector<float>{1, 3}, kF32, "SCALAR", 1);
@@ -206,7 +206,7 @@ TEST(GltfPointer, SamePropertyTwiceIsRefused) {
   expect_error_at(load(writer), "/animations/0/channels/1/target");
 }
 
-TEST(GltfPointer, LaterAnimationOfTheSameIsLeftOut) {
+TEST(GltfPointer, IgnoresALaterAnimationOfTheSameProperty) {
   core::GlbWriter writer;
   writer.add("materials", R"({"alphaMode":"MASK"})");
   add_triangle(writer, "\"material\":0");
@@ -218,7 +218,7 @@ TEST(GltfPointer, LaterAnimationOfTheSameIsLeftOut) {
   ASSERT_EQ(scene->warnings.size(), 1U);
 }
 
-TEST(GltfPointer, SamplerThatIsNotThereIsRefused) {
+TEST(GltfPointer, RefusesAMissingSampler) {
   core::GlbWriter writer;
   writer.add("materials", "{}");
   add_triangle(writer, "\"material\":0");

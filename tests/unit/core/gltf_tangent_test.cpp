@@ -12,21 +12,21 @@ using core::Vec4;
 
 Vec3 xyz(Vec4 v) { return {v.x, v.y, v.z}; }
 
-// A square in the plane z = 0 whose picture stands upright.
+// A square in the plane z = 0 with an upright texture.
 PrimitiveDescription square() { return core::quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}); }
 
-TEST(TangentSpace, UprightPictureHasItsTangentToTheRightAndItsBitangentUp) {
+TEST(TangentSpace, UprightTextureHasItsTangentToTheRightAndItsBitangentUp) {
   PrimitiveDescription p = square();
   core::make_tangents(p, 0);
   ASSERT_EQ(p.tangents.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(p.tangents[i].x, 1, 1e-6);
     const Vec3 bitangent = core::cross(p.normals[i], xyz(p.tangents[i])) * p.tangents[i].w;
-    EXPECT_NEAR(bitangent.y, 1, 1e-6);  // v falls upwards
+    EXPECT_NEAR(bitangent.y, 1, 1e-6);  // v decreases upwards
   }
 }
 
-TEST(TangentSpace, MirroredPictureTurnsTheTangentAndTheSign) {
+TEST(TangentSpace, MirroredTextureReversesTheTangentAndTheSign) {
   PrimitiveDescription p = square();
   p.uv[0] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
   core::make_tangents(p, 0);
@@ -35,8 +35,8 @@ TEST(TangentSpace, MirroredPictureTurnsTheTangentAndTheSign) {
 }
 
 TEST(TangentSpace, SeamOfAMirrorSplitsItsVertices) {
-  // Two squares beside each other that show one picture and its mirror image: the shared edge
-  // agrees in position, normal and uv, but not in handedness.
+  // Two adjacent squares that show a texture and its mirror image: the shared edge agrees in
+  // position, normal and uv, but not in handedness.
   PrimitiveDescription p;
   p.positions = {{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, {-1, 1, 0}, {1, 0, 0}, {1, 1, 0}};
   p.normals.assign(6, {0, 0, 1});
@@ -65,8 +65,8 @@ TEST(TangentSpace, TangentsOfASphereFollowItsParallels) {
 }
 
 TEST(TangentSpace, AverageIsWeightedByTheAngle) {
-  // Around the origin: a face of 90 degrees whose u grows along x, and one of 45 degrees whose u
-  // grows along (1, 1): their texture coordinates agree on the common edge.
+  // Around the origin: a face of 90 degrees whose u increases along x, and one of 45 degrees whose
+  // u increases along (1, 1): their texture coordinates agree on the common edge.
   PrimitiveDescription p;
   p.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 1, 0}};
   p.normals.assign(4, {0, 0, 1});
@@ -83,7 +83,7 @@ TEST(TangentSpace, AverageIsWeightedByTheAngle) {
   EXPECT_NEAR(p.tangents.at(p.indices[0]).y, expected.y, 1e-5);
 }
 
-TEST(TangentSpace, FlatPrimitiveGetsNormalsAndOwnVertices) {
+TEST(TangentSpace, FlatPrimitiveGetsNormalsAndSeparateVertices) {
   PrimitiveDescription p = square();
   p.normals.clear();
   core::make_tangents(p, 0);
@@ -91,7 +91,7 @@ TEST(TangentSpace, FlatPrimitiveGetsNormalsAndOwnVertices) {
   EXPECT_EQ(p.normals[0], (Vec3{0, 0, 1}));
 }
 
-TEST(TangentSpace, TriangleWithoutTextureAreaGetsAUsableTangent) {
+TEST(TangentSpace, TriangleWithoutTextureAreaGetsAValidTangent) {
   PrimitiveDescription p = square();
   p.uv[0].assign(4, {0.5F, 0.5F});
   core::make_tangents(p, 0);
@@ -102,14 +102,14 @@ TEST(TangentSpace, TriangleWithoutTextureAreaGetsAUsableTangent) {
   }
 }
 
-TEST(TangentSpace, DegenerateTriangleTakesItsNeighboursTangent) {
+TEST(TangentSpace, DegenerateTriangleUsesTheTangentOfItsNeighbour) {
   PrimitiveDescription p = square();
   p.indices.insert(p.indices.end(), {0, 1, 1});
   core::make_tangents(p, 0);
   EXPECT_EQ(p.positions.size(), 4U);
 }
 
-TEST(TangentSpace, NothingHappensWithoutTextureCoordinates) {
+TEST(TangentSpace, HasNoEffectWithoutTextureCoordinates) {
   PrimitiveDescription p = square();
   p.uv[0].clear();
   core::make_tangents(p, 0);

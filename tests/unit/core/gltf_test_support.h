@@ -38,14 +38,14 @@ inline const std::vector<float>& triangle_positions() {
 
 inline std::string number(int value) { return std::to_string(value); }
 
-/// A mesh of one primitive with these members, and a node that shows it.
+/// Adds a mesh of one primitive with these members, and a node with it.
 inline void add_primitive(core::GlbWriter& writer, const std::string& members,
                           const std::string& node = "") {
   const int mesh = writer.add("meshes", "{\"primitives\":[{" + members + "}]}");
   writer.add("nodes", "{\"mesh\":" + number(mesh) + (node.empty() ? "" : "," + node) + "}");
 }
 
-/// A triangle in the plane z = 0 without indices; its primitive gets `more` members.
+/// Adds a triangle in the plane z = 0 without indices; its primitive gets `more` members.
 inline void add_triangle(core::GlbWriter& writer, const std::string& more = "",
                          const std::string& node = "") {
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
@@ -68,7 +68,7 @@ inline core::Result<core::SceneDescription> load_json(const std::string& json,
   return core::load_gltf(std::as_bytes(std::span(json)), resolve, {});
 }
 
-/// A GLB of a material with these members on one triangle.
+/// Loads a GLB of one triangle whose material has these members.
 inline core::Result<core::SceneDescription> load_material(const std::string& members) {
   core::GlbWriter writer;
   writer.add("materials", "{" + members + "}");
@@ -76,7 +76,7 @@ inline core::Result<core::SceneDescription> load_material(const std::string& mem
   return load(writer);
 }
 
-/// The only primitive of a scene; fails the test when there is none.
+/// Returns the only primitive of a scene; fails the test if there is none.
 inline core::PrimitiveDescription only_primitive(
     const core::Result<core::SceneDescription>& scene) {
   if (!scene) {

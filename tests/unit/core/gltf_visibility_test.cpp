@@ -1,4 +1,4 @@
-// KHR_node_visibility; the sentences in quotes are the extension's.
+// KHR_node_visibility; quotations are from the extension.
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {
@@ -10,7 +10,7 @@ constexpr const char* kShown = R"("extensions":{"KHR_node_visibility":{"visible"
 
 // "A value of `false` causes all nodes below in the hierarchy to be omitted from display, even any
 // nodes below that have a value of `true`."
-TEST(GltfVisibility, HidesANodeAndAllBelow) {
+TEST(GltfVisibility, HidesANodeAndItsDescendants) {
   core::GlbWriter writer;
   add_triangle(writer, "", std::string(kHidden) + ",\"children\":[1]");
   writer.add("nodes", R"({"children":[2]})");
@@ -22,7 +22,7 @@ TEST(GltfVisibility, HidesANodeAndAllBelow) {
 }
 
 // "default: `true`"
-TEST(GltfVisibility, IsTrueUnlessSaidOtherwise) {
+TEST(GltfVisibility, IsTrueByDefault) {
   core::GlbWriter writer;
   add_triangle(writer, "", R"("extensions":{"KHR_node_visibility":{}})");
   add_triangle(writer, "", kShown);
@@ -33,7 +33,7 @@ TEST(GltfVisibility, IsTrueUnlessSaidOtherwise) {
 
 // "all its visual features including but not limited to meshes, light sources [...] are not
 // rendered. Visibility affects neither cameras, ..."
-TEST(GltfVisibility, HidesLightsAndNoCameras) {
+TEST(GltfVisibility, HidesLightsButNotCameras) {
   core::GlbWriter writer;
   add_triangle(writer);
   writer.set("extensions", R"({"KHR_lights_punctual":{"lights":[{"type":"point"}]}})");

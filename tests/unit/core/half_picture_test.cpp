@@ -1,4 +1,4 @@
-// What a half knows of its noise where particles are splatted onto it.
+// Variance estimates of a half of an image with splatted particles.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -13,14 +13,14 @@ using test_support::Random;
 
 constexpr int kSide = 64;
 constexpr int kSamples = 16;             ///< of a half
-constexpr double kSplatVariance = 0.01;  ///< over the light
-constexpr double kEdgeVariance = 0.25;   ///< of a sample, over the square of the light
+constexpr double kSplatVariance = 0.01;  ///< relative to the squared signal
+constexpr double kEdgeVariance = 0.25;   ///< of a sample, relative to the squared signal
 constexpr double kVarianceBeside = 0.0001;
 
 double light_at(int x) { return 0.5 + 0.5 * x / kSide; }
 bool is_edge(int x) { return x == 10 || x == 11; }
 
-/// Camera paths alone have a spread: hardly any, but for an edge. Splats bring noise everywhere.
+/// Camera paths have variance only at an edge. Splats add noise everywhere.
 FilmSnapshot splatted() {
   FilmSnapshot film;
   film.rect = {0, 0, kSide, kSide};
@@ -41,7 +41,7 @@ FilmSnapshot splatted() {
   return film;
 }
 
-/// Mean over a column of the variance of the half's mean, a channel.
+/// Mean over a column of the variance of the half's mean, per channel.
 double variance_at(const FilmSnapshot& film, int x) {
   const core::HalfPicture half = core::half_picture(film, 0);
   double sum = 0;
@@ -51,7 +51,7 @@ double variance_at(const FilmSnapshot& film, int x) {
   return sum / kSide / 3;
 }
 
-TEST(HalfPicture, SplatsHaveTheVarianceOfCountsAndEdgesThatOfTheirSpread) {
+TEST(HalfPicture, SplatsHaveTheVarianceOfCountsAndEdgesThatOfSamples) {
   FilmSnapshot film = splatted();
   const double beside = variance_at(film, 40) / (kSplatVariance * light_at(40));
   EXPECT_GT(beside, 0.5);
@@ -59,7 +59,7 @@ TEST(HalfPicture, SplatsHaveTheVarianceOfCountsAndEdgesThatOfTheirSpread) {
   const double of_edge = kEdgeVariance / kSamples * light_at(10) * light_at(10);
   EXPECT_GT(variance_at(film, 10) / of_edge, 0.5);
   EXPECT_LT(variance_at(film, 10) / of_edge, 2);
-  film.has_splats = false;  // planted: splats' noise is taken for that of the camera's paths
+  film.has_splats = false;  // planted fault: treats the noise of splats as that of camera paths
   EXPECT_GT(variance_at(film, 10) / of_edge, 10);
 }
 

@@ -1,5 +1,5 @@
-// Light profiles: intensities against values computed by hand, their integral against closed forms,
-// and EXT_lights_ies; the sentences in quotes are the extension's.
+// IES light profiles: intensities against values computed by hand, their integral against closed
+// forms, and EXT_lights_ies; quotations are from the extension.
 #include "core/scene_io/ies.h"
 
 #include <cmath>
@@ -64,7 +64,7 @@ TEST(IesProfile, CandelaAreBilinearAndScaled) {
   EXPECT_EQ(p.candela(towards(180, 0)), 0);
 }
 
-TEST(IesProfile, TheBallastLampFactorCountsUpToLm63Of1991) {
+TEST(IesProfile, BallastLampFactorCountsUpToLm63Of1991) {
   for (const char* standard : {"IESNA91", "[TEST] a file of 1986 begins with its labels"}) {
     const IesProfile p = profile(file(1, {0, 180}, {0}, {100, 100}, {2, 0.5, 0.7}, standard));
     EXPECT_NEAR(p.candela({0, 1, 0}), 70, kNear) << standard;
@@ -75,7 +75,7 @@ TEST(IesProfile, TheBallastLampFactorCountsUpToLm63Of1991) {
   }
 }
 
-/// At 90 degrees the planes shine by these; at 0 none does.
+/// The intensities of the planes at 90 degrees; at 0 they are zero.
 IesProfile planes(const std::vector<double>& horizontal, const std::vector<double>& candela) {
   std::vector<double> values;
   for (const double c : candela) {
@@ -84,7 +84,7 @@ IesProfile planes(const std::vector<double>& horizontal, const std::vector<doubl
   return profile(file(1, {0, 90}, horizontal, values));
 }
 
-TEST(IesProfile, SymmetriesOfTypeCAreUnfolded) {
+TEST(IesProfile, UnfoldsSymmetriesOfTypeC) {
   struct Expected {
     double degrees;
     double candela;
@@ -102,7 +102,7 @@ TEST(IesProfile, SymmetriesOfTypeCAreUnfolded) {
        {{90, 10}, {135, 20}, {180, 30}, {270, 50}, {0, 30}, {315, 40}, {45, 20}}},
       {planes({0, 90, 180, 270, 360}, {10, 30, 50, 70, 10}),
        {{0, 10}, {45, 20}, {180, 50}, {225, 60}, {270, 70}, {315, 40}}},
-      {planes({0, 90, 180, 270}, {10, 30, 50, 70}),  // "360" is left out
+      {planes({0, 90, 180, 270}, {10, 30, 50, 70}),  // without 360
        {{0, 10}, {45, 20}, {225, 60}, {315, 40}}},
   };
   for (const Case& c : cases) {
@@ -113,9 +113,9 @@ TEST(IesProfile, SymmetriesOfTypeCAreUnfolded) {
   }
 }
 
-/// "the horizontal angles are specified in clockwise order": with +x upwards and the light aimed
-/// along -z, +y is on the left of it.
-TEST(IesProfile, TypesAAndBHaveTheirPolesUpAndAside) {
+/// "the horizontal angles are specified in clockwise order": with +x up and the light aimed along
+/// -z, +y is on its left.
+TEST(IesProfile, TypesAAndBHaveVerticalAndHorizontalPoles) {
   const std::vector<double> both = {-90, 0, 90};
   // Rows are horizontal angles, columns vertical ones.
   const std::vector<double> candela = {1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -128,13 +128,13 @@ TEST(IesProfile, TypesAAndBHaveTheirPolesUpAndAside) {
     EXPECT_NEAR(p.candela(normalize(Vec3{0, 1, -1})), 3.5, kNear);
     EXPECT_EQ(p.candela(normalize(Vec3{0, 0.1F, 1})), 0);
   }
-  // Up by 45 and right by 45, in either order.
+  // 45 degrees up and 45 degrees right, in either order.
   const float h = std::sqrt(0.5F);
   EXPECT_NEAR(profile(file(3, both, both, candela)).candela({h, -0.5F, -0.5F}), 7, kNear);
   EXPECT_NEAR(profile(file(2, both, both, candela)).candela({0.5F, -h, -0.5F}), 7, kNear);
 }
 
-TEST(IesProfile, TypesAAndBMayHaveTheRightHalfAlone) {
+TEST(IesProfile, TypesAAndBMayStoreOnlyTheRightHalf) {
   for (const int type : {2, 3}) {
     const IesProfile p = profile(file(type, {-90, 90}, {0, 90}, {10, 10, 30, 30}));
     EXPECT_NEAR(p.candela(normalize(Vec3{0, 1, -1})), 20, kNear);
@@ -152,7 +152,7 @@ TEST(IesProfile, LumensAreTheIntegralOfTheIntensity) {
     const auto p = profile(file(type, {-90, 90}, {-90, 90}, {8, 8, 8, 8}));
     EXPECT_NEAR(p.lumens(), 8 * 2 * kPi, 1e-4);
   }
-  // A cosine in steps of a degree, whose chords are below it by 1 / 12 of the step's square.
+  // A cosine in steps of a degree; its chords are lower by 1 / 12 of the squared step.
   std::vector<double> angles;
   std::vector<double> cosines;
   for (int i = 0; i <= 90; ++i) {
@@ -164,7 +164,7 @@ TEST(IesProfile, LumensAreTheIntegralOfTheIntensity) {
               2e-2);
 }
 
-TEST(IesProfile, LumensOfUnevenPlanesAreThoseOfASumOverDirections) {
+TEST(IesProfile, LumensOfIrregularPlanesEqualASumOverDirections) {
   for (const int type : {1, 2, 3}) {
     const IesProfile p =
         type == 1 ? profile(file(1, {20, 60, 110}, {0, 30, 180}, {1, 5, 0, 7, 2, 9, 3, 3, 8}))
@@ -179,19 +179,19 @@ TEST(IesProfile, LumensOfUnevenPlanesAreThoseOfASumOverDirections) {
           p.candela({static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
                      static_cast<float>(z)}));
     }
-    // The edge of the light is on a side of 1 / 1000.
+    // The edge of the light crosses cells of side 1 / 1000.
     EXPECT_NEAR(p.lumens(), sum * 4 * kPi / (kSide * kSide), 2e-3 * p.lumens()) << type;
   }
 }
 
-TEST(IesProfile, ReachesAsFarAsItShines) {
+TEST(IesProfile, ReportsTheExtentOfItsLight) {
   EXPECT_NEAR(profile(file(1, {0, 20, 40, 90}, {0}, {9, 9, 0, 0})).cos_reach(),
               std::cos(40 * kPi / 180), 1e-6);
   EXPECT_NEAR(profile(file(1, {0, 180}, {0}, {1, 1})).cos_reach(), -1, 1e-6);
   EXPECT_NEAR(profile(file(2, {-30, 30}, {-90, 0, 90}, {0, 0, 1, 1, 0, 0})).cos_reach(), 0, 1e-6);
 }
 
-TEST(IesFile, TiltIsReadOverWithAWarning) {
+TEST(IesFile, SkipsTiltWithAWarning) {
   std::string text = file(1, {0, 180}, {0}, {100, 100});
   text.replace(text.find("TILT=NONE"), 9, "TILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8");
   std::vector<std::string> warnings;
@@ -202,13 +202,13 @@ TEST(IesFile, TiltIsReadOverWithAWarning) {
   EXPECT_NE(warnings[0].find("TILT"), std::string::npos);
 }
 
-TEST(IesFile, CommasAndEndsOfLinesOfDosSeparateNumbers) {
+TEST(IesFile, AcceptsCommasAndDosLineEndings) {
   const IesProfile p = profile(
       "IES:LM-63-2019\r\nTILT=NONE\r\n1,-1,+1,2,1,1,2,0,0,0\r\n1,1,10\r\n0,180\r\n0\r\n5e1,50\r\n");
   EXPECT_NEAR(p.candela({1, 0, 0}), 50, kNear);
 }
 
-TEST(IesFile, SaysWhatIsWrongAndWhere) {
+TEST(IesFile, ReportsErrorsWithTheirPosition) {
   const auto message = [](const std::string& text) {
     std::vector<std::string> warnings;
     const auto read = core::read_ies(text, warnings);
@@ -253,7 +253,7 @@ TEST(IesFile, SaysWhatIsWrongAndWhere) {
   }
 }
 
-/// A scene with a light profile and a node that has it.
+/// Adds a light profile and a node that uses it to a scene.
 void add_lit(core::GlbWriter& writer, const std::string& profile_json, const std::string& use,
              const std::string& node = "") {
   add_triangle(writer);
@@ -299,8 +299,8 @@ TEST(GltfLightProfiles, AreScaledAndTinted) {
 
 /// "The light will inherit the transform of the node ... The light's intensity is unaffected by the
 /// node's global scale."
-TEST(GltfLightProfiles, TurnWithTheNodeAndAreNotScaledByIt) {
-  // By 90 degrees about y: -z becomes -x, and x becomes -z.
+TEST(GltfLightProfiles, RotateWithTheNodeButAreNotScaledByIt) {
+  // Rotated by 90 degrees about y: -z becomes -x, and x becomes -z.
   core::GlbWriter writer;
   add_lit_by_view(writer, R"("light":0)",
                   R"("rotation":[0,0.70710678,0,0.70710678],"scale":[3,3,3],)");
@@ -322,7 +322,7 @@ TEST(GltfLightProfiles, TurnWithTheNodeAndAreNotScaledByIt) {
               7, kNear);
 }
 
-TEST(GltfLightProfiles, ComeAsSideFilesToo) {
+TEST(GltfLightProfiles, LoadFromExternalFiles) {
   core::GlbWriter writer;
   add_lit(writer, R"({"uri":"a%20lamp.ies"})", R"("light":0)");
   const auto separate = writer.finish_separate("a.bin");
@@ -344,7 +344,7 @@ TEST(GltfLightProfiles, ComeAsSideFilesToo) {
   EXPECT_NE(missing.error().message.find("a lamp.ies"), std::string::npos);
 }
 
-TEST(GltfLightProfiles, BrokenOnesAreRefusedAtTheirPlace) {
+TEST(GltfLightProfiles, RefusesBrokenOnesWithTheirPath) {
   const std::string data = R"("uri":"data:application/x-ies-lm-63,TILT=NONE")";
   const auto error_at = [](const std::string& profile_json, const std::string& use,
                            const std::string& where) {

@@ -21,7 +21,7 @@ const core::ImageFormat& format(std::string_view extension) {
       return f;
     }
   }
-  ADD_FAILURE() << "no format " << extension;
+  ADD_FAILURE() << "missing format " << extension;
   return core::image_formats()[0];
 }
 
@@ -66,7 +66,7 @@ TEST_P(EachFormat, IsDetectedByItsFirstBytes) {
   EXPECT_EQ(core::image_kind(encoded(ramp(4, 4, {"R", "G", "B"}), GetParam())), GetParam());
 }
 
-TEST_P(EachFormat, HeaderTellsTheSizeWithoutPixels) {
+TEST_P(EachFormat, ReadsTheSizeFromTheHeader) {
   const auto header = core::read_image_header(encoded(ramp(17, 9, {"R", "G", "B"}), GetParam()));
   ASSERT_TRUE(header);
   EXPECT_EQ(header->width, 17);
@@ -74,7 +74,7 @@ TEST_P(EachFormat, HeaderTellsTheSizeWithoutPixels) {
   EXPECT_TRUE(header->bytes.empty());
 }
 
-TEST_P(EachFormat, CutFilesEndInAResult) {
+TEST_P(EachFormat, TruncatedFilesGiveAResult) {
   const Bytes whole = encoded(ramp(8, 8, {"R", "G", "B"}), GetParam());
   for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 200) {
     const auto image = core::decode_image(std::span(whole).first(size), {});
@@ -84,21 +84,21 @@ TEST_P(EachFormat, CutFilesEndInAResult) {
   }
 }
 
-TEST_P(EachFormat, SideLimitIsKept) {
+TEST_P(EachFormat, EnforcesTheSideLimit) {
   const auto image =
       core::decode_image(encoded(ramp(40, 8, {"R", "G", "B"}), GetParam()), {.side_max = 39});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
-TEST_P(EachFormat, ByteLimitIsKept) {
+TEST_P(EachFormat, EnforcesTheByteLimit) {
   const auto image = core::decode_image(encoded(ramp(40, 8, {"R", "G", "B"}), GetParam()),
                                         {.decoded_bytes_max = 40 * 8 * 3 - 1});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
-TEST_P(EachFormat, SamePictureGivesTheSameBytes) {
+TEST_P(EachFormat, SameImageGivesTheSameBytes) {
   core::EncodeOptions options;
   options.metadata = {{"tessera:seed", "7"}};
   const core::FloatImage image = ramp(16, 16, {"R", "G", "B"});
@@ -109,14 +109,14 @@ INSTANTIATE_TEST_SUITE_P(ImageIo, EachFormat,
                          testing::Values("png", "jpg", "webp", "exr", "hdr", "tif"),
                          [](const auto& test) { return test.param; });
 
-TEST(ImageRead, UnknownBytesAreRefused) {
+TEST(ImageRead, RefusesUnknownBytes) {
   const Bytes rubbish(100, std::byte{42});
   const auto image = core::decode_image(rubbish, {});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, core::ErrorCode::kInvalidArgument);
 }
 
-TEST(ImageRead, HugePngIsRefusedByItsHeader) {
+TEST(ImageRead, RefusesAHugePngByItsHeader) {
   Bytes file = encoded(ramp(4, 4, {"R", "G", "B"}), "png");
   file[18] = std::byte{0x7F};  // width 0x7F04 and more
   const auto image = core::decode_image(file, {});
@@ -124,7 +124,7 @@ TEST(ImageRead, HugePngIsRefusedByItsHeader) {
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
-TEST(ImageRead, ExrThatClaimsMillionsOfLinesIsRefusedByItsHeader) {
+TEST(ImageRead, RefusesAnExrOfMillionsOfLinesByItsHeader) {
   Bytes file = encoded(ramp(4, 4, {"R", "G", "B"}), "exr");
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   // Name, type "box2i", size 16, then x and y of the first and of the last pixel.
@@ -134,19 +134,19 @@ TEST(ImageRead, ExrThatClaimsMillionsOfLinesIsRefusedByItsHeader) {
   EXPECT_FALSE(core::read_image_header(file).has_value());
 }
 
-TEST(ImageRead, ExrAttributeThatIsTooShortForItsTypeIsRefused) {
-  // OpenEXR reads 16 bytes of a window whatever size the file gives, and takes what follows for the
-  // next attribute, with a size of gigabytes.
+TEST(ImageRead, RefusesAnExrAttributeTooShortForItsType) {
+  // OpenEXR always reads 16 bytes of a window, regardless of the size in the file, and interprets
+  // the following bytes as the next attribute, with a size of gigabytes.
   Bytes file = encoded(ramp(4, 4, {"R", "G", "B"}), "exr");
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   file[text.find("displayWindow") + sizeof("displayWindow") + sizeof("box2i")] = std::byte{2};
   EXPECT_FALSE(core::decode_image(file, {}).has_value());
 }
 
-TEST(ImageRead, PngKeepsColorBesideAlpha) {
+TEST(ImageRead, PngKeepsColorWithAlpha) {
   core::EncodeOptions data;
   data.is_color = false;
-  // Unassociated in the file: colour 1 at alpha 0.2 comes back as 255, 51.
+  // Unassociated in the file: colour 1 at alpha 0.2 is returned as 255, 51.
   const core::Image image =
       decoded(encoded({1, 1, {"R", "G", "B", "A"}, {0.2F, 0.1F, 0, 0.2F}}, "png", data));
   ASSERT_EQ(image.bytes.size(), 4U);
@@ -155,7 +155,7 @@ TEST(ImageRead, PngKeepsColorBesideAlpha) {
   EXPECT_EQ(std::to_integer<int>(image.bytes[3]), 51);
 }
 
-TEST(ImageWrite, SrgbCurveIsAppliedToColor) {
+TEST(ImageWrite, AppliesTheSrgbCurveToColor) {
   // 0.5 linear is 188 of 255 in sRGB.
   const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {0.5F, 1, 0}}, "png"));
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(0)), 188);
@@ -163,7 +163,7 @@ TEST(ImageWrite, SrgbCurveIsAppliedToColor) {
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(2)), 0);
 }
 
-TEST(ImageWrite, ExposureCountsInStops) {
+TEST(ImageWrite, ExposureIsInStops) {
   core::EncodeOptions options;
   options.exposure_stops = 1;
   const core::Image image =
@@ -171,7 +171,7 @@ TEST(ImageWrite, ExposureCountsInStops) {
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(0)), 188);
 }
 
-TEST(ImageWrite, DataIsNotMapped) {
+TEST(ImageWrite, DoesNotToneMapData) {
   core::EncodeOptions options;
   options.is_color = false;
   options.exposure_stops = 3;
@@ -182,37 +182,37 @@ TEST(ImageWrite, DataIsNotMapped) {
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(2)), 255);
 }
 
-TEST(ImageWrite, NotANumberIsBlackInDisplayFormats) {
+TEST(ImageWrite, NanIsBlackInDisplayFormats) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {nan, nan, 1}}, "png"));
   EXPECT_EQ(std::to_integer<int>(image.bytes.at(0)), 0);
 }
 
-TEST(ImageWrite, NotANumberStaysInExr) {
+TEST(ImageWrite, ExrKeepsNan) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {nan, 2, 3}}, "exr"));
   EXPECT_TRUE(std::isnan(float_at(image, 0)));
   EXPECT_EQ(float_at(image, 1), 2);
 }
 
-TEST(ImageWrite, ExrColorIsHeldWithinHalf) {
+TEST(ImageWrite, ExrClampsColorToHalf) {
   const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {1e6F, -1e6F, 1}}, "exr"));
   EXPECT_EQ(float_at(image, 0), 65504);
   EXPECT_EQ(float_at(image, 1), -65504);
 }
 
-TEST(ImageWrite, ExrDepthKeepsAllItsBits) {
+TEST(ImageWrite, ExrKeepsAllBitsOfDepth) {
   const core::Image image = decoded(encoded({1, 1, {"depth.Z"}, {1.00000012F}}, "exr"));
   EXPECT_EQ(float_at(image, 0), 1.00000012F);
 }
 
-TEST(ImageWrite, ExrTakesManyLayers) {
+TEST(ImageWrite, ExrSupportsManyLayers) {
   const core::FloatImage layers =
       ramp(3, 2, {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "depth.Z", "normal.X"});
   EXPECT_EQ(decoded(encoded(layers, "exr")).width, 3);
 }
 
-TEST(ImageWrite, PngCarriesItsMetadata) {
+TEST(ImageWrite, PngStoresItsMetadata) {
   core::EncodeOptions options;
   options.metadata = {{"tessera:seed", "4711"}};
   const Bytes file = encoded(ramp(2, 2, {"R", "G", "B"}), "png", options);
@@ -221,7 +221,7 @@ TEST(ImageWrite, PngCarriesItsMetadata) {
   EXPECT_NE(text.find("4711"), std::string_view::npos);
 }
 
-TEST(ImageWrite, ExrCarriesItsMetadata) {
+TEST(ImageWrite, ExrStoresItsMetadata) {
   core::EncodeOptions options;
   options.metadata = {{"tessera:seed", "4711"}};
   const Bytes file = encoded(ramp(2, 2, {"R", "G", "B"}), "exr", options);
@@ -230,29 +230,29 @@ TEST(ImageWrite, ExrCarriesItsMetadata) {
   EXPECT_NE(text.find("4711"), std::string_view::npos);
 }
 
-TEST(ImageWrite, GreyPicturesStayGrey) {
+TEST(ImageWrite, GreyImagesStayGrey) {
   EXPECT_EQ(decoded(encoded(ramp(2, 2, {"Y"}), "png")).channels, 1);
 }
 
-TEST(ImageWrite, GreyWebpIsWrittenAsRgb) {
+TEST(ImageWrite, WritesGreyWebpAsRgb) {
   EXPECT_EQ(decoded(encoded(ramp(8, 8, {"Y"}), "webp")).channels, 3);
 }
 
-TEST(ImageWrite, WebpBeyondItsLargestSideIsAnError) {
+TEST(ImageWrite, RefusesWebpBeyondItsLargestSide) {
   EXPECT_FALSE(core::encode_image(ramp(16384, 1, {"R", "G", "B"}), format("webp"), {}).has_value());
 }
 
-TEST(ImageWrite, JpegLeavesAlphaOut) {
+TEST(ImageWrite, JpegOmitsAlpha) {
   EXPECT_EQ(decoded(encoded(ramp(8, 8, {"R", "G", "B", "A"}), "jpg")).channels, 3);
 }
 
-TEST(ImageWrite, WrongNumberOfValuesIsAnError) {
+TEST(ImageWrite, RefusesAWrongNumberOfValues) {
   core::FloatImage image = ramp(4, 4, {"R", "G", "B"});
   image.values.pop_back();
   EXPECT_FALSE(core::encode_image(image, format("png"), {}).has_value());
 }
 
-TEST(White, IsBehindWhatIsTransparentWhereTheFormatHasNoAlpha) {
+TEST(White, FillsTransparentPixelsIfTheFormatHasNoAlpha) {
   const core::FloatImage nothing{8, 8, {"R", "G", "B", "A"}, std::vector<float>(256, 0)};
   EXPECT_EQ(std::to_integer<int>(decoded(encoded(nothing, "jpg")).bytes[0]), 255);
   EXPECT_FLOAT_EQ(float_at(decoded(encoded(nothing, "hdr")), 0), 1);

@@ -1,4 +1,4 @@
-// The rows of the integrator registry, each rendered small.
+// The rows of the integrator registry, each rendered at a small size.
 #include <cmath>
 #include <memory>
 #include <string>
@@ -24,7 +24,7 @@ core::View cornell_view(std::string_view integrator, int max_depth) {
   return view;
 }
 
-/// Largest difference of a pixel's channel, over 1 or the pixel's own value.
+/// Largest difference of a pixel's channel, relative to the larger of 1 and the pixel's value.
 float largest_difference(const Picture& a, const Picture& b) {
   float most = 0;
   for (std::size_t p = 0; p < a.snapshot.pixel_count(); ++p) {
@@ -47,7 +47,7 @@ TEST(Integrators, EveryRowHasASummaryAFactoryAndAKnownBias) {
   EXPECT_EQ(core::find_integrator("no-such-integrator"), nullptr);
 }
 
-TEST(Integrators, FilmsOfEveryRowDoNotDependOnThreads) {
+TEST(Integrators, FilmsOfEveryRowAreIndependentOfThreads) {
   for (const core::IntegratorEntry& row : core::integrators()) {
     const core::View view = cornell_view(row.name, 16);
     EXPECT_EQ(test_support::render(view, 4, 1).film->digest(),
@@ -56,7 +56,7 @@ TEST(Integrators, FilmsOfEveryRowDoNotDependOnThreads) {
   }
 }
 
-TEST(Integrators, ThatDoNotDisperseRefuseScenesWithDispersion) {
+TEST(Integrators, RefuseDispersionUnlessSupported) {
   core::SceneDescription scene = test_support::cornell();
   scene.materials[0].dispersion = 0.1F;
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
@@ -70,15 +70,14 @@ TEST(Integrators, ThatDoNotDisperseRefuseScenesWithDispersion) {
   }
 }
 
-// Both draw the same random numbers and no path ends by roulette, so that pictures differ by
-// rounding alone.
-TEST(Integrators, DirectIsPathAtDepthOne) {
+// Both use the same random numbers and no path ends by roulette, so images differ only by rounding.
+TEST(Integrators, DirectEqualsPathAtDepthOne) {
   const Picture direct = test_support::render(cornell_view("direct", 16), 16);
   EXPECT_LT(largest_difference(direct, test_support::render(cornell_view("path", 1), 16)), 1e-4F);
 }
 
-// The twin: one bounce more is seen.
-TEST(Integrators, DirectIsNotPathAtDepthTwo) {
+// The planted fault: one more bounce is detected.
+TEST(Integrators, DirectDiffersFromPathAtDepthTwo) {
   const Picture direct = test_support::render(cornell_view("direct", 16), 16);
   EXPECT_GT(largest_difference(direct, test_support::render(cornell_view("path", 2), 16)), 0.05F);
 }

@@ -1,5 +1,5 @@
-// Records of irradiance: gradients against finite differences of closed forms, the index against a
-// search through all records.
+// Records of irradiance: gradients against finite differences of closed forms, the index against an
+// exhaustive search.
 #include "core/integrators/irradiance_cache.h"
 
 #include <array>
@@ -31,7 +31,7 @@ Vec3d unit(Vec3d a) {
   return {a.x / l, a.y / l, a.z / l};
 }
 
-/// Irradiance at p with normal n from a polygon of radiance 1 that is all above the horizon.
+/// Irradiance at p with normal n from a polygon of radiance 1 that is entirely above the horizon.
 /// Source: Lambert 1760; PBR 4th ed., section 6.5.4.
 double lambert(const std::vector<Vec3d>& polygon, Vec3d p, Vec3d n) {
   double sum = 0;
@@ -43,17 +43,17 @@ double lambert(const std::vector<Vec3d>& polygon, Vec3d p, Vec3d n) {
   return std::fabs(sum) / 2;
 }
 
-/// A ceiling at height 2 that glows with 1 between x = left and 1 and between y = -1 and 0.5.
+/// A ceiling at height 2 with radiance 1 between x = left and 1 and between y = -1 and 0.5.
 double under_ceiling(double left, Vec3d p, Vec3d n) {
   return lambert({{left, -1, 2}, {1, -1, 2}, {1, 0.5, 2}, {left, 0.5, 2}}, p, n);
 }
 
 constexpr double kAwning = -0.2;
-/// The same with a black awning at height 1 over x < kAwning: its edge hides what is left of the
-/// line through it.
+/// The same with a black awning at height 1 over x < kAwning, which hides the ceiling left of the
+/// line through its edge.
 double under_awning(Vec3d p, Vec3d n) { return under_ceiling(2 * kAwning - p.x, p, n); }
 
-/// What the origin, which faces up, sees.
+/// Radiance and distance from the origin, which faces up.
 HemisphereSample seen(Vec3 d, bool has_awning) {
   constexpr float kNone = std::numeric_limits<float>::infinity();
   if (has_awning && d.x / d.z < static_cast<float>(kAwning)) {
@@ -86,31 +86,32 @@ double off(Vec3 found, Vec3d truth) {
 }
 
 constexpr Vec3d kUp = {0, 0, 1};
-/// 144 rings and 455 sectors: an edge is known to about a cell, 1 % of the patch's width; errors
-/// along it average out.
+/// 144 rings and 455 sectors: the position of an edge is known to about a cell, 1 % of the patch's
+/// width; errors along the edge average out.
 constexpr double kCells = 0.02;
 
-TEST(IrradianceGradients, ByMoveIsTheDerivativeOfTheClosedForm) {
+TEST(IrradianceGradients, TranslationalIsTheDerivativeOfTheClosedForm) {
   const core::HemisphereLight found = light(false);
   const Vec3d truth = differences([](Vec3d p) { return under_ceiling(-1, p, kUp); });
   EXPECT_NEAR(static_cast<double>(found.irradiance.g), under_ceiling(-1, {}, kUp), 0.005);
   EXPECT_LT(off(found.gradients.by_move[1], truth), kCells);
-  // The twin: the sign the other way round.
+  // The planted fault: the opposite sign.
   EXPECT_GT(off(-found.gradients.by_move[1], truth), 1.9);
 }
 
-// What an edge hides changes with its own distance, not with that of what it hides.
-TEST(IrradianceGradients, ByMoveKnowsWhatHides) {
+// The change of occlusion at an edge depends on the distance of the edge, not of the surface behind
+// it.
+TEST(IrradianceGradients, TranslationalAccountsForOccluders) {
   const core::HemisphereLight found = light(true);
   const Vec3d truth = differences([](Vec3d p) { return under_awning(p, kUp); });
   EXPECT_NEAR(static_cast<double>(found.irradiance.g), under_awning({}, kUp), 0.005);
   EXPECT_LT(off(found.gradients.by_move[1], truth), kCells);
-  // The twin: an edge as far as the ceiling.
+  // The planted fault: an edge as far as the ceiling.
   const Vec3d wrong = differences([](Vec3d p) { return under_ceiling(2 * kAwning, p, kUp); });
   EXPECT_GT(off(found.gradients.by_move[1], wrong), 0.2);
 }
 
-TEST(IrradianceGradients, ByTurnIsTheDerivativeOfTheClosedForm) {
+TEST(IrradianceGradients, RotationalIsTheDerivativeOfTheClosedForm) {
   const core::HemisphereLight found = light(false);
   // About the axes x and y.
   const Vec3d truth = differences([](Vec3d angle) {
@@ -120,7 +121,7 @@ TEST(IrradianceGradients, ByTurnIsTheDerivativeOfTheClosedForm) {
   EXPECT_GT(off(-found.gradients.by_turn[1], truth), 1.9);
 }
 
-TEST(IrradianceGradients, EvenLightHasNone) {
+TEST(IrradianceGradients, AreZeroForUniformLight) {
   const core::HemisphereGrid grid(1024);
   const std::vector<HemisphereSample> samples(static_cast<std::size_t>(grid.size()),
                                               {Rgb{1, 2, 3}, 0.5F});
@@ -133,7 +134,7 @@ TEST(IrradianceGradients, EvenLightHasNone) {
   }
 }
 
-TEST(IrradianceGradients, CellsShareTheProjectedHemisphere) {
+TEST(IrradianceGradients, CellsPartitionTheProjectedHemisphere) {
   const core::HemisphereGrid grid(200);
   Vec3 sum;
   float cosine2 = 0;
@@ -157,7 +158,7 @@ core::IrradianceRecord record(Vec3 position, float radius_m, Rgb irradiance = Rg
   return out;
 }
 
-/// Irradiance that grows by a gradient from 2 at the origin.
+/// Irradiance with a constant gradient and the value 2 at the origin.
 constexpr Vec3 kSlope = {0.5F, -0.25F, 0};
 core::IrradianceRecord sloped(Vec3 position, float sign) {
   core::IrradianceRecord out = record(position, 2, Rgb(2 + core::dot(kSlope, position)));
@@ -165,7 +166,7 @@ core::IrradianceRecord sloped(Vec3 position, float sign) {
   return out;
 }
 
-/// Largest error of what is found around four records; along kSlope it is exact with gradients.
+/// Largest interpolation error around four records; along kSlope gradients make it exact.
 float sloped_error(float sign) {
   core::IrradianceCache cache(0.5F);
   cache.insert(std::array{sloped({0, 0, 0}, sign), sloped({1, 0, 0}, sign), sloped({0, 1, 0}, sign),
@@ -181,28 +182,28 @@ float sloped_error(float sign) {
   return worst;
 }
 
-TEST(IrradianceCache, GradientsMakeLinearLightExact) {
+TEST(IrradianceCache, GradientsReproduceLinearIrradiance) {
   EXPECT_LT(sloped_error(1), 1e-5F);
-  // The twins: no gradients, and the sign the other way round.
+  // The planted faults: no gradients, and the opposite sign.
   EXPECT_GT(sloped_error(0), 0.1F);
   EXPECT_GT(sloped_error(-1), 0.2F);
 }
 
-TEST(IrradianceCache, IsEmptyWhereNoRecordIsGood) {
+TEST(IrradianceCache, FindsNothingWithoutAGoodRecord) {
   core::IrradianceCache cache(0.5F);
   EXPECT_FALSE(cache.find({0, 0, 0}, {0, 0, 1}, 0));
   cache.insert(std::array{record({0, 0, 0}, 1)});
   EXPECT_TRUE(cache.find({0.49F, 0, 0}, {0, 0, 1}, 0));
   EXPECT_FALSE(cache.find({0.51F, 0, 0}, {0, 0, 1}, 0));    // error 0.51
-  EXPECT_FALSE(cache.find({0, 0, 0}, {0, 0, 1}, 1));        // paths of another length
+  EXPECT_FALSE(cache.find({0, 0, 0}, {0, 0, 1}, 1));        // paths of another depth
   EXPECT_FALSE(cache.find({0, 0, 0}, {0.8F, 0, 0.6F}, 0));  // error 0.63
   EXPECT_TRUE(cache.find({0.1F, 0, 0.1F}, {0, 0, 1}, 0));
-  EXPECT_FALSE(cache.find({0.1F, 0, -0.1F}, {0, 0, 1}, 0));  // the record lies in front
+  EXPECT_FALSE(cache.find({0.1F, 0, -0.1F}, {0, 0, 1}, 0));  // the record is in front
   EXPECT_TRUE(cache.covers({0.3F, 0, 0}, {0, 0, 1}, 0));
   EXPECT_FALSE(cache.covers({0.4F, 0, 0}, {0, 0, 1}, 0));  // found, but not well covered
 }
 
-TEST(IrradianceCache, IndexFindsWhatASearchThroughAllRecordsDoes) {
+TEST(IrradianceCache, IndexFindsTheSameAsAnExhaustiveSearch) {
   constexpr float kTolerance = 0.4F;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> at(-3, 3);
@@ -241,7 +242,7 @@ TEST(IrradianceCache, IndexFindsWhatASearchThroughAllRecordsDoes) {
   EXPECT_LT(found, 2000);
 }
 
-TEST(IrradianceCache, ARecordIsNoFurtherFromThingsThanItsNeighboursAllow) {
+TEST(IrradianceCache, RadiusIsLimitedByThoseOfNeighbours) {
   core::IrradianceCache cache(0.5F);
   cache.insert(std::array{record({0, 0, 0}, 0.1F)});
   cache.insert(std::array{record({0.04F, 0, 0}, 10)});

@@ -1,4 +1,4 @@
-// KTX2: pictures are compared with what Basis Universal decodes them to (tests/ktx2/make.mjs).
+// KTX2: images are compared with the output of Basis Universal (tests/ktx2/make.mjs).
 #include "core/image_io/ktx2.h"
 
 #include <array>
@@ -69,7 +69,7 @@ TEST_P(EachKtx2, IsBitEqualToBasisUniversal) {
   EXPECT_EQ(different, 0U);
 }
 
-TEST_P(EachKtx2, TellsItsSizeByTheHeader) {
+TEST_P(EachKtx2, ReadsItsSizeFromTheHeader) {
   const auto image =
       core::read_image_header(read_file(std::string(GetParam().name).append(".ktx2")));
   ASSERT_TRUE(image) << image.error().message;
@@ -78,8 +78,8 @@ TEST_P(EachKtx2, TellsItsSizeByTheHeader) {
   EXPECT_TRUE(image->bytes.empty());
 }
 
-// No prefix of a file is a picture: whatever is missing is noticed, and nothing is read behind it.
-TEST_P(EachKtx2, CutFileIsRefused) {
+// Every truncation is refused: missing bytes are detected, and no byte beyond the end is read.
+TEST_P(EachKtx2, RefusesTruncatedFiles) {
   const Bytes file = read_file(std::string(GetParam().name).append(".ktx2"));
   for (std::size_t size = 0; size + 1 < file.size(); size += 1 + file.size() / 300) {
     const Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size));
@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(Ktx2, EachKtx2,
                                          File{"uastc_modes", 128, 128, 4}),
                          [](const auto& file) { return file.param.name; });
 
-TEST(Ktx2, LargeSizeIsRefusedBeforeMemoryIsTaken) {
+TEST(Ktx2, RefusesALargeSizeBeforeAllocatingMemory) {
   Bytes file = read_file("etc1s.ktx2");
   put_u32(file, 20, 1U << 31U);
   const auto image = core::decode_ktx2(file, {});
@@ -102,21 +102,21 @@ TEST(Ktx2, LargeSizeIsRefusedBeforeMemoryIsTaken) {
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
-TEST(Ktx2, PixelLimitHolds) {
+TEST(Ktx2, EnforcesThePixelLimit) {
   const auto image =
       core::decode_ktx2(read_file("uastc.ktx2"), {.decoded_bytes_max = 36 * 28 * 3 - 1});
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().code, core::ErrorCode::kTooLarge);
 }
 
-// A file of Zstandard that unpacks to more than its picture: the picture claims half the height.
-TEST(Ktx2, ZstandardBeyondThePictureIsRefused) {
+// A Zstandard file whose content is larger than its image: the image declares half the height.
+TEST(Ktx2, RefusesZstandardBeyondTheImage) {
   Bytes file = read_file("uastc_zstd.ktx2");
   put_u32(file, 24, 12);
   EXPECT_FALSE(core::decode_ktx2(file, {}).has_value());
 }
 
-TEST(Ktx2, CubesLayersAndVolumesAreRefused) {
+TEST(Ktx2, RefusesCubesLayersAndVolumes) {
   for (const std::size_t field : {28U, 32U, 36U}) {
     Bytes file = read_file("uastc.ktx2");
     put_u32(file, field, 6);
@@ -124,7 +124,7 @@ TEST(Ktx2, CubesLayersAndVolumesAreRefused) {
   }
 }
 
-TEST(Ktx2, OtherCodecsAreRefusedByName) {
+TEST(Ktx2, RefusesOtherCodecsByName) {
   Bytes file = read_file("uastc.ktx2");
   const std::size_t model = get_u32(file, 48) + 12;
   file.at(model) = std::byte{162};  // ASTC
@@ -134,8 +134,8 @@ TEST(Ktx2, OtherCodecsAreRefusedByName) {
             "ktx2: its pixels are neither ETC1S nor UASTC, which is what glTF allows");
 }
 
-// Supercompression scheme 3 is ZLIB, which KHR_texture_basisu leaves out.
-TEST(Ktx2, OtherCompressionIsRefused) {
+// Supercompression scheme 3 is ZLIB, which KHR_texture_basisu excludes.
+TEST(Ktx2, RefusesOtherCompression) {
   Bytes file = read_file("uastc.ktx2");
   put_u32(file, 44, 3);
   EXPECT_FALSE(core::decode_ktx2(file, {}).has_value());
@@ -143,16 +143,16 @@ TEST(Ktx2, OtherCompressionIsRefused) {
   EXPECT_FALSE(core::decode_ktx2(file, {}).has_value());
 }
 
-TEST(Ktx2, VideoFrameIsRefused) {
+TEST(Ktx2, RefusesVideoFrames) {
   Bytes file = read_file("etc1s.ktx2");
   const std::size_t global = get_u32(file, 64);
   put_u32(file, global + 20, 2);  // isPFrame
   EXPECT_FALSE(core::decode_ktx2(file, {}).has_value());
 }
 
-// Every byte of the codebooks and of the blocks in turn becomes another: what comes is a picture or
-// an error, and the parts that hold counts and lengths do not make it read elsewhere.
-TEST(Ktx2, SpoiltBytesDoNoHarm) {
+// Changes every byte of the codebooks and of the blocks in turn: the result is an image or an
+// error, and wrong counts and lengths cause no read out of bounds.
+TEST(Ktx2, CorruptedBytesAreHarmless) {
   const Bytes whole = read_file("etc1s_odd.ktx2");
   int refused = 0;
   for (std::size_t i = 12; i < whole.size(); ++i) {
@@ -167,7 +167,7 @@ TEST(Ktx2, SpoiltBytesDoNoHarm) {
   EXPECT_GT(refused, 0);
 }
 
-TEST(Uastc, ReservedModeIsRefused) {
+TEST(Uastc, RefusesTheReservedMode) {
   std::array<std::byte, core::kUastcBlockBytes> block{};
   block[0] = std::byte{0x45};
   EXPECT_FALSE(core::decode_uastc_block(block).has_value());
@@ -185,7 +185,7 @@ TEST(Uastc, SolidColorIsTheColor) {
   EXPECT_EQ((*texels)[15], (std::array<std::uint8_t, 4>{10, 20, 30, 40}));
 }
 
-TEST(Uastc, PartitionBeyondTheListIsRefused) {
+TEST(Uastc, RefusesAPartitionBeyondTheList) {
   std::array<std::byte, core::kUastcBlockBytes> block{};
   block[0] = std::byte{0x1D};  // mode 2: 30 partitions
   block[2] = std::byte{0xF0};  // bits 20 to 23
@@ -193,7 +193,7 @@ TEST(Uastc, PartitionBeyondTheListIsRefused) {
   EXPECT_FALSE(core::decode_uastc_block(block).has_value());
 }
 
-/// The table of so many symbols with codes of one bit each.
+/// A table of `symbols` symbols with codes of one bit each.
 Bytes table_of_one_bit_codes(std::uint32_t symbols) {
   std::vector<bool> bits;
   const auto put = [&bits](std::uint32_t value, std::size_t count) {
@@ -214,7 +214,7 @@ Bytes table_of_one_bit_codes(std::uint32_t symbols) {
   return bytes;
 }
 
-TEST(BasisHuffman, TwoCodesOfOneBitAreATable) {
+TEST(BasisHuffman, AcceptsTwoCodesOfOneBit) {
   const Bytes bytes = table_of_one_bit_codes(2);
   core::BitReader bits(bytes);
   const auto table = core::BasisHuffman::read(bits);
@@ -225,7 +225,7 @@ TEST(BasisHuffman, TwoCodesOfOneBitAreATable) {
   EXPECT_EQ(table->decode(data), 1U);
 }
 
-TEST(BasisHuffman, ThreeCodesOfOneBitAreRefused) {
+TEST(BasisHuffman, RefusesThreeCodesOfOneBit) {
   const Bytes bytes = table_of_one_bit_codes(3);
   core::BitReader bits(bytes);
   EXPECT_FALSE(core::BasisHuffman::read(bits).has_value());

@@ -1,4 +1,4 @@
-// Ids of what the pixels' centres show, against geometry; Cryptomatte, against alpha.
+// Ids at pixel centres, against geometry; Cryptomatte, against alpha.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -33,7 +33,7 @@ constexpr float kFov = 50;
 struct Card {
   float z, x0, x1, y0, y1;
   LabelPixel ids;
-  bool has_hole = false;  ///< its left half is not there
+  bool has_hole = false;  ///< its left half is absent
 };
 
 core::PrimitiveDescription card_quad(float x0, float x1, float y0, float y1, int material) {
@@ -59,8 +59,8 @@ std::shared_ptr<const core::Image> half_image() {
   return image;
 }
 
-/// A wall of two primitives, a pane of glass placed twice, a card with a hole (MASK), one that
-/// covers 0.6 and one that covers 0.4 (BLEND).
+/// A wall of two primitives, a pane of glass with two instances, a card with a hole (MASK), one
+/// with coverage 0.6 and one with 0.4 (BLEND).
 core::SceneDescription cards_scene() {
   core::SceneDescription scene;
   scene.images = {half_image()};
@@ -116,7 +116,7 @@ core::View view_of(core::SceneDescription scene) {
   return view;
 }
 
-/// Where the ray through the centre of a pixel meets the plane at z.
+/// Intersection of the ray through a pixel's centre with the plane at z.
 Vec2 at_plane(int x, int y, float z) {
   const float half = std::tan(kFov * 3.14159265F / 360);
   const float away = kEye.z - z;
@@ -124,9 +124,9 @@ Vec2 at_plane(int x, int y, float z) {
           kEye.y + (1 - (static_cast<float>(y) + 0.5F) * 2 / kHeight) * half * away};
 }
 
-/// By geometry; nothing where the ray passes an edge as near as rounding tells.
+/// Computed from geometry; nothing if the ray is closer to an edge than rounding can resolve.
 std::optional<LabelPixel> expected(int x, int y) {
-  constexpr float kEdge = 1e-4F;  // rays are off by some 1e-6 of 5 m
+  constexpr float kEdge = 1e-4F;  // rays have an error of about 1e-6 of 5 m
   for (const Card& card : cards()) {
     const Vec2 p = at_plane(x, y, card.z);
     for (const float edge : {card.x0, card.x1, 0.5F * (card.x0 + card.x1)}) {
@@ -156,7 +156,7 @@ bool are_equal(const LabelPixel& a, const LabelPixel& b) {
 struct Faults {
   int ids = 0;
   int places = 0;
-  int known = 0;  ///< pixels that were compared
+  int known = 0;  ///< number of compared pixels
 };
 
 Faults compare(const core::FilmSnapshot& film) {
@@ -179,14 +179,14 @@ Faults compare(const core::FilmSnapshot& film) {
   return out;
 }
 
-TEST(Labels, AreWhatTheRayThroughThePixelsCentreMeets) {
+TEST(Labels, AreThoseOfTheHitAtThePixelCenter) {
   const Faults faults = compare(test_support::render(view_of(cards_scene()), 2).snapshot);
   EXPECT_GT(faults.known, 6000);
   EXPECT_EQ(faults.ids, 0);
   EXPECT_EQ(faults.places, 0);
 }
 
-TEST(Labels, PlantedFaultsAreSeen) {
+TEST(Labels, DetectPlantedFaults) {
   core::SceneDescription moved = cards_scene();
   moved.instances[3].to_world.t.x += 0.05F;
   EXPECT_GT(compare(test_support::render(view_of(std::move(moved)), 2).snapshot).ids, 0);
@@ -195,9 +195,9 @@ TEST(Labels, PlantedFaultsAreSeen) {
   EXPECT_GT(compare(test_support::render(view_of(std::move(swapped)), 2).snapshot).ids, 100);
 }
 
-TEST(Labels, AreThoseOfTheObjectAloneWhereNothingHidesIt) {
+TEST(Labels, EqualThoseOfTheObjectAloneIfUnoccluded) {
   const auto all = test_support::render(view_of(cards_scene()), 2).snapshot;
-  for (std::size_t k = 0; k < 4; ++k) {  // the panes and cards; others stay where they are, hidden
+  for (std::size_t k = 0; k < 4; ++k) {  // the panes and cards; other objects stay in place, hidden
     core::SceneDescription scene = cards_scene();
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
       scene.instances[i].object = scene.instances[i].instance = static_cast<std::uint32_t>(i) + 1;
@@ -221,7 +221,7 @@ TEST(Labels, AreThoseOfTheObjectAloneWhereNothingHidesIt) {
   }
 }
 
-TEST(Labels, StayTheSameOverViewsThreadsAndTheCrop) {
+TEST(Labels, AreIndependentOfViewsThreadsAndTheCrop) {
   core::View view = view_of(cards_scene());
   const auto whole = test_support::render(view, 2, 1);
   EXPECT_EQ(whole.film->digest(), test_support::render(view, 2, 2).film->digest());
@@ -236,7 +236,7 @@ TEST(Labels, StayTheSameOverViewsThreadsAndTheCrop) {
   }
 }
 
-TEST(ObjectBoxes, HoldWhatTheCameraSeesOfEachObject) {
+TEST(ObjectBoxes, ContainTheVisiblePartOfEachObject) {
   const core::View view = view_of(cards_scene());
   const core::SceneSummary& summary = view.scene->summary();
   const auto camera =
@@ -249,7 +249,7 @@ TEST(ObjectBoxes, HoldWhatTheCameraSeesOfEachObject) {
   EXPECT_NEAR(pane.bounds.min.x, -1.3F, 1e-6F);
   EXPECT_NEAR(pane.bounds.max.y, 0.7F, 1e-6F);
   EXPECT_EQ(pane.bounds.min.z, 0.5F);
-  // Similar triangles: f / distance pixels a metre, from the middle of the film.
+  // Similar triangles: f / distance pixels per metre, from the centre of the film.
   const float scale = 0.5F * kHeight / std::tan(kFov * 3.14159265F / 360) / (kEye.z - 0.5F);
   ASSERT_TRUE(pane.in_view);
   EXPECT_NEAR(pane.in_view->min.x, 0.5F * kWidth + (-1.3F - kEye.x) * scale, 1e-3F);
@@ -257,9 +257,9 @@ TEST(ObjectBoxes, HoldWhatTheCameraSeesOfEachObject) {
   EXPECT_NEAR(pane.in_view->min.y, 0.5F * kHeight - (0.7F - kEye.y) * scale, 1e-3F);
 }
 
-TEST(ObjectBoxes, EndAtTheFilmWhereAnObjectReachesBehindTheCamera) {
+TEST(ObjectBoxes, EndAtTheFilmIfAnObjectReachesBehindTheCamera) {
   core::SceneDescription scene = cards_scene();
-  // A floor from far ahead to far behind the eye.
+  // A floor from far in front of the camera to far behind it.
   scene.meshes[0].primitives = {test_support::quad({-9, -1, 20}, {18, 0, 0}, {0, 0, -40}, 0)};
   core::View view = view_of(std::move(scene));
   const core::SceneSummary& summary = view.scene->summary();
@@ -271,12 +271,12 @@ TEST(ObjectBoxes, EndAtTheFilmWhereAnObjectReachesBehindTheCamera) {
   EXPECT_EQ(floor->min.x, 0);
   EXPECT_EQ(floor->max.x, kWidth);
   EXPECT_EQ(floor->max.y, kHeight);
-  // Its far edge, 25 m away and 0.95 m below the eye.
+  // The far edge, 25 m away and 0.95 m below the camera.
   const float scale = 0.5F * kHeight / std::tan(kFov * 3.14159265F / 360) / 25;
   EXPECT_NEAR(floor->min.y, 0.5F * kHeight + 0.95F * scale, 1e-3F);
 }
 
-// The vectors are those of the reference implementation (SMHasher), as published with it.
+// The test vectors are those published with the reference implementation (SMHasher).
 TEST(MatteNames, AreHashedByMurmurHash3) {
   EXPECT_EQ(core::murmur3(""), 0U);
   EXPECT_EQ(core::murmur3("hello"), 0x248bfa47U);
@@ -292,7 +292,7 @@ TEST(MatteNames, AreFiniteNormalFloats) {
   }
 }
 
-TEST(MatteNames, AreUnlikeEachOther) {
+TEST(MatteNames, DifferFromEachOther) {
   const std::vector<core::ObjectDescription> objects = {
       {3, "chair", 1, 1}, {5, "", 2, 1}, {6, "chair", 3, 1}, {9, "chair#5", 4, 1}};
   EXPECT_EQ(core::object_names(objects),
@@ -304,9 +304,9 @@ TEST(MatteNames, AreUnlikeEachOther) {
 }
 
 struct Mattes {
-  float off = 0;     ///< most that the sum of coverage is off alpha
-  int partial = 0;   ///< pixels that are covered in part
-  int unsorted = 0;  ///< pixels whose ranks do not fall
+  float off = 0;     ///< largest difference of the sum of coverage from alpha
+  int partial = 0;   ///< number of partially covered pixels
+  int unsorted = 0;  ///< number of pixels whose ranks are not sorted
 };
 
 Mattes sums(const core::FilmSnapshot& film, const char* layer) {
@@ -337,8 +337,7 @@ core::View matte_view() {
   return view;
 }
 
-// Every sample is counted where it went into alpha, with the same weight: equal but for rounding of
-// the running means.
+// Every sample has the same weight as in alpha: equal up to the rounding of the running means.
 TEST(Cryptomatte, CoverageAddsUpToAlpha) {
   for (const char* integrator : {"path", "direct", "bdpt", "sppm"}) {
     for (const int waves : {8, 0}) {
@@ -360,7 +359,7 @@ TEST(Cryptomatte, CoverageAddsUpToAlpha) {
   }
 }
 
-TEST(Cryptomatte, ALostSampleIsSeen) {
+TEST(Cryptomatte, DetectsALostSample) {
   auto film = test_support::render(matte_view(), 12).snapshot;
   for (core::MattePixel& pixel : film.mattes) {
     if (pixel[0].hits[0] > 0) {
@@ -370,20 +369,20 @@ TEST(Cryptomatte, ALostSampleIsSeen) {
   EXPECT_GT(sums(film, "cryptomatte:object").off, 0.05F);
 }
 
-TEST(Cryptomatte, AdaptivePlansAddUpToAlphaToo) {
+TEST(Cryptomatte, CoverageAddsUpToAlphaForAdaptivePlans) {
   core::View view = matte_view();
   view.settings.adaptive = {.type = core::AdaptiveType::kPilot, .min_samples = 8};
   const auto film = test_support::render(view, 64).snapshot;
   EXPECT_LT(sums(film, "cryptomatte:object").off, 1e-5F);
 }
 
-TEST(Cryptomatte, IdsAreThoseOfTheNames) {
+TEST(Cryptomatte, IdsAreHashesOfTheNames) {
   const auto film = test_support::render(matte_view(), 16).snapshot;
   const auto image = core::layer_image(film, "cryptomatte:object");
   ASSERT_TRUE(image);
   EXPECT_EQ(image->channel_names[0], "CryptoObject00.R");
   EXPECT_EQ(image->channel_names[11], "CryptoObject02.A");
-  // At (0.3, 0.4, 1): the faint card, and behind it the half of the card that is there.
+  // At (0.3, 0.4, 1): the card of low coverage, and behind it the half card.
   const std::size_t pixel = std::size_t{26} * kWidth + 48;
   EXPECT_EQ(film.labels[pixel].object, 4U);
   std::array<std::uint32_t, 2> ids{};
@@ -412,7 +411,7 @@ TEST(Cryptomatte, PartsMergeToTheFilmOfTheWholeBitForBit) {
   EXPECT_EQ(merged->film->digest(), whole.film->digest());
 }
 
-TEST(Cryptomatte, ASeventhIdIsNotCounted) {
+TEST(Cryptomatte, IgnoresASeventhId) {
   core::MattePixel pixel{};
   for (std::uint32_t id = 7; id > 0; --id) {
     core::add_matte(pixel, {id, {1, 0}});
@@ -424,7 +423,7 @@ TEST(Cryptomatte, ASeventhIdIsNotCounted) {
   }
 }
 
-TEST(FilmFormat, HoldsLabelsAndMattes) {
+TEST(FilmFormat, StoresLabelsAndMattes) {
   auto film = test_support::render(matte_view(), 4).film;
   auto ledger = core::ledger_of(*film, 0, 0);
   const core::FilmPart part = {std::move(film), std::move(ledger)};

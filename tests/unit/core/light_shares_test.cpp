@@ -1,4 +1,4 @@
-// Shares of the light: layers bounce:N and light:NAME.
+// Partial images of the light: layers bounce:N and light:NAME.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -28,7 +28,7 @@ core::View box(int max_depth = 6) {
   return view;
 }
 
-/// Two lamps with names, one of them a punctual light, under a sky.
+/// Two named emitters, one of them a punctual light, under a sky.
 core::View lamps() {
   core::SceneDescription scene = test_support::cornell();
   scene.meshes[0].primitives.pop_back();  // all but the top of the second box
@@ -84,7 +84,7 @@ float difference(const std::vector<float>& a, const std::vector<float>& b) {
 
 constexpr float kExact = 1e-5F;
 
-TEST(LightShares, NamesAreRead) {
+TEST(LightShares, ReadsNames) {
   const auto two = core::light_share("bounce:2");
   ASSERT_TRUE(two);
   EXPECT_EQ(two->first_bounce, 2);
@@ -98,7 +98,7 @@ TEST(LightShares, NamesAreRead) {
   }
 }
 
-TEST(LightShares, BouncesAddUpToThePicture) {
+TEST(LightShares, BouncesAddUpToTheImage) {
   core::View view = box();
   const std::vector<std::string> all = {"bounce:0", "bounce:1", "bounce:2", "bounce:3",
                                         "bounce:4-"};
@@ -111,11 +111,11 @@ TEST(LightShares, BouncesAddUpToThePicture) {
     EXPECT_LT(difference(sum_of(picture, all), layer(picture, "beauty")), kExact) << splits;
     const std::vector<std::string> lacking = {"bounce:0", "bounce:1", "bounce:2", "bounce:4-"};
     EXPECT_GT(difference(sum_of(picture, lacking), layer(picture, "beauty")), 100 * kExact)
-        << "a sum that lacks a bounce is told apart";
+        << "a sum without one bounce is detected";
   }
 }
 
-TEST(LightShares, EachBounceIsThePictureOfThatDepth) {
+TEST(LightShares, EachBounceIsTheImageOfThatDepth) {
   core::View view = box();
   view.settings.estimator.roulette = core::RouletteType::kNone;
   record(view, {"bounce:0", "bounce:1", "bounce:2"});
@@ -129,12 +129,12 @@ TEST(LightShares, EachBounceIsThePictureOfThatDepth) {
     EXPECT_LT(difference(sum_of(picture, so_far), layer(other, "beauty")), kExact) << depth;
     so_far.back() = "bounce:" + std::to_string((depth + 1) % 3);
     EXPECT_GT(difference(sum_of(picture, so_far), layer(other, "beauty")), 100 * kExact)
-        << "another bounce is told apart";
+        << "another bounce is detected";
     so_far.back() = "bounce:" + std::to_string(depth);
   }
 }
 
-TEST(LightShares, GroupsOfLightsAddUpToThePicture) {
+TEST(LightShares, LightGroupsAddUpToTheImage) {
   core::View view = lamps();
   EXPECT_EQ(view.scene->summary().light_groups,
             (std::vector<std::string>{"environment", "ceiling", "panel", "unnamed"}));
@@ -156,7 +156,7 @@ TEST(LightShares, GroupsOfLightsAddUpToThePicture) {
   }
 }
 
-TEST(LightShares, AGroupIsThePictureWithoutTheOtherLights) {
+TEST(LightShares, LightGroupEqualsTheImageWithoutTheOtherLights) {
   core::View view = lamps();
   record(view, {"light:environment"});
   const auto both = test_support::render(view, 256);
@@ -177,10 +177,10 @@ TEST(LightShares, AGroupIsThePictureWithoutTheOtherLights) {
     return (a.mean().b - b.mean().b) / std::hypot(a.standard_error().b, b.standard_error().b);
   };
   EXPECT_LT(std::fabs(z(share, only)), 4);
-  EXPECT_GT(std::fabs(z(both, only)), 4) << "the other lights are told apart";
+  EXPECT_GT(std::fabs(z(both, only)), 4) << "the other lights are detected";
 }
 
-TEST(LightShares, DoNotDependOnThreadsAndTravelInFilms) {
+TEST(LightShares, AreIndependentOfThreadsAndStoredInFilms) {
   core::View view = lamps();
   record(view, {"bounce:1", "light:panel"});
   const auto one = test_support::render(view, 6, 1);
@@ -221,7 +221,7 @@ TEST(LightShares, PartsOfAJobMergeToItsShares) {
   EXPECT_EQ(merged->film->digest(), whole.film->digest());
 }
 
-TEST(LightShares, OptionsThatMixPathsAreRefused) {
+TEST(LightShares, RefusesOptionsThatMixPaths) {
   const auto error_of = [](const core::View& view) {
     const auto renderer = core::Renderer::create(view);
     return renderer ? std::string() : renderer.error().where;
@@ -243,7 +243,7 @@ TEST(LightShares, OptionsThatMixPathsAreRefused) {
   EXPECT_EQ(error_of(view), "/film/layers");
 }
 
-/// Layers of all strategies of bdpt for paths of at most so many scatterings.
+/// Layers of all strategies of bdpt for paths of at most max_depth scattering events.
 std::vector<std::string> strategies(int max_depth) {
   std::vector<std::string> all;
   for (int vertices = 2; vertices <= max_depth + 2; ++vertices) {
@@ -254,7 +254,7 @@ std::vector<std::string> strategies(int max_depth) {
   return all;
 }
 
-TEST(StrategyShares, AddUpToThePicture) {
+TEST(StrategyShares, AddUpToTheImage) {
   for (core::View view : {lamps(), box()}) {
     view.settings.integrator = "bdpt";
     view.settings.max_depth = 3;
@@ -266,12 +266,12 @@ TEST(StrategyShares, AddUpToThePicture) {
       std::vector<std::string> lacking = all;
       lacking.erase(std::find(lacking.begin(), lacking.end(), lost));
       EXPECT_GT(difference(sum_of(picture, lacking), layer(picture, "beauty")), 100 * kExact)
-          << "a sum that lacks " << lost << " is told apart";
+          << "a sum that lacks " << lost << " is detected";
     }
   }
 }
 
-TEST(StrategyShares, BouncesAndGroupsOfBdptAddUpToThePicture) {
+TEST(StrategyShares, BouncesAndGroupsOfBdptAddUpToTheImage) {
   core::View view = lamps();
   view.settings.integrator = "bdpt";
   for (const std::vector<std::string>& all :
@@ -295,10 +295,10 @@ double z_of(std::pair<double, double> a, std::pair<double, double> b) {
   return std::fabs(a.first - b.first) / std::hypot(a.second, b.second);
 }
 
-// Splats of a light path reach some pixels around the one that it meets, which a box filter keeps
-// to one: errors of pixels are independent but for the paths' later vertices. Each comparison is a
+// Splats of a light path reach several pixels around one hit; a box filter limits them to one, so
+// errors of pixels are independent except for later vertices of the paths. Each comparison is a
 // false alarm in 1 of 16,000.
-TEST(StrategyShares, EachBounceOfBdptIsThatOfPath) {
+TEST(StrategyShares, EachBounceOfBdptEqualsThatOfPath) {
   const std::vector<std::string> bounces = {"bounce:0", "bounce:1", "bounce:2", "bounce:3"};
   core::View view = lamps();
   record(view, bounces);
@@ -308,12 +308,13 @@ TEST(StrategyShares, EachBounceOfBdptIsThatOfPath) {
   for (std::size_t i = 0; i < bounces.size(); ++i) {
     const auto of_path = mean_of(path, bounces[i]);
     EXPECT_LT(z_of(of_path, mean_of(bdpt, bounces[i])), 4) << bounces[i];
-    EXPECT_GT(z_of(of_path, mean_of(bdpt, bounces[(i + 1) % 4])), 4) << "another is told apart";
+    EXPECT_GT(z_of(of_path, mean_of(bdpt, bounces[(i + 1) % 4])), 4)
+        << "another bounce is detected";
   }
 }
 
-// A strategy by itself finds all light of its length, for every surface here is diffuse.
-TEST(StrategyShares, EachStrategyAloneIsTheBounce) {
+// A single strategy finds all light of its path length, because every surface here is diffuse.
+TEST(StrategyShares, EachStrategyAloneEqualsTheBounce) {
   core::View view = box(2);
   view.settings.integrator = "bdpt";
   record(view, {"bounce:2", "st:0,4:unweighted", "st:1,3:unweighted", "st:2,2:unweighted",
@@ -344,7 +345,7 @@ TEST(StrategyShares, AreNamedByTheirVertices) {
   }
 }
 
-TEST(StrategyShares, TravelInFilmsAndMerge) {
+TEST(StrategyShares, AreStoredInFilmsAndMerge) {
   core::View view = lamps();
   view.settings.integrator = "bdpt";
   view.settings.replicates = 4;

@@ -1,4 +1,4 @@
-// Boxes of objects in an equirectangular picture, against a dense grid of their points.
+// Bounding boxes of objects in an equirectangular image, against a dense grid of their points.
 #include "core/labels/object_boxes.h"
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace {
 
 using core::Vec3;
 
-/// What a dense grid of points of the triangle covers, by the longitudes and latitudes of an
-/// equirectangular picture whose middle looks along -z.
+/// Bounding box of a dense grid of points of the triangle, by the longitudes and latitudes of an
+/// equirectangular image whose centre looks along -z.
 core::PixelBox panorama_of_points(const std::array<Vec3, 3>& corners, int width, int height) {
   constexpr int kPoints = 700;
   core::PixelBox out = {{1e30F, 1e30F}, {-1e30F, -1e30F}};
@@ -34,14 +34,14 @@ core::PixelBox panorama_of_points(const std::array<Vec3, 3>& corners, int width,
   return out;
 }
 
-TEST(ObjectBoxes, OfAPanoramaHoldWhatIsBesideBehindAndAbove) {
+TEST(ObjectBoxes, OfAPanoramaContainObjectsInEveryDirection) {
   constexpr int kAround = 200;
   constexpr int kDown = 100;
   const std::array<std::array<Vec3, 3>, 6> triangles = {{
-      {{{-2, -1, -3}, {2, -1, -3}, {0, 1, -3}}},     // ahead
-      {{{3, 1, 1}, {3, 1, -1}, {3, 2, 0}}},          // to the right: its edge rises in the middle
-      {{{-1, -2, 3}, {1.5F, -1, 3}, {0, 1, 4}}},     // behind
-      {{{-3, 2, -2}, {3, 2, -2}, {0.5F, 2, 4}}},     // above
+      {{{-2, -1, -3}, {2, -1, -3}, {0, 1, -3}}},  // ahead
+      {{{3, 1, 1}, {3, 1, -1}, {3, 2, 0}}},       // to the right: its edge is higher in the middle
+      {{{-1, -2, 3}, {1.5F, -1, 3}, {0, 1, 4}}},  // behind
+      {{{-3, 2, -2}, {3, 2, -2}, {0.5F, 2, 4}}},  // above
       {{{-3, -2, -2}, {0.5F, -2, 4}, {3, -2, -2}}},  // below
       {{{-4, -3, 2}, {4, 3, 2}, {5, 3, 2}}},         // a long one behind
   }};
@@ -63,7 +63,7 @@ TEST(ObjectBoxes, OfAPanoramaHoldWhatIsBesideBehindAndAbove) {
         core::object_boxes(*view.scene, *camera, kAround, kDown, {}).objects.begin()->second;
     const core::PixelBox truth = panorama_of_points(corners, kAround, kDown);
     ASSERT_TRUE(box.in_view);
-    // The points of the grid may miss the extremes by its spacing.
+    // The grid may miss the extremes by its spacing.
     EXPECT_NEAR(box.in_view->min.x, truth.min.x, 0.5F);
     EXPECT_NEAR(box.in_view->min.y, truth.min.y, 0.5F);
     EXPECT_NEAR(box.in_view->max.x, truth.max.x, 0.5F);

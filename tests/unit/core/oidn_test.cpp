@@ -1,4 +1,4 @@
-// Open Image Denoise in its helper process, and what is reported when that fails. The library is
+// Open Image Denoise in its helper process, and the errors reported if it fails. The library is
 // tests/support/fake_oidn.cpp.
 #include "core/denoise/oidn.h"
 
@@ -17,7 +17,7 @@ namespace {
 
 using core::HalfPicture;
 
-/// For the life of this object, a variable of the environment.
+/// Sets an environment variable for the lifetime of this object.
 class Variable {
  public:
   Variable(const char* name, const std::string& value) : name_(name) {
@@ -54,7 +54,7 @@ core::Result<core::FilteredHalves> run(const core::OidnOptions& with) {
   return core::OidnDenoiser(with).denoise(halves(), nullptr, core::parallel_for(1));
 }
 
-/// What is reported when the library does so.
+/// Returns the error report for this fault of the library.
 std::string report_of(const char* fault, std::chrono::seconds patience = std::chrono::seconds(60)) {
   const Variable does("FAKE_OIDN", fault);
   core::OidnOptions with = options();
@@ -64,7 +64,7 @@ std::string report_of(const char* fault, std::chrono::seconds patience = std::ch
   return made ? "" : made.error().message;
 }
 
-TEST(Oidn, GivesBothHalvesAndWhatMadeThem) {
+TEST(Oidn, ReturnsBothHalvesAndItsVersion) {
   const auto made = run(options());
   ASSERT_TRUE(made);
   const auto before = halves();
@@ -83,24 +83,24 @@ TEST(Oidn, GivesBothHalvesAndWhatMadeThem) {
             "oidn 2.5.1, balanced, sha256 " + core::sha256_hex(library.data(), library.size()));
 }
 
-TEST(Oidn, ThatCrashesIsReported) {
+TEST(Oidn, ReportsACrash) {
   EXPECT_EQ(report_of("crash"), "Open Image Denoise: its process ended without an answer");
 }
 
-TEST(Oidn, ThatHangsIsEnded) {
+TEST(Oidn, EndsAHangingProcess) {
   EXPECT_EQ(report_of("hang", std::chrono::seconds(1)),
             "Open Image Denoise: it took too long and was ended");
 }
 
-TEST(Oidn, ThatFailsIsQuotedOnOneLine) {
+TEST(Oidn, QuotesAFailureOnOneLine) {
   EXPECT_EQ(report_of("fail"), "Open Image Denoise: out of memory");
 }
 
-TEST(Oidn, OfAnotherMajorVersionIsRefused) {
+TEST(Oidn, RefusesAnotherMajorVersion) {
   EXPECT_EQ(report_of("version 3"), "Open Image Denoise: version 3 is not supported; 2 is");
 }
 
-TEST(Oidn, WithoutLibraryTellsWhatNamesIt) {
+TEST(Oidn, NamesTheSettingIfTheLibraryIsMissing) {
   core::OidnOptions with = options();
   with.folder.clear();
   const auto made = run(with);
@@ -109,7 +109,7 @@ TEST(Oidn, WithoutLibraryTellsWhatNamesIt) {
             "Open Image Denoise: its library is not there; TESSERA_OIDN names its folder");
 }
 
-TEST(Oidn, InAFolderWithoutItNamesTheFile) {
+TEST(Oidn, NamesTheFileIfTheFolderLacksIt) {
   core::OidnOptions with = options();
   with.folder = "/no/such/folder";
   const auto made = run(with);
@@ -119,7 +119,7 @@ TEST(Oidn, InAFolderWithoutItNamesTheFile) {
       << made.error().message;
 }
 
-TEST(Oidn, WhoseProgramIsMissingIsReported) {
+TEST(Oidn, ReportsAMissingHelperProgram) {
   core::OidnOptions with = options();
   with.program = "/no/such/program";
   const auto made = run(with);
@@ -127,7 +127,7 @@ TEST(Oidn, WhoseProgramIsMissingIsReported) {
   EXPECT_EQ(made.error().message, "Open Image Denoise: its process ended without an answer");
 }
 
-TEST(Oidn, IsLookedForInTheNamedFolderAndInItsLib) {
+TEST(Oidn, SearchesTheNamedFolderAndItsLib) {
   {
     const Variable named("TESSERA_OIDN", TESSERA_FAKE_OIDN);
     EXPECT_EQ(core::find_oidn(), TESSERA_FAKE_OIDN);

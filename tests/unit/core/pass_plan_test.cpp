@@ -16,13 +16,13 @@ std::vector<int> up_to(int most, const Next& next) {
   return out;
 }
 
-TEST(PassPlan, LooksCutEachOctaveOfAReplicateIntoFour) {
+TEST(PassPlan, ErrorChecksDivideEachOctaveOfAReplicateIntoFour) {
   const auto looks = up_to(64, [](int at) { return core::next_look(at, 2); });
   EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64}));
 }
 
-TEST(PassPlan, LooksAndPassesOfSetsAreWholeSets) {
-  // 2 ... 48, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384 in all.
+TEST(PassPlan, ErrorChecksAndPassesOfSetsAreWholeSets) {
+  // 2 ... 48, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384 in total.
   EXPECT_EQ(up_to(400, [](int at) { return core::next_look(at, 2, 50); }),
             (std::vector<int>{50, 100, 150, 200, 250, 300, 350, 400}));
   for (const int unit : {4, 32, 50, 1600}) {
@@ -38,12 +38,12 @@ TEST(PassPlan, LooksAndPassesOfSetsAreWholeSets) {
     }
     EXPECT_EQ(at, most);
     EXPECT_EQ(core::pass_end(5, most, 2, unit), unit == 4 ? 8 : unit)
-        << "a set cut by a cancellation is completed";
+        << "a set interrupted by a cancellation is completed";
   }
-  EXPECT_EQ(core::whole_sets(30, 50), 30) << "less than a set is all that there may be";
+  EXPECT_EQ(core::whole_sets(30, 50), 30) << "the limit is below one set";
 }
 
-TEST(PassPlan, PassesGrowByAnEighthAtMostAndMeetEveryLook) {
+TEST(PassPlan, PassesGrowByAtMostAnEighthAndIncludeEveryErrorCheck) {
   for (const int most : {1, 2, 37, 1000, 65536}) {
     int at = 0;
     while (at < most) {

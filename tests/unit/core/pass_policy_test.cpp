@@ -1,4 +1,4 @@
-// What a task does next, without a task.
+// The next action of a task, without a task.
 #include "core/render/pass_policy.h"
 
 #include <limits>
@@ -31,42 +31,42 @@ StopRules error_target(double target) {
   return stop;
 }
 
-TEST(PassPolicy, TilesRunAheadToTheNextLook) {
+TEST(PassPolicy, TilesRunAheadToTheNextErrorCheck) {
   const PassPolicy by = policy(samples(100));
   Pass pass;
   pass.base = pass.target = 64;
   EXPECT_EQ(by.barrier(pass), 80);
-  EXPECT_EQ(by.next_target(pass), 72) << "passes are an eighth at most";
+  EXPECT_EQ(by.next_target(pass), 72) << "passes are at most an eighth";
   pass.target = 72;
   EXPECT_EQ(by.next_target(pass), 80);
   pass.target = 80;
-  EXPECT_EQ(by.next_target(pass), 80) << "nobody goes beyond";
+  EXPECT_EQ(by.next_target(pass), 80) << "no tile exceeds it";
   pass.base = 96;
   pass.target = 96;
   EXPECT_EQ(by.barrier(pass), 100);
 }
 
-TEST(PassPolicy, ElsewherePassesAreAsFewAsTheLooksAllow) {
+TEST(PassPolicy, WithoutTilesPassesAreAsFewAsErrorChecksAllow) {
   Pass pass;
   const auto far = [&pass](const StopRules& stop, int from) {
     pass.base = pass.target = from;
     return policy(stop).far_target(pass);
   };
-  EXPECT_EQ(far(samples(100), 0), 2) << "a first picture";
+  EXPECT_EQ(far(samples(100), 0), 2) << "a first image";
   EXPECT_EQ(far(samples(100), 2), 8);
   EXPECT_EQ(far(samples(100), 8), 32);
   EXPECT_EQ(far(samples(100), 32), 100);
   EXPECT_EQ(far(samples(64), 8), 64) << "no short pass at the end";
   EXPECT_EQ(far(samples(65), 8), 32);
-  EXPECT_EQ(far(error_target(0.01), 64), 80) << "it may end there";
+  EXPECT_EQ(far(error_target(0.01), 64), 80) << "the job may end there";
   StopRules clock = samples(1000);
   clock.seconds = 10;
-  EXPECT_EQ(far(clock, 64), 72) << "less is lost when the clock runs out";
+  EXPECT_EQ(far(clock, 64), 72) << "less is lost when the time is up";
   pass.planned_to = 40;
   EXPECT_EQ(far(samples(100), 32), 40);
 }
 
-TEST(PassPolicy, WithAClockPassesComeOneByOne) {
+TEST(PassPolicy, RunsOnePassAtATimeWithAClock) {
   StopRules stop = samples(1000);
   stop.seconds = 10;
   const PassPolicy by = policy(stop);
@@ -78,7 +78,7 @@ TEST(PassPolicy, WithAClockPassesComeOneByOne) {
   EXPECT_EQ(by.barrier(pass), 80);
 }
 
-TEST(PassPolicy, NoTileGoesBeyondThePlan) {
+TEST(PassPolicy, NoTileExceedsThePlan) {
   StopRules stop = samples(1000);
   Pass pass;
   pass.base = pass.target = 70;
@@ -89,7 +89,7 @@ TEST(PassPolicy, NoTileGoesBeyondThePlan) {
   EXPECT_EQ(policy(stop).barrier(pass), 74);
 }
 
-TEST(PassPolicy, LooksAreAQuarterOfAnOctaveApartAndAtTheEnd) {
+TEST(PassPolicy, ErrorChecksAreAQuarterOfAnOctaveApartAndAtTheEnd) {
   const PassPolicy by = policy(samples(100));
   for (const int at : {2, 4, 6, 16, 20, 28, 64, 80, 96, 100}) {
     EXPECT_TRUE(by.looks_at(at)) << at;
@@ -99,20 +99,21 @@ TEST(PassPolicy, LooksAreAQuarterOfAnOctaveApartAndAtTheEnd) {
   }
 }
 
-TEST(PassPolicy, EndsAtTheSamplesOrAtTheServersLimit) {
+TEST(PassPolicy, EndsAtTheRequestedSamplesOrAtTheServerLimit) {
   EXPECT_EQ(policy(samples(64)).decide(63, 0.5, kInfinity), StopReason::kNone);
   EXPECT_EQ(policy(samples(64)).decide(64, 0.5, kInfinity), StopReason::kSamples);
   EXPECT_EQ(policy(samples(64), 32).decide(32, 0.5, kInfinity), StopReason::kLimit);
   EXPECT_EQ(policy(error_target(0.1), 32).decide(32, 0.5, 0.6), StopReason::kLimit);
-  EXPECT_EQ(policy(samples(63)).samples_max(), 64) << "sobol takes even counts";
+  EXPECT_EQ(policy(samples(63)).samples_max(), 64) << "sobol requires even counts";
 }
 
-TEST(PassPolicy, AnErrorTargetNeedsTheBoundAndTheErrorBelowIt) {
+TEST(PassPolicy, ErrorTargetRequiresBoundAndErrorBelowIt) {
   const PassPolicy by = policy(error_target(0.1));
   EXPECT_EQ(by.decide(64, 0.08, 0.09), StopReason::kRelativeError);
   EXPECT_EQ(by.decide(64, 0.08, 0.11), StopReason::kNone);
   EXPECT_EQ(by.decide(64, 0.11, 0.09), StopReason::kNone) << "the reported error also meets it";
-  EXPECT_EQ(by.decide(64, 0.08, kInfinity), StopReason::kNone) << "no look, no end";
+  EXPECT_EQ(by.decide(64, 0.08, kInfinity), StopReason::kNone)
+      << "without an error check the job continues";
   EXPECT_EQ(by.decide(64, std::numeric_limits<double>::quiet_NaN(), kInfinity), StopReason::kNone);
 }
 
@@ -126,7 +127,7 @@ TEST(PassPolicy, FewSamplesMeetNoErrorTargetUnlessTheyAreAll) {
   EXPECT_EQ(policy(both).decide(2, 0.01, 0.02), StopReason::kRelativeError);
 }
 
-TEST(PassPolicy, ADenoisedErrorIsSoughtTwiceAnOctaveFromFourSamplesOn) {
+TEST(PassPolicy, RequestsADenoisedErrorTwiceAnOctaveFromFourSamplesOn) {
   StopRules stop;
   stop.denoised_error = 0.1;
   const PassPolicy by = policy(stop, 100);
@@ -137,13 +138,13 @@ TEST(PassPolicy, ADenoisedErrorIsSoughtTwiceAnOctaveFromFourSamplesOn) {
     }
   }
   EXPECT_EQ(looks, (std::vector<int>{4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 100}));
-  EXPECT_FALSE(policy(samples(100)).denoises_at(16)) << "nobody asked for it";
+  EXPECT_FALSE(policy(samples(100)).denoises_at(16)) << "not requested";
   EXPECT_EQ(by.decide(16, 0.5, kInfinity, 0.11), StopReason::kNone);
   EXPECT_EQ(by.decide(16, 0.5, kInfinity, 0.09), StopReason::kDenoisedError);
   EXPECT_EQ(by.decide(2, 0.5, kInfinity, 0.09), StopReason::kNone);
 }
 
-TEST(PassPolicy, TellsTheLookThatMayEndAJob) {
+TEST(PassPolicy, ReportsTheNextErrorCheckThatMayEndAJob) {
   const PassPolicy by = policy(error_target(0.1), 100);
   EXPECT_EQ(by.stop_at(65), 80);
   EXPECT_EQ(by.stop_at(80), 80);

@@ -1,4 +1,4 @@
-// Photons are found where they are: each once, none that is farther away, in the same order.
+// Photon lookups: each photon in the radius once, none farther away, in the same order.
 #include "core/integrators/photon_map.h"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ std::vector<float> found(const PhotonMap& map, Vec3 point) {
   return numbers;
 }
 
-TEST(PhotonMap, FindsThoseWithinTheRadiusOnce) {
+TEST(PhotonMap, FindsEachPhotonWithinTheRadiusOnce) {
   Random random(1);
   std::vector<Vec3> positions;
   for (int i = 0; i < 3000; ++i) {
@@ -66,7 +66,7 @@ TEST(PhotonMap, FindsThoseWithinTheRadiusOnce) {
   }
 }
 
-TEST(PhotonMap, OrderDoesNotDependOnTheParts) {
+TEST(PhotonMap, OrderIsIndependentOfTheParts) {
   Random random(2);
   std::vector<Vec3> positions;
   for (int i = 0; i < 2000; ++i) {
@@ -82,13 +82,13 @@ TEST(PhotonMap, OrderDoesNotDependOnTheParts) {
   }
 }
 
-TEST(PhotonMap, WithoutPhotonsFindsNone) {
+TEST(PhotonMap, FindsNothingWithoutPhotons) {
   std::vector<std::vector<Photon>> parts(3);
   EXPECT_TRUE(found(PhotonMap(parts, 1), {}).empty());
   EXPECT_TRUE(found(PhotonMap(), {}).empty());
 }
 
-TEST(PackedDirection, IsWithinOneTenThousandth) {
+TEST(PackedDirection, IsAccurateToOneTenThousandth) {
   Random random(3);
   for (int i = 0; i < 10000; ++i) {
     const Vec3 v = core::normalize(somewhere(random, 2));
@@ -100,18 +100,18 @@ TEST(PackedDirection, IsWithinOneTenThousandth) {
   }
 }
 
-TEST(PhotonRules, RadiiFallAsPublished) {
+TEST(PhotonRules, RadiiDecreaseAsPublished) {
   // r_{i+1}^2 = r_i^2 (i + alpha) / (i + 1).
   EXPECT_DOUBLE_EQ(core::sppm_radius(0.5F, 0), 1);
   EXPECT_DOUBLE_EQ(core::sppm_radius(0.5F, 1), std::sqrt(1.5 / 2));
   EXPECT_DOUBLE_EQ(core::sppm_radius(0.5F, 2), std::sqrt(1.5 / 2 * 2.5 / 3));
   EXPECT_DOUBLE_EQ(core::sppm_radius(1, 1000), 1);
-  // The area falls as N^(alpha - 1): from 1000 to 8000 passes to 8^(-1/2).
+  // The area decreases as N^(alpha - 1): from 1000 to 8000 passes to 8^(-1/2).
   const double ratio = core::sppm_radius(0.5F, 8000) / core::sppm_radius(0.5F, 1000);
   EXPECT_NEAR(ratio * ratio, 1 / std::sqrt(8), 1e-3);
 }
 
-TEST(PhotonRules, ParticlesAreAsManyAsPixelsWithinLimits) {
+TEST(PhotonRules, NumberOfParticlesIsThatOfPixelsWithinLimits) {
   core::RenderSettings settings;
   settings.film.width = 8;
   settings.film.height = 8;

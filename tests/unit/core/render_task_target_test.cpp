@@ -28,7 +28,7 @@ std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
   return *renderer;
 }
 
-TEST(RenderTaskProgress, OfAnErrorTargetDoesNotFall) {
+TEST(RenderTaskProgress, OfAnErrorTargetDoesNotDecrease) {
   for (const double target : {0.5, 0.15}) {
     const core::View view = small_view();
     SilentSink sink;
@@ -51,13 +51,14 @@ TEST(RenderTaskProgress, OfAnErrorTargetDoesNotFall) {
       }
     }
     EXPECT_EQ(task.stop_reason(), core::StopReason::kRelativeError);
-    EXPECT_GE(task.progress().samples_mean, 4) << "no earlier look may end it";
+    EXPECT_GE(task.progress().samples_mean, 4) << "no earlier error check may end it";
     EXPECT_LE(early, 0.75) << "three of at least four samples";
     EXPECT_EQ(task.progress().fraction, 1);
   }
 }
 
-/// Samples at which the task asks for the bound of its denoised picture, which is 1 over them.
+/// Sample counts at which the task requests the bound of its denoised image, which is 1 over the
+/// count.
 struct Asked {
   std::vector<double> samples;
   std::vector<double> alphas;
@@ -84,11 +85,11 @@ TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
   EXPECT_EQ(task.stop_reason(), core::StopReason::kDenoisedError);
   EXPECT_EQ(asked.samples, (std::vector<double>{4, 6, 8, 12}));
   for (const double alpha : asked.alphas) {
-    EXPECT_DOUBLE_EQ(alpha, (1 - 0.95) / 2) << "of two looks at risk";
+    EXPECT_DOUBLE_EQ(alpha, (1 - 0.95) / 2) << "of two error checks, each with a risk";
   }
 }
 
-TEST(RenderTask, WithoutAnybodyToDenoiseGoesToItsOtherRules) {
+TEST(RenderTask, UsesItsOtherRulesWithoutADenoiser) {
   const core::View view = small_view();
   SilentSink sink;
   core::TaskOptions options;
@@ -100,8 +101,8 @@ TEST(RenderTask, WithoutAnybodyToDenoiseGoesToItsOtherRules) {
   EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
 }
 
-// The film of a job that was stopped in the middle and went on ends with the same samples.
-TEST(RenderTask, GoesOnToTheSameDenoisedTarget) {
+// A job that was stopped in the middle and resumed ends with the same samples.
+TEST(RenderTask, ResumesToTheSameDenoisedTarget) {
   const core::View view = small_view();
   SilentSink sink;
   const auto film = std::make_shared<core::Film>(view.settings);

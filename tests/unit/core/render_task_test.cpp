@@ -1,4 +1,4 @@
-// What a film holds is a function of the job alone; when and why a job ends.
+// The content of a film is a function of the job alone; time and reason of a job's end.
 #include "core/render/render_task.h"
 
 #include <atomic>
@@ -85,7 +85,7 @@ std::string digest_of(const core::View& view, TaskOptions options, int threads) 
   return film->digest();
 }
 
-/// What a checkpoint keeps: every tile as it is.
+/// Restores the content of a checkpoint: every tile.
 std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
   auto film = film_of(view);
   for (int t = 0; t < from.tile_count(); ++t) {
@@ -104,7 +104,7 @@ int tiles_apart(const Film& film) {
   return high - low;
 }
 
-TEST(RenderTaskBits, AreTheSameForOneTwoAndSevenThreads) {
+TEST(RenderTaskBits, AreIndependentOfTheNumberOfThreads) {
   for (const auto& sampler : core::samplers()) {
     const core::View view = small_view(sampler.value);
     const std::string one = digest_of(view, samples(12), 1);
@@ -119,7 +119,7 @@ TEST(RenderTaskBits, DependOnTheSeed) {
   EXPECT_NE(digest_of(other, samples(2), 2), digest_of(small_view(), samples(2), 2));
 }
 
-TEST(RenderTaskBits, AreTheSameForEverySliceLength) {
+TEST(RenderTaskBits, AreIndependentOfTheSliceLength) {
   const core::View view = small_view();
   const std::string usual = digest_of(view, samples(12), 2);
   for (const double seconds : {1e-9, 1e-4, 100.0}) {
@@ -129,7 +129,7 @@ TEST(RenderTaskBits, AreTheSameForEverySliceLength) {
   }
 }
 
-TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
+TEST(RenderTaskBits, AreIndependentOfKillAndResume) {
   test_support::Random random(3);
   for (int round = 0; round < 18; ++round) {
     const auto& sampler =
@@ -138,7 +138,7 @@ TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
     const auto renderer = renderer_of(view);
     const std::string whole = digest_of(view, samples(12), 2);
     auto film = film_of(view);
-    // Killed up to three times, each time after some slices, with a slice lost in the middle.
+    // Killed up to three times, each time after several slices, with one slice lost.
     for (int kill = 0; kill < 3; ++kill) {
       RecordingSink sink;
       TaskOptions options = samples(12);
@@ -160,7 +160,7 @@ TEST(RenderTaskBits, AreTheSameAfterKillAndResume) {
   }
 }
 
-TEST(RenderTaskBits, AreTheSameAfterCancelInTheMiddleOfASliceAndResume) {
+TEST(RenderTaskBits, AreIndependentOfCancelDuringASliceAndResume) {
   const core::View view = small_view();
   const auto renderer = renderer_of(view);
   const std::string whole = digest_of(view, samples(64), 2);
@@ -183,7 +183,7 @@ TEST(RenderTaskBits, AreTheSameAfterCancelInTheMiddleOfASliceAndResume) {
   }
 }
 
-TEST(RenderTaskBits, OfAnExtendedJobAreThoseOfTheLongOne) {
+TEST(RenderTaskBits, OfAnExtendedJobEqualThoseOfTheLongOne) {
   for (const auto& sampler : core::samplers()) {
     const core::View view = small_view(sampler.value);
     const auto film = film_of(view);
@@ -197,7 +197,7 @@ TEST(RenderTaskBits, OfAnExtendedJobAreThoseOfTheLongOne) {
   }
 }
 
-TEST(RenderTaskBits, OfACropAreThoseOfTheFullFilm) {
+TEST(RenderTaskBits, OfACropEqualThoseOfTheFullFilm) {
   core::View full = small_view();
   const auto whole = test_support::render(full, 6).snapshot;
   core::View part = full;
@@ -215,7 +215,7 @@ TEST(RenderTaskBits, OfACropAreThoseOfTheFullFilm) {
   }
 }
 
-TEST(RenderTaskStop, EverySampleAskedForIsThereAndNoMore) {
+TEST(RenderTaskStop, RendersEveryRequestedSampleAndNoMore) {
   for (const int n : {1, 2, 3, 7, 16}) {
     const core::View view = small_view(core::SamplerType::kIndependent);
     const auto picture = test_support::render(view, n);
@@ -233,7 +233,7 @@ TEST(RenderTaskStop, SobolRoundsOddCountsUp) {
   EXPECT_EQ(test_support::render(small_view(), 1).film->tile_samples(0), 1);
 }
 
-TEST(RenderTaskStop, SetsAreRenderedWhole) {
+TEST(RenderTaskStop, RendersWholeSets) {
   for (const auto& sampler : core::samplers()) {
     const core::View view = small_view(sampler.value);
     const auto picture = test_support::render(view, 5);
@@ -243,7 +243,7 @@ TEST(RenderTaskStop, SetsAreRenderedWhole) {
   }
 }
 
-// A job that its clock ended, and one that the server's limit ended, hold whole sets.
+// A job ended by its clock, and one ended by the server limit, hold whole sets.
 TEST(RenderTaskStop, ClocksAndLimitsKeepWholeSets) {
   const core::View view = small_view(core::SamplerType::kOrthogonalArray);
   {
@@ -270,7 +270,7 @@ TEST(RenderTaskStop, ClocksAndLimitsKeepWholeSets) {
   EXPECT_EQ(film->tile_samples(0), 100);
 }
 
-TEST(RenderTaskStop, TheServersLimitEndsJobsThatNoRuleEnds) {
+TEST(RenderTaskStop, ServerLimitEndsJobsWithoutAnotherRule) {
   const core::View view = small_view();
   for (const int asked : {0, 100, 8}) {
     const auto film = film_of(view);
@@ -310,7 +310,7 @@ TEST(RenderTaskStop, SecondsKeepTheLastCompletePass) {
   }
 }
 
-TEST(RenderTaskStop, APastDeadlineStillDeliversOneCompletePass) {
+TEST(RenderTaskStop, PastDeadlineStillGivesOneCompletePass) {
   const core::View view = small_view();
   const auto film = film_of(view);
   RecordingSink sink;
@@ -323,7 +323,7 @@ TEST(RenderTaskStop, APastDeadlineStillDeliversOneCompletePass) {
   EXPECT_GE(film->tile_samples(0), 1);
 }
 
-TEST(RenderTaskStop, AClockAlsoKeepsACompletePassAfterARestartInTheMiddleOfOne) {
+TEST(RenderTaskStop, ClockKeepsACompletePassAfterARestartDuringAPass) {
   const core::View view = small_view();
   const auto renderer = renderer_of(view);
   auto film = film_of(view);
@@ -337,7 +337,7 @@ TEST(RenderTaskStop, AClockAlsoKeepsACompletePassAfterARestartInTheMiddleOfOne) 
         task.run(*slice);
       }
     }
-    ASSERT_GT(tiles_apart(*film), 0) << "the test wants a film in the middle of a pass";
+    ASSERT_GT(tiles_apart(*film), 0) << "the test requires a film in the middle of a pass";
   }
   film = reloaded(view, *film);
   RecordingSink sink;
@@ -349,7 +349,7 @@ TEST(RenderTaskStop, AClockAlsoKeepsACompletePassAfterARestartInTheMiddleOfOne) 
   EXPECT_EQ(tiles_apart(*film), 0);
 }
 
-TEST(RenderTaskStop, AClockSetInTheMiddleOfAPassKeepsACompleteOne) {
+TEST(RenderTaskStop, ClockSetDuringAPassKeepsACompletePass) {
   const core::View view = small_view();
   const auto film = film_of(view);
   RecordingSink sink;
@@ -370,7 +370,7 @@ TEST(RenderTaskStop, AClockSetInTheMiddleOfAPassKeepsACompleteOne) {
   EXPECT_EQ(tiles_apart(*film), 0);
 }
 
-TEST(RenderTaskStop, LooksHappenInOrderAndTheEndComesLast) {
+TEST(RenderTaskStop, ErrorChecksAreInOrderAndTheEndComesLast) {
   const core::View view = small_view();
   for (int round = 0; round < 5; ++round) {
     const auto film = film_of(view);
@@ -425,7 +425,7 @@ TEST(RenderTaskCancel, BeforeTheFirstSliceEndsTheJob) {
   EXPECT_FALSE(task.take());
 }
 
-// A decision is being taken, nothing is in flight: only the deciding thread can end the job.
+// A decision is in progress and no slice is: only the deciding thread can end the job.
 TEST(RenderTaskCancel, DuringADecisionEndsTheJob) {
   const core::View view = small_view();
   for (const bool error_rule : {true, false}) {
@@ -451,7 +451,7 @@ TEST(RenderTaskCancel, DuringADecisionEndsTheJob) {
   }
 }
 
-TEST(RenderTaskPause, HandsOutNothingAndStopsTheClock) {
+TEST(RenderTaskPause, TakesNoSlicesAndStopsTheClock) {
   const core::View view = small_view();
   RecordingSink sink;
   RenderTask task(renderer_of(view), film_of(view), samples(8), sink);
@@ -468,7 +468,7 @@ TEST(RenderTaskPause, HandsOutNothingAndStopsTheClock) {
   EXPECT_EQ(sink.reason, StopReason::kSamples);
 }
 
-TEST(RenderTaskProgress, NeverShowsTheEndBeforeTheEnd) {
+TEST(RenderTaskProgress, IsNeverCompleteBeforeTheEnd) {
   const core::View view = small_view();
   RecordingSink sink;
   RenderTask task(renderer_of(view), film_of(view), samples(8), sink);

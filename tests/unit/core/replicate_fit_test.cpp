@@ -1,5 +1,5 @@
-// Coefficients that are fitted to a film's own samples: solved right, and the same bits however the
-// film was made.
+// Coefficients fitted to a film's own samples: the solution is correct, and its bits are
+// independent of scheduling.
 #include "core/film/replicate_fit.h"
 
 #include <cmath>
@@ -19,7 +19,7 @@ using core::RenderTask;
 using core::ReplicateFit;
 using core::Rgb;
 
-TEST(OptimalMis, SolvesItsSystem) {
+TEST(OptimalMis, SolvesItsLinearSystem) {
   // f = 3 p - 2 q for densities that take two values of p / m, 1/4 and 3/4.
   const core::OptimalMisMatrix a = {0.0625 + 0.5625, 2 * 0.1875, 0.5625 + 0.0625};
   const double fp = 3 * a.pp - 2 * a.pq;
@@ -29,7 +29,7 @@ TEST(OptimalMis, SolvesItsSystem) {
   EXPECT_NEAR(c.q, -2, 1e-12);
 }
 
-TEST(OptimalMis, OfDensitiesThatAreAlikeIsTheBalanceHeuristic) {
+TEST(OptimalMis, EqualsTheBalanceHeuristicForEqualDensities) {
   const core::OptimalMisCoefficients c = core::solve_optimal_mis({0.25, 0.25, 0.25}, 1, 1);
   EXPECT_EQ(c.p, 0);
   EXPECT_EQ(c.q, 0);
@@ -51,9 +51,9 @@ FitSample path_of(float u) {
   return s;
 }
 
-// f = a p + b q with a = 7 and b = 2 is f / m = 2 + 5 p / m. What the control takes away is 5 (x -
-// 1), but for the pull to 0.
-TEST(ReplicateFit, OfOptimalWeightsTakesAwayTheDifferenceOfItsCoefficients) {
+// f = a p + b q with a = 7 and b = 2 is f / m = 2 + 5 p / m. The control variate removes 5 (x - 1),
+// apart from the regularisation towards 0.
+TEST(ReplicateFit, OptimalWeightsSubtractTheDifferenceOfTheirCoefficients) {
   ReplicateFit sums;
   for (int i = 0; i < 1000; ++i) {
     sums.add(path_of(static_cast<float>(i) / 1000));
@@ -74,14 +74,14 @@ ReplicateFit line(float slope, int count) {
   return sums;
 }
 
-TEST(ReplicateFit, OfRegressionIsTheSlopeAsFarAsVisibilityGoes) {
+TEST(ReplicateFit, RegressionFindsTheSlopeTimesVisibility) {
   EXPECT_NEAR(core::fitted_coefficient(FitType::kRegression, line(-0.5F, 7000)).g, 0.5F, 1e-3F);
   EXPECT_NEAR(core::fitted_coefficient(FitType::kRegression, line(-3, 7000)).g, 1, 1e-3F);
   EXPECT_EQ(core::fitted_coefficient(FitType::kRegression, line(2, 7000)).g, 0);
   EXPECT_NEAR(core::fitted_coefficient(FitType::kRegression, line(-1, 7)).g, 7.0F / 9, 1e-5F);
 }
 
-TEST(ReplicateFit, OfNothingIsNothing) {
+TEST(ReplicateFit, IsZeroWithoutSamples) {
   for (const FitType type : {FitType::kNone, FitType::kOptimalMis, FitType::kRegression}) {
     EXPECT_TRUE(core::is_black(core::fitted_coefficient(type, {})));
     ReplicateFit same;
@@ -92,8 +92,8 @@ TEST(ReplicateFit, OfNothingIsNothing) {
   }
 }
 
-// What one replicate is given changes its partner alone, and only what the partner takes later.
-TEST(ReplicateFit, GoesToThePartnerOnly) {
+// Samples of one replicate change only its partner, and only the partner's later samples.
+TEST(ReplicateFit, AppliesOnlyToThePartner) {
   const auto run = [](float first) {
     std::vector<ReplicateFit> fits(4);
     std::vector<float> out;
@@ -162,7 +162,7 @@ std::string digest_of(const core::View& view, core::TaskOptions options, int thr
   return film->digest();
 }
 
-TEST(FittedBits, AreTheSameForEveryNumberOfThreadsAndSliceLength) {
+TEST(FittedBits, AreIndependentOfThreadsAndSliceLength) {
   for (const bool regression : {false, true}) {
     for (const core::AdaptiveType adaptive :
          {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
@@ -179,7 +179,7 @@ TEST(FittedBits, AreTheSameForEveryNumberOfThreadsAndSliceLength) {
   }
 }
 
-TEST(FittedBits, AreTheSameAfterARestartAndWhenExtended) {
+TEST(FittedBits, AreIndependentOfRestartsAndExtensions) {
   for (const bool regression : {false, true}) {
     const core::View view = small_view(regression);
     const std::string whole = digest_of(view, samples(64), 2);
@@ -193,7 +193,7 @@ TEST(FittedBits, AreTheSameAfterARestartAndWhenExtended) {
       film = again;
     }
     EXPECT_EQ(film->digest(), whole) << regression;
-    // What was learnt is part of that: without it the film goes on differently.
+    // The fit is part of the state: without it the film continues differently.
     film = std::make_shared<Film>(view.settings);
     go_on(view, film, samples(24), 2);
     for (int t = 0; t < film->tile_count(); ++t) {
@@ -206,8 +206,8 @@ TEST(FittedBits, AreTheSameAfterARestartAndWhenExtended) {
   }
 }
 
-// So that replicates of other films can be put beside each other.
-TEST(FittedBits, OfAPairOfReplicatesDoNotDependOnTheOthers) {
+// Needed to merge with replicates of other films.
+TEST(FittedBits, OfAPairOfReplicatesAreIndependentOfTheOthers) {
   core::View view = small_view(false);
   const auto two = test_support::render(view, 40);
   view.settings.replicates = 4;
@@ -223,7 +223,7 @@ TEST(FittedBits, OfAPairOfReplicatesDoNotDependOnTheOthers) {
   }
 }
 
-TEST(FittedFilms, CountTheirRoom) {
+TEST(FittedFilms, CountTheirMemory) {
   const core::View view = small_view(false);
   core::RenderSettings plain = view.settings;
   plain.estimator = {};

@@ -15,7 +15,7 @@ constexpr int kItems = 50;
 
 double weight_of(int i) { return i % 7 == 3 ? 0.0 : 0.1 + (i * 13) % 11; }
 
-/// p-value of how often each of 50 items is taken, u stretched by `stretch` times too much.
+/// p-value of the frequency of each of 50 items, with u too large by the factor `stretch`.
 double chosen_p(double stretch) {
   constexpr int kDraws = 1000000;
   std::vector<double> observed(kItems, 0.0);
@@ -39,10 +39,10 @@ double chosen_p(double stretch) {
 }
 
 // 0.1 % false alarms, fixed seed.
-TEST(WeightedReservoir, TakesItemsInProportionToTheirWeights) { EXPECT_GT(chosen_p(1), 1e-3); }
-TEST(WeightedReservoir, NumbersThatAreNotUniformAreDetected) { EXPECT_LT(chosen_p(0.99), 1e-3); }
+TEST(WeightedReservoir, SelectsItemsInProportionToTheirWeights) { EXPECT_GT(chosen_p(1), 1e-3); }
+TEST(WeightedReservoir, DetectsNumbersThatAreNotUniform) { EXPECT_LT(chosen_p(0.99), 1e-3); }
 
-TEST(WeightedReservoir, TellsTheSumAndTheWeightOfWhatItHolds) {
+TEST(WeightedReservoir, ReportsTheSumAndTheWeightOfItsItem) {
   WeightedReservoir<int> reservoir(0.5);
   EXPECT_TRUE(reservoir.empty());
   reservoir.add(1, 0);
@@ -54,7 +54,7 @@ TEST(WeightedReservoir, TellsTheSumAndTheWeightOfWhatItHolds) {
   EXPECT_EQ(reservoir.sum(), 4);
 }
 
-TEST(WeightedReservoir, KeepsItsHeadAmongWeightsOfEverySize) {
+TEST(WeightedReservoir, IsRobustForWeightsOfEveryMagnitude) {
   for (const double u : {0.0, 0.3, 1 - 0x1p-53}) {
     WeightedReservoir<int> reservoir(u);
     reservoir.add(1, 1e-30);

@@ -1,4 +1,4 @@
-// Russian roulette on throughput: its rule, and that the mean stays.
+// Russian roulette by throughput: its rule, and the unchanged mean.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ core::PathState path_of(std::uint64_t& rays, Rgb beta, float pdf_bsdf) {
   return path;
 }
 
-constexpr float kMatt = core::kInvPi;  ///< the densest direction of a Lambert surface
+constexpr float kMatt = core::kInvPi;  ///< the maximum density of a Lambertian surface
 constexpr float kGlossy = 5;
 constexpr float kSmooth = 0;
 
@@ -39,7 +39,7 @@ TEST(Roulette, IsProportionalToThroughputOnDiffuseSurfacesAndSofterOnDarkOnes) {
   EXPECT_FLOAT_EQ(survive(0.0001F), 0.01F);
 }
 
-TEST(Roulette, TakesTheFourthRootAfterAGlossyOrSmoothScattering) {
+TEST(Roulette, TakesTheFourthRootAfterAGlossyOrSmoothEvent) {
   std::uint64_t rays = 0;
   for (const float density : {kGlossy, kSmooth}) {
     EXPECT_GE(continuation_probability(path_of(rays, Rgb(0.45F), density)), 1);
@@ -47,7 +47,7 @@ TEST(Roulette, TakesTheFourthRootAfterAGlossyOrSmoothScattering) {
   }
 }
 
-TEST(Roulette, AsksForTheBrightestChannelWithoutTheSquaredIndexOfRefraction) {
+TEST(Roulette, UsesTheBrightestChannelWithoutTheSquaredIndexOfRefraction) {
   std::uint64_t rays = 0;
   core::PathState path = path_of(rays, {0.01F, -0.225F, 0.1F}, kMatt);
   EXPECT_FLOAT_EQ(continuation_probability(path), 0.5F);
@@ -55,7 +55,7 @@ TEST(Roulette, AsksForTheBrightestChannelWithoutTheSquaredIndexOfRefraction) {
   EXPECT_FLOAT_EQ(continuation_probability(path), 0.75F);
 }
 
-/// z of the radiance in a closed sphere that glows with 1 - albedo: 1, by paths that end by chance.
+/// z of the radiance in a closed sphere with emission 1 - albedo: 1, by paths that end by roulette.
 double sphere_z(float albedo, float pdf_bsdf, bool divides) {
   Random random(2);
   Moments out;
@@ -79,8 +79,8 @@ double sphere_z(float albedo, float pdf_bsdf, bool divides) {
   return out.z(1);
 }
 
-// Six looks at 4 sigma: a chance of 4e-4.
-TEST(Roulette, LeavesTheMean) {
+// Six tests at 4 sigma: a chance of 4e-4.
+TEST(Roulette, KeepsTheMean) {
   for (const float density : {kMatt, kGlossy, kSmooth}) {
     for (const float albedo : {0.05F, 0.6F}) {
       EXPECT_LT(std::fabs(sphere_z(albedo, density, true)), 4) << albedo << ' ' << density;
@@ -88,7 +88,7 @@ TEST(Roulette, LeavesTheMean) {
   }
 }
 
-TEST(Roulette, ThatForgetsToDivideIsDetected) {
+TEST(Roulette, DetectsAMissingDivision) {
   for (const float density : {kMatt, kGlossy, kSmooth}) {
     EXPECT_GT(std::fabs(sphere_z(0.6F, density, false)), 4) << density;
   }

@@ -1,5 +1,4 @@
-// The structure that each sampler promises of its points, read through PathSampler as a render
-// reads them.
+// The stratification guaranteed by each sampler, tested through PathSampler as in a render.
 #include "core/settings/sample_sets.h"
 
 #include <algorithm>
@@ -46,7 +45,7 @@ std::vector<Point> points(PathSampler& sampler, core::Vec2 pixel, int replicate,
   return out;
 }
 
-/// Does each of a x b boxes of dimensions (d0, d1) hold as many points as the others?
+/// Tests whether each of a x b boxes of dimensions (d0, d1) contains the same number of points.
 bool is_even(const std::vector<Point>& set, std::size_t d0, int a, std::size_t d1, int b) {
   std::vector<int> boxes(static_cast<std::size_t>(a * b), 0);
   for (const Point& p : set) {
@@ -64,7 +63,7 @@ bool is_even(const std::vector<Point>& set, std::size_t d, int a) {
   return is_even(set, d, a, d, 1);
 }
 
-/// `check` of every set of some pixels, replicates and groups.
+/// Applies `check` to every set of several pixels, replicates and groups.
 template <typename Check>
 void for_sets(SamplerType type, const Check& check) {
   PathSampler sampler(type, kReplicates, 5);
@@ -90,7 +89,7 @@ TEST(Permutation, IsOneToOneForEveryCount) {
   }
 }
 
-// Two elements have any two images with equal probability. 1 % over all nine tests.
+// Any two images of two elements have equal probability. 1 % over all nine tests.
 TEST(Permutation, ImagesOfTwoElementsAreUniform) {
   for (const std::uint32_t n : {5U, 16U, 25U}) {
     for (const std::uint32_t other : {1U, 2U, n - 1}) {
@@ -110,7 +109,7 @@ TEST(Permutation, ImagesOfTwoElementsAreUniform) {
   }
 }
 
-TEST(Strata, AreMetExactly) {
+TEST(Strata, AreReproducedExactly) {
   for (const std::uint32_t count : {1U, 3U, 5U, 16U, 25U, 625U, 1U << 20}) {
     for (std::uint32_t k = 0; k < 2000; ++k) {
       const std::uint32_t cell = k % count;
@@ -173,9 +172,9 @@ TEST(OrthogonalArray, IsOneForEveryPrime) {
   }
 }
 
-// Continuations of a path: those with the same number are a set, those of one path are not each
-// other's copies.
-TEST(SampleSets, ContinuationsOfAllPathsAreSetsToo) {
+// Continuations of a path: those with the same number form a set; those of one path are not copies
+// of each other.
+TEST(SampleSets, ContinuationsOfAllPathsFormSets) {
   for (const auto& entry : core::samplers()) {
     PathSampler sampler(entry.value, kReplicates, 5);
     const int size = std::max(core::samples_in_set(entry.value), 16);
@@ -201,7 +200,7 @@ TEST(SampleSets, ContinuationsOfAllPathsAreSetsToo) {
   }
 }
 
-TEST(SampleSets, APointThatMovedIsDetected) {
+TEST(SampleSets, DetectsAMovedPoint) {
   int seen = 0;
   int sets = 0;
   for_sets(SamplerType::kOrthogonalArray, [&](std::vector<Point> set, int /*group*/) {
@@ -210,7 +209,7 @@ TEST(SampleSets, APointThatMovedIsDetected) {
     seen += is_even(set, 1, 25) ? 0 : 1;
   });
   EXPECT_EQ(seen, sets);
-  // Not whole: 16 points that begin in the middle of a set.
+  // Not a whole set: 16 points that start in the middle of a set.
   PathSampler sampler(SamplerType::kLatinHypercube, kReplicates, 5);
   EXPECT_FALSE(is_even(points(sampler, {1, 2}, 0, kLight, 8, 16), 0, 16));
 }
@@ -230,8 +229,8 @@ TEST(Halton, EachBaseHasItsElementaryIntervals) {
   }
 }
 
-// The remainders of 2^a 3^b numbers in a row are all different, wherever they begin.
-TEST(Halton, TheFilmHasOnePointInEachBoxOfPowersOfTwoAndThree) {
+// The remainders of 2^a 3^b consecutive numbers are all different.
+TEST(Halton, FilmHasOnePointInEachBoxOfPowersOfTwoAndThree) {
   PathSampler sampler(SamplerType::kHalton, kReplicates, 5);
   for (const auto& [a, b] :
        {std::pair(2, 3), std::pair(4, 9), std::pair(8, 9), std::pair(16, 27), std::pair(32, 9)}) {
@@ -244,7 +243,7 @@ TEST(Halton, TheFilmHasOnePointInEachBoxOfPowersOfTwoAndThree) {
   for (const Point& p : points(sampler, {3, 4}, 1, core::kCameraGroup, 18, 18)) {
     mixed.push_back(p);
   }
-  EXPECT_FALSE(is_even(mixed, 0, 4, 1, 9)) << "two replicates are not one sequence";
+  EXPECT_FALSE(is_even(mixed, 0, 4, 1, 9)) << "two replicates do not form one sequence";
 }
 
 TEST(Halton, EveryDimensionHasOneBaseOrNone) {
@@ -268,7 +267,7 @@ TEST(Halton, EveryDimensionHasOneBaseOrNone) {
   EXPECT_EQ(core::halton_base(63), 311U) << "the 64th prime";
 }
 
-/// Points of the aligned block of side x side pixels at (x, y), which is side^2 sets long.
+/// Points of the aligned block of side x side pixels at (x, y), which has side^2 sets.
 std::vector<Point> block_points(int x, int y, int side, int replicate, int group, int set) {
   PathSampler sampler(SamplerType::kZsobol, kReplicates, 8);
   constexpr int kSize = static_cast<int>(core::kBlueNoiseSize);
@@ -308,7 +307,7 @@ TEST(Zsobol, EveryAlignedBlockOfPixelsHoldsOneNet) {
   EXPECT_FALSE(is_net(block_points(31, 0, 2, 0, 0, 0))) << "two tiles";
 }
 
-TEST(Zsobol, OrdersOfAllSquaresAreTaken) {
+TEST(Zsobol, AllSquareOrdersOccur) {
   const std::set<std::uint8_t> orders(core::kOrdersOfFour.begin(), core::kOrdersOfFour.end());
   EXPECT_EQ(orders.size(), 24U);
   std::set<std::uint32_t> images;
@@ -321,9 +320,9 @@ TEST(Zsobol, OrdersOfAllSquaresAreTaken) {
   EXPECT_EQ(*images.rbegin(), 1023U);
 }
 
-// In closed form: Var((e^u + e^(1-u)) / 2) = .0039125, against .242036 / 2 for two
-// independent numbers; and the square of a symmetric function is twice as bad.
-TEST(Antithetic, LinearFunctionsAreExactAndSymmetricOnesTwiceAsBad) {
+// In closed form: Var((e^u + e^(1-u)) / 2) = .0039125, against .242036 / 2 for two independent
+// numbers; a symmetric function has twice the variance.
+TEST(Antithetic, LinearFunctionsAreExactAndSymmetricOnesHaveTwiceTheVariance) {
   PathSampler sampler(SamplerType::kAntithetic, kReplicates, 3);
   test_support::Moments exponential;
   test_support::Moments symmetric;
@@ -343,16 +342,16 @@ TEST(Antithetic, LinearFunctionsAreExactAndSymmetricOnesTwiceAsBad) {
     const auto pair = points(sampler, at, i % 2, kBsdf, 0, 2);
     directions.add((pair[0][1] + pair[1][1]) / 2);
   }
-  // 200,000 values: a variance is known to 0.4 % (its fourth moment is at most 3.5 times its
-  // square); 4 of that.
+  // 200,000 values: the standard error of a variance is 0.4 % (its fourth moment is at most 3.5
+  // times its square); 4 of that.
   EXPECT_NEAR(exponential.variance() / 0.0039125, 1, 0.016);
   EXPECT_NEAR(symmetric.variance() / (1.0 / 180), 1, 0.016);
-  EXPECT_NEAR(directions.variance() / (1.0 / 24), 1, 0.02) << "fresh numbers for directions";
+  EXPECT_NEAR(directions.variance() / (1.0 / 24), 1, 0.02) << "independent numbers for directions";
 }
 
-// 2,000 runs of 64 pairs: 95 % have a standard deviation of 0.5 %. Taking the numbers of a pair for
-// independent ones gives intervals 5.6 times too wide.
-TEST(Antithetic, APairCountsAsOneSample) {
+// 2,000 runs of 64 pairs: 95 % have a standard deviation of 0.5 %. Treating the numbers of a pair
+// as independent gives intervals 5.6 times too wide.
+TEST(Antithetic, PairCountsAsOneSample) {
   int covered = 0;
   int naive = 0;
   constexpr int kRuns = 2000;
@@ -391,11 +390,11 @@ TEST(SampleCounts, AreRoundedUpToWholeSetsOfEveryReplicate) {
 
 // 3 passes of 4 replicates are 12 samples; with sets of 16, whole sets in whole windows are 48 in
 // each replicate.
-TEST(SampleCounts, AreRoundedUpToWholeWindowsThatShareLightSamples) {
+TEST(SampleCounts, AreRoundedUpToWholeWindowsOfLightSampleReuse) {
   core::RenderSettings settings;
   settings.replicates = 4;
   settings.light_history = 3;
-  EXPECT_EQ(core::shared_window(settings), 1) << "only restir shares";
+  EXPECT_EQ(core::shared_window(settings), 1) << "only restir reuses samples";
   EXPECT_EQ(core::rounded_samples(settings, 1), 1);
   settings.light_sampler = core::LightSamplerType::kRestir;
   EXPECT_EQ(core::shared_window(settings), 12);

@@ -30,7 +30,7 @@ std::vector<Vec4> points(std::uint32_t count, std::uint64_t h, std::uint64_t h2)
   return out;
 }
 
-/// Does each box of 2^-a by 2^-b, a + b = k - t, hold exactly 2^t of the 2^k points?
+/// Tests whether each box of 2^-a by 2^-b, a + b = k - t, contains exactly 2^t of the 2^k points.
 bool is_net(const std::vector<Vec4>& p, int d0, int d1, int t) {
   const int k = static_cast<int>(std::lround(std::log2(static_cast<double>(p.size()))));
   for (int a = 0; a <= k - t; ++a) {
@@ -52,7 +52,7 @@ bool is_net(const std::vector<Vec4>& p, int d0, int d1, int t) {
 
 std::uint64_t seed_of(int i) { return core::mix_bits(static_cast<std::uint64_t>(i) + 77); }
 
-TEST(Sobol, FirstTwoDimensionsHoldOnePointInEachElementaryInterval) {
+TEST(Sobol, FirstTwoDimensionsHaveOnePointInEachElementaryInterval) {
   for (int seed = 0; seed < 8; ++seed) {
     for (std::uint32_t n = 2; n <= 1024; n *= 2) {
       EXPECT_TRUE(is_net(points(n, seed_of(seed), seed_of(seed + 100)), 0, 1, 0)) << n;
@@ -61,7 +61,8 @@ TEST(Sobol, FirstTwoDimensionsHoldOnePointInEachElementaryInterval) {
 }
 
 // The other pairs are nets of a higher t; t of a pair is a property of the direction numbers, and
-// scrambling must keep it. Joe and Kuo's first four dimensions have t <= 3 in every 2-D projection.
+// scrambling must preserve it. Joe and Kuo's first four dimensions have t <= 3 in every 2-D
+// projection.
 TEST(Sobol, EveryProjectionIsANetOfSmallT) {
   for (int a = 0; a < 4; ++a) {
     for (int b = a + 1; b < 4; ++b) {
@@ -89,15 +90,15 @@ TEST(Sobol, EveryDimensionIsStratified) {
   }
 }
 
-TEST(Sobol, ANetWithOnePointMovedIsDetected) {
+TEST(Sobol, DetectsANetWithOneMovedPoint) {
   auto p = points(64, seed_of(1), seed_of(2));
   p[5].x = p[6].x;
   EXPECT_FALSE(is_net(p, 0, 1, 0));
 }
 
-// A replicate's samples are the points of one set, in order: prefixes of 2^k samples are nets in
-// the picture too.
-TEST(Sobol, SamplesOfAReplicateAreOneSet) {
+// A replicate's samples are the points of one set, in order: prefixes of 2^k samples are also nets
+// in the image.
+TEST(Sobol, SamplesOfAReplicateFormOneSet) {
   PathSampler sampler(SamplerType::kSobol, 2, 9);
   for (const int group : {core::kCameraGroup, core::dimension_group(0, core::BounceGroup::kLight),
                           core::dimension_group(3, core::BounceGroup::kBsdf)}) {
@@ -113,7 +114,7 @@ TEST(Sobol, SamplesOfAReplicateAreOneSet) {
   }
 }
 
-TEST(PathSampler, NumbersLieInTheUnitIntervalAndNeverReachOne) {
+TEST(PathSampler, NumbersAreInTheUnitIntervalAndNeverReachOne) {
   for (const auto& entry : core::samplers()) {
     PathSampler sampler(entry.value, 2, 1);
     for (int s = 0; s < 100000; ++s) {
@@ -131,7 +132,7 @@ TEST(PathSampler, NumbersLieInTheUnitIntervalAndNeverReachOne) {
   EXPECT_LT(core::to_unit_float(0xffffffffU), 1.0F);
 }
 
-TEST(PathSampler, ANumberDependsOnNothingButItsName) {
+TEST(PathSampler, NumberDependsOnlyOnItsArguments) {
   for (const auto& entry : core::samplers()) {
     PathSampler a(entry.value, 2, 5);
     PathSampler b(entry.value, 2, 5);
@@ -146,7 +147,7 @@ TEST(PathSampler, ANumberDependsOnNothingButItsName) {
   }
 }
 
-/// Correlation of 20,000 pairs of numbers; each pair named by two of the four arguments.
+/// Correlation of 20,000 pairs of numbers; two of the four arguments identify each pair.
 double correlation(SamplerType type,
                    const std::function<std::pair<float, float>(PathSampler&, int)>& pair) {
   constexpr int kPairs = 20000;
@@ -165,9 +166,9 @@ double correlation(SamplerType type,
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));  // N(0,1)
 }
 
-// |z| < 4.5: false alarm 7e-6 a comparison, 192 comparisons: 0.13 %. zsobol means its neighbours to
-// be correlated: there pixels of two tiles are asked.
-TEST(PathSampler, AReplicateHasTheSameNumbersWhateverStandsBesideIt) {
+// |z| < 4.5: false alarm 7e-6 per comparison, 192 comparisons: 0.13 %. zsobol correlates its
+// neighbours on purpose: for it the pixels are from two tiles.
+TEST(PathSampler, NumbersOfAReplicateAreIndependentOfTheOthers) {
   constexpr int kSamples = 200;  // several whole sets of every type
   for (const auto& entry : core::samplers()) {
     PathSampler whole(entry.value, 6, 11);
@@ -222,7 +223,7 @@ TEST(PathSampler, NeighboursReplicatesGroupsAndSeedsAreUncorrelated) {
   }
 }
 
-// Within one pixel, sample by sample, two pixels' sequences must not march together.
+// Sample by sample, the sequences of two pixels must not be correlated.
 TEST(PathSampler, TwoPixelsAreUncorrelatedOverTheirSamples) {
   for (int pixel = 0; pixel < 6; ++pixel) {
     const double z = correlation(SamplerType::kSobol, [&](PathSampler& s, int i) {
@@ -235,7 +236,7 @@ TEST(PathSampler, TwoPixelsAreUncorrelatedOverTheirSamples) {
   }
 }
 
-TEST(PathSampler, ACorrelationOfFivePercentIsDetected) {
+TEST(PathSampler, DetectsACorrelationOfFivePercent) {
   PathSampler other(SamplerType::kIndependent, 2, 99);
   const double z = correlation(SamplerType::kIndependent, [&](PathSampler& s, int i) {
     s.start(i, 0, 0);
@@ -246,8 +247,8 @@ TEST(PathSampler, ACorrelationOfFivePercentIsDetected) {
   EXPECT_GT(std::fabs(z), 4.5);
 }
 
-/// 16 x 16 boxes of two of the four numbers, each pair from a pixel of its own (zsobol: from a tile
-/// of its own), at all positions of a set.
+/// 16 x 16 boxes of two of the four numbers, each pair from a separate pixel (zsobol: from a
+/// separate tile), at all positions of a set.
 double uniformity(const core::NamedValue<SamplerType>& entry, int d0, int d1, int group,
                   float squeeze) {
   constexpr int kSide = 16;
@@ -281,7 +282,7 @@ TEST(PathSampler, EveryPairOfNumbersIsUniform) {
       }
     }
     EXPECT_LT(uniformity(entry, 0, 1, 0, 0.98F), level)
-        << "two percent off must be seen: " << entry.name;
+        << "two percent too much must be detected: " << entry.name;
   }
 }
 
@@ -314,8 +315,8 @@ double correlation_of_errors(SamplerType type,
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));
 }
 
-// What error bars rest on. 16 comparisons: false alarm 0.01 %. zsobol shows that a correlation is
-// seen.
+// The assumption of error intervals. 16 comparisons: false alarm 0.01 %. zsobol shows that
+// correlation is detected.
 TEST(PathSampler, ErrorsOfReplicatesAndOfPixelsAreIndependent) {
   const auto neighbours = [](int i) { return std::pair(2 * i, 2 * i + 1); };
   for (const auto& entry : core::samplers()) {
@@ -325,7 +326,7 @@ TEST(PathSampler, ErrorsOfReplicatesAndOfPixelsAreIndependent) {
         << entry.name;
     const double z = correlation_of_errors(entry.value, neighbours, 0);
     if (entry.value == SamplerType::kZsobol) {
-      EXPECT_LT(z, -8) << "blue noise: neighbours err in opposite directions";
+      EXPECT_LT(z, -8) << "blue noise: errors of neighbours have opposite signs";
     } else {
       EXPECT_LT(std::fabs(z), 4.5) << entry.name;
     }

@@ -1,5 +1,5 @@
-// Groups of paths that share light samples, over pixels and passes, are functions of the job: the
-// bits of films.
+// Groups of paths that reuse light samples, over pixels and passes, are functions of the job,
+// tested by the bits of films.
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class NullSink : public core::RenderSink {
   void on_finished(core::StopReason /*why*/) override {}
 };
 
-/// block pixels squared and `history` passes share.
+/// Squares of block x block pixels and `history` passes reuse samples.
 core::View shared_view(core::AdaptiveType adaptive, int block, int history) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 41, 37);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
@@ -62,7 +62,7 @@ std::string digest_of(const core::View& view, double slice_seconds, int threads)
 
 // A plan gives pixels different counts, in steps of all replicates of a half. 60 samples are whole
 // windows of 20 and of 12.
-TEST(SharedLightBits, AreTheSameForOneTwoAndSevenThreadsAndAnySlices) {
+TEST(SharedLightBits, AreIndependentOfThreadsAndSlices) {
   for (const core::AdaptiveType adaptive :
        {core::AdaptiveType::kNone, core::AdaptiveType::kPilot}) {
     for (const auto& [block, history] : {std::pair{5, 1}, std::pair{3, 5}, std::pair{1, 3}}) {
@@ -73,15 +73,15 @@ TEST(SharedLightBits, AreTheSameForOneTwoAndSevenThreadsAndAnySlices) {
       EXPECT_EQ(digest_of(view, 1e-3, 7), one);
       core::View other = view;
       other.settings.light_block = block == 5 ? 4 : 2;
-      EXPECT_NE(digest_of(other, 100, 2), one) << "squares must matter";
+      EXPECT_NE(digest_of(other, 100, 2), one) << "spatial reuse must have an effect";
       other = view;
       other.settings.light_history = history == 1 ? 2 : 1;
-      EXPECT_NE(digest_of(other, 100, 2), one) << "passes must matter";
+      EXPECT_NE(digest_of(other, 100, 2), one) << "temporal reuse must have an effect";
     }
   }
 }
 
-/// The film goes on in another process: nothing but its tiles is left of the first.
+/// Resumes the film in another process: only its tiles remain of the first.
 std::shared_ptr<Film> reloaded(const core::View& view, const Film& film) {
   const auto again = film_of(view);
   for (int t = 0; t < film.tile_count(); ++t) {
@@ -90,9 +90,9 @@ std::shared_ptr<Film> reloaded(const core::View& view, const Film& film) {
   return again;
 }
 
-// What a checkpoint keeps is enough: groups remember nothing of what came before, and no slice ends
-// within a window.
-TEST(SharedLightBits, AreTheSameAfterKillAndResume) {
+// The content of a checkpoint suffices: groups keep no state from before, and no slice ends within
+// a window.
+TEST(SharedLightBits, AreIndependentOfKillAndResume) {
   for (const auto& [block, history] : {std::pair{5, 1}, std::pair{3, 4}}) {
     const core::View view = shared_view(core::AdaptiveType::kNone, block, history);
     const std::string calm = digest_of(view, 100, 1);
@@ -119,7 +119,7 @@ TEST(SharedLightBits, AreTheSameAfterKillAndResume) {
   }
 }
 
-TEST(SharedLightBits, AreTheSameWhenAFinishedJobIsExtended) {
+TEST(SharedLightBits, AreIndependentOfExtension) {
   const core::View view = shared_view(core::AdaptiveType::kNone, 3, 4);
   const std::string at_once = digest_of(view, 100, 1);
   const auto film = film_of(view);

@@ -1,5 +1,5 @@
-// Slices that are rendered elsewhere, from their bytes alone: the film is the same, and results
-// that no renderer made are refused.
+// Slices rendered elsewhere from their bytes alone: the film is the same, and results that no
+// renderer made are refused.
 #include "core/render/slice_work.h"
 
 #include <cmath>
@@ -48,7 +48,7 @@ core::TaskOptions samples(int n) {
 
 using Film = std::shared_ptr<const core::Film>;
 
-/// The view's film when every slice goes as bytes to another renderer and back.
+/// Renders the view's film, sending every slice as bytes to another renderer and back.
 Film lent_film(
     const core::View& view, int sample_count,
     const std::function<void(SliceWork&)>& spoil = [](SliceWork&) {}) {
@@ -109,14 +109,14 @@ std::vector<core::MeterSum> meter_sums(const Film& film) {
   return sums;
 }
 
-TEST(SliceWork, ItsLargestResultIsKnownBeforeItIsRendered) {
+TEST(SliceWork, LargestResultIsKnownBeforeRendering) {
   core::View view = small_view();
   view.settings.integrator = "bdpt";
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = false;
   const core::Film film(view.settings);
   const auto tiles = core::tile_rects({0, 0, 70, 45});
   const core::SplatLayout layout = core::splat_layout(view.settings, tiles);
-  // The sums of the most bits, everywhere: 19 bytes each, since ceil(128 / 7) is 19.
+  // Sums with the maximum number of bits everywhere: 19 bytes each, since ceil(128 / 7) is 19.
   core::SplatTiles sums(tiles.size());
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     const core::SplatSum most = core::SplatSum{1} << 126U;
@@ -128,7 +128,7 @@ TEST(SliceWork, ItsLargestResultIsKnownBeforeItIsRendered) {
   const std::size_t packed = core::pack_sums(layout, sums).size();
   EXPECT_EQ(packed, 70U * 45U * 2U * (1U + 3U * 19U));
   EXPECT_LE(packed, core::result_bytes_max(film, 0));
-  // Every second one: what is passed over takes no more than what is there.
+  // Every second sum: skipped sums need no more bytes than stored ones.
   for (auto& tile : sums) {
     for (std::size_t i = 0; i < tile.size(); i += 2) {
       tile[i] = core::SplatPixel{};
@@ -160,7 +160,7 @@ TEST(SliceWork, MakesTheSameFilmWithFittedCoefficientsAndSharedSamples) {
   EXPECT_EQ(digest_of_lent(shared, 16), digest_of_local(shared, 16));
 }
 
-TEST(SliceWork, MakesTheSameFilmWithEveryIntegratorThatIsLent) {
+TEST(SliceWork, MakesTheSameFilmWithEveryRemoteIntegrator) {
   for (const core::IntegratorEntry& row : core::integrators()) {
     if (row.keeps_prepass) {
       continue;
@@ -173,7 +173,7 @@ TEST(SliceWork, MakesTheSameFilmWithEveryIntegratorThatIsLent) {
   }
 }
 
-TEST(SliceWork, OfAPrepassForAllSamplesIsNotLent) {
+TEST(SliceWork, DoesNotSendAPrepassForAllSamples) {
   core::View view = small_view();
   view.settings = core::default_settings("irradiance-cache");
   view.settings.film = small_view().settings.film;
@@ -203,7 +203,7 @@ TEST(SliceWork, MakesTheSameFilmWithAMeter) {
   EXPECT_EQ(meter_sums(lent_film(view, 3)), sums);
 }
 
-TEST(SliceWork, WithALightPathLessIsAnotherFilm) {
+TEST(SliceWork, DetectsAMissingLightPath) {
   core::View view = small_view();
   view.settings.integrator = "light-trace";
   const std::string whole = digest_of_local(view, 3);
@@ -211,7 +211,7 @@ TEST(SliceWork, WithALightPathLessIsAnotherFilm) {
   EXPECT_NE(lent_film(view, 3, lose)->digest(), whole);
 }
 
-TEST(SliceWork, ThatIsGivenBackIsTakenAgain) {
+TEST(SliceWork, IsTakenAgainAfterItIsReturned) {
   const core::View view = small_view();
   auto film = std::make_shared<core::Film>(view.settings);
   QuietSink sink;
@@ -249,50 +249,50 @@ class SliceResult : public ::testing::Test {
   SliceWork done_;
 };
 
-TEST_F(SliceResult, IsTakenAsItWasRendered) { EXPECT_TRUE(is_taken()); }
+TEST_F(SliceResult, IsAcceptedAsRendered) { EXPECT_TRUE(is_taken()); }
 
-TEST_F(SliceResult, OfOtherSamplesIsRefused) {
+TEST_F(SliceResult, RefusesOtherSamples) {
   ++done_.slice.first_sample;
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, OfAnotherTileIsRefused) {
+TEST_F(SliceResult, RefusesAnotherTile) {
   done_.slice.tile = 1;
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, OfAnotherRectangleIsRefused) {
+TEST_F(SliceResult, RefusesAnotherRectangle) {
   done_.state.rect.x += 32;
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, ThatIsNotFiniteIsRefused) {
+TEST_F(SliceResult, RefusesNonFiniteValues) {
   done_.state.pixels[3].mean_g = std::numeric_limits<float>::quiet_NaN();
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, WithASampleTooManyIsRefused) {
+TEST_F(SliceResult, RefusesASampleTooMany) {
   ++done_.state.pixels[3].count;
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, WithMoreHitsThanSamplesIsRefused) {
+TEST_F(SliceResult, RefusesMoreHitsThanSamples) {
   done_.state.aux[3].hits = 5;
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, OfFewerPixelsIsRefused) {
+TEST_F(SliceResult, RefusesFewerPixels) {
   done_.state.pixels.pop_back();
   EXPECT_FALSE(is_taken());
 }
 
-TEST_F(SliceResult, IsRefusedWhereItsBytesAreCutOrChanged) {
+TEST_F(SliceResult, RefusesTruncatedOrChangedBytes) {
   const std::string bytes = core::encode_work({&done_, 1}, WorkPart::kResult);
   EXPECT_TRUE(core::decode_work(bytes, WorkPart::kResult));
   std::string changed = bytes;
   changed[200] = static_cast<char>(changed[200] ^ 1);
   EXPECT_FALSE(core::decode_work(changed, WorkPart::kResult));
-  // A length that fits nothing, under a checksum that fits: what is cut is the array.
+  // A wrong array length under a valid checksum: the array is truncated.
   for (std::size_t cut : {1U, 64U, 1000U}) {
     std::string shorter = bytes.substr(0, bytes.size() - sizeof(std::uint32_t) - cut);
     const auto sum = static_cast<std::uint32_t>(

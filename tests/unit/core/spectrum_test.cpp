@@ -1,5 +1,5 @@
 // Colours as spectra: round trips, bounds, densities; BSDFs of three wavelengths against BSDFs of
-// one. z-tests alarm falsely beyond 4.5 standard deviations, with a rate of 7e-6 each.
+// one. z-tests have a limit of 4.5 standard deviations, a false alarm rate of 7e-6 each.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -22,7 +22,7 @@ constexpr std::array<Rgb, 7> kColors = {
     Rgb{1, 1, 1},          Rgb{1, 0, 0},       Rgb{0, 1, 0},           Rgb{0, 0, 1},
     Rgb{0.8F, 0.4F, 0.1F}, Rgb{0, 0.7F, 0.9F}, Rgb{0.02F, 0.02F, 0.5F}};
 
-/// The colour of a colour's spectrum; shift: what goes wrong, of u.
+/// The colour of a colour's spectrum; shift: plants an error in u.
 Rgb round_trip(Rgb color, float shift = 0) {
   constexpr int kSteps = 10'000;
   std::array<double, 3> sum{};
@@ -36,7 +36,7 @@ Rgb round_trip(Rgb color, float shift = 0) {
   return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
 }
 
-TEST(Wavelengths, AColourComesBackFromItsSpectrum) {
+TEST(Wavelengths, ColorRoundTripsThroughItsSpectrum) {
   for (const Rgb& color : kColors) {
     const Rgb back = round_trip(color);
     for (int c = 0; c < 3; ++c) {
@@ -45,8 +45,8 @@ TEST(Wavelengths, AColourComesBackFromItsSpectrum) {
   }
 }
 
-// The twin: spectra a few nanometres beside their places.
-TEST(Wavelengths, AShiftedSpectrumIsAnotherColour) {
+// The planted fault: spectra shifted by a few nanometres.
+TEST(Wavelengths, DetectsAShiftedSpectrum) {
   EXPECT_GT(std::fabs(round_trip({1, 0, 0}, 0.02F).g), 1e-3F);
 }
 
@@ -63,7 +63,7 @@ TEST(Wavelengths, WhiteIsFlatAndReflectancesAreWithinZeroAndOne) {
   }
 }
 
-TEST(Wavelengths, ComeOneFromEachThirdOfTheirDistribution) {
+TEST(Wavelengths, AreSampledFromEachThirdOfTheDistribution) {
   float longest = 781;
   for (int k = 0; k < 3; ++k) {
     for (int i = 999; i >= 0; --i) {
@@ -75,8 +75,8 @@ TEST(Wavelengths, ComeOneFromEachThirdOfTheirDistribution) {
   EXPECT_GE(longest, 380);
 }
 
-TEST(Wavelengths, NoneCountsMoreThanFourTimes) {
-  // The bound that the density leaves: the integral of the length of the colours, which is 3.6.
+TEST(Wavelengths, HaveWeightsOfAtMostFour) {
+  // The bound given by the density: the integral of the length of the colours, which is 3.6.
   for (int i = 0; i < 1000; ++i) {
     const Wavelengths at(static_cast<float>(i) / 1000);
     for (const Rgb& one : {Rgb{3, 0, 0}, Rgb{0, 3, 0}, Rgb{0, 0, 3}}) {
@@ -95,13 +95,13 @@ TEST(CieTables, D65HasItsChromaticity) {
     y += static_cast<double>(row.y * row.d65);
     z += static_cast<double>(row.z * row.d65);
   }
-  // CIE 15:2004, table 1, of the 2 degree observer.
+  // CIE 15:2004, table 1, 2 degree observer.
   EXPECT_NEAR(x / (x + y + z), 0.31272, 2e-5);
   EXPECT_NEAR(y / (x + y + z), 0.32903, 2e-5);
 }
 
-TEST(ThinFilm, AtWavelengthsIsAirysSum) {
-  // Schlick's curve is exact at normal incidence, and so is the sum.
+TEST(ThinFilm, AtWavelengthsIsTheAirySum) {
+  // At normal incidence Schlick's curve is exact, and therefore the sum.
   for (const float thickness : {150.0F, 400.0F, 900.0F}) {
     const Rgb nm = {640, 550, 450};
     const Rgb seen = core::thin_film_fresnel(1, 1.3F, thickness, Rgb(0.04F), nm);
@@ -117,7 +117,7 @@ TEST(ThinFilm, AtWavelengthsIsAirysSum) {
 
 constexpr int kDraws = 30'000;
 
-/// What light is worth by direction: anything that is not symmetric.
+/// Incident radiance by direction: any asymmetric function.
 float worth(Vec3 wi) { return (wi.z > 0 ? 1.0F : 1.7F) * (1.2F + wi.x); }
 
 struct Boundary {
@@ -153,7 +153,7 @@ struct Estimate {
   std::array<double, 3> variance{};  ///< of the mean
 };
 
-/// sample(draws): the light of each wavelength.
+/// sample(draws): radiance at each wavelength.
 template <typename Sample>
 Estimate estimate(Sample&& sample) {
   Draws draws;
@@ -175,7 +175,8 @@ Estimate estimate(Sample&& sample) {
 
 Rgb brought(const core::BsdfSample& s) { return s.weight * worth(s.wi_local); }
 
-/// Three wavelengths together. bend: of the number that picks; 1 is right.
+/// Samples three wavelengths together. bend: factor of the number that selects the lobe; 1 is
+/// correct.
 Estimate together(const Boundary& boundary, float bend) {
   return estimate([&](Draws& draws) {
     const float u = std::pow(draws.next(), bend);
@@ -187,7 +188,7 @@ Estimate together(const Boundary& boundary, float bend) {
   });
 }
 
-/// Each by itself.
+/// Samples each wavelength separately.
 Estimate alone(const Boundary& boundary) {
   Estimate all;
   for (int c = 0; c < 3; ++c) {
@@ -216,15 +217,15 @@ double largest_z(const Estimate& a, const Estimate& b) {
 
 class SpectralBoundary : public testing::TestWithParam<Boundary> {};
 
-TEST_P(SpectralBoundary, BringsEachWavelengthWhatItsOwnBsdfBrings) {
+TEST_P(SpectralBoundary, EachWavelengthGetsTheRadianceOfItsOwnBsdf) {
   EXPECT_LT(largest_z(together(GetParam(), 1), alone(GetParam())), 4.5);
 }
 
-TEST_P(SpectralBoundary, PicksOfOtherProbabilitiesAreSeen) {
+TEST_P(SpectralBoundary, DetectsWrongLobeProbabilities) {
   EXPECT_GT(largest_z(together(GetParam(), 1.5F), alone(GetParam())), 4.5);
 }
 
-TEST_P(SpectralBoundary, EvaluatesWhatItSamples) {
+TEST_P(SpectralBoundary, EvaluateMatchesSample) {
   Draws draws;
   for (int i = 0; i < 200; ++i) {
     const core::SpectralBsdf bsdf(
@@ -245,14 +246,15 @@ INSTANTIATE_TEST_SUITE_P(Glass, SpectralBoundary,
                          testing::Values(Boundary{0, false}, Boundary{0, true},
                                          Boundary{0.5F, false}, Boundary{0.5F, true}));
 
-TEST(SpectralBsdf, ASmoothBoundaryRefractsOneWavelengthAndReflectsAll) {
+TEST(SpectralBsdf, SmoothBoundaryRefractsOneWavelengthAndReflectsAll) {
   const core::SpectralBsdf bsdf(glass({0, false}), kWo, {0, 0, 1}, nullptr,
                                 {.ior = kIors, .prob = {0.5F, 0.3F, 0.2F}, .u_pick = 0.6F});
   const core::BsdfSample reflected = bsdf.sample(0, {0.5F, 0.5F});
   EXPECT_GT(reflected.wi_local.z, 0);
   EXPECT_GT(std::min({reflected.weight.r, reflected.weight.g, reflected.weight.b}), 0);
   const core::BsdfSample refracted = bsdf.sample(0.99F, {0.5F, 0.5F});
-  EXPECT_NEAR(-refracted.wi_local.x * 1.6F, kWo.x, 1e-5F);  // Snell's law of the one picked
+  // Snell's law of the selected wavelength
+  EXPECT_NEAR(-refracted.wi_local.x * 1.6F, kWo.x, 1e-5F);
   EXPECT_EQ(refracted.weight.r, 0);
   EXPECT_GT(refracted.weight.g, 0);
   EXPECT_EQ(refracted.weight.b, 0);

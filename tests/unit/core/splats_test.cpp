@@ -38,7 +38,7 @@ LightBatch batch_of(int unit, int samples, int replicates = 2) {
   return light;
 }
 
-/// One camera sample of black in every replicate.
+/// Adds one black camera sample in every replicate.
 void fill_black(Film& film) {
   for (int t = 0; t < film.tile_count(); ++t) {
     core::TileState state = film.tile(t);
@@ -50,7 +50,7 @@ void fill_black(Film& film) {
   }
 }
 
-TEST(Splats, SumsDoNotDependOnTheOrder) {
+TEST(Splats, SumsAreIndependentOfTheOrder) {
   test_support::Random random(1);
   std::vector<Rgb> values;
   for (int i = 0; i < 10000; ++i) {
@@ -67,17 +67,17 @@ TEST(Splats, SumsDoNotDependOnTheOrder) {
     floats[1] += values[values.size() - 1 - i].r;
   }
   EXPECT_EQ(forwards.sum, backwards.sum);
-  EXPECT_NE(floats[0], floats[1]) << "the order must matter to sums of floats";
+  EXPECT_NE(floats[0], floats[1]) << "the order must matter for float sums";
 }
 
-TEST(Splats, TheLargestSumOfTheLargestFilmFits) {
+TEST(Splats, LargestSumOfTheLargestFilmFits) {
   SplatPixel pixel;
   core::add_splat(pixel, Rgb(std::nextafter(core::kSplatMax, 0.0F)));
   const core::SplatSum most = std::numeric_limits<core::SplatSum>::max();
   EXPECT_LT(pixel.sum[0], most >> 52U);
 }
 
-TEST(Splats, WhatIsNotFiniteOrTooLargeIsRejectedAndCounted) {
+TEST(Splats, RejectsAndCountsNonFiniteAndTooLargeValues) {
   LightBatch light = batch_of(0, 2);
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), core::kSplatMax,
                           -core::kSplatMax, std::numeric_limits<float>::infinity()}) {
@@ -94,7 +94,7 @@ TEST(Splats, WhatIsNotFiniteOrTooLargeIsRejectedAndCounted) {
 
 // 80 x 40 pixels in units of 32 x 32: unit 2 has 16 x 32 of them. 4 samples of it are 2 paths for
 // each of its pixels in a replicate: 1024 of 3200 pixels, so 1 / (1024 / 3200) for each splat.
-TEST(Splats, APixelsValueIsTheSumOverThePathsForEachPixelOfTheFilm) {
+TEST(Splats, PixelValueIsTheSumOverPathsPerPixelOfTheFilm) {
   Film film = splat_film();
   fill_black(film);
   LightBatch light = batch_of(2, 4);
@@ -111,7 +111,7 @@ TEST(Splats, APixelsValueIsTheSumOverThePathsForEachPixelOfTheFilm) {
   EXPECT_EQ(film.shown_tile(2).pixels[2 * (5 * 16 + 6)].mean_r, a.r);
 }
 
-TEST(Splats, UnitsCoverTheFullFilmUnderACropAndSplatsOutsideOfItAreLeftOut) {
+TEST(Splats, UnitsCoverTheFullFilmUnderACropAndOutsideSplatsAreDropped) {
   const Film whole = splat_film();
   Film film = splat_film(core::PixelRect{40, 4, 8, 8});
   EXPECT_EQ(film.tile_count(), 1);
@@ -134,7 +134,7 @@ TEST(Splats, UnitsCoverTheFullFilmUnderACropAndSplatsOutsideOfItAreLeftOut) {
   EXPECT_EQ(film.light_samples(0), 2);
 }
 
-TEST(Splats, OfAFilmFileAndOfAMergeAreThoseOfTheFilm) {
+TEST(Splats, AreKeptByFilmFilesAndMerges) {
   const auto made = [](std::uint64_t seed) {
     auto film = std::make_shared<Film>(settings_of(), 2, core::PixelErrors::kCorrelated, true);
     fill_black(*film);
@@ -175,7 +175,7 @@ core::View light_view() {
   return view;
 }
 
-TEST(LightPaths, ACropIsTheCropOfTheFullPicture) {
+TEST(LightPaths, CropEqualsTheCropOfTheFullImage) {
   core::View view = light_view();
   view.settings.film.filter = {core::FilterType::kMitchell, 2};
   const auto full = test_support::render(view, 4).film;
@@ -197,9 +197,9 @@ class NoSink final : public core::RenderSink {
   void on_finished(core::StopReason) override {}
 };
 
-// What a checkpoint keeps is enough, whenever it was made: the tiles' and the splats' of different
-// times too, as a checkpoint writes while slices are committed.
-TEST(LightPaths, FilmsAreTheSameAfterARestart) {
+// A checkpoint suffices at any time, also if tiles and splats are from different times, as when it
+// is written while slices are committed.
+TEST(LightPaths, FilmsAreIndependentOfRestarts) {
   const core::View view = light_view();
   const std::string calm = test_support::render(view, 8, 1).film->digest();
   const auto renderer = core::Renderer::create(view);
@@ -231,7 +231,7 @@ TEST(LightPaths, FilmsAreTheSameAfterARestart) {
   }
 }
 
-TEST(LightPaths, RevisionsRiseForEveryTileAtTheEndOfAPass) {
+TEST(LightPaths, RevisionsIncreaseForEveryTileAtTheEndOfAPass) {
   const auto film = test_support::render(light_view(), 2).film;
   std::uint32_t least = film->tile_revision(0);
   for (int t = 0; t < film->tile_count(); ++t) {

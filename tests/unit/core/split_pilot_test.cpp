@@ -27,14 +27,14 @@ TEST(BestSplitCount, IsNearTheRealOptimum) {
   }
 }
 
-TEST(BestSplitCount, IsBoundedAndOneWhereNothingFollows) {
+TEST(BestSplitCount, IsBoundedAndOneIfNothingFollows) {
   EXPECT_EQ(core::best_split_count({0, 1, 1, 0.01}), core::kMeasuredSplitMax);
   EXPECT_EQ(core::best_split_count({1, 1, 1, 0}), 1);
   EXPECT_EQ(core::best_split_count({1, 0, 1, 3}), 1);
 }
 
-/// 10 + way * X + branch * Y, X from the camera ray's place on the film and Y from the bounce's
-/// numbers; `rays` behind the first surface.
+/// 10 + way * X + branch * Y, with X from the film position of the camera ray and Y from the random
+/// numbers of the bounce; traces `rays` rays after the first surface.
 class Product final : public core::Integrator {
  public:
   Product(float way, float branch, int rays, float exposure = 1)
@@ -56,9 +56,9 @@ class Product final : public core::Integrator {
   float exposure_;
 };
 
-// Both are uniform, so variances are as the squares of the factors. 1024 pixels: each variance
-// within some percent.
-TEST(MeasureSplit, FindsTheVariancesOfAnIntegrandMadeOfTwo) {
+// Both are uniform, so variances are proportional to the squared factors. 1024 pixels: each
+// variance within a few percent.
+TEST(MeasureSplit, FindsBothVariancesOfASeparableIntegrand) {
   core::CameraSettings pose;
   pose.position = core::Vec3{0, 0, 3};
   pose.target = core::Vec3{0, 0, 0};
@@ -78,7 +78,7 @@ TEST(MeasureSplit, FindsTheVariancesOfAnIntegrandMadeOfTwo) {
   }
 }
 
-TEST(MeasureSplit, DoesNotDependOnTheExposure) {
+TEST(MeasureSplit, IsIndependentOfExposure) {
   core::CameraSettings pose;
   pose.position = core::Vec3{0, 0, 3};
   pose.target = core::Vec3{0, 0, 0};
@@ -90,13 +90,13 @@ TEST(MeasureSplit, DoesNotDependOnTheExposure) {
   for (const float exposure : {1.0F / 1024, 1024.0F}) {
     const core::SplitCosts costs =
         core::measure_split(*camera, Product(0.2F, 0.6F, 4, exposure), settings);
-    // Powers of two: equal but for the rounding of sums.
+    // Powers of two: equal up to the rounding of sums.
     EXPECT_NEAR(costs.way_variance, usual.way_variance, 1e-9 * usual.way_variance);
     EXPECT_NEAR(costs.branch_variance, usual.branch_variance, 1e-9 * usual.branch_variance);
   }
 }
 
-TEST(MeasureSplit, IsTheSameEveryTime) {
+TEST(MeasureSplit, IsReproducible) {
   core::View view = test_support::view_of(test_support::build(test_support::cornell()), 16, 16);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
   view.settings.estimator.splitting = core::SplittingType::kMeasured;

@@ -1,4 +1,4 @@
-// Light made in code: where the sun stands, what sky and studios send, the sun as a light.
+// Procedural light: position of the sun, radiance of sky and studios, the sun as a light.
 #include <cmath>
 #include <numbers>
 
@@ -28,20 +28,20 @@ constexpr SunSettings kBerlin = {52.52, 13.405, 1782043200};
 
 // Source: Reda and Andreas, Solar Position Algorithm for Solar Radiation Applications, NREL 2008,
 // table A5.1: declination and elevation seen from the surface, azimuth; the elevation without
-// refraction. Ours is seen from the earth's centre: parallax is at most 0.0024 degrees.
-TEST(SunPosition, IsThatOfThePublishedExample) {
+// refraction. Ours is geocentric: parallax is at most 0.0024 degrees.
+TEST(SunPosition, MatchesThePublishedExample) {
   const core::SunPosition sun = core::sun_position(kGolden);
   EXPECT_NEAR(sun.declination_degrees, -9.31434, 0.01);
   EXPECT_NEAR(sun.elevation_degrees, 39.872046, 0.01);
   EXPECT_NEAR(sun.azimuth_degrees, 194.34024, 0.01);
   EXPECT_NEAR(sun.distance_au, 0.9965422974, 1e-4);
   SunSettings mirrored = kGolden;
-  mirrored.longitude_degrees = -mirrored.longitude_degrees;  // what a wrong sign would do
+  mirrored.longitude_degrees = -mirrored.longitude_degrees;  // the effect of a wrong sign
   EXPECT_GT(std::fabs(core::sun_position(mirrored).elevation_degrees - 39.872046), 1);
 }
 
 // Source: Meeus, Astronomical Algorithms, example 25.a: 1992 October 13, 0h (a minute of dynamical
-// time is not seen).
+// time is negligible).
 TEST(SunPosition, HasTheDeclinationOfMeeusExample) {
   EXPECT_NEAR(core::sun_position({0, 0, 718934400}).declination_degrees, -7.78507, 0.005);
 }
@@ -49,11 +49,12 @@ TEST(SunPosition, HasTheDeclinationOfMeeusExample) {
 TEST(SunPosition, DirectionsHaveNorthAtMinusZAndEastAtX) {
   const Vec3 afternoon = core::sun_direction(core::sun_position(kGolden));
   EXPECT_GT(afternoon.z, 0.5F);   // south
-  EXPECT_LT(afternoon.x, -0.1F);  // a little west
+  EXPECT_LT(afternoon.x, -0.1F);  // slightly west
   EXPECT_NEAR(static_cast<double>(afternoon.y), std::sin(39.872046 * kPi / 180), 2e-4);
 }
 
-/// The mean over the sphere, by points on a spiral: another rule than that of maps and presets.
+/// The mean over the sphere, by points on a spiral: a different quadrature from that of maps and
+/// presets.
 template <typename Radiance>
 double spiral_mean(const Radiance& radiance) {
   constexpr int kPoints = 400'000;
@@ -82,7 +83,7 @@ TEST(Studios, HaveThePowerOfAWhiteEnvironment) {
   }
 }
 
-TEST(Sky, LightsALevelSurfaceAsItsIntegralSays) {
+TEST(Sky, IrradianceOfAHorizontalSurfaceMatchesTheIntegral) {
   const core::Sky sky(core::sun_position(kBerlin));
   double sky_light = 0;
   {
@@ -102,20 +103,21 @@ TEST(Sky, LightsALevelSurfaceAsItsIntegralSays) {
                            static_cast<double>(sky.sun().direction.y);
   const auto level = static_cast<double>(sky.irradiance().g);
   EXPECT_NEAR(level, sky_light + sun_light, 5e-3 * level);
-  EXPECT_GT(std::fabs(level - sky_light - 0.98 * sun_light), 5e-3 * level);  // and can tell
+  // the difference is detectable
+  EXPECT_GT(std::fabs(level - sky_light - 0.98 * sun_light), 5e-3 * level);
   EnvironmentSettings settings;
   settings.sun = kBerlin;
   const auto made = core::make_environment(settings);
   ASSERT_TRUE(made);
   EXPECT_NEAR(static_cast<double>(core::level_irradiance(**made, 1).g), level, 5e-3 * level);
-  // Clear noon in summer: 90 to 110 klx in all, 10 to 25 of them from the sky.
-  // Source: CIE 108-1994, Guide to Recommended Practice of Daylight Measurement; Littlefair,
-  // Lighting Research and Technology 17, 1985.
+  // Clear noon in summer: 90 to 110 klx in total, 10 to 25 of them from the sky. Source: CIE
+  // 108-1994, Guide to Recommended Practice of Daylight Measurement; Littlefair, Lighting Research
+  // and Technology 17, 1985.
   EXPECT_GT(683 * level, 80e3);
   EXPECT_LT(683 * level, 115e3);
 }
 
-TEST(Sky, TheSunSetsAndThenThereIsNone) {
+TEST(Sky, HasNoSunAfterSunset) {
   EnvironmentSettings settings;
   settings.sun = kBerlin;
   settings.sun->unix_seconds += 12 * 3600;
@@ -124,7 +126,7 @@ TEST(Sky, TheSunSetsAndThenThereIsNone) {
   EXPECT_EQ(made.error().where, "/environment/sun/time");
 }
 
-/// A sky of a slope, and a sun so wide that a test sees it.
+/// A sky with a gradient, and a sun wide enough for a test.
 std::shared_ptr<const core::Environment> wide_sun(float rotation_degrees) {
   core::Image map;
   map.width = 16;
@@ -182,12 +184,12 @@ TEST(EnvironmentSun, SamplesHaveTheRadianceAndThePowerOfTheirDirections) {
   EXPECT_GT(suns, 10'000);
 }
 
-TEST(EnvironmentBlur, KeepsEvenLightAndSpreadsTheSun) {
+TEST(EnvironmentBlur, KeepsUniformLightAndSpreadsTheSun) {
   EnvironmentSettings tent;
   tent.preset = core::EnvironmentPreset::kTent;
   const auto soft = *core::make_environment(tent);
   const double mean = spiral_mean([&](Vec3 d) { return static_cast<double>(soft->blurred(d).g); });
-  EXPECT_NEAR(mean, 1, 0.02);  // the lobe is normalised where it ends, not where it begins
+  EXPECT_NEAR(mean, 1, 0.02);  // the lobe is normalised at its end, not at its start
   EnvironmentSettings noon;
   noon.sun = kBerlin;
   const auto sunny = *core::make_environment(noon);

@@ -1,4 +1,4 @@
-// Levels of textures, and lookups that textures share.
+// Mipmap levels of textures, and lookups shared between textures.
 #include "core/textures/texture.h"
 
 #include <algorithm>
@@ -58,15 +58,15 @@ double worst_rounding(int channels, bool srgb, double scale = 1) {
   return worst;
 }
 
-TEST(TextureLevels, AreTheNearestStepToTheMeanInLinearLight) {
+TEST(TextureLevels, RoundTheLinearMeanToTheNearestStep) {
   for (const int channels : {1, 2, 3, 4}) {
     EXPECT_LE(worst_rounding(channels, true), 0.5001) << channels;
     EXPECT_LE(worst_rounding(channels, false), 0.5001) << channels;
   }
 }
 
-// The twin.
-TEST(TextureLevels, OnePercentMoreLightIsSeen) { EXPECT_GT(worst_rounding(3, true, 1.01), 0.55); }
+// The planted fault.
+TEST(TextureLevels, DetectOnePercentMoreLight) { EXPECT_GT(worst_rounding(3, true, 1.01), 0.55); }
 
 TEST(TextureLevels, HalveOddAndNarrowImages) {
   test_support::Random random(2);
@@ -77,7 +77,7 @@ TEST(TextureLevels, HalveOddAndNarrowImages) {
   }
 }
 
-TEST(TextureTaps, OfOneTextureReadAnotherOfItsSize) {
+TEST(TextureTaps, OfOneTextureApplyToAnotherOfItsSize) {
   test_support::Random random(6);
   const auto a = Texture::create(image_of(37, 20, 3, random), true);
   const auto b = Texture::create(image_of(37, 20, 4, random), false);

@@ -1,5 +1,5 @@
-// Which triangles of a textured emitter are lights, and how bright the light samplers take them
-// for.
+// Which triangles of a textured emitter are lights, and the power that light samplers assign to
+// them.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using core::Vec3;
 
 constexpr int kSize = 64;
 
-/// Black but for one texel.
+/// Black except for one texel.
 std::shared_ptr<const core::Image> dot_at(int x, int y) {
   auto image = std::make_shared<core::Image>();
   image->width = image->height = kSize;
@@ -31,7 +31,7 @@ std::shared_ptr<const core::Image> dot_at(int x, int y) {
   return image;
 }
 
-/// A grid of n x n squares over [0,1]^2 at height 1, facing down, that shines as the image says.
+/// A grid of n x n squares over [0,1]^2 at height 1, facing down, with the emission of the image.
 std::shared_ptr<const core::Scene> ceiling(int n, std::shared_ptr<const core::Image> image) {
   auto material = test_support::emitter(Rgb(2));
   material.emissive_texture.image = 0;
@@ -59,7 +59,7 @@ std::shared_ptr<const core::Scene> ceiling(int n, std::shared_ptr<const core::Im
   return test_support::build(std::move(scene));
 }
 
-TEST(TexturedEmission, OnlyTrianglesThatReadAColouredTexelAreLights) {
+TEST(TexturedEmission, OnlyTrianglesWithANonBlackTexelAreLights) {
   const auto scene = ceiling(16, dot_at(20, 40));
   const core::SceneData& data = scene->data();
   ASSERT_EQ(data.triangle_lights.size(), 512U);
@@ -71,12 +71,12 @@ TEST(TexturedEmission, OnlyTrianglesThatReadAColouredTexelAreLights) {
   }
   EXPECT_GT(shining, 0);
   EXPECT_LE(shining,
-            4 * 4 * 2);  // blocks of 8 texels and what bilinear reads reach: 4 squares wide
+            4 * 4 * 2);  // blocks of 8 texels plus the bilinear footprint: 4 squares wide
 }
 
-// Wherever a light sampler left a triangle out, light would be lost with strategy light and in
-// paths from lights.
-TEST(TexturedEmission, NoPointThatShinesIsOnABlackTriangle) {
+// A triangle missing from the light sampler would lose light with strategy light and in paths from
+// lights.
+TEST(TexturedEmission, NoEmittingPointIsOnABlackTriangle) {
   for (const auto& [x, y] : {std::pair{0, 0}, std::pair{63, 63}, std::pair{31, 32}}) {
     const auto scene = ceiling(13, dot_at(x, y));
     const core::SceneData& data = scene->data();
@@ -96,8 +96,8 @@ TEST(TexturedEmission, NoPointThatShinesIsOnABlackTriangle) {
   }
 }
 
-TEST(TexturedEmission, TheMeanIsThatOfTheTexels) {
-  // Half of the picture at 1, in stripes finer than the points of a triangle at which it is read.
+TEST(TexturedEmission, MeanEqualsThatOfTheTexels) {
+  // Half of the image at 1, in stripes finer than the points at which a triangle is evaluated.
   auto image = std::make_shared<core::Image>();
   image->width = image->height = kSize;
   image->channels = 3;
@@ -112,14 +112,14 @@ TEST(TexturedEmission, TheMeanIsThatOfTheTexels) {
   }
 }
 
-TEST(TexturedEmission, AFaintDotInALargeTriangleStillIsALight) {
+TEST(TexturedEmission, FaintDotInALargeTriangleIsALight) {
   const auto scene = ceiling(1, dot_at(5, 5));
   const core::SceneData& data = scene->data();
   EXPECT_GT(data.light_tree.prob_light({0.5F, 0, 0.5F}, {0, 1, 0}, 0), 0);
   EXPECT_GT(core::luminance(data.triangle_lights[0].radiance), 0);
 }
 
-TEST(ColoredBlocks, WrapAsTheTextureDoes) {
+TEST(ColoredBlocks, WrapLikeTheTexture) {
   const auto texture = core::Texture::create(*dot_at(60, 60), true);
   const core::ColoredBlocks blocks(*texture);
   const auto is_black = [&blocks](float from, float to, TextureWrap mode) {
@@ -127,7 +127,7 @@ TEST(ColoredBlocks, WrapAsTheTextureDoes) {
   };
   EXPECT_TRUE(is_black(0.1F, 0.4F, TextureWrap::kRepeat));
   EXPECT_FALSE(is_black(0.9F, 0.96F, TextureWrap::kRepeat));
-  EXPECT_FALSE(is_black(-0.1F, 0.1F, TextureWrap::kRepeat));  // reads the far end, too
+  EXPECT_FALSE(is_black(-0.1F, 0.1F, TextureWrap::kRepeat));  // also reads the opposite end
   EXPECT_TRUE(is_black(-0.1F, 0.1F, TextureWrap::kClampToEdge));
   EXPECT_TRUE(is_black(-0.1F, 0.1F, TextureWrap::kMirroredRepeat));
   EXPECT_FALSE(is_black(1.02F, 1.1F, TextureWrap::kMirroredRepeat));
@@ -135,7 +135,7 @@ TEST(ColoredBlocks, WrapAsTheTextureDoes) {
   EXPECT_FALSE(is_black(std::nanf(""), std::nanf(""), TextureWrap::kRepeat));
 }
 
-TEST(ColoredBlocks, ABlackTextureIsBlackEverywhere) {
+TEST(ColoredBlocks, BlackTextureIsBlackEverywhere) {
   auto image = std::make_shared<core::Image>(*dot_at(0, 0));
   image->bytes.assign(image->bytes.size(), std::byte{0});
   const auto texture = core::Texture::create(*image, true);

@@ -30,8 +30,8 @@ TileState tile(int replicates) {
   return state;
 }
 
-/// The groups of the slices that end at `ends`. Each pixel's statistics are fed in the order of its
-/// samples.
+/// The groups of the slices that end at `ends`. Each pixel's statistics are accumulated in the
+/// order of its samples.
 Groups groups_of(TileState& state, const core::FillRule& rule, const std::vector<int>& ends) {
   Groups groups;
   for (const int end : ends) {
@@ -92,7 +92,7 @@ TEST(GroupsOfPaths, HoldEverySampleOfEveryPixelOnce) {
   }
 }
 
-TEST(GroupsOfPaths, SpanTheirWindowWhole) {
+TEST(GroupsOfPaths, CoverTheirWholeWindow) {
   const core::FillRule rule = {.replicates = 4, .step = 6, .history = 3};
   TileState state = tile(4);
   for (const auto& group : groups_of(state, rule, {24})) {
@@ -102,21 +102,22 @@ TEST(GroupsOfPaths, SpanTheirWindowWhole) {
     }
     const int first = *samples.begin();
     EXPECT_EQ(samples, (std::set<int>{first, first + 4, first + 8}));
-    EXPECT_LT(first % 12, 4) << "windows begin at multiples of 12 samples";
+    EXPECT_LT(first % 12, 4) << "windows start at multiples of 12 samples";
   }
 }
 
-TEST(GroupsOfPaths, AreTheSameForSlicesThatEndWhereWindowsDo) {
+TEST(GroupsOfPaths, AreIndependentOfSlicesThatEndAtWindows) {
   const core::FillRule rule = {.replicates = 4, .step = 6, .history = 3};
   TileState whole = tile(4);
   TileState cut = tile(4);
   TileState badly_cut = tile(4);
   const Groups expected = groups_of(whole, rule, {36});
   EXPECT_EQ(groups_of(cut, rule, {12, 24, 36}), expected);
-  EXPECT_NE(groups_of(badly_cut, rule, {12, 20, 36}), expected) << "a cut window must be seen";
+  EXPECT_NE(groups_of(badly_cut, rule, {12, 20, 36}), expected)
+      << "an interrupted window must be detected";
 }
 
-// Where a limit ends a job within a window: all samples are there, in a shorter one.
+// A limit ends a job within a window: all samples are present, in a shorter window.
 TEST(GroupsOfPaths, OfTheLastWindowMayBeShorter) {
   const core::FillRule rule = {.replicates = 2, .step = 4, .history = 4};
   TileState state = tile(2);
@@ -147,7 +148,7 @@ TEST(GroupsOfPaths, FollowAPlan) {
     for (int x = 32; x < 42; ++x, ++p) {
       std::vector<int> expected;
       for (int k = 6; k < 6 + 6 * static_cast<int>(p % 4); ++k) {
-        expected.push_back(k / 2 * 4 + k % 2 * 2);  // half A: replicates 0 and 2 in turns
+        expected.push_back(k / 2 * 4 + k % 2 * 2);  // half A: replicates 0 and 2 alternately
       }
       for (int k = 6; k < 6 + 6 * static_cast<int>(p % 4); ++k) {
         expected.push_back(k / 2 * 4 + k % 2 * 2 + 1);  // half B

@@ -10,7 +10,7 @@ namespace {
 using core::Rgb;
 using core::ToneMap;
 
-TEST(ToneMap, SrgbCurveIsTheStandards) {
+TEST(ToneMap, SrgbCurveMatchesTheStandard) {
   // IEC 61966-2-1: 12.92 v below 0.0031308, 1.055 v^(1/2.4) - 0.055 above.
   EXPECT_FLOAT_EQ(core::srgb_from_linear(0.001F), 0.01292F);
   EXPECT_NEAR(core::srgb_from_linear(0.5F), 0.735357F, 1e-6);
@@ -24,14 +24,14 @@ TEST(ToneMap, InverseSrgbCurveUndoesIt) {
   }
 }
 
-TEST(ToneMap, LinearClipsOnly) {
+TEST(ToneMap, LinearOnlyClips) {
   const Rgb c = core::apply_tone_map(ToneMap::kLinear, {0.25F, 2, -1});
   EXPECT_EQ(c, (Rgb{0.25F, 1, 0}));
 }
 
-TEST(ToneMap, NeutralLeavesMidtonesButForItsOffset) {
-  // Khronos PBR Neutral: below the compression's start every channel loses 0.04 when the lowest is
-  // at least 0.08.
+TEST(ToneMap, NeutralKeepsMidtonesExceptForItsOffset) {
+  // Khronos PBR Neutral: below the start of compression every channel is reduced by 0.04 if the
+  // lowest is at least 0.08.
   const Rgb c = core::apply_tone_map(ToneMap::kKhronosNeutral, {0.5F, 0.3F, 0.2F});
   EXPECT_NEAR(core::linear_from_srgb(c.r), 0.46F, 1e-5);
   EXPECT_NEAR(core::linear_from_srgb(c.g), 0.26F, 1e-5);
@@ -39,7 +39,7 @@ TEST(ToneMap, NeutralLeavesMidtonesButForItsOffset) {
 }
 
 TEST(ToneMap, NeutralOffsetOfDarkColorsIsQuadratic) {
-  // x - 6.25 x^2 at x = 0.04: 0.03; left over is 0.01.
+  // x - 6.25 x^2 at x = 0.04: 0.03; the remainder is 0.01.
   const Rgb c = core::apply_tone_map(ToneMap::kKhronosNeutral, Rgb(0.04F));
   EXPECT_NEAR(core::linear_from_srgb(c.g), 0.01F, 1e-5);
 }
@@ -51,8 +51,8 @@ TEST(ToneMap, NeutralCompressesPeaks) {
 }
 
 TEST(ToneMap, AcesOfGreyFollowsHillsFit) {
-  // Rows of both matrices sum to 1, so grey goes through the fit alone:
-  // (v (v + .0245786) - .000090537) / (v (.983729 v + .4329510) + .238081) at v = 0.18.
+  // Rows of both matrices sum to 1, so grey passes only the fit: (v (v + .0245786) - .000090537) /
+  // (v (.983729 v + .4329510) + .238081) at v = 0.18.
   const double v = 0.18;
   const double fit =
       (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
@@ -69,7 +69,7 @@ TEST(ToneMap, AgxOfGreyFollowsItsPolynomial) {
   EXPECT_NEAR(core::linear_from_srgb(c.g), std::pow(y, 2.2), 1e-3);
 }
 
-TEST(ToneMap, EveryMapStaysInRangeAndGrowsWithGrey) {
+TEST(ToneMap, EveryMapStaysInRangeAndIsMonotonicInGrey) {
   for (const core::ToneMapEntry& entry : core::tone_maps()) {
     float before = -1;
     for (int stop = -20; stop <= 20; ++stop) {
@@ -82,7 +82,7 @@ TEST(ToneMap, EveryMapStaysInRangeAndGrowsWithGrey) {
   }
 }
 
-TEST(ToneMap, NotANumberIsBlackAndInfinityIsBright) {
+TEST(ToneMap, NanIsBlackAndInfinityIsBright) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
   for (const core::ToneMapEntry& entry : core::tone_maps()) {

@@ -21,7 +21,7 @@ double quad_irradiance(Vec3 point, Vec3 normal, Vec3 corner, Vec3 u, Vec3 v) {
 }
 
 // A unit square at distance 1 gives .7522747 in closed form.
-TEST(TriangleIrradiance, OfTheUnitSquareAtDistanceOne) {
+TEST(TriangleIrradiance, OfTheUnitSquareAtDistanceOneMatchesTheClosedForm) {
   EXPECT_NEAR(quad_irradiance({0, 0, 0}, {0, 1, 0}, {-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}),
               0.7522747, 1e-6);
 }
@@ -31,8 +31,8 @@ TEST(TriangleIrradiance, OfAnInfinitePlaneIsPi) {
               kPi, 1e-6);
 }
 
-// A plane at right angles to the receiver covers half of what is above it.
-TEST(TriangleIrradiance, CountsOnlyWhatIsAboveTheHorizon) {
+// A plane perpendicular to the receiver covers half of the hemisphere.
+TEST(TriangleIrradiance, CountsOnlyThePartAboveTheHorizon) {
   EXPECT_NEAR(
       quad_irradiance({0, 0, 0}, {0, 0, 1}, {1e-4F, -1e4F, -1e4F}, {0, 2e4F, 0}, {0, 0, 2e4F}),
       kPi / 2, 1e-4);
@@ -40,7 +40,7 @@ TEST(TriangleIrradiance, CountsOnlyWhatIsAboveTheHorizon) {
 }
 
 // Small and far: E = area cos cos / r^2 to the order of (size / r)^2.
-TEST(TriangleIrradiance, KeepsItsDigitsForSmallLights) {
+TEST(TriangleIrradiance, KeepsPrecisionForSmallLights) {
   const Vec3 a = {0, 0, 100};
   const double area = 0.5 * 1e-4;
   EXPECT_NEAR(
@@ -49,7 +49,7 @@ TEST(TriangleIrradiance, KeepsItsDigitsForSmallLights) {
       1, 1e-5);
 }
 
-TEST(TriangleIrradiance, AgreesWithQuadratureWhereTheHorizonCutsIt) {
+TEST(TriangleIrradiance, AgreesWithQuadratureIfTheHorizonCutsIt) {
   const Vec3 point = {0.2F, 0.1F, -0.3F};
   const Vec3 normal = core::normalize({0.3F, 0.8F, 0.5F});
   const Vec3 a = {-2, 0.5F, 1};

@@ -1,4 +1,4 @@
-// What lanes compute, beside the scalar code.
+// Lane functions against the scalar code.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -64,7 +64,7 @@ TEST(WaveLanes, DrawAPairAsTheFirstTwoDimensionsOfFour) {
   }
 }
 
-TEST(WaveLanes, SineAndCosineErrLessThanTwoInTenMillion) {
+TEST(WaveLanes, SineAndCosineErrByLessThanTwoInTenMillion) {
   double worst = 0;
   for (int i = -100'000; i <= 100'000; ++i) {
     const float x = static_cast<float>(i) * (6.2831853F / 100'000);
@@ -78,7 +78,7 @@ TEST(WaveLanes, SineAndCosineErrLessThanTwoInTenMillion) {
   EXPECT_LT(worst, 2e-7);
 }
 
-TEST(WaveLanes, LogarithmsErrLessThanThreeInTenMillion) {
+TEST(WaveLanes, LogarithmsErrByLessThanThreeInTenMillion) {
   double worst = 0;
   for (int i = 0; i <= 200'000; ++i) {
     const float x = std::exp2(static_cast<float>(i) * (60.0F / 200'000) - 30);
@@ -89,7 +89,7 @@ TEST(WaveLanes, LogarithmsErrLessThanThreeInTenMillion) {
   EXPECT_LT(worst, 3e-7);
 }
 
-TEST(WaveLanes, AnglesOfDirectionsErrLessThanFourInTenMillion) {
+TEST(WaveLanes, AnglesOfDirectionsErrByLessThanFourInTenMillion) {
   double worst = 0;
   for (int i = -50'000; i <= 50'000; ++i) {
     const double angle = i * (3.14159265358979 / 50'000);
@@ -103,7 +103,8 @@ TEST(WaveLanes, AnglesOfDirectionsErrLessThanFourInTenMillion) {
   EXPECT_EQ(core::atan2(Floats<8>(0.0F), Floats<8>(0.0F)).v[0], 0.0F);
 }
 
-/// The largest difference between lanes and the scalar code, over 8,000 directions of a turned map.
+/// The largest difference between lanes and the scalar code, over 8,000 directions of a rotated
+/// map.
 float worst_of_sky(bool is_background) {
   const auto sky = test_support::sky_map(
       32, 16,
@@ -136,7 +137,7 @@ float worst_of_sky(bool is_background) {
   return worst;
 }
 
-TEST(WaveLanes, ReadTheSkyAsTheScalarCode) {
+TEST(WaveLanes, SampleTheSkyLikeTheScalarCode) {
   EXPECT_LT(worst_of_sky(true), 1e-3F);
   EXPECT_LE(worst_of_sky(false), 1e-3F);
 }
@@ -178,7 +179,7 @@ TEST(WaveLanes, StartTheRaysOfEveryCamera) {
   }
 }
 
-TEST(WaveLanes, CompressKeepsTheOrderOfThoseTaken) {
+TEST(WaveLanes, CompressKeepsTheOrderOfSelectedLanes) {
   alignas(32) std::array<std::int32_t, 8> from = {10, 11, 12, 13, 14, 15, 16, 17};
   for (unsigned taken = 0; taken < 256; ++taken) {
     std::array<std::int32_t, 8> to{};

@@ -1,5 +1,5 @@
-// Waves against the scalar code that they follow: kernels number by number, pictures pixel by
-// pixel. Both draw the same random numbers, so that what they find differs by rounding alone.
+// Waves against the equivalent scalar code: kernels number by number, images pixel by pixel. Both
+// use the same random numbers, so results differ only by rounding.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -26,7 +26,7 @@ using core::Rgb;
 using core::Vec3;
 using test_support::Picture;
 
-/// The surfaces that waves know.
+/// The surfaces that waves support.
 std::vector<core::BsdfParameters> surfaces() {
   std::vector<core::BsdfParameters> out;
   for (const auto& c : test_support::bsdf_cases()) {
@@ -47,12 +47,12 @@ std::vector<core::BsdfParameters> surfaces() {
   return out;
 }
 
-/// Where two of them differ by more than rounding: 1e-4 of the larger, or of 1e-3.
+/// Tests whether two values differ by more than rounding: 1e-4 of the larger, or of 1e-3.
 bool differs(float a, float b) {
   return !(std::fabs(a - b) <= 1e-4F * std::max({std::fabs(a), std::fabs(b), 1e-3F}));
 }
 
-/// How many values and samples of lanes differ from the scalar Bsdf's, N surfaces side by side.
+/// Number of values and samples of lanes that differ from the scalar Bsdf's, N surfaces at once.
 /// alpha_scale: 1, or a fault in the lanes.
 template <std::size_t N>
 int differences(Vec3 ng, float alpha_scale) {
@@ -111,7 +111,7 @@ int differences(Vec3 ng, float alpha_scale) {
   return count;
 }
 
-// Rounding may choose another lobe or side in a handful of 2,400.
+// Rounding may select another lobe or side in a handful of 2,400.
 TEST(WaveBsdf, LanesEqualTheScalarBsdf) {
   EXPECT_LE(differences<8>({0, 0, 1}, 1), 3);
   EXPECT_LE(differences<1>({0, 0, 1}, 1), 1);
@@ -122,10 +122,10 @@ TEST(WaveBsdf, LanesEqualTheScalarBsdfUnderATiltedHorizon) {
   EXPECT_LE(differences<1>(test_support::tilted_normal(), 1), 1);
 }
 
-// The twin.
-TEST(WaveBsdf, OnePercentMoreWidthIsDetected) { EXPECT_GT(differences<8>({0, 0, 1}, 1.01F), 300); }
+// The planted fault.
+TEST(WaveBsdf, DetectsOnePercentMoreWidth) { EXPECT_GT(differences<8>({0, 0, 1}, 1.01F), 300); }
 
-TEST(WaveLights, FewLightsArePickedAsTheTreePicksThem) {
+TEST(WaveLights, SelectsFewLightsLikeTheTree) {
   test_support::Random random(9);
   for (const std::size_t count : {1U, 2U, 3U, 4U}) {
     std::vector<core::LightBounds> lights(count);
@@ -184,8 +184,8 @@ core::View balls(const std::vector<core::MaterialDescription>& materials) {
   return view;
 }
 
-/// Share of the pixels that differ by more than 1e-3 in their value or layers: paths that rounding
-/// sent another way.
+/// Fraction of the pixels that differ by more than 1e-3 in their value or layers: paths that
+/// rounding sent elsewhere.
 double differing(const core::View& view, int width, const core::View& scalar) {
   core::View waves = view;
   waves.wave_width = width;
@@ -221,11 +221,11 @@ std::vector<core::MaterialDescription> metals_and_plastics() {
           glossy({0.8F, 0.8F, 0.8F}, 0.5F, 0.01F)};
 }
 
-TEST(Waves, OfDiffuseSurfacesFindWhatPathsOneByOneFind) {
+TEST(Waves, AgreeWithScalarPathsOnDiffuseSurfaces) {
   EXPECT_LT(differing(balls({test_support::lambert({0.7F, 0.2F, 0.2F})})), 0.01);
 }
 
-TEST(Waves, OfMetalsAndPlasticsFindWhatPathsOneByOneFind) {
+TEST(Waves, AgreeWithScalarPathsOnMetalsAndPlastics) {
   EXPECT_LT(differing(balls(metals_and_plastics())), 0.01);
   EXPECT_LT(differing(balls(metals_and_plastics()), 1), 0.01);
 }
@@ -236,7 +236,7 @@ core::View split(core::View view, int count) {
   return view;
 }
 
-TEST(Waves, SplitPathsAsOneByOne) {
+TEST(Waves, SplitPathsLikeTheScalarCode) {
   core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
   glass.transmission = 1;
   const core::View view = balls({metals_and_plastics()[0], metals_and_plastics()[1], glass});
@@ -245,19 +245,19 @@ TEST(Waves, SplitPathsAsOneByOne) {
   core::View other = split(view, 3);
   other.settings.sampler = core::SamplerType::kHalton;
   EXPECT_LT(differing(other), 0.01);
-  // The twin: another count.
+  // The planted fault: another count.
   EXPECT_GT(differing(split(view, 2), 8, split(view, 3)), 0.5);
 }
 
-// The twin: a scattering less.
-TEST(Waves, OfShorterPathsAreDetected) {
+// The planted fault: one scattering event less.
+TEST(Waves, DetectShorterPaths) {
   const core::View view = balls(metals_and_plastics());
   core::View shorter = view;
   shorter.settings.max_depth = 2;
   EXPECT_GT(differing(shorter, 8, view), 0.5);
 }
 
-TEST(Waves, HandOverPathsThatMeetGlassAndCoats) {
+TEST(Waves, HandOverPathsThatHitGlassAndCoats) {
   core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
   glass.transmission = 1;
   core::MaterialDescription solid = glass;
@@ -267,7 +267,7 @@ TEST(Waves, HandOverPathsThatMeetGlassAndCoats) {
   EXPECT_LT(differing(balls({glass, solid, coated})), 0.02);
 }
 
-TEST(Waves, TakePathsBackBehindGlassThatSplitThere) {
+TEST(Waves, TakePathsBackAfterGlassThatSplitThere) {
   core::MaterialDescription solid = glossy({1, 1, 1}, 0, 0);
   solid.transmission = 1;
   solid.thickness = 1;
@@ -286,7 +286,7 @@ TEST(Waves, PassHolesAndBlendedSurfaces) {
   EXPECT_LT(differing(balls({hole, there, half})), 0.01);
 }
 
-TEST(Waves, SeeMapsOfTheSkyAndLeaveHiddenOnesOut) {
+TEST(Waves, SupportMapsOfTheSkyIncludingHiddenOnes) {
   core::View view = balls(metals_and_plastics());
   view.environment = test_support::sky_map(16, 8, [](int x, int y) {
     return x == 5 && y == 2 ? Rgb{80, 70, 60} : Rgb{0.3F, 0.3F, 0.3F};
@@ -294,8 +294,8 @@ TEST(Waves, SeeMapsOfTheSkyAndLeaveHiddenOnesOut) {
   EXPECT_LT(differing(view), 0.01);
 }
 
-/// Balls whose textures are turned and repeated, with bytes and with floats, under every wrap mode;
-/// one is so fine that coarse levels are read.
+/// Balls whose textures are rotated and repeated, with bytes and with floats, in every wrap mode;
+/// one has such high resolution that coarse levels are read.
 core::View textured(float normal_scale = 0.7F) {
   core::SceneDescription scene = test_support::cornell();
   test_support::Random random(3);
@@ -351,14 +351,14 @@ core::View textured(float normal_scale = 0.7F) {
   return view;
 }
 
-TEST(Waves, ReadTexturesAsPathsOneByOne) {
+TEST(Waves, ReadTexturesLikeTheScalarCode) {
   EXPECT_LT(differing(textured()), 0.02);
   EXPECT_LT(differing(textured(), 1), 0.02);
-  // The twin: normals bent a fifth more.
+  // The planted fault: normals tilted a fifth more.
   EXPECT_GT(differing(textured(0.84F), 8, textured()), 0.2);
 }
 
-TEST(Waves, ServeEverySampler) {
+TEST(Waves, SupportEverySampler) {
   core::View view = balls(metals_and_plastics());
   for (const auto type :
        {core::SamplerType::kIndependent, core::SamplerType::kHalton, core::SamplerType::kZsobol}) {
@@ -367,7 +367,7 @@ TEST(Waves, ServeEverySampler) {
   }
 }
 
-TEST(Waves, EndWhereDepthDoes) {
+TEST(Waves, EndAtTheMaximumDepth) {
   core::View view = balls(metals_and_plastics());
   for (const int depth : {0, 1, 3}) {
     view.settings.max_depth = depth;
@@ -375,8 +375,8 @@ TEST(Waves, EndWhereDepthDoes) {
   }
 }
 
-// Which paths travel together changes with the crop; what they find does not.
-TEST(Waves, KeepTheBitsOfAPathWhateverTravelsWithIt) {
+// The crop changes which paths share a wave, but not their results.
+TEST(Waves, BitsOfAPathAreIndependentOfItsWave) {
   core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
   glass.transmission = 1;
   core::MaterialDescription solid = glass;
@@ -397,7 +397,7 @@ TEST(Waves, KeepTheBitsOfAPathWhateverTravelsWithIt) {
   }
 }
 
-TEST(Waves, AreForDefaultOptionsAlone) {
+TEST(Waves, SupportOnlyDefaultOptions) {
   core::View view = balls({});
   const auto serves = [&] {
     return core::make_wave_tracer({view.scene->data(), view.environment.get(), view.settings}) !=
@@ -414,8 +414,8 @@ TEST(Waves, AreForDefaultOptionsAlone) {
   EXPECT_FALSE(serves());
 }
 
-// Waves of three lie across pixels and samples; each pixel still gets its own in order.
-TEST(WaveFill, TileContentIsThatOfPixelAfterPixel) {
+// Waves of three span pixels and samples; each pixel still gets its own in order.
+TEST(WaveFill, TileContentEqualsThatOfPixelAfterPixel) {
   const auto sample_of = [](int x, int y, int s) {
     core::PathSample out;
     out.radiance = Rgb(static_cast<float>(

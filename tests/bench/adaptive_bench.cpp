@@ -1,6 +1,6 @@
-// 1 / (V T) of adaptive sampling against the same number everywhere, over the built-in scenes, in
-// one run. Prints, never asserts. V: mean over pixels and channels of the variance over seeds, over
-// (mean^2 + 0.01); T: CPU seconds, pilot included.
+// 1 / (V T) of adaptive sampling against uniform sample counts, over the built-in scenes, in one
+// run. Prints, never asserts. V: mean over pixels and channels of the variance over seeds, over
+// (mean^2 + 0.01); T: CPU seconds, including the pilot.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
             render(view, variants[v].settings, samples, seed + 1000 * static_cast<int>(v)));
       }
     }
-    // The expected value is the same for all of them.
+    // The expected value is the same for all runs.
     std::vector<core::Rgb> mu(runs[0][0].pixels.size());
     for (std::size_t v = 0; v < variants.size(); ++v) {
       for (const Run& run : runs[v]) {

@@ -1,4 +1,5 @@
-// Figures of the renderer alone. Prints, never asserts: times belong to a machine and a moment.
+// Benchmarks of the renderer alone. Prints, never asserts: times depend on the machine and its
+// load.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -22,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// CPU time of one number group, a point of two dimensions being half of it: the numbers of a path
+/// CPU time of a group of random numbers, where a 2-D point is half a group: the numbers of a path
 /// of two bounces, five groups for each start. Best of five.
 void measure_samplers() {
   constexpr int kPaths = 100'000;
@@ -82,8 +83,8 @@ void measure(const char* name, const core::View& view, int samples, int threads)
       p.progress.error.relative_rmse, p.progress.efficiency());
 }
 
-/// CPU time of a look at the error of a film of 1920x1080, and of the sums that it stands on, which
-/// are made as tiles are committed.
+/// CPU time of an error check of a film of 1920x1080, and of its sums, which are computed when
+/// tiles are committed.
 void measure_look() {
   core::FilmSettings settings;
   settings.width = 1920;

@@ -1,6 +1,6 @@
-// How often intervals of pictures and of single pixels hold the truth, by brightness: renders with
-// as many seeds, the truth of each being the mean of the others. Each sampler, with and without
-// adaptive sampling, and the estimators that learn as they go. Prints, never asserts.
+// Coverage of error intervals of images and of single pixels, by brightness: renders with different
+// seeds, the true value for each being the mean of the others. Each sampler, with and without
+// adaptive sampling, and the estimators that learn from their samples. Prints, never asserts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,8 +26,7 @@ struct Plan {
   int threads = 2;
 };
 
-/// For each pixel that has noise the class that it belongs to, from dark to bright; kClasses: it
-/// has none.
+/// The brightness class of each noisy pixel, from dark to bright; kClasses: the pixel has no noise.
 std::vector<std::size_t> classes_of(const std::vector<double>& values,
                                     const std::vector<double>& variances) {
   const auto has_noise = [&](std::size_t p) {
@@ -68,7 +67,7 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
     }
   }
   const auto others = static_cast<double>(plan.renders - 1);
-  // The mean of the others is off by something itself.
+  // The mean of the others has its own error.
   const double widened = std::sqrt(1 + 1 / others);
   std::array<double, kClasses + 1> inside{};
   std::array<double, kClasses + 1> all{};
@@ -121,7 +120,7 @@ int main(int argc, char** argv) {
   plan.renders = argc > 1 ? std::atoi(argv[1]) : plan.renders;
   plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
   plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;
-  const std::string only = argc > 4 ? argv[4] : "";  // scene instead of all
+  const std::string only = argc > 4 ? argv[4] : "";  // one scene instead of all
   std::printf(
       "coverage of 95 %% intervals, %d renders, %d pixels wide\n"
       "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate  unreliable\n",

@@ -1,10 +1,10 @@
-/// How much of the processor's time is spent inside Embree.
+/// Fraction of the CPU time that is spent inside Embree.
 #pragma once
 
 namespace bench {
 
-/// Samples the program counter at every five milliseconds of CPU time of the process, on x86-64
-/// Linux. One at a time.
+/// Samples the program counter every five milliseconds of CPU time of the process, on x86-64 Linux.
+/// One instance at a time.
 class EmbreeShare {
  public:
   EmbreeShare();
@@ -12,7 +12,7 @@ class EmbreeShare {
   EmbreeShare(const EmbreeShare&) = delete;
   EmbreeShare& operator=(const EmbreeShare&) = delete;
 
-  /// Of the samples since the construction, 0 to 1; NaN when there is none yet.
+  /// Fraction of the samples since construction, 0 to 1; NaN if there is none yet.
   double share() const;
 };
 

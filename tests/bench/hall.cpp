@@ -79,13 +79,13 @@ core::SceneDescription hall() {
   parts.push_back(grid(200, 300, 0, [](Vec2 t) {  // floor, 20 x 40 m
     return Vec3{20 * t.x - 10, bump(t.x, t.y), 20 - 40 * t.y};
   }));
-  for (const float side : {-1.0F, 1.0F}) {  // walls with windows left out above 5 m
+  for (const float side : {-1.0F, 1.0F}) {  // walls with window openings above 5 m
     parts.push_back(grid(150, 60, 1, [side](Vec2 t) {
       const float along = side > 0 ? t.x : 1 - t.x;
       return Vec3{side * (10 + bump(t.x, t.y)), 5 * t.y, 40 * along - 20};
     }));
   }
-  for (int i = 0; i < 7; ++i) {  // ribs of the roof: the sky shines in between
+  for (int i = 0; i < 7; ++i) {  // ribs of the roof: the sky is visible between them
     const float z0 = -18 + 6 * static_cast<float>(i);
     parts.push_back(grid(120, 24, 2, [z0](Vec2 t) {
       const float phi = core::kPi * t.x;

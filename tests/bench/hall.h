@@ -1,5 +1,5 @@
-/// A textured hall of about 400,000 triangles under a constant sky: columns, vaults and a floor of
-/// bumpy surfaces. Made in code; the same every time.
+/// A textured hall of about 400,000 triangles under a constant sky: columns, vaults and a floor
+/// with bumpy surfaces. Made in code; always identical.
 #pragma once
 
 #include "core/description/scene_description.h"

@@ -1,6 +1,6 @@
-// Requests per second and their delays over kept connections, from one thread.
+// Requests per second and their latencies over keep-alive connections, from one thread.
 //   http_load PORT PATH CONNECTIONS SECONDS
-// Prints: requests, requests per second, p50, p99 and largest delay in milliseconds. Exit code 1:
+// Prints: requests, requests per second, p50, p99 and maximum latency in milliseconds. Exit code 1:
 // an answer was not 200.
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 struct Connection {
   int fd = -1;
   std::string answer;
-  std::size_t length = 0;  ///< of the whole answer; 0: its head is not there yet
+  std::size_t length = 0;  ///< of the whole answer; 0: its head is incomplete
   Clock::time_point asked;
 };
 
@@ -54,7 +54,7 @@ void ask(Connection& c, const std::string& request) {
   }
 }
 
-/// Takes what came; true when the answer is whole.
+/// Reads the available bytes; returns true if the answer is complete.
 bool take(Connection& c) {
   std::array<char, 65536> buffer;
   const ssize_t got = read(c.fd, buffer.data(), buffer.size());

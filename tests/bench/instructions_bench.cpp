@@ -1,5 +1,5 @@
-// A render to count instructions of: instructions_bench SCENE SAMPLES [CONTINUATIONS], one thread,
-// 64x64 pixels. SCENE: see named_view.h. CONTINUATIONS: of each path, as with fixed
+// A render whose instructions are counted: instructions_bench SCENE SAMPLES [CONTINUATIONS], one
+// thread, 64x64 pixels. SCENE: see named_view.h. CONTINUATIONS: of each path, as with fixed
 // splitting. `tests/bench/run --instructions` runs it under callgrind.
 #include <cstdio>
 #include <cstdlib>

@@ -1,11 +1,11 @@
-// Every integrator with equal CPU time on built-in scenes. Prints, never asserts: times belong to a
-// machine and a moment.
+// Every integrator with equal CPU time on built-in scenes. Prints, never asserts: times depend on
+// the machine and its load.
 //
-// relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), b the reference, which has
-// sixteen times the time and another seed: sppm for the pool, whose light under water no connection
-// finds, bdpt elsewhere. `without 1 %`: the same without the hundredth of the pixels that is worst,
-// for pictures whose error is a few bright points. Sample counts follow from what two and six
-// samples cost.
+// relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
+// sixteen times the time and another seed: sppm for the pool, whose underwater light no connection
+// finds, bdpt for the others. `without 1 %`: the same without the worst hundredth of the pixels,
+// for images whose error is in a few bright points. Sample counts follow from the cost of two and
+// of six samples.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -28,8 +28,8 @@ struct Plan {
   int height = 54;
   double seconds = 4;
   std::string scene;  ///< empty: all
-  std::string only;   ///< integrators whose names begin so
-  std::string sheet;  ///< JPEG file that takes all images; empty: none
+  std::string only;   ///< integrators with this prefix
+  std::string sheet;  ///< JPEG file for all images; empty: none
 };
 
 struct Case {
@@ -64,7 +64,7 @@ Run render(core::View view, std::string_view integrator, double seconds, std::ui
   const double two = test_support::render(view, 2).progress.cpu_seconds;
   const double six = test_support::render(view, 6).progress.cpu_seconds;
   Run run;
-  // What comes before the first sample is in both.
+  // Both include the time before the first sample.
   const double left = 2 * (seconds - two) / std::max((six - two) / 2, 1e-4);
   run.samples = std::max(2, 2 + static_cast<int>(left) / 2 * 2);
   const test_support::Picture picture = test_support::render(view, run.samples);
@@ -75,7 +75,7 @@ Run render(core::View view, std::string_view integrator, double seconds, std::ui
   return run;
 }
 
-/// Of each pixel, the worst last.
+/// Error of each pixel, in increasing order.
 std::vector<double> errors(const Run& run, const Run& reference) {
   std::vector<double> all;
   for (std::size_t i = 0; i < run.pixels.size(); ++i) {
@@ -110,7 +110,7 @@ std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
   std::vector<std::vector<core::Rgb>> images;
   for (const core::IntegratorEntry& row : core::integrators()) {
     if (row.name == "direct" || row.name.rfind(plan.only, 0) != 0) {
-      continue;  // `direct` makes another picture
+      continue;  // `direct` renders a different image
     }
     const Run run = render(view, row.name, plan.seconds, 1);
     const std::vector<double> sorted = errors(run, reference);

@@ -1,6 +1,6 @@
-// Seconds and bytes for large glTF files: load_bench [--triangles N] [--instances N] [FILE...].
-// Without a file, a GLB of N triangles and one of N instances are made in memory first. Prints;
-// asserts nothing.
+// Time and memory for large glTF files: load_bench [--triangles N] [--instances N] [FILE...].
+// Without a file, a GLB of N triangles and one of N instances are first made in memory. Prints,
+// never asserts.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +20,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Greatest resident size of the process so far, MiB; Linux.
+/// Peak resident size of the process so far, MiB; Linux.
 double peak_mib() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {

@@ -8,7 +8,7 @@
 namespace bench {
 
 /// name: a built-in scene, or a file: GLTF, GLTF,HDR under a map, GLTF,white under a white sky.
-/// Stops the program where there is no such scene or file.
+/// Stops the program if the scene or file does not exist.
 core::View named_view(const std::string& name, int width, int height);
 
 }  // namespace bench

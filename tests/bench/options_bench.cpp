@@ -1,11 +1,11 @@
-// What each option of the estimators is worth against the plain default, and how the light samplers
-// scale. Prints, never asserts: times belong to a machine and a moment.
+// Efficiency of each option of the estimators relative to the defaults, and scaling of the light
+// samplers. Prints, never asserts: times depend on the machine and its load.
 //
-// Efficiency is 1 / (V T): V the mean over pixels of the picture's variance relative to mu^2 +
-// 0.01, from the difference of its halves; mu the mean of pictures of the default with other seeds;
-// T the CPU seconds of the pixels. V is of the luminance; the column `colour` has the mean of the
-// three channels' variances instead. Options take turns, round by round, so that a slow minute of
-// the machine is shared by all of them.
+// Efficiency is 1 / (V T): V the mean over pixels of the image's variance relative to mu^2 + 0.01,
+// from the difference of its halves; mu the mean of images of the default with other seeds; T the
+// CPU seconds of the pixels. V is of the luminance; the column `colour` has the mean of the three
+// channels' variances instead. Options alternate in rounds, so that a slow phase of the machine
+// affects all of them.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -35,7 +35,7 @@ struct Plan {
   int samples = 16;
   int rounds = 4;
   bool is_short = false;
-  std::string only;   ///< options whose names begin so, beside the default
+  std::string only;   ///< options with this prefix, and the default
   std::string scene;  ///< of view_of_name(); empty: five built-in ones
 };
 
@@ -66,7 +66,7 @@ std::vector<Option> options() {
       s.light_candidates = m;
     }));
   }
-  // Side of the squares, passes, light samples of each path.
+  // Side of the squares, passes, light samples per path.
   for (const auto& [block, history, m] :
        {std::array{1, 4, 1}, std::array{2, 1, 1}, std::array{2, 2, 1}, std::array{2, 4, 1},
         std::array{3, 1, 1}, std::array{3, 2, 1}, std::array{3, 4, 1}, std::array{4, 1, 1},
@@ -117,8 +117,8 @@ std::vector<Option> options() {
   return all;
 }
 
-/// `emitters` small triangles, turned every way, over a square floor that alone is seen; the same
-/// power in all.
+/// `emitters` small triangles in all orientations over a square floor, which is the only visible
+/// surface; constant total power.
 View swarm(int emitters, const Plan& plan) {
   test_support::Random random(7);
   const auto number = [&random](float low, float high) {
@@ -169,7 +169,7 @@ View dispersive_ball(float roughness, const Plan& plan) {
   return view;
 }
 
-/// The dispersive balls of above, or a name of named_view().
+/// The dispersive balls above, or a name of named_view().
 View view_of_name(const std::string& name, const Plan& plan) {
   if (name == "ball") {
     return dispersive_ball(0, plan);
@@ -297,8 +297,8 @@ void print_light_samplers(const Plan& plan) {
 
 }  // namespace
 
-// [--short] [--samples N] [--only NAME] [--scene NAME]: what is fitted to a picture's own samples
-// needs more of them than the usual 16.
+// [--short] [--samples N] [--only NAME] [--scene NAME]: estimators fitted to the samples of the
+// image need more than the usual 16.
 int main(int argc, char** argv) {
   Plan plan;
   for (int i = 1; i < argc; ++i) {

@@ -1,11 +1,11 @@
-// How a job scales over threads: scaling_bench [SCENE [SAMPLES [WIDTH]]] (cornell-box, 64, 960).
+// Speedup of a job over threads: scaling_bench [SCENE [SAMPLES [WIDTH]]] (cornell-box, 64, 960).
 //
-// Measured: speed over that of one thread, with as many threads as this machine has. Simulated, for
-// more: a task hands out its slices to virtual threads, one process renders each of them and notes
-// its CPU seconds, and the slice that ends first in virtual time is delivered first. What a thread
-// does between two slices (taking one, committing it, decisions at the end of a pass) counts as if
-// one lock were held for all of it, which is more than the task does, but for the tile's copy and
-// its sums: these are timed apart, and each thread makes its own. Memory and caches of large
+// Measured: speed relative to one thread, with all threads of this machine. Simulated, for more
+// threads: a task gives its slices to virtual threads, one process renders each of them and records
+// its CPU seconds, and the slice that ends first in virtual time is delivered first. The work of a
+// thread between two slices (taking one, committing it, decisions at the end of a pass) counts as
+// if it held one lock throughout, which is more than the real task does; only the tile's copy and
+// its sums, which each thread makes itself, are timed separately. Memory and caches of large
 // machines are not simulated.
 #include <algorithm>
 #include <chrono>
@@ -36,7 +36,7 @@ struct NullSink final : core::RenderSink {
   void on_finished(core::StopReason) override {}
 };
 
-/// A job of its own for every run.
+/// A separate job for every run.
 struct Job {
   Job(std::shared_ptr<const core::Renderer> renderer, int samples)
       : film(std::make_shared<core::Film>(renderer->view().settings)) {
@@ -59,7 +59,7 @@ double wall_seconds(const std::shared_ptr<const core::Renderer>& renderer, int s
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 }
 
-/// CPU seconds of what a slice takes beside its samples without a lock.
+/// CPU seconds of the work of a slice without a lock, excluding samples.
 struct Unlocked {
   double copy = 0;
   double sums = 0;
@@ -76,7 +76,7 @@ double sums_of(const core::Film& film, const core::TileState& state) {
   return core::half_sums(state.rect, state.pixels, film.replicates()).noise;
 }
 
-/// Of memory in the cache.
+/// Measured with memory in the cache.
 Unlocked unlocked_work(const std::shared_ptr<const core::Renderer>& renderer) {
   const Job job(renderer, 2);
   core::run_to_end(*job.task, 1);
@@ -91,9 +91,9 @@ Unlocked unlocked_work(const std::shared_ptr<const core::Renderer>& renderer) {
 }
 
 struct Simulated {
-  double seconds = 0;         ///< virtual, to the end of the job
+  double seconds = 0;         ///< virtual time, to the end of the job
   double render_seconds = 0;  ///< of slices
-  double own_seconds = 0;     ///< beside them, without a lock
+  double own_seconds = 0;     ///< of other work without a lock
   double locked_seconds = 0;
   double waited_seconds = 0;  ///< for the lock
   int slices = 0;
@@ -114,11 +114,12 @@ Simulated simulate(const std::shared_ptr<const core::Renderer>& renderer, int sa
   core::RenderTask& task = *job.task;
   Simulated out;
   double lock_free = 0;
-  std::vector<double> idle(static_cast<std::size_t>(threads), 0.0);  // since when
+  std::vector<double> idle(static_cast<std::size_t>(threads), 0.0);  // idle since this time
   std::vector<core::SliceWork> works;
   std::priority_queue<Delivery, std::vector<Delivery>, std::greater<>> out_there;
-  // At virtual time `at`: `alone` without the lock, then, with it, what `both` takes beyond `again`
-  // seconds for the same a second time, when its memory is in the cache. Returns when it is done.
+  // Runs from virtual time `at`: `alone` without the lock, then with the lock the time of `both`
+  // minus `again`, the time of repeating the unlocked part with its memory in the cache. Returns
+  // the time at which it is done.
   const auto run = [&](double at, const auto& alone, double again, const auto& both) {
     const double own = cpu_seconds(alone);
     const double locked = std::max(cpu_seconds(both) - again, 0.0);
@@ -163,7 +164,7 @@ Simulated simulate(const std::shared_ptr<const core::Renderer>& renderer, int sa
     const double at = run(
         next.at, [&] { return sums_of(*job.film, done.state); }, unlocked.sums,
         [&] { task.accept(std::move(done)); });
-    // Idle threads ask again when there may be some.
+    // Idle threads ask again when slices may be available.
     for (double& since : idle) {
       since = std::max(since, at);
     }

@@ -1,6 +1,6 @@
-// Jobs that end by an error target, 100 seeds each on the built-in scenes: how often the true
-// error, against a reference of many samples, is at most the target, and its median over the
-// target; how many are called unreliable. Prints, never asserts.
+// Jobs that stop at an error target, 100 seeds each on the built-in scenes: fraction of runs whose
+// true error, against a reference of many samples, is at most the target, and the median of its
+// ratio to the target; fraction flagged as unreliable. Prints, never asserts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,9 +19,9 @@
 namespace {
 
 constexpr double kConfidence = 0.95;
-constexpr int kReferenceSamples = 4096;  // what it is off by is taken off
+constexpr int kReferenceSamples = 4096;  // its own error is subtracted
 
-/// Relative error against the reference, less what that is off by itself.
+/// Relative error against the reference, minus the error of the reference.
 double true_error(const core::FilmSnapshot& seen, const core::FilmSnapshot& reference) {
   return test_support::defined_error(test_support::truth_of(seen, reference), seen.rect.width,
                                      seen.rect.height);
@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 100;
   const int width = argc > 2 ? std::atoi(argv[2]) : 96;
   const int threads = argc > 3 ? std::atoi(argv[3]) : 2;
-  // Targets, as shares of the error at 64 samples, and the scene: one instead of all.
+  // Targets, as fractions of the error at 64 samples, and optionally a single scene.
   const std::vector<double> shares =
       argc > 4 ? std::vector<double>{std::atof(argv[4])} : std::vector<double>{1.6, 0.6};
   const std::string only = argc > 5 ? argv[5] : "";

@@ -1,9 +1,9 @@
-// Runs a fuzz target without libFuzzer: every seed as it is, every seed cut at many places, then
-// random mutations until the time is over. The seed of the random numbers is fixed, so that a crash
-// comes again.
+// Runs a fuzz target without libFuzzer: every seed unchanged, every seed truncated at many
+// positions, then random mutations until the time is up. The seed of the random numbers is fixed,
+// so that crashes are reproducible.
 //   TARGET --seconds N SEED_FILE...
-// The input that is being tried is kept in the file named by --last, mapped into memory: eight
-// bytes of length, then the input. After a crash TARGET --show FILE prints it.
+// The current input is stored in the file named by --last, mapped into memory: eight bytes of
+// length, then the input. After a crash TARGET --show FILE prints it.
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -56,7 +56,7 @@ void try_input(const std::string& input) {
     std::memcpy(g_last, &size, 8);
     std::memcpy(g_last + 8, input.data(), size);
   }
-  // A copy of the exact size, so that a sanitizer sees a read beyond its end.
+  // A copy of the exact size, so that a sanitizer detects a read beyond its end.
   const std::vector<std::uint8_t> exact(input.begin(),
                                         input.begin() + static_cast<std::ptrdiff_t>(size));
   LLVMFuzzerTestOneInput(exact.data(), exact.size());
@@ -66,7 +66,7 @@ std::size_t below(Random& random, std::size_t limit) {
   return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random);
 }
 
-/// Numbers and marks that parsers trip over.
+/// Numbers and tokens that are likely to break parsers.
 const std::vector<std::string>& words() {
   static const std::vector<std::string> list = {
       "0",       "-1",       "4294967295", "2147483648",

@@ -1,4 +1,4 @@
-// Any bytes as a glTF file: no crash, no read beyond the end, and what is accepted can be built.
+// Any bytes as a glTF file: no crash, no read beyond the end, and accepted scenes can be built.
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
-// Any bytes as a light profile: no crash, and what is accepted shines with finite light in the
-// directions that it samples.
+// Any bytes as a light profile: no crash, and accepted profiles emit finite light in the directions
+// that they sample.
 #include <array>
 #include <cmath>
 #include <cstddef>

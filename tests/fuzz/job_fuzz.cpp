@@ -1,4 +1,4 @@
-// Any bytes as a job request: no crash, and what is accepted reads back as itself without warnings.
+// Any bytes as a job request: no crash, and accepted requests round-trip without warnings.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -13,7 +13,7 @@ namespace {
 
 using core::ErrorCode;
 
-TEST(ErrorTable, HasTheStatusesOfTheContract) {
+TEST(ErrorTable, HasTheDocumentedStatuses) {
   EXPECT_EQ(api::error_status(ErrorCode::kBadSyntax), 400);
   EXPECT_EQ(api::error_status(api::kUnauthorized), 401);
   EXPECT_EQ(api::error_status(ErrorCode::kForbidden), 403);
@@ -34,7 +34,7 @@ TEST(ErrorTable, HasTheStatusesOfTheContract) {
   EXPECT_EQ(api::error_status(ErrorCode::kNoSpace), 507);
 }
 
-TEST(ErrorTable, HasARowForEachCodeAndNoTypeTwice) {
+TEST(ErrorTable, HasARowForEachCodeAndUniqueTypes) {
   std::set<std::string_view> slugs;
   for (int code = 0; code <= static_cast<int>(api::kLastErrorCode); ++code) {
     const api::ErrorRow& row = api::error_row(static_cast<ErrorCode>(code));
@@ -53,14 +53,14 @@ TEST(FromError, TurnsAPointerIntoAFieldError) {
   EXPECT_EQ(problem.errors[0].detail, "no such camera");
 }
 
-TEST(FromError, PutsAnotherPlaceBeforeTheMessage) {
+TEST(FromError, PutsAnotherLocationBeforeTheMessage) {
   const auto problem = api::from_error({ErrorCode::kTooLarge, "too many", "films"});
   EXPECT_EQ(problem.status, 413);
   EXPECT_EQ(problem.detail, "films: too many");
   EXPECT_TRUE(problem.errors.empty());
 }
 
-TEST(FromError, NamesNoFileOfTheServer) {
+TEST(FromError, ContainsNoFileNameOfTheServer) {
   for (const ErrorCode code : {ErrorCode::kNoSpace, ErrorCode::kInternal}) {
     const auto problem = api::from_error({code, "cannot write", "/var/lib/tessera/films/a.film"});
     EXPECT_EQ(problem.detail, "cannot write");
@@ -77,14 +77,14 @@ TEST(ProblemJson, HasTheMembersOfTheRfc) {
             R"("errors":[{"pointer":"/film/width","detail":"0 is outside [1, 16384]"}]})");
 }
 
-TEST(ProblemJson, LeavesOutEmptyMembers) {
+TEST(ProblemJson, OmitsEmptyMembers) {
   const api::Json body =
       api::Json::parse(api::problem_json(api::make_problem(ErrorCode::kNotFound, "gone"), ""));
   EXPECT_FALSE(body.contains("instance"));
   EXPECT_FALSE(body.contains("errors"));
 }
 
-TEST(ProblemJson, CutsLongTexts) {
+TEST(ProblemJson, TruncatesLongTexts) {
   const std::string two_bytes = "\u00e4";
   std::string name(1, 'a');
   for (int i = 0; i < 50'000; ++i) {
@@ -106,7 +106,7 @@ TEST(MakeProblem, CountsFaultsAndShowsTheFirst32) {
   EXPECT_EQ(problem.errors.size(), 32U);
 }
 
-TEST(LimitTable, HasPositiveValuesAndNoNameTwice) {
+TEST(LimitTable, HasPositiveValuesAndUniqueNames) {
   std::set<std::string_view> names;
   for (const api::LimitRow& row : api::limit_table()) {
     EXPECT_TRUE(names.insert(row.name).second) << row.name;

@@ -12,7 +12,7 @@ namespace {
 
 using api::Json;
 
-TEST(Events, HaveTheNamesOfTheContract) {
+TEST(Events, HaveTheDocumentedNames) {
   EXPECT_EQ(api::to_text(api::EventType::kSnapshot), "snapshot");
   EXPECT_EQ(api::to_text(api::EventType::kState), "state");
   EXPECT_EQ(api::to_text(api::EventType::kProgress), "progress");
@@ -38,7 +38,7 @@ TEST(Events, SnapshotIsTheJob) {
   EXPECT_EQ(api::snapshot_event(api::example_job()), api::job_json(api::example_job()));
 }
 
-TEST(Events, TileNamesItsPartOfTheImage) {
+TEST(Events, TileContainsItsRectangle) {
   api::TileEvent tile;
   tile.rect = {32, 64, 16, 8};
   tile.revision = 7;
@@ -59,7 +59,7 @@ TEST(Events, ProgressIsPartOfTheJob) {
   }
 }
 
-TEST(Events, EndNamesTheReason) {
+TEST(Events, EndContainsTheReason) {
   api::JobView job = api::example_job();
   job.state = api::JobState::kFinished;
   job.stop_reason = core::StopReason::kDeadline;

@@ -12,7 +12,7 @@ api::JobSpec spec_of(const std::string& body) {
   return parsed->spec;
 }
 
-TEST(FilmText, HasTheMembersThatAMergeNeeds) {
+TEST(FilmText, HasTheMembersThatAMergeRequires) {
   api::JobView job;
   job.id = "01234567-89ab-cdef-0123-456789abcdef";
   job.spec =
@@ -47,7 +47,7 @@ TEST(FilmText, RefusesTextsThatItDoesNotWrite) {
   }
 }
 
-TEST(FilmDifferences, AreThoseOfThePicture) {
+TEST(FilmDifferences, AreThoseOfTheImage) {
   const auto first = spec_of(R"({"scene":"glass"})");
   EXPECT_EQ(api::film_differences(
                 first, spec_of(R"({"scene":"glass","seed":3,"name":"n","labels":{"a":"b"},

@@ -1,4 +1,4 @@
-// Every refusal of the job request: pointer and message, word for word.
+// Every refusal of the job request: exact pointer and message.
 #include <string>
 #include <vector>
 
@@ -11,14 +11,14 @@
 namespace {
 
 struct Case {
-  std::string members;  ///< beside scene
+  std::string members;  ///< in addition to scene
   std::string pointer;
   std::string detail;
 };
 
 class JobRefusal : public testing::TestWithParam<Case> {};
 
-TEST_P(JobRefusal, NamesThePlaceAndTheReason) {
+TEST_P(JobRefusal, HasThePointerAndTheReason) {
   const Case& c = GetParam();
   const auto parsed = api::parse_job(R"({"scene":"cornell-box",)" + c.members + "}");
   ASSERT_FALSE(parsed) << c.members;
@@ -348,7 +348,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("environment":{"sun":{"latitude":0,"longitude":0,"time":"noon"}})",
              "/environment/sun/time",
              "'noon' is not an RFC 3339 time such as 2026-06-21T12:00:00+02:00"},
-        // Midnight under the sun's own meridian in June: as deep below as the declination leaves.
+        // Midnight on the sun's meridian in June: as low as the declination permits.
         Case{R"("environment":{"sun":{"latitude":0,"longitude":0,)"
              R"("time":"2026-06-21T00:01:50Z"}})",
              "/environment/sun/time",
@@ -422,21 +422,21 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("stop":{"deadline":1767225600})", "/stop/deadline",
              "expected a string, got a number"}));
 
-TEST(ParseJob, WantsAScene) {
+TEST(ParseJob, RequiresAScene) {
   const auto parsed = api::parse_job("{}");
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.problem().status, 422);
   EXPECT_EQ(parsed.problem().errors, (std::vector<api::FieldError>{{"/scene", "is required"}}));
 }
 
-TEST(ParseJob, WantsAnObject) {
+TEST(ParseJob, RequiresAnObject) {
   const auto parsed = api::parse_job("[]");
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.problem().errors,
             (std::vector<api::FieldError>{{"", "expected an object, got an array"}}));
 }
 
-TEST(ParseJob, FindsAllFaultsAtOnce) {
+TEST(ParseJob, ReportsAllFaultsAtOnce) {
   const auto parsed =
       api::parse_job(R"({"scene":"","seed":-1,"film":{"width":0,"colour":1},"stop":{"seconds":-1,)"
                      R"("confidence":2}})");
@@ -459,7 +459,7 @@ TEST(ParseJob, AnswersATooLargeFilmWith413) {
   EXPECT_TRUE(api::parse_job(R"({"scene":"x","film":{"width":8000,"height":8000}})"));
 }
 
-TEST(ParseJob, AnswersOtherFaultsBesideATooLargeFilmWith422) {
+TEST(ParseJob, AnswersATooLargeFilmWithOtherFaultsWith422) {
   const auto parsed = api::parse_job(
       R"({"scene":"x","camera":{"target":[0,0,0]},"film":{"width":16384,"height":16384}})");
   ASSERT_FALSE(parsed);
@@ -471,7 +471,7 @@ TEST(ParseJob, AnswersATooLargeBodyWith413) {
   EXPECT_EQ(api::parse_job(std::string((1U << 20U) + 1, ' ')).problem().status, 413);
 }
 
-TEST(ParseJob, KeepsTheAnswerSmallHoweverManyFaultsThereAre) {
+TEST(ParseJob, LimitsTheAnswerForManyFaults) {
   std::string body = "{";
   for (int i = 0; i < 50000; ++i) {
     body += (i == 0 ? "\"x" : ",\"x") + std::to_string(i) + "\":1";
@@ -493,7 +493,7 @@ TEST(CheckOptions, RefusesOptionsThatTheIntegratorDoesNotUse) {
                  "'bsdf' is not used by integrator 'direct'; its only value there is 'mis'"}}));
 }
 
-TEST(CheckOptions, TakesTheOnlyValueOfAnOptionThatTheIntegratorDoesNotUse) {
+TEST(CheckOptions, AcceptsTheOnlyValueOfAnOptionThatTheIntegratorDoesNotUse) {
   EXPECT_TRUE(api::parse_job(R"({"scene":"x","integrator":{"type":"direct","max_depth":1}})"));
 }
 

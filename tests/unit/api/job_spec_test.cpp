@@ -35,7 +35,7 @@ TEST(JobSpec, OptionsOfPhotonsAndRecordsAreThoseOfTheirIntegrators) {
   EXPECT_EQ(seen(R"({"type":"bdpt"})"), R"({"type":"bdpt","max_depth":16})");
 }
 
-TEST(JobSpec, ShowsEveryDefaultInTheOrderOfTheContract) {
+TEST(JobSpec, ShowsEveryDefaultInTheDocumentedOrder) {
   const Json expected = Json::parse(R"({
     "scene": "cornell-box",
     "name": "", "labels": {}, "priority": 0, "seed": 0,
@@ -76,7 +76,7 @@ TEST(JobSpec, AdaptiveSamplingHasItsParameters) {
   EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
 }
 
-TEST(JobSpec, ErrorTargetsAreReachedWithAPilotUnlessTheJobSaysOtherwise) {
+TEST(JobSpec, ErrorTargetsUseThePilotByDefault) {
   const auto type = [](const char* members) {
     return spec_of(std::string(R"({"scene":"s",)") + members + "}").render.adaptive.type;
   };
@@ -90,12 +90,12 @@ TEST(JobSpec, ErrorTargetsAreReachedWithAPilotUnlessTheJobSaysOtherwise) {
   EXPECT_EQ(type(R"("stop":{"seconds":5})"), core::AdaptiveType::kNone);
   EXPECT_EQ(type(R"("adaptive":{"type":"none"},"stop":{"relative_error":0.1})"),
             core::AdaptiveType::kNone);
-  // What a job says of itself is what it is, whatever is usual by then.
+  // The printed spec is explicit, independent of the defaults at that time.
   const api::JobSpec spec = spec_of(R"({"scene":"s","stop":{"relative_error":0.1}})");
   EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
 }
 
-TEST(JobSpec, TheCountOfTheFirstDecisionIsTheOneInForce) {
+TEST(JobSpec, CountOfTheFirstDecisionIsTheEffectiveOne) {
   const auto parsed = [](const char* members) {
     return *api::parse_job(std::string(R"({"scene":"s",)") + members + "}");
   };
@@ -104,14 +104,14 @@ TEST(JobSpec, TheCountOfTheFirstDecisionIsTheOneInForce) {
   EXPECT_EQ(odd.warnings.size(), 1U);
   EXPECT_TRUE(parsed(R"("adaptive":{"type":"pilot","min_samples":48})").warnings.empty());
   EXPECT_TRUE(parsed(R"("adaptive":{"type":"pilot"},"sampler":{"replicates":6})").warnings.empty());
-  // Beyond the most samples of a job nothing is decided, and there is no such count to name.
+  // If the first decision would exceed the maximum number of samples, no such count is printed.
   const auto never =
       parsed(R"("adaptive":{"type":"pilot","min_samples":65536},"sampler":{"replicates":6})");
   EXPECT_EQ(never.spec.render.adaptive.min_samples, 65536);
   EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(never.spec)), never.spec));
 }
 
-TEST(JobSpec, WarnsOfWhatAdaptiveSamplingCannotDo) {
+TEST(JobSpec, WarnsAboutUnsupportedAdaptiveSampling) {
   const auto warnings = [](const char* members) {
     return api::adaptive_warnings(spec_of(std::string(R"({"scene":"s",)") + members + "}"));
   };
@@ -122,7 +122,7 @@ TEST(JobSpec, WarnsOfWhatAdaptiveSamplingCannotDo) {
   EXPECT_TRUE(warnings(R"("stop":{"samples_per_pixel":16,"relative_error":0.1})").empty());
 }
 
-TEST(JobSpec, EveryMemberArrives) {
+TEST(JobSpec, ParsesEveryMember) {
   const api::JobSpec spec = spec_of(R"({
     "scene": "s", "name": "n", "labels": {"a": "b"}, "priority": -7, "seed": 9007199254740991,
     "camera": {"index": 2, "position": [1, 2, 3], "target": [4, 5, 6], "up": [0, 0, 1],
@@ -208,7 +208,7 @@ TEST(JobSpec, GivenStopReplacesTheDefaultRule) {
   EXPECT_EQ(api::dump(api::to_json(spec)["stop"]), R"({"seconds":5})");
 }
 
-TEST(JobSpec, TakesWholeNumbersWithAPoint) {
+TEST(JobSpec, AcceptsWholeNumbersWithADecimalPoint) {
   EXPECT_EQ(spec_of(R"({"scene":"x","seed":3.0,"film":{"width":1e2}})").render.film.width, 100);
 }
 
@@ -220,14 +220,14 @@ TEST(JobSpec, HasNoNegativeZero) {
   EXPECT_EQ(api::dump(api::to_json(spec)["time_seconds"]), "0");
 }
 
-TEST(JobSpec, NoTimeIsTheRestPose) {
+TEST(JobSpec, MissingTimeIsTheRestPose) {
   const api::JobSpec spec = spec_of(R"({"scene":"x","time_seconds":null})");
   EXPECT_FALSE(spec.time_seconds);
   EXPECT_TRUE(api::to_json(spec)["time_seconds"].is_null());
   EXPECT_EQ(spec_of(R"({"scene":"x"})").time_seconds, 0);
 }
 
-TEST(JobSpec, TellsAbsentNullAndGivenEnvironmentsApart) {
+TEST(JobSpec, DistinguishesAbsentNullAndGivenEnvironments) {
   const api::JobSpec absent = spec_of(R"({"scene":"x"})");
   EXPECT_EQ(absent.environment_choice, api::EnvironmentChoice::kAutomatic);
   EXPECT_FALSE(api::to_json(absent).contains("environment"));
@@ -239,7 +239,7 @@ TEST(JobSpec, TellsAbsentNullAndGivenEnvironmentsApart) {
             R"({"asset":null,"color":[1,1,1],"intensity":1,"rotation_degrees":0,"visible":true})");
 }
 
-TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
+TEST(JobSpec, RoundsSampleCountsWithAWarning) {
   const auto parsed = api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":15}})");
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->spec.stop.samples_per_pixel,
@@ -260,7 +260,7 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
       R"({"scene":"x","sampler":{"type":"orthogonal-array"},"stop":{"samples_per_pixel":65536}})");
   ASSERT_TRUE(beyond);
   EXPECT_EQ(beyond->spec.stop.samples_per_pixel, 65500)
-      << "65550 would be more than a job may have";
+      << "65550 would exceed the maximum of a job";
   EXPECT_EQ(beyond->warnings.size(), 1U);
   const auto windows =
       api::parse_job(R"({"scene":"x","light_sampler":{"type":"restir","history":3},)"
@@ -279,13 +279,13 @@ TEST(JobSpec, RoundsSampleCountsAndSaysSo) {
   EXPECT_EQ(most->spec.stop.samples_per_pixel, 51200) << "units of 25 x 16 x 64; two of them";
 }
 
-TEST(JobSpec, NullTakesTheExponentAway) {
+TEST(JobSpec, NullRemovesTheExponent) {
   const api::JobSpec spec =
       spec_of(R"({"scene":"x","estimator":{"mis":{"type":"balance","exponent":null}}})");
   EXPECT_EQ(api::dump(api::to_json(spec)["estimator"]["mis"]), R"({"type":"balance"})");
 }
 
-TEST(JobSpec, CountsCharactersAndNotBytes) {
+TEST(JobSpec, CountsCharactersNotBytes) {
   std::string name;
   for (int i = 0; i < 255; ++i) {
     name += "é";
@@ -293,7 +293,7 @@ TEST(JobSpec, CountsCharactersAndNotBytes) {
   EXPECT_EQ(spec_of(R"({"scene":"x","name":")" + name + R"("})").name, name);
 }
 
-TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
+TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasLights) {
   const core::SceneSummary plain;
   api::JobSpec spec = spec_of(R"({"scene":"x"})");
   EXPECT_EQ(
@@ -323,7 +323,7 @@ TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasItsOwnLights) {
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
 }
 
-/// Requests from a seeded generator, every member with some probability.
+/// Requests from a seeded generator; every member has some probability.
 class RandomRequests {
  public:
   explicit RandomRequests(std::uint32_t seed) : random_(seed) {}
@@ -362,7 +362,7 @@ class RandomRequests {
     });
     maybe([&] { job["stop"] = stop(); });
     if (job.contains("light_sampler") && job["light_sampler"]["type"] == "restir") {
-      job.erase("estimator");  // not all of it goes together
+      job.erase("estimator");  // not all members can be combined
     }
     return job;
   }
@@ -469,7 +469,7 @@ class RandomRequests {
   std::mt19937 random_;
 };
 
-TEST(JobSpecProperty, ReadsBackWhatItPrints) {
+TEST(JobSpecProperty, RoundTrips) {
   RandomRequests requests(/*seed=*/1);
   for (int i = 0; i < 2000; ++i) {
     const std::string body = api::dump(requests.request());
@@ -481,7 +481,7 @@ TEST(JobSpecProperty, ReadsBackWhatItPrints) {
     EXPECT_EQ(twice->warnings, api::idle_warnings(twice->spec)) << printed;
     EXPECT_TRUE(api::same_spec(once->spec, twice->spec)) << body;
     EXPECT_EQ(api::spec_json(twice->spec), printed);
-    // Values with no own comparison, bit for bit.
+    // Values without a comparison operator, bit for bit.
     EXPECT_EQ(once->spec.render.film.filter.radius_px, twice->spec.render.film.filter.radius_px);
     EXPECT_EQ(once->spec.camera.position, twice->spec.camera.position);
     EXPECT_EQ(once->spec.environment.color, twice->spec.environment.color);

@@ -1,4 +1,4 @@
-// Background and ground of a job: what follows from what is left out.
+// Background and ground of a job: effective values of omitted members.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ api::JobSpec spec_of(const std::string& body) {
   return parsed ? parsed->spec : api::JobSpec{};
 }
 
-TEST(JobStage, BackgroundAndVisibleAreOne) {
+TEST(JobStage, BackgroundAndVisibleAreEquivalent) {
   for (const char* text :
        {R"({"scene":"x","environment":{"visible":false}})",
         R"({"scene":"x","environment":{},"background":{"type":"transparent"}})"}) {
@@ -32,7 +32,7 @@ TEST(JobStage, BackgroundAndVisibleAreOne) {
   EXPECT_EQ(coloured.render.background.color, (core::Rgb{0.5F, 0, 1}));
 }
 
-TEST(JobStage, ACatcherIsTransparentByDefault) {
+TEST(JobStage, CatcherIsTransparentByDefault) {
   const api::JobSpec plain = spec_of(R"({"scene":"x","ground":{"type":"catcher"}})");
   EXPECT_TRUE(core::is_transparent(plain.render));
   EXPECT_TRUE(plain.render.film.errors_over_white);

@@ -24,7 +24,7 @@ std::vector<std::string> keys(const Json& object) {
   return names;
 }
 
-TEST(JobView, HasTheMembersOfTheContract) {
+TEST(JobView, HasTheDocumentedMembers) {
   const Json job = parsed(api::job_json(api::example_job()));
   EXPECT_EQ(keys(job),
             (std::vector<std::string>{"id", "state", "pause_reason", "stop_reason", "created_at",
@@ -57,7 +57,7 @@ TEST(JobView, WritesNullForUnknownValues) {
   }
 }
 
-TEST(JobView, NamesTheReasonOfAPause) {
+TEST(JobView, ShowsTheReasonOfAPause) {
   api::JobView job;
   job.spec.scene = "x";
   job.state = api::JobState::kPaused;
@@ -71,7 +71,7 @@ TEST(JobView, NamesTheReasonOfAPause) {
 }
 
 // An integrator without a row has no valid error.
-TEST(JobView, AnErrorThatIsNotValidHasNoInterval) {
+TEST(JobView, InvalidErrorHasNoInterval) {
   api::JobView job = api::example_job();
   for (const bool valid : {true, false}) {
     job.spec.render.integrator = valid ? "path" : "sppm";
@@ -92,7 +92,7 @@ TEST(JobView, FractionIsOneOnlyAtTheEnd) {
   EXPECT_EQ(parsed(api::job_json(job))["progress"]["fraction"], 1);
 }
 
-TEST(JobView, AJobThatItsErrorEndedReportsConsistent) {
+TEST(JobView, JobEndedByItsErrorReportsAConsistentOne) {
   api::JobView job = api::example_job();
   EXPECT_EQ(parsed(api::job_json(job))["error"]["bias"], "none");
   job.stop_reason = core::StopReason::kRelativeError;
@@ -117,7 +117,7 @@ TEST(JobEtag, CoversStateSpecAndRevision) {
   EXPECT_NE(api::job_etag(other), api::job_etag(job));
 }
 
-TEST(JobEtag, GivesTheSpecVersionBack) {
+TEST(JobEtag, ReturnsTheSpecVersion) {
   EXPECT_EQ(api::etag_spec_version("\"s12-r2040-rendering\""), 12U);
   EXPECT_EQ(api::etag_spec_version("W/\"s12-r2040-rendering\""), 12U);
   for (const char* text :
@@ -126,7 +126,7 @@ TEST(JobEtag, GivesTheSpecVersionBack) {
   }
 }
 
-TEST(JobList, CarriesTheCursor) {
+TEST(JobList, ContainsTheCursor) {
   const std::vector<api::JobView> jobs = {api::example_job()};
   const Json list = parsed(api::job_list_json(jobs, "abc"));
   EXPECT_EQ(list["jobs"].size(), 1U);
@@ -134,7 +134,7 @@ TEST(JobList, CarriesTheCursor) {
   EXPECT_TRUE(parsed(api::job_list_json({}, std::nullopt))["next"].is_null());
 }
 
-TEST(StateNames, ReadBack) {
+TEST(StateNames, RoundTrip) {
   for (int i = 0; i <= static_cast<int>(api::JobState::kCancelled); ++i) {
     const auto state = static_cast<api::JobState>(i);
     EXPECT_EQ(api::job_state_from_text(api::to_text(state)), state);
@@ -174,9 +174,9 @@ TEST(Slope, OfAPowerLawIsItsExponent) {
 }
 
 TEST(Slope, HasStudentsInterval) {
-  // x = 0, 1, 2 (in log 2), y = 0, 0, 3: slope 1.5, residuals 0.5, -1, 0.5, so that its standard
-  // error is sqrt(1.5 / 1 / 2) = 0.8660, times t(1, 0.975) = 12.7062: 11.0039. In natural logs y is
-  // in units of log 2.
+  // x = 0, 1, 2 (in log 2), y = 0, 0, 3: slope 1.5, residuals 0.5, -1, 0.5, so its standard error
+  // is sqrt(1.5 / 1 / 2) = 0.8660, times t(1, 0.975) = 12.7062: 11.0039. In natural logs y is in
+  // units of log 2.
   const double ln2 = std::log(2.0);
   const api::Slope slope = api::fit_slope(points_of({{1, 1.0}, {2, 1.0}, {4, std::exp(3 * ln2)}}));
   EXPECT_NEAR(slope.value, 1.5, 1e-12);
@@ -184,7 +184,7 @@ TEST(Slope, HasStudentsInterval) {
   EXPECT_NEAR(slope.value - slope.low, 11.0039, 1e-3);
 }
 
-TEST(Slope, LeavesOutUnknownErrorsAndReportsTooFewPoints) {
+TEST(Slope, IgnoresUnknownErrorsAndReportsTooFewPoints) {
   const double nan = std::nan("");
   const api::Slope two = api::fit_slope(points_of({{1, nan}, {2, 1.0}, {8, 0.5}, {16, 0.0}}));
   EXPECT_NEAR(two.value, -0.5, 1e-12);
@@ -217,7 +217,7 @@ TEST(SceneView, ShowsBoundsCamerasAndLights) {
   EXPECT_TRUE(parsed(api::scene_json("id", core::SceneSummary{}))["bounds"].is_null());
 }
 
-TEST(SceneList, JoinsTexts) {
+TEST(SceneList, ConcatenatesTexts) {
   const std::vector<std::string> scenes = {R"({"id":"a"})", R"({"id":"b"})"};
   EXPECT_EQ(api::scene_list_json(scenes, "n\"x"),
             R"({"scenes":[{"id":"a"},{"id":"b"}],"next":"n\"x"})");
@@ -233,7 +233,7 @@ TEST(PixelView, WritesNullForUnknownIntervals) {
             R"("low":[null],"high":[null],"halves":null}}})");
 }
 
-TEST(ComparisonView, HasTheMembersOfTheContract) {
+TEST(ComparisonView, HasTheDocumentedMembers) {
   api::ComparisonView comparison;
   comparison.id = "c";
   comparison.a = "01234567-89ab-cdef-0123-456789abcdef";

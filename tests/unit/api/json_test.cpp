@@ -58,11 +58,11 @@ TEST(ParseJson, RefusesARepeatedMemberWithItsPointer) {
   EXPECT_EQ(problem.errors[0].detail, "is there more than once");
 }
 
-TEST(ParseJson, SameNamesInDifferentObjectsAreNoRepetition) {
+TEST(ParseJson, AcceptsEqualNamesInDifferentObjects) {
   EXPECT_TRUE(api::parse_json(R"([{"a":1},{"a":{"a":2}}])", kBytes));
 }
 
-TEST(ParseJson, RefusesNumbersThatNoDoubleHolds) {
+TEST(ParseJson, RefusesNumbersOutsideTheRangeOfDouble) {
   for (const char* number : {"1e999", "-1e999", "1e400"}) {
     const api::Problem problem = problem_of(std::string(R"({"a":[0,)") + number + "]}");
     EXPECT_EQ(problem.status, 422);
@@ -114,7 +114,7 @@ TEST(DumpJson, WritesNullForNanAndInfinity) {
   EXPECT_EQ(api::dump(api::Json("a\xff")), "\"a\xEF\xBF\xBD\"");
 }
 
-TEST(ShortestDouble, NamesTheFloatAndNoOther) {
+TEST(ShortestDouble, RoundTripsTheFloat) {
   EXPECT_EQ(api::shortest_double(0.8F), 0.8);
   EXPECT_EQ(api::shortest_double(1.5F), 1.5);
   std::uint32_t state = 1;

@@ -11,7 +11,7 @@ namespace {
 using api::Json;
 using test_api::schema_fault;
 
-TEST(LabRequest, TakesTheDefaultsOfItsExperiment) {
+TEST(LabRequest, UsesTheDefaultsOfItsExperiment) {
   const auto parsed = api::parse_lab_request(R"({"experiment":"strategies"})");
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->setup.estimator_name(), "area");
@@ -21,7 +21,7 @@ TEST(LabRequest, TakesTheDefaultsOfItsExperiment) {
   EXPECT_EQ(parsed->setup.parameters, std::vector<double>{1});
 }
 
-TEST(LabRequest, TellsEveryFaultAtOnce) {
+TEST(LabRequest, ReportsEveryFaultAtOnce) {
   const auto parsed =
       api::parse_lab_request(R"({"experiment":"pi","estimator":"x","n":[0],"replicates":1})");
   ASSERT_FALSE(parsed);
@@ -33,7 +33,7 @@ TEST(LabRequest, TellsEveryFaultAtOnce) {
   EXPECT_EQ(parsed.problem().errors[2], (api::FieldError{"/replicates", "1 is outside [2, 4096]"}));
 }
 
-TEST(LabRequest, BoundsTheWholeRun) {
+TEST(LabRequest, LimitsTheWholeRun) {
   EXPECT_TRUE(api::parse_lab_request(R"({"experiment":"pi","n":[10000000],"replicates":100})"));
   const auto parsed =
       api::parse_lab_request(R"({"experiment":"pi","n":[10000000,1],"replicates":100})");

@@ -52,7 +52,7 @@ void each_node(const Json& node, const Visit& visit) {
   }
 }
 
-TEST(OpenApi, EveryReferenceLeadsSomewhere) {
+TEST(OpenApi, EveryReferenceIsDefined) {
   each_node(document(), [](const Json& node) {
     if (node.is_object() && node.contains("$ref")) {
       const auto ref = node["$ref"].get<std::string>();
@@ -61,7 +61,7 @@ TEST(OpenApi, EveryReferenceLeadsSomewhere) {
   });
 }
 
-TEST(OpenApi, HasEachAvailableOperationAndNoOther) {
+TEST(OpenApi, HasExactlyTheAvailableOperations) {
   std::set<std::string> ids;
   for (const auto& path : document()["paths"].items()) {
     for (const auto& method : path.value().items()) {
@@ -77,7 +77,7 @@ TEST(OpenApi, HasEachAvailableOperationAndNoOther) {
   EXPECT_EQ(ids, expected);
 }
 
-TEST(OpenApi, HasTheRowsOfTheContract) {
+TEST(OpenApi, HasTheDocumentedOperations) {
   const std::vector<std::pair<std::string, std::string>> rows = {
       {"/livez", "get"},
       {"/readyz", "get"},
@@ -113,7 +113,7 @@ TEST(OpenApi, HasTheRowsOfTheContract) {
   }
 }
 
-TEST(OpenApi, NamesEachParameterOfEachPath) {
+TEST(OpenApi, DeclaresEachParameterOfEachPath) {
   const std::regex name("\\{([a-z0-9]+)\\}");
   for (const auto& path : document()["paths"].items()) {
     const std::string text = path.key();
@@ -226,7 +226,7 @@ TEST(OpenApi, SchemaAndParserAgree) {
   }
 }
 
-TEST(OpenApi, DefaultsAreThoseInForce) {
+TEST(OpenApi, DefaultsAreTheEffectiveOnes) {
   const Json spec = api::to_json(api::parse_job(R"({"scene":"x"})")->spec);
   int count = 0;
   const auto check = [&count](const auto& self, const Json& schema, const Json& value) -> void {
@@ -250,7 +250,7 @@ TEST(OpenApi, DefaultsAreThoseInForce) {
 TEST(OpenApi, OnlyTheSceneOfAJobIsRequired) {
   const Json& schemas = document()["components"]["schemas"];
   EXPECT_EQ(schemas["JobRequest"]["required"], Json({"scene"}));
-  // In answers every member is there, but for those that go with a choice.
+  // Answers contain every member except those that depend on a choice.
   const Json& spec = schemas["JobSpec"];
   const auto has = [](const Json& required, const char* name) {
     return std::find(required.begin(), required.end(), name) != required.end();
@@ -265,7 +265,7 @@ TEST(OpenApi, OnlyTheSceneOfAJobIsRequired) {
   });
 }
 
-TEST(OpenApi, NamesTheDefaultOfAFlag) {
+TEST(OpenApi, DeclaresTheDefaultOfAFlag) {
   const Json& properties = document()["components"]["schemas"]["JobRequest"]["properties"];
   EXPECT_EQ(properties["spectral"]["type"], "boolean");
   EXPECT_EQ(properties["spectral"]["description"],
@@ -322,14 +322,14 @@ TEST(OpenApi, ParametersHaveTheRangesAndDefaultsOfTheParsers) {
   EXPECT_EQ(schema("/v1/jobs/{id}/image", "tonemap")["enum"], Json({"srgb", "linear"}));
 }
 
-TEST(OpenApi, NamesParametersThatStandForHeadersAndKeys) {
+TEST(OpenApi, DeclaresParametersThatReplaceHeadersAndKeys) {
   for (const char* path : {"/v1/jobs/{id}/events", "/v1/events"}) {
     EXPECT_NE(parameter(path, "last_event_id"), nullptr) << path;
     EXPECT_NE(parameter(path, "ticket"), nullptr) << path;
   }
   EXPECT_NE(parameter("/v1/jobs/{id}/tiles", "ticket"), nullptr);
   EXPECT_NE(parameter("/v1/jobs/{id}/image", "ticket"), nullptr);
-  // One of the two.
+  // One of the two is required.
   EXPECT_EQ((*parameter("/v1/events", "jobs"))["required"], false);
   EXPECT_EQ((*parameter("/v1/events", "batch"))["required"], false);
 }

@@ -32,7 +32,7 @@ std::vector<api::FieldError> errors_of(const api::Parsed<T>& parsed) {
 
 using Errors = std::vector<api::FieldError>;
 
-TEST(ErrorTarget, IsRefusedForIntegratorsWithoutAnErrorAlone) {
+TEST(ErrorTarget, IsRefusedOnlyForIntegratorsWithoutAnError) {
   int refused = 0;
   for (const core::IntegratorEntry& row : core::integrators()) {
     const bool has_error = row.error != core::ErrorValidity::kNone;
@@ -53,7 +53,7 @@ TEST(ErrorTarget, IsRefusedForIntegratorsWithoutAnErrorAlone) {
   EXPECT_GT(refused, 0);
 }
 
-TEST(ErrorTarget, IsAskedForInRequestsPatchesAndExtensionsByTheRowOfTheIntegrator) {
+TEST(ErrorTarget, IsCheckedInRequestsPatchesAndExtensionsByTheRowOfTheIntegrator) {
   for (const core::IntegratorEntry& row : core::integrators()) {
     const std::string integrator = R"("integrator":{"type":")" + std::string(row.name) + R"("})";
     const bool has_error = row.error != core::ErrorValidity::kNone;
@@ -69,7 +69,7 @@ TEST(ErrorTarget, IsAskedForInRequestsPatchesAndExtensionsByTheRowOfTheIntegrato
   }
 }
 
-TEST(JobPatch, ChangesOnlyTheNamedMembers) {
+TEST(JobPatch, ChangesOnlyTheGivenMembers) {
   const auto patch = api::parse_job_patch(R"({"priority":-5,"name":"new"})", current_spec());
   ASSERT_TRUE(patch);
   api::JobSpec expected = current_spec();
@@ -143,13 +143,13 @@ TEST(Extend, ReplacesTheRules) {
   EXPECT_EQ(request->warnings.size(), 1U);
 }
 
-TEST(Extend, WantsRules) {
+TEST(Extend, RequiresRules) {
   EXPECT_EQ(errors_of(api::parse_extend("{}", current_spec())), (Errors{{"/stop", "is required"}}));
   EXPECT_EQ(errors_of(api::parse_extend(R"({"stop":{"seconds":0}})", current_spec())),
             (Errors{{"/stop/seconds", "0 is outside (0, 604800]"}}));
 }
 
-TEST(SceneFromAssets, NamesFilesByHash) {
+TEST(SceneFromAssets, MapsFileNamesToHashes) {
   const auto scene = api::parse_scene_from_assets(R"({"gltf":")" + kHash +
                                                   R"(","files":{"a b.bin":")" + kHash + R"("}})");
   ASSERT_TRUE(scene);
@@ -167,7 +167,7 @@ TEST(SceneFromAssets, RefusesWithPointers) {
             (Errors{{"/files/tex~1a.png", "expected a string, got a number"}}));
 }
 
-TEST(Comparison, TakesJobsAndAssets) {
+TEST(Comparison, AcceptsJobsAndAssets) {
   EXPECT_TRUE(
       api::parse_comparison(R"({"a":")" + std::string(kUuid) + R"(","b":")" + kHash + R"("})"));
   EXPECT_EQ(errors_of(api::parse_comparison(R"({"a":"x","b":")" + kHash + R"("})")),
@@ -176,7 +176,7 @@ TEST(Comparison, TakesJobsAndAssets) {
             (Errors{{"/a", "is required"}, {"/b", "is required"}}));
 }
 
-TEST(Merge, TakesEachFilmOnce) {
+TEST(Merge, AcceptsEachFilmOnce) {
   const std::string id = "\"" + std::string(kUuid) + "\"";
   EXPECT_TRUE(api::parse_merge(R"({"films":[)" + id + ",\"" + kHash + "\"]}"));
   EXPECT_EQ(errors_of(api::parse_merge(R"({"films":[)" + id + "," + id + "]}")),

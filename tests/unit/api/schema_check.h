@@ -1,4 +1,4 @@
-/// The part of JSON Schema 2020-12 that our documents use, as a checker for tests.
+/// Checks JSON values in tests against the subset of JSON Schema 2020-12 that our documents use.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace test_api {
 
-/// "" if `value` is valid against `schema`, else the pointer and what is wrong. `root` holds what
-/// "$ref" names. CHECK-fails on a keyword it does not know, so that none is silently not checked.
+/// Returns "" if `value` is valid against `schema`, else the pointer and the error. `root` resolves
+/// "$ref". CHECK-fails on an unknown keyword, so that every keyword is checked.
 std::string schema_fault(const api::Json& value, const api::Json& schema, const api::Json& root,
                          const std::string& pointer = "");
 

@@ -28,7 +28,7 @@ Json server() {
 
 Json default_spec() { return api::to_json(api::parse_job(R"({"scene":"x"})")->spec); }
 
-TEST(ServerView, HasTheMembersOfTheContract) {
+TEST(ServerView, HasTheDocumentedMembers) {
   std::vector<std::string> keys;
   const Json body = server();
   for (const auto& member : body.items()) {
@@ -47,7 +47,7 @@ TEST(ServerView, ShowsEveryLimit) {
   EXPECT_EQ(server()["limits"]["streams"], 2048);
 }
 
-TEST(ServerView, EveryNameItShowsCanBeSubmitted) {
+TEST(ServerView, EveryListedNameCanBeSubmitted) {
   const Json body = server();
   const auto accepts = [](const Json& patch) {
     Json request = {{"scene", "x"}};
@@ -85,7 +85,7 @@ TEST(ServerView, EveryOptionEnablesItsFeatureFromAnyStart) {
       request.merge_patch(patch);
       const auto parsed = api::parse_job(api::dump(request));
       ASSERT_TRUE(parsed) << option.name << parsed.problem().detail;
-      // Applying the patch once more to what is in force changes nothing.
+      // Applying the patch again to the effective values changes nothing.
       Json again = api::to_json(parsed->spec);
       const Json before = again;
       again.merge_patch(patch);
@@ -111,7 +111,7 @@ void expect_options_of_types(const Json& rows, const std::string& group) {
       for (const std::string pointer : other["accepts"]) {
         const bool accepted = std::find(row["accepts"].begin(), row["accepts"].end(), pointer) !=
                               row["accepts"].end();
-        // The first replicate is shown only where it is not 0.
+        // The first replicate is printed only if it is not 0.
         EXPECT_TRUE(spec.contains(Json::json_pointer(pointer)) == accepted ||
                     pointer == "/sampler/first_replicate")
             << row["type"] << pointer;
@@ -120,7 +120,7 @@ void expect_options_of_types(const Json& rows, const std::string& group) {
   }
 }
 
-TEST(ServerView, ATypeHasTheOptionsThatItAcceptsAndNoOthers) {
+TEST(ServerView, TypeHasExactlyTheOptionsThatItAccepts) {
   const Json body = server();
   expect_options_of_types(body["samplers"], "sampler");
   expect_options_of_types(body["light_samplers"], "light_sampler");
@@ -140,26 +140,26 @@ TEST(ServerView, DefaultsOfAnIntegratorAreThoseOfItsJobs) {
   }
 }
 
-TEST(ServerView, DirectLightHasADefaultDepthOfItsOwn) {
+TEST(ServerView, DirectLightHasItsOwnDefaultDepth) {
   for (const Json& row : server()["integrators"]) {
     const std::vector<std::string> accepts = row["accepts"];
     const auto is_own = [](const std::string& pointer) {
       return pointer == "/integrator/photons" || pointer == "/integrator/records";
     };
     if (std::any_of(accepts.begin(), accepts.end(), is_own)) {
-      continue;  // options of its own have defaults there
+      continue;  // these options have defaults there
     }
     EXPECT_EQ(row["defaults"], row["type"] == "direct" ? Json({{"integrator", {{"max_depth", 1}}}})
                                                        : Json::object());
   }
 }
 
-TEST(ServerView, EveryAcceptedOptionIsAPlaceInTheJob) {
+TEST(ServerView, EveryAcceptedOptionIsAMemberOfTheJob) {
   for (const core::IntegratorEntry& row : core::integrators()) {
     Json request = {{"scene", "x"}, {"integrator", {{"type", row.name}}}};
     if (std::find(row.accepts.begin(), row.accepts.end(), "/shutter_seconds") !=
         row.accepts.end()) {
-      request["shutter_seconds"] = 1;  // shown when it is open
+      request["shutter_seconds"] = 1;  // printed if the shutter is open
     }
     const Json spec = api::to_json(api::parse_job(api::dump(request))->spec);
     for (const std::string_view pointer : row.accepts) {

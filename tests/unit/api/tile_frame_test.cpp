@@ -25,7 +25,7 @@ api::TileFrame small_frame(std::uint32_t flags) {
   return frame;
 }
 
-TEST(TileFrame, HasTheBytesOfTheContract) {
+TEST(TileFrame, HasTheDocumentedBytes) {
   api::TileFrame frame;
   frame.rect = {0x0102, 0x0304, 1, 1};
   frame.revision = 0x0A0B0C0D;
@@ -41,7 +41,7 @@ TEST(TileFrame, HasTheBytesOfTheContract) {
   EXPECT_EQ(text.substr(56, 4), std::string("\0\0\0\x40", 4));
 }
 
-TEST(TileFrame, ChecksumIsThatOfZlib) {
+TEST(TileFrame, ChecksumMatchesZlib) {
   // CRC-32 of 28 zero bytes by python3: zlib.crc32(bytes(28)).
   api::TileFrame frame;
   frame.rect = {0, 0, 1, 1};
@@ -50,7 +50,7 @@ TEST(TileFrame, ChecksumIsThatOfZlib) {
   EXPECT_EQ(text.substr(28, 4), std::string("\xe9\x77\x70\x80", 4));
 }
 
-TEST(TileFrame, EndFrameIsAHeaderAlone) {
+TEST(TileFrame, EndFrameIsOnlyAHeader) {
   const std::string text = api::encode_end_frame(7, 0.25F);
   ASSERT_EQ(text.size(), api::kTileHeaderBytes);
   EXPECT_EQ(text.substr(20, 4), std::string("\x01\0\0\0", 4));
@@ -76,7 +76,7 @@ TEST(TileFrame, ReadsWrittenFrames) {
   }
 }
 
-TEST(TileFrame, MeansAreHalfFloatsThatEndAt65504) {
+TEST(TileFrame, MeansAreHalfFloatsUpTo65504) {
   api::TileFrame frame;
   frame.rect = {0, 0, 2, 1};
   frame.flags = api::kTileMean | api::kTileAlpha;
@@ -92,7 +92,7 @@ TEST(TileFrame, MeansAreHalfFloatsThatEndAt65504) {
   EXPECT_EQ(decoded->frame.planes, shown);
 }
 
-TEST(TileFrame, KeepsNotANumber) {
+TEST(TileFrame, KeepsNan) {
   api::TileFrame frame = small_frame(0);
   frame.relative_error = std::nanf("");
   frame.planes[20] = std::nanf("");
@@ -102,7 +102,7 @@ TEST(TileFrame, KeepsNotANumber) {
   EXPECT_TRUE(std::isnan(decoded->frame.planes[20]));
 }
 
-TEST(TileFrame, WaitsForTheRestWhereverItIsCut) {
+TEST(TileFrame, WaitsForTheRestOfATruncatedFrame) {
   const std::string text = api::encode_tile_frame(small_frame(0));
   for (std::size_t size = 0; size < text.size(); ++size) {
     const auto decoded = api::decode_tile_frame(bytes_of(text.substr(0, size)));
@@ -111,7 +111,7 @@ TEST(TileFrame, WaitsForTheRestWhereverItIsCut) {
   }
 }
 
-TEST(TileFrame, SeesEveryFlippedBitOfSizesAndPayload) {
+TEST(TileFrame, DetectsEveryFlippedBitOfSizesAndPayload) {
   const std::string text = api::encode_tile_frame(small_frame(0));
   for (std::size_t at = 0; at < text.size(); ++at) {
     const bool is_covered = at < 8 || (at >= 16 && at < 20) || at >= 28;

@@ -44,13 +44,13 @@ INSTANTIATE_TEST_SUITE_P(
                     "2026-01-31T12:00:00ZZ", "-026-01-31T12:00:00Z", "2026-1-31T12:00:00Z",
                     "tomorrow"));
 
-TEST(Rfc3339Text, ShowsAsManyDigitsAsAreNeeded) {
+TEST(Rfc3339Text, ShowsOnlyTheNeededDigits) {
   EXPECT_EQ(api::rfc3339(0), "1970-01-01T00:00:00Z");
   EXPECT_EQ(api::rfc3339(951782399.5), "2000-02-28T23:59:59.5Z");
   EXPECT_EQ(api::rfc3339(-0.001), "1969-12-31T23:59:59.999Z");
 }
 
-TEST(Rfc3339Text, ReadsBackToTheMillisecond) {
+TEST(Rfc3339Text, RoundTripsToTheMillisecond) {
   for (double days = -700000; days < 2900000; days += 977.123456) {
     const auto once = api::parse_rfc3339(api::rfc3339(days * 86400));
     ASSERT_TRUE(once.has_value());

@@ -11,7 +11,7 @@ struct Outcome {
   std::string told;
 };
 
-/// A verb with some options, as `tessera draw` would run it.
+/// Runs a verb with several options, as `tessera draw` would.
 Outcome run(const cli::Args& args) {
   CLI::App app("Draws.", "tessera draw");
   std::string output;
@@ -29,7 +29,7 @@ Outcome run(const cli::Args& args) {
 
 constexpr const char* kRest = " `tessera draw --help` lists what there is.\n";
 
-TEST(WrongUsage, NamesTheCommandAndTheMissingArgument) {
+TEST(WrongUsage, ReportsTheCommandAndTheMissingArgument) {
   const Outcome missing = run({"sphere"});
   EXPECT_EQ(missing.code, cli::kWrongUsage);
   EXPECT_EQ(missing.told, std::string("tessera draw: --output is required.") + kRest);
@@ -44,19 +44,19 @@ TEST(WrongUsage, SuggestsTheMostSimilarOption) {
       std::string(
           "tessera draw: there is no option --relative-eror; did you mean --relative-error?") +
           kRest);
-  // What it is called elsewhere.
+  // Names used by other renderers.
   EXPECT_EQ(told("--samples"),
             std::string("tessera draw: there is no option --samples; did you mean --spp?") + kRest);
   EXPECT_EQ(told("--marmalade"),
             std::string("tessera draw: there is no option --marmalade.") + kRest);
 }
 
-TEST(WrongUsage, AWordTooManyIsShown) {
+TEST(WrongUsage, ReportsAnExtraWord) {
   EXPECT_EQ(run({"sphere", "cube", "-o", "a.png"}).told,
             std::string("tessera draw: \"cube\" is one word too many.") + kRest);
 }
 
-TEST(WrongUsage, AValueThatIsNotANumberIsReported) {
+TEST(WrongUsage, ReportsAValueThatIsNotANumber) {
   const Outcome wrong = run({"sphere", "-o", "a.png", "--spp", "many"});
   EXPECT_EQ(wrong.code, cli::kWrongUsage);
   EXPECT_NE(wrong.told.find("--spp"), std::string::npos);

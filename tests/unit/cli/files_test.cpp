@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder with scene/part.bin, scene/a b.bin and, outside of scene, secret.bin.
+/// A folder with scene/part.bin, scene/a b.bin and, outside scene, secret.bin.
 class SideFiles : public testing::Test {
  protected:
   void SetUp() override {
@@ -49,14 +49,14 @@ TEST_F(SideFiles, OutsideTheFolderAreRefused) {
   }
 }
 
-TEST_F(SideFiles, ThatAreMissingAreNamed) {
+TEST_F(SideFiles, ReportsMissingOnes) {
   const auto found = find("nowhere.bin");
   ASSERT_FALSE(found);
   EXPECT_EQ(found.error().code, core::ErrorCode::kNotFound);
   EXPECT_EQ(found.error().where, "nowhere.bin");
 }
 
-TEST_F(SideFiles, BelongToTheOneModelOfTheFolder) {
+TEST_F(SideFiles, BelongToTheOnlyModelOfTheFolder) {
   const std::string folder = (root_ / "scene").string();
   EXPECT_EQ(cli::model_file(folder).error().code, core::ErrorCode::kNotFound);
   std::ofstream(root_ / "scene" / "chair.GLTF") << "{}";
@@ -88,7 +88,7 @@ TEST(GltfSideFiles, RefusesValuesThatAreNotObjects) {
   }
 }
 
-TEST(Files, AreWrittenWholeOrNotAtAll) {
+TEST(Files, AreWrittenCompletelyOrNotAtAll) {
   const std::string path = testing::TempDir() + "files_test_" + std::to_string(getpid());
   ASSERT_TRUE(cli::write_file(path, "abc"));
   EXPECT_EQ(*cli::read_file(path), "abc");
@@ -112,20 +112,20 @@ TEST(ErrorOfReply, ShowsEveryFaultWithItsPointer) {
       "the server answered 422 (Unprocessable): 1 fault\n  /film/width: 0 is outside [1, 16384]");
 }
 
-TEST(ErrorOfReply, OfAPageThatIsNotOursIsTheStatusAlone) {
+TEST(ErrorOfReply, OfAForeignPageIsOnlyTheStatus) {
   cli::Reply reply;
   reply.status = 502;
   reply.body = "<html>";
   EXPECT_EQ(cli::error_of_reply(reply).message, "the server answered 502");
 }
 
-TEST(ApiClient, RefusesAddressesThatAreNone) {
+TEST(ApiClient, RefusesInvalidAddresses) {
   for (const char* url : {"", "localhost:8080", "ftp://host", "http://"}) {
     EXPECT_FALSE(cli::ApiClient::connect(url, "")) << url;
   }
 }
 
-TEST(ApiClient, AServerThatIsNotThereIsNamed) {
+TEST(ApiClient, ReportsAnUnreachableServer) {
   const auto client = cli::ApiClient::connect("http://127.0.0.1:9", "");
   ASSERT_TRUE(client);
   const auto reply = (*client)->get("/v1/jobs");
@@ -133,7 +133,7 @@ TEST(ApiClient, AServerThatIsNotThereIsNamed) {
   EXPECT_NE(reply.error().message.find("http://127.0.0.1:9"), std::string::npos);
 }
 
-TEST(EncodeUrl, LeavesUnreservedCharacters) {
+TEST(EncodeUrl, KeepsUnreservedCharacters) {
   EXPECT_EQ(cli::encode_url("aZ0-._~ /?&="), "aZ0-._~%20%2F%3F%26%3D");
 }
 

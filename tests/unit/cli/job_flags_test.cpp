@@ -11,7 +11,7 @@
 
 namespace {
 
-/// A file that goes away with the test.
+/// A file that is deleted with this object.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& text)
@@ -27,7 +27,7 @@ class TemporaryFile {
   std::string path_;
 };
 
-TEST(MakeRequest, WithoutFlagsNamesTheSceneOnly) {
+TEST(MakeRequest, ContainsOnlyTheSceneWithoutFlags) {
   cli::JobFlags flags;
   flags.scene = "glass";
   EXPECT_EQ(cli::make_request(flags)->dump(), R"({"scene":"glass"})");
@@ -65,7 +65,7 @@ TEST(MakeRequest, WeightsAndControlVariatesAreTypesOfTheEstimator) {
             R"("control_variate":{"type":"none"}}})");
 }
 
-TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
+TEST(MakeRequest, FlagsOverrideTheJobFileAndKeepTheRest) {
   const TemporaryFile file(
       R"({"scene":"interior","film":{"width":10,"height":20,"filter":{"type":"box"}},)"
       R"("camera":{"index":2}})");
@@ -78,7 +78,7 @@ TEST(MakeRequest, FlagsWinOverTheJobFileAndTheRestOfItStays) {
             R"("camera":{"name":"right"}})");
 }
 
-TEST(MakeRequest, NeedsAScene) { EXPECT_FALSE(cli::make_request(cli::JobFlags())); }
+TEST(MakeRequest, RequiresAScene) { EXPECT_FALSE(cli::make_request(cli::JobFlags())); }
 
 TEST(MakeRequest, ReportsTheLocationOfSyntaxErrors) {
   const TemporaryFile file("{\"scene\": }");
@@ -90,7 +90,7 @@ TEST(MakeRequest, ReportsTheLocationOfSyntaxErrors) {
   EXPECT_EQ(request.error().where, file.path());
 }
 
-TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
+TEST(ParseAndRun, WrongUsageExitsWithTwoAndHelpWithZero) {
   CLI::App app;
   cli::JobFlags flags;
   cli::add_job_flags(app, flags, "scene");
@@ -109,7 +109,7 @@ TEST(ParseAndRun, WrongUsageIsTwoAndHelpIsZero) {
   }
 }
 
-TEST(JobFlags, TheEndsOfRangesAreAllowed) {
+TEST(JobFlags, AcceptsTheEndsOfRanges) {
   for (const char* right : {"--size=16384x1", "--spp=1", "--spp=65536", "--relative-error=0.00001",
                             "--seconds=0.001", "--seconds=604800", "--split=64",
                             "--seed=9007199254740991", "--seed=+5", "--threads=1024"}) {
@@ -120,7 +120,7 @@ TEST(JobFlags, TheEndsOfRangesAreAllowed) {
   }
 }
 
-TEST(JobFlags, ARelativeErrorMayBeAPercentage) {
+TEST(JobFlags, AcceptsARelativeErrorAsAPercentage) {
   for (const auto& [text, value] :
        {std::pair("5%", 0.05), std::pair("0.05", 0.05), std::pair("12.5%", 0.125),
         std::pair("1000%", 10.0), std::pair("1e-3%", 1e-5)}) {
@@ -133,7 +133,7 @@ TEST(JobFlags, ARelativeErrorMayBeAPercentage) {
   }
 }
 
-TEST(JobFlags, AFileToBlameIsAFailureAndNoWrongUsage) {
+TEST(JobFlags, FileErrorIsAFailureNotWrongUsage) {
   cli::JobFlags flags;
   const auto code = [&flags] {
     return cli::request_fault_code(cli::make_request(flags).error(), flags);

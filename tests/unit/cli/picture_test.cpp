@@ -30,7 +30,7 @@ std::string big_endian(std::uint32_t value) {
   return out;
 }
 
-/// A PNG of rows that begin with the number of their filter.
+/// A PNG of rows that start with the number of their filter.
 std::string png(int width, int height, char colour, const std::string& rows) {
   uLongf size = compressBound(rows.size());
   std::string packed(size, '\0');
@@ -58,7 +58,7 @@ TEST(DecodePng, ReadsEveryFilter) {
       std::string("\1\x0a\x14\x1e\x1e\x1e\x1e", 7) +  // minus left
       std::string("\2\0\0\0\0\0\0", 7) +              // minus above
       std::string("\3\x05\x0a\x0f\x0f\x0f\x0f", 7) +  // minus the mean, rounded down
-      std::string("\4\0\0\0\0\0\0", 7);               // minus Paeth's guess: above
+      std::string("\4\0\0\0\0\0\0", 7);               // minus the Paeth predictor: above
   const auto picture = cli::decode_png(png(2, 5, 2, rows));
   ASSERT_TRUE(picture) << picture.error().message;
   ASSERT_EQ(picture->height, 5);
@@ -112,26 +112,27 @@ TEST(Enlarged, RepeatsEachPixel) {
             (std::vector<Pixel>{kRed, kRed, kBlue, kBlue, kRed, kRed, kBlue, kBlue}));
 }
 
-TEST(DrawBlocks, UpperPixelsAreTheFrontAndLowerOnesTheBack) {
+TEST(DrawBlocks, UpperPixelsAreTheForegroundAndLowerOnesTheBackground) {
   const Picture picture{2, 2, {kRed, kGreen, kBlue, kGrey}};
   EXPECT_EQ(cli::draw_blocks(picture),
             "\x1b[38;2;255;0;0m\x1b[48;2;0;0;255m\u2580"
             "\x1b[38;2;0;255;0m\x1b[48;2;10;20;30m\u2580\x1b[0m\n");
 }
 
-TEST(DrawBlocks, AColourIsSaidOnceAndALastHalfRowHasNoBack) {
+TEST(DrawBlocks, RepeatsNoColorAndALastHalfRowHasNoBackground) {
   const Picture picture{2, 3, {kRed, kRed, kRed, kRed, kBlue, kBlue}};
   EXPECT_EQ(cli::draw_blocks(picture),
             "\x1b[38;2;255;0;0m\x1b[48;2;255;0;0m\u2580\u2580\x1b[0m\n"
             "\x1b[38;2;0;0;255m\u2580\u2580\x1b[0m\n");
 }
 
-/// Reads sixel data as the VT340's manual has it: colours in per cent, runs, $ and -.
+/// Reads sixel data as specified in the manual of the VT340: colours in percent, runs, $ and -.
 class SixelReader {
  public:
   explicit SixelReader(const std::string& text) : text_(text) {}
 
-  /// Per cent of red, green, blue for every pixel that was set; counts those that were set twice.
+  /// Percentages of red, green, blue for every pixel that was set; counts those that were set
+  /// twice.
   std::map<std::pair<int, int>, std::array<int, 3>> pixels;
   int set_twice = 0;
   std::vector<int> raster;
@@ -199,7 +200,7 @@ class SixelReader {
   int top_ = 0;
 };
 
-TEST(DrawSixel, PureColoursComeBackAsTheyWere) {
+TEST(DrawSixel, PureColorsRoundTrip) {
   Picture picture{7, 13, {}};
   const std::array<Pixel, 5> colours = {kRed, kGreen, kBlue, Pixel{255, 255, 255}, Pixel{}};
   for (std::size_t i = 0; i < 7 * 13; ++i) {
@@ -218,8 +219,8 @@ TEST(DrawSixel, PureColoursComeBackAsTheyWere) {
 }
 
 TEST(DrawSixel, DitheringKeepsTheMeanOfAFlatArea) {
-  // Over the 16 places of the matrix a channel is off by at most half of 1/16 of a step of its
-  // levels (5 steps of red and blue, 6 of green), and per cent are rounded by at most 0.5.
+  // Over the 16 positions of the matrix the error of a channel is at most half of 1/16 of a step of
+  // its levels (5 steps of red and blue, 6 of green), and percentages are rounded by at most 0.5.
   for (const int value : {1, 37, 64, 100, 128, 200, 254}) {
     const auto v = static_cast<std::uint8_t>(value);
     SixelReader reader(cli::draw_sixel({16, 16, std::vector<Pixel>(256, Pixel{v, v, v})}));
@@ -237,7 +238,7 @@ TEST(DrawSixel, DitheringKeepsTheMeanOfAFlatArea) {
   }
 }
 
-TEST(DrawSixel, ALongRunIsWrittenAsANumber) {
+TEST(DrawSixel, WritesALongRunAsANumber) {
   const std::string text = cli::draw_sixel({300, 1, std::vector<Pixel>(300, kRed)});
   EXPECT_NE(text.find("!300@"), std::string::npos) << text;
   EXPECT_LT(text.size(), 60U);
@@ -279,7 +280,7 @@ std::vector<KittyPiece> kitty_pieces(const std::string& text) {
   return out;
 }
 
-TEST(DrawKitty, ChunksOf4096BytesMakeThePicture) {
+TEST(DrawKitty, ChunksOf4096BytesFormTheImage) {
   for (const std::size_t size : {1U, 2U, 3U, 3071U, 3072U, 3073U, 10000U}) {
     std::string png_bytes;
     for (std::size_t i = 0; i < size; ++i) {
@@ -299,7 +300,7 @@ TEST(DrawKitty, ChunksOf4096BytesMakeThePicture) {
   }
 }
 
-TEST(DrawKitty, Base64IsThatOfTheStandard) {  // RFC 4648, section 10
+TEST(DrawKitty, Base64MatchesTheStandard) {  // RFC 4648, section 10
   const auto payload = [](const char* text) {
     return kitty_pieces(cli::draw_kitty(text, {})).at(0).payload;
   };
@@ -316,7 +317,7 @@ cli::PictureWay automatic(const std::map<std::string, const char*>& variables) {
   });
 }
 
-TEST(ChoosePictureWay, AutoIsKittyOnlyWhereTheTerminalSupportsIt) {
+TEST(ChoosePictureWay, AutoIsKittyOnlyIfTheTerminalSupportsIt) {
   EXPECT_EQ(automatic({}), cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-256color"}}), cli::PictureWay::kBlocks);
   EXPECT_EQ(automatic({{"TERM", "xterm-kitty"}}), cli::PictureWay::kKitty);
@@ -352,7 +353,7 @@ TEST(PlanPicture, FitsTheTerminalAndKeepsTheAspect) {
   }
 }
 
-TEST(PlanPicture, TakesTheWholeWidthWhenTheHeightAllows) {
+TEST(PlanPicture, UsesTheFullWidthIfTheHeightAllows) {
   const auto blocks = cli::plan_picture(cli::PictureWay::kBlocks, {1600, 800}, {80, 50, 0, 0});
   EXPECT_EQ(blocks.columns, 80);
   EXPECT_EQ(blocks.rows, 20);

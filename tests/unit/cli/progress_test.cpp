@@ -26,20 +26,20 @@ int columns(const std::string& text) {
   return count;
 }
 
-TEST(ProgressText, HoldsEveryFact) {
+TEST(ProgressText, ContainsEveryValue) {
   EXPECT_EQ(
       cli::progress_text(half_done()),
       "rendering  50%  128 samples  error 2.31% (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
 }
 
-TEST(ProgressText, LeavesOutAnErrorThatIsNotKnown) {
+TEST(ProgressText, OmitsAnUnknownError) {
   cli::ProgressFacts facts;
   facts.samples_per_pixel = 1;
   facts.elapsed_seconds = 0.5;
   EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
-TEST(ProgressText, OfAnIntervalWithoutAnEndIsShort) {
+TEST(ProgressText, OfAnUnboundedIntervalIsShort) {
   cli::ProgressFacts facts;
   facts.relative_error = 5.14;
   facts.error_low = 0;
@@ -53,7 +53,7 @@ TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
   EXPECT_NE(cli::progress_text(facts).find(" 99%"), std::string::npos);
 }
 
-TEST(ProgressBar, FitsIntoTheTerminal) {
+TEST(ProgressBar, FitsTheTerminal) {
   for (const bool unicode : {false, true}) {
     for (int width = 20; width <= 200; ++width) {
       EXPECT_LE(columns(cli::progress_bar(half_done(), width, unicode)), width) << width;
@@ -61,7 +61,7 @@ TEST(ProgressBar, FitsIntoTheTerminal) {
   }
 }
 
-TEST(ProgressBar, TellsOnATerminalOf80ColumnsHowLongItTakes) {
+TEST(ProgressBar, ShowsTheRemainingTimeIn80Columns) {
   const std::string bar = cli::progress_bar(half_done(), 79, false);
   EXPECT_EQ(bar.substr(bar.find(']') + 1),
             "  50%  128 samples  error 2.31%  4.21 Mrays/s  ETA 1 min 15 s");
@@ -72,13 +72,13 @@ TEST(ProgressBar, KeepsTheTimeLongerThanTheSpeed) {
   EXPECT_EQ(bar.substr(bar.find(']') + 1), "  50%  128 samples  error 2.31%  ETA 1 min 15 s");
 }
 
-TEST(ProgressBar, IsFilledAsFarAsThePictureIs) {
+TEST(ProgressBar, IsFilledByTheFractionOfTheImage) {
   const std::string bar = cli::progress_bar(half_done(), 200, false);
   EXPECT_EQ(bar.substr(0, bar.find(']') + 1),
             "[" + std::string(15, '#') + std::string(15, '-') + "]");
 }
 
-TEST(DurationText, PicksTheUnit) {
+TEST(DurationText, SelectsTheUnit) {
   EXPECT_EQ(cli::duration_text(0.04), "0.04 s");
   EXPECT_EQ(cli::duration_text(9.94), "9.9 s");
   EXPECT_EQ(cli::duration_text(59.4), "59 s");

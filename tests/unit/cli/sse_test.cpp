@@ -13,7 +13,7 @@ TEST(EventParser, ReadsTypeDataAndId) {
   EXPECT_EQ(parser.last_id(), "a-1");
 }
 
-TEST(EventParser, GivesTheSameEventsHoweverTheStreamIsCut) {
+TEST(EventParser, GivesTheSameEventsForAnyChunks) {
   const std::string stream = "event: a\r\ndata: 1\r\ndata: 2\r\n\r\n: ping\r\rdata:3\n\n";
   for (std::size_t cut = 0; cut <= stream.size(); ++cut) {
     cli::EventParser parser;
@@ -21,7 +21,7 @@ TEST(EventParser, GivesTheSameEventsHoweverTheStreamIsCut) {
     for (auto& event : parser.feed(stream.substr(cut))) {
       events.push_back(std::move(event));
     }
-    ASSERT_EQ(events.size(), 2U) << "cut at " << cut;
+    ASSERT_EQ(events.size(), 2U) << "split at " << cut;
     EXPECT_EQ(events[0].type, "a");
     EXPECT_EQ(events[0].data, "1\n2");
     EXPECT_EQ(events[1].type, "message");
@@ -29,12 +29,12 @@ TEST(EventParser, GivesTheSameEventsHoweverTheStreamIsCut) {
   }
 }
 
-TEST(EventParser, CommentsAreSkipped) {
+TEST(EventParser, SkipsComments) {
   cli::EventParser parser;
   EXPECT_TRUE(parser.feed(": ping\n\n").empty());
 }
 
-TEST(EventParser, AnUnfinishedEventCountsForNothingAfterARestart) {
+TEST(EventParser, DiscardsAnUnfinishedEventAfterARestart) {
   cli::EventParser parser;
   parser.feed("id: s-1\ndata: 1\n\nid: s-2\ndata: 2\n");
   parser.restart();
@@ -44,7 +44,7 @@ TEST(EventParser, AnUnfinishedEventCountsForNothingAfterARestart) {
   EXPECT_EQ(events[0].data, "3");
 }
 
-TEST(EventParser, RemembersHowLongToWaitBeforeTryingAgain) {
+TEST(EventParser, StoresTheRetryDelay) {
   cli::EventParser parser;
   parser.feed("retry: 2500\n\n");
   EXPECT_EQ(parser.retry_ms(), 2500);

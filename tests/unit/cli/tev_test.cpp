@@ -13,7 +13,7 @@ using std::string_literals::operator""s;
 
 constexpr std::array<std::string_view, 3> kRgb = {"R", "G", "B"};
 
-// Expected bytes are written down from the protocol's description, field by field.
+// Expected bytes follow the protocol's description, field by field.
 TEST(TevPackets, CreateImageByteForByte) {
   const std::string payload =
       "\4"s          // CreateImage
@@ -56,7 +56,7 @@ TEST(TevPackets, UpdateImageByteForByte) {
   EXPECT_EQ(packet.substr(0, 4), std::string(1, static_cast<char>(payload.size() + 4)) + "\0\0\0"s);
 }
 
-TEST(TevConnection, AnInvalidAddressIsRefused) {
+TEST(TevConnection, RefusesAnInvalidAddress) {
   for (const char* address : {"", "localhost", ":14158", "localhost:", "latest"}) {
     const auto opened = cli::TevConnection::open(address);
     ASSERT_FALSE(opened) << address;
@@ -86,7 +86,7 @@ const std::string kEnd =
     "\0\0\0\x3f"s
     "\0\0\0\0"s;
 
-TEST(TileParser, GivesTheSameTilesHoweverTheStreamIsCut) {
+TEST(TileParser, GivesTheSameTilesForAnyChunks) {
   const std::string stream = kTile + kEnd;
   for (std::size_t cut = 0; cut <= stream.size(); ++cut) {
     cli::TileParser parser;
@@ -104,7 +104,7 @@ TEST(TileParser, GivesTheSameTilesHoweverTheStreamIsCut) {
   }
 }
 
-TEST(TileParser, AFlippedBitIsDetected) {
+TEST(TileParser, DetectsAFlippedBit) {
   for (const std::size_t at : {0U, 32U, 40U, 59U}) {
     std::string tile = kTile;
     tile[at] = static_cast<char>(tile[at] ^ 1);
@@ -113,7 +113,7 @@ TEST(TileParser, AFlippedBitIsDetected) {
   }
 }
 
-TEST(TileParser, AnUnfinishedTileCountsForNothingAfterARestart) {
+TEST(TileParser, DiscardsAnUnfinishedTileAfterARestart) {
   cli::TileParser parser;
   ASSERT_TRUE(parser.feed(kTile.substr(0, 50)));
   parser.restart();

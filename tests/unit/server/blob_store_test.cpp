@@ -37,7 +37,7 @@ TEST(BlobStore, NamesContentByItsHash) {
   EXPECT_EQ(test_support::read_file(folder.file("ba") + "/" + kAbc), "abc");
 }
 
-TEST(BlobStore, AnUploadOfAnotherHashLeavesNothing) {
+TEST(BlobStore, UploadWithAnotherHashLeavesNothing) {
   const TemporaryFolder folder;
   const auto store = BlobStore::open(folder.path());
   {
@@ -50,7 +50,7 @@ TEST(BlobStore, AnUploadOfAnotherHashLeavesNothing) {
   EXPECT_EQ(files_in(folder.path()), 0U);
 }
 
-TEST(BlobStore, AnUploadThatIsGivenUpLeavesNothing) {
+TEST(BlobStore, AbandonedUploadLeavesNothing) {
   const TemporaryFolder folder;
   const auto store = BlobStore::open(folder.path());
   {
@@ -61,7 +61,7 @@ TEST(BlobStore, AnUploadThatIsGivenUpLeavesNothing) {
   EXPECT_EQ(files_in(folder.path()), 0U);
 }
 
-TEST(BlobStore, PartialUploadsOfADeadProcessAreRemoved) {
+TEST(BlobStore, RemovesPartialUploadsOfADeadProcess) {
   const TemporaryFolder folder;
   ASSERT_TRUE(BlobStore::open(folder.path()));
   test_support::write_file(folder.file("tmp/1-1.part"), "half of it");
@@ -69,7 +69,7 @@ TEST(BlobStore, PartialUploadsOfADeadProcessAreRemoved) {
   EXPECT_EQ(files_in(folder.path()), 0U);
 }
 
-TEST(BlobStore, IdsThatAreNoHashesAreNeverPaths) {
+TEST(BlobStore, IdsThatAreNotHashesAreNeverPaths) {
   const TemporaryFolder folder;
   const auto store = BlobStore::open(folder.path() + "/assets");
   test_support::write_file(folder.file("secret"), "x");
@@ -79,7 +79,7 @@ TEST(BlobStore, IdsThatAreNoHashesAreNeverPaths) {
   }
 }
 
-TEST(BlobStore, AFullDiskIsReportedAsSuch) {
+TEST(BlobStore, ReportsAFullDisk) {
   const auto fd = server::open_file("/dev/full", 1 /* O_WRONLY */);
   ASSERT_TRUE(fd);
   const auto bytes = test_support::bytes_of("abc");

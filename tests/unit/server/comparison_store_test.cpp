@@ -51,7 +51,7 @@ TEST_F(Comparisons, AreFoundWithTheirMaps) {
   EXPECT_EQ(comparisons.find(id(2), Access::of("me")).error().code, core::ErrorCode::kNotFound);
 }
 
-TEST_F(Comparisons, OfTooManyTheOldestGo) {
+TEST_F(Comparisons, RemovesTheOldestBeyondTheMaximumCount) {
   ComparisonStore comparisons = store({.count = 3});
   for (int i = 1; i <= 5; ++i) {
     ASSERT_TRUE(comparisons.insert(row(i, "{}"), {{"z.png", "z"}}));
@@ -62,7 +62,7 @@ TEST_F(Comparisons, OfTooManyTheOldestGo) {
   }
 }
 
-TEST_F(Comparisons, OfTooManyBytesTheOldestGoAndTheNewestStays) {
+TEST_F(Comparisons, RemovesTheOldestBeyondTheMaximumBytesButKeepsTheNewest) {
   ComparisonStore comparisons = store({.count = 100, .bytes = 10});
   for (int i = 1; i <= 3; ++i) {
     ASSERT_TRUE(comparisons.insert(row(i, "{}"), {{"z.png", "12345"}}));
@@ -74,10 +74,10 @@ TEST_F(Comparisons, OfTooManyBytesTheOldestGoAndTheNewestStays) {
   EXPECT_TRUE(comparisons.find(id(4), Access::of("me")));
 }
 
-TEST_F(Comparisons, ComparisonsThatCannotBeWrittenAreReportedAndNotKept) {
+TEST_F(Comparisons, ReportsAndDropsComparisonsThatCannotBeWritten) {
   ComparisonStore comparisons = store({});
   std::filesystem::remove_all(data->comparisons_path());
-  std::ofstream(data->comparisons_path()) << "no folder";
+  std::ofstream(data->comparisons_path()) << "the folder does not exist";
   EXPECT_FALSE(comparisons.insert(row(1, "{}"), {{"z.png", "z"}}));
   EXPECT_FALSE(comparisons.find(id(1), Access::of("me")));
 }

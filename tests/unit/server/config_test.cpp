@@ -16,7 +16,7 @@ core::Result<server::Config> parse(std::vector<std::string_view> args,
   });
 }
 
-TEST(Config, DefaultsAreThoseOfTheContract) {
+TEST(Config, DefaultsMatchTheDocumentation) {
   const auto config = parse({});
   ASSERT_TRUE(config);
   EXPECT_EQ(config->port, 8080);
@@ -26,7 +26,7 @@ TEST(Config, DefaultsAreThoseOfTheContract) {
   EXPECT_FALSE(config->demo);
 }
 
-TEST(Config, AFlagWinsOverItsVariable) {
+TEST(Config, FlagOverridesItsVariable) {
   const auto config = parse({"--port", "9", "--max-queue=3", "--demo"},
                             {{"TESSERA_PORT", "7"}, {"TESSERA_MAX_STREAMS", "12"}});
   ASSERT_TRUE(config);
@@ -36,7 +36,7 @@ TEST(Config, AFlagWinsOverItsVariable) {
   EXPECT_TRUE(config->demo);
 }
 
-TEST(Config, BytesAndPercentsAreRead) {
+TEST(Config, ReadsBytesAndPercents) {
   const auto config = parse({"--max-upload", "3M", "--disk-limit", "50%"});
   ASSERT_TRUE(config);
   EXPECT_EQ(config->upload_bytes_max, 3U << 20U);
@@ -47,7 +47,7 @@ TEST(Config, BytesAndPercentsAreRead) {
   EXPECT_EQ(parse({"--quota-storage", "0"})->quota_storage.percent, 0);
 }
 
-TEST(Config, AFaultNamesTheFlagAndTheRange) {
+TEST(Config, FaultNamesTheFlagAndTheRange) {
   EXPECT_EQ(parse({"--port", "70000"}).error().message, "--port: 70000 is outside [0, 65535]");
   EXPECT_EQ(parse({"--memory", "101%"}).error().message, "--memory: 101 is outside [1, 100]");
   EXPECT_EQ(parse({"--prot", "1"}).error().message,
@@ -68,7 +68,7 @@ TEST(Config, AFaultNamesTheFlagAndTheRange) {
   }
 }
 
-TEST(Config, AValueMayBeEmptyOrLookLikeAList) {
+TEST(Config, ValueMayBeEmptyOrLookLikeAList) {
   EXPECT_EQ(parse({"--audit-log=", "--port=9"})->audit_log, "");
   EXPECT_EQ(parse({"--key", "[a,b]"})->key, "[a,b]");
   EXPECT_EQ(parse({"--key=a=b="})->key, "a=b=");
@@ -76,13 +76,13 @@ TEST(Config, AValueMayBeEmptyOrLookLikeAList) {
   EXPECT_EQ(parse({"--port", "7", "--port", "9"})->port, 9);
 }
 
-TEST(Config, TheDataDirectoryFollowsTheUser) {
+TEST(Config, DataDirectoryDependsOnTheUser) {
   EXPECT_EQ(parse({}, {{"XDG_DATA_HOME", "/x"}, {"HOME", "/h"}})->data_dir, "/x/tessera");
   EXPECT_EQ(parse({}, {{"HOME", "/h"}})->data_dir, "/h/.local/share/tessera");
   EXPECT_EQ(parse({"--data", "/d"}, {{"HOME", "/h"}})->data_dir, "/d");
 }
 
-TEST(Config, TheHelpNamesEveryFlagWithItsVariable) {
+TEST(Config, HelpListsEveryFlagWithItsVariable) {
   const std::string help = server::config_help();
   for (const char* text :
        {"--port", "TESSERA_PORT", "--max-queue", "TESSERA_MAX_QUEUE", "--demo"}) {
@@ -90,7 +90,7 @@ TEST(Config, TheHelpNamesEveryFlagWithItsVariable) {
   }
 }
 
-TEST(Config, LoopbackIsKnown) {
+TEST(Config, RecognisesLoopback) {
   for (const char* name : {"127.0.0.1", "127.9.9.9", "localhost", "::1", "[::1]"}) {
     EXPECT_TRUE(server::is_loopback(name)) << name;
   }

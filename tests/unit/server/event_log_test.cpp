@@ -24,7 +24,7 @@ void tell(EventLog& log, EventType type, std::string data) {
   log.publish({durable(log.reserve(1), type, std::move(data))});
 }
 
-TEST(EventLog, NumbersAreInTheOrderOfTelling) {
+TEST(EventLog, NumbersAreInOrderOfPublication) {
   EventLog log;
   tell(log, EventType::kState, "a");
   log.tile_changed(3, 1);
@@ -39,7 +39,7 @@ TEST(EventLog, NumbersAreInTheOrderOfTelling) {
   EXPECT_EQ(log.read_after(events[1].seq, 100).size(), 1U);
 }
 
-TEST(EventLog, OfATileOnlyTheNewestRevisionIsThere) {
+TEST(EventLog, KeepsOnlyTheNewestRevisionOfATile) {
   EventLog log;
   for (std::uint32_t revision = 1; revision <= 1000; ++revision) {
     log.tile_changed(static_cast<int>(revision % 2), revision);
@@ -50,7 +50,7 @@ TEST(EventLog, OfATileOnlyTheNewestRevisionIsThere) {
   EXPECT_EQ(events[1].revision, 1000U);
 }
 
-TEST(EventLog, NothingAboveAReservedNumberIsSeenBeforeItIsPublished) {
+TEST(EventLog, HidesNumbersAboveAReservedOneUntilItIsPublished) {
   EventLog log;
   const std::uint64_t first = log.reserve(2);
   log.tile_changed(0, 1);
@@ -60,7 +60,7 @@ TEST(EventLog, NothingAboveAReservedNumberIsSeenBeforeItIsPublished) {
   EXPECT_EQ(log.read_after(0, 100).size(), 3U);
 }
 
-TEST(EventLog, DroppedNumbersHoldNothingUp) {
+TEST(EventLog, DroppedNumbersDoNotBlockLaterOnes) {
   EventLog log;
   const std::uint64_t first = log.reserve(2);
   log.tile_changed(0, 1);
@@ -68,7 +68,7 @@ TEST(EventLog, DroppedNumbersHoldNothingUp) {
   EXPECT_EQ(log.read_after(0, 100).size(), 1U);
 }
 
-TEST(EventLog, APartOfTheTilesPassesNoNumberBy) {
+TEST(EventLog, PartialTileReadsSkipNoNumber) {
   EventLog log;
   for (int tile = 0; tile < 10; ++tile) {
     log.tile_changed(tile, static_cast<std::uint32_t>(tile + 1));
@@ -88,14 +88,14 @@ TEST(EventLog, APartOfTheTilesPassesNoNumberBy) {
   EXPECT_TRUE(saw_state);
 }
 
-TEST(EventLog, OfProgressThereIsOne) {
+TEST(EventLog, KeepsOneProgressEvent) {
   EventLog log;
   log.progress_changed();
   log.progress_changed();
   EXPECT_EQ(log.read_after(0, 100).size(), 1U);
 }
 
-TEST(EventLog, AWaitEndsWithTheNextEvent) {
+TEST(EventLog, WaitEndsWithTheNextEvent) {
   EventLog log;
   std::jthread teller([&log] {
     std::this_thread::sleep_for(milliseconds(20));
@@ -104,7 +104,7 @@ TEST(EventLog, AWaitEndsWithTheNextEvent) {
   EXPECT_TRUE(log.wait_after(0, EventLog::Wake::kAnything, Clock::now() + milliseconds(10000), {}));
 }
 
-TEST(EventLog, AWaitForDurableEventsSleepsThroughTiles) {
+TEST(EventLog, WaitForDurableEventsIgnoresTiles) {
   EventLog log;
   log.tile_changed(0, 1);
   EXPECT_FALSE(log.wait_after(0, EventLog::Wake::kDurable, Clock::now() + milliseconds(20), {}));
@@ -112,7 +112,7 @@ TEST(EventLog, AWaitForDurableEventsSleepsThroughTiles) {
   EXPECT_TRUE(log.wait_after(0, EventLog::Wake::kDurable, Clock::now() + milliseconds(20), {}));
 }
 
-TEST(EventLog, AStopEndsAWait) {
+TEST(EventLog, StopEndsAWait) {
   EventLog log;
   std::stop_source stop;
   std::jthread stopper([&stop] {
@@ -123,7 +123,7 @@ TEST(EventLog, AStopEndsAWait) {
                               stop.get_token()));
 }
 
-TEST(EventLog, ReadersSeeEveryDurableEventWhileTilesRushBy) {
+TEST(EventLog, ReadersGetEveryDurableEventUnderTileLoad) {
   EventLog log;
   constexpr int kTold = 200;
   std::jthread renderer([&log](const std::stop_token& stop) {

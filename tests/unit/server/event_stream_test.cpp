@@ -8,8 +8,8 @@ using api::JobState;
 
 class Events : public test_support::JobsFixture {
  protected:
-  /// A paused job without slices under way, which commit after the pause: the server was restarted.
-  /// A stream that begins after all that has happened to it.
+  /// A paused job without active slices, which would commit after the pause: the server was
+  /// restarted. The stream starts after all past events.
   void SetUp() override {
     test_support::JobsFixture::SetUp();
     job = submit(test_support::kForever);
@@ -40,10 +40,10 @@ class Events : public test_support::JobsFixture {
   std::optional<server::EventStream> stream;
 };
 
-TEST_F(Events, ATileWhoseFilmIsAheadOfTheLogIsSentOnce) {
+TEST_F(Events, SendsATileOnceIfItsFilmIsAheadOfTheLog) {
   const std::uint32_t revision = film->tile_revision(0);
   ASSERT_GT(revision, 1U);
-  job->log().tile_changed(0, revision - 1);  // The film has the next revision, the log not yet.
+  job->log().tile_changed(0, revision - 1);  // the film has the next revision, the log does not
   const std::string first = stream->news();
   job->log().tile_changed(0, revision);
   const std::string second = stream->news();

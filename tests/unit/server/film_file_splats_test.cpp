@@ -11,14 +11,14 @@ using test_support::made_tile;
 using test_support::small_film;
 using test_support::TemporaryFolder;
 
-/// Tiles without samples have their pixels, as a checkpoint with splats gives them back.
+/// Adds the pixels of tiles without samples, as restoring a checkpoint with splats does.
 void fill_missing(core::Film& film) {
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     film.restore(tile, film.tile(tile), film.tile_revision(tile));
   }
 }
 
-TEST(FilmFile, SplatsComeBackWithTheLightSamplesThatTheyAreFrom) {
+TEST(FilmFile, RestoresSplatsWithTheirLightSamples) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const auto made = [] {
@@ -49,7 +49,7 @@ TEST(FilmFile, SplatsComeBackWithTheLightSamplesThatTheyAreFrom) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without splats";
 }
 
-TEST(FilmFile, AMeterComesBackFromTheNewestWholeCheckpoint) {
+TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::RenderSettings settings;
@@ -77,7 +77,7 @@ TEST(FilmFile, AMeterComesBackFromTheNewestWholeCheckpoint) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without a meter";
 }
 
-TEST(FilmFile, SharesOfTheLightComeBack) {
+TEST(FilmFile, RestoresSharesOfTheLight) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::FilmSettings settings = small_film();
@@ -99,7 +99,7 @@ TEST(FilmFile, SharesOfTheLightComeBack) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without shares";
 }
 
-TEST(FilmFile, LabelsAndMattesComeBack) {
+TEST(FilmFile, RestoresLabelsAndMattes) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::FilmSettings settings = small_film();

@@ -44,7 +44,7 @@ core::Result<FilmRecord> load(const std::string& path, core::Film& film) {
   return file->restore(film);
 }
 
-/// A file with two checkpoints, of 2 and of 4 samples; returns the digest of each film.
+/// Writes a file with two checkpoints, of 2 and of 4 samples; returns the digest of each film.
 std::pair<std::string, std::string> write_two(const std::string& path) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
@@ -63,7 +63,7 @@ std::uint64_t blocks_of(const std::string& path) {
   return static_cast<std::uint64_t>(info.st_blocks);
 }
 
-TEST(FilmFile, AFilmIsRestoredBitByBit) {
+TEST(FilmFile, RestoresAFilmBitForBit) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const std::string digest = write_two(path).second;
@@ -82,7 +82,7 @@ TEST(FilmFile, AFilmIsRestoredBitByBit) {
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
 }
 
-TEST(FilmFile, SecondsSpentOutsideOfSamplesAreRestored) {
+TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -97,7 +97,7 @@ TEST(FilmFile, SecondsSpentOutsideOfSamplesAreRestored) {
   EXPECT_EQ(again.cpu_seconds(), of_samples + 3);
 }
 
-TEST(FilmFile, AHeadOfTheFirstVersionIsRead) {
+TEST(FilmFile, ReadsAHeadOfTheFirstVersion) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const std::string digest = write_two(path).second;
@@ -120,7 +120,7 @@ TEST(FilmFile, AHeadOfTheFirstVersionIsRead) {
   EXPECT_EQ(record->elapsed_seconds, 2.0);
 }
 
-TEST(FilmFile, TheArithmeticIsStoredWithAnyNumberOfPoints) {
+TEST(FilmFile, StoresTheArithmeticWithAnyNumberOfPoints) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -184,7 +184,7 @@ std::string decisions_of(const core::Film& film) {
   return text;
 }
 
-TEST(FilmFile, AdaptivePlansAreRestored) {
+TEST(FilmFile, RestoresAdaptivePlans) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(adaptive_film());
@@ -209,12 +209,12 @@ TEST(FilmFile, AdaptivePlansAreRestored) {
   EXPECT_EQ(loaded.digest(), film.digest());
   EXPECT_EQ(decisions_of(loaded), decisions_of(film));
   EXPECT_GT(decisions_of(loaded).size(), 70U * 40U * 40U);
-  // One that decides nothing is another film.
+  // A film without decisions is a different film.
   core::Film plain(small_film(), 2);
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, FittedCoefficientsAreRestored) {
+TEST(FilmFile, RestoresFittedCoefficients) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::RenderSettings settings;
@@ -249,12 +249,12 @@ TEST(FilmFile, FittedCoefficientsAreRestored) {
   EXPECT_EQ(loaded.digest(), film.digest());
   EXPECT_EQ(fits_of(loaded), fits_of(film));
   EXPECT_EQ(fits_of(loaded).size(), 70U * 40U * 2U * 48U);
-  // One that fits nothing is another film.
+  // A film without fitted coefficients is a different film.
   core::Film plain(small_film(), 2);
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, ADamagedPlanTakesTheFilmOneCheckpointBackWithItsPlans) {
+TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(adaptive_film());
@@ -278,12 +278,12 @@ TEST(FilmFile, ADamagedPlanTakesTheFilmOneCheckpointBackWithItsPlans) {
       EXPECT_TRUE(seen == before || seen == after) << at;
       went_back += seen == before ? 1 : 0;
     }
-    test_support::damage_file(path, at);  // Back again.
+    test_support::damage_file(path, at);  // undone
   }
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, RevisionsGoOnAfterARestart) {
+TEST(FilmFile, RevisionsContinueAfterARestart) {
   const TemporaryFolder folder;
   write_two(folder.file("a.film"));
   core::Film film(small_film(), 2);
@@ -292,7 +292,7 @@ TEST(FilmFile, RevisionsGoOnAfterARestart) {
   EXPECT_EQ(film.commit(0, made_tile(film, 0, 6)), 13U);
 }
 
-TEST(FilmFile, ANewFileGivesAnEmptyFilm) {
+TEST(FilmFile, NewFileGivesAnEmptyFilm) {
   const TemporaryFolder folder;
   core::Film film(small_film(), 2);
   const auto record = load(folder.file("new.film"), film);
@@ -301,7 +301,7 @@ TEST(FilmFile, ANewFileGivesAnEmptyFilm) {
   EXPECT_TRUE(record->points.empty());
 }
 
-TEST(FilmFile, OnlyChangedTilesAreWritten) {
+TEST(FilmFile, WritesOnlyChangedTiles) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -312,14 +312,14 @@ TEST(FilmFile, OnlyChangedTilesAreWritten) {
   const std::uint64_t one_slot_each = blocks_of(path);
   film.commit(1, made_tile(film, 1, 4));
   ASSERT_TRUE(file->write(film, record_of(4), false));
-  // The second slot of one tile, and the other head: less than the first checkpoint took.
+  // The second slot of one tile, and the other head: less than the first checkpoint.
   EXPECT_LT(blocks_of(path) - one_slot_each, one_slot_each / 2);
   core::Film again(small_film(), 2);
   ASSERT_TRUE(load(path, again));
   EXPECT_EQ(again.digest(), film.digest());
 }
 
-TEST(FilmFile, AFinalFilmGivesItsOldSlotsBack) {
+TEST(FilmFile, FinalFilmReleasesItsOldSlots) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -337,9 +337,9 @@ TEST(FilmFile, AFinalFilmGivesItsOldSlotsBack) {
   EXPECT_EQ(again.digest(), film.digest());
 }
 
-/// Tears the newer checkpoint: every byte range of the file may be old or new after a power loss,
-/// as long as what was synced before is whole.
-TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
+/// Tears the newer checkpoint: after a power loss every byte range of the file may be old or new,
+/// but data synced before is complete.
+TEST(FilmFile, TornCheckpointKeepsThePreviousOne) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
@@ -354,9 +354,9 @@ TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
   const std::string new_digest = film.digest();
   const std::string after = test_support::read_file(path);
   ASSERT_GE(after.size(), before.size());
-  // The head comes after a sync: as long as it is old, any mixture of the rest must give the old
+  // The head is written after a sync: while it is old, any mixture of the rest must give the old
   // film.
-  const std::size_t head_bytes = 2 * 4096 * 30;  // Beyond both heads, before the last slots.
+  const std::size_t head_bytes = 2 * 4096 * 30;  // after both heads, before the last slots
   for (std::size_t cut = head_bytes; cut < after.size(); cut += 8191) {
     std::string torn = before;
     torn.resize(after.size());
@@ -368,7 +368,7 @@ TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
     ASSERT_TRUE(load(path, loaded)) << cut;
     EXPECT_EQ(loaded.digest(), old_digest) << cut;
   }
-  // The head itself cut short: its checksum does not fit.
+  // The head itself is truncated: its checksum does not match.
   for (std::size_t cut = 0; cut < 4096; cut += 7) {
     std::string torn = after;
     for (std::size_t i = cut; i < head_bytes && i < before.size(); ++i) {
@@ -381,7 +381,7 @@ TEST(FilmFile, ATornCheckpointLeavesTheOneBefore) {
   }
 }
 
-TEST(FilmFile, ADamagedTileRevertsTheWholeFilmByOneCheckpoint) {
+TEST(FilmFile, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const auto [old_digest, new_digest] = write_two(path);
@@ -395,12 +395,12 @@ TEST(FilmFile, ADamagedTileRevertsTheWholeFilmByOneCheckpoint) {
       EXPECT_TRUE(digest == new_digest || digest == old_digest) << at;
       went_back += digest == old_digest ? 1 : 0;
     }
-    test_support::damage_file(path, at);  // Back again.
+    test_support::damage_file(path, at);  // undone
   }
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, DamageToBothCheckpointsIsReportedAndNotLoaded) {
+TEST(FilmFile, ReportsDamageToBothCheckpoints) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   write_two(path);
@@ -415,7 +415,7 @@ TEST(FilmFile, DamageToBothCheckpointsIsReportedAndNotLoaded) {
   EXPECT_EQ(record.error().code, core::ErrorCode::kInternal);
 }
 
-TEST(FilmFile, AFileCutAtAnyPlaceNeverGivesAWrongFilm) {
+TEST(FilmFile, TruncatedFileNeverGivesAWrongFilm) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const auto [old_digest, new_digest] = write_two(path);
@@ -431,7 +431,7 @@ TEST(FilmFile, AFileCutAtAnyPlaceNeverGivesAWrongFilm) {
   }
 }
 
-TEST(FilmFile, AFilmOfAnotherSizeIsRefused) {
+TEST(FilmFile, RefusesAFilmOfAnotherSize) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   write_two(path);
@@ -443,7 +443,7 @@ TEST(FilmFile, AFilmOfAnotherSizeIsRefused) {
   EXPECT_EQ(load(path, more_replicates).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, AfterAFailedWriteTheLastCheckpointIsGood) {
+TEST(FilmFile, LastCheckpointIsValidAfterAFailedWrite) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const std::string digest = write_two(path).second;
@@ -451,7 +451,7 @@ TEST(FilmFile, AfterAFailedWriteTheLastCheckpointIsGood) {
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   fill(film, 6);
-  // A file-size limit stands in for a full disk; the signal that comes with it is ignored.
+  // A file-size limit simulates a full disk; its signal is ignored.
   ASSERT_NE(std::signal(SIGXFSZ, SIG_IGN), SIG_ERR);
   rlimit before = {};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -467,7 +467,7 @@ TEST(FilmFile, AfterAFailedWriteTheLastCheckpointIsGood) {
   EXPECT_TRUE(file->write(film, record_of(6), false));
 }
 
-TEST(FilmFile, ThousandsOfPointsAreThinnedToTheNewestAndSome) {
+TEST(FilmFile, ThinsThousandsOfPointsButKeepsTheNewest) {
   const TemporaryFolder folder;
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(folder.file("a.film"));

@@ -1,4 +1,4 @@
-// A full disk: changes that the store refuses are not acknowledged, and jobs wait for room.
+// A full disk: changes that the store refuses are not acknowledged, and jobs wait for space.
 
 #include <chrono>
 #include <csignal>
@@ -30,7 +30,7 @@ api::ParsedJob large_request(int samples) {
   return *std::move(parsed);
 }
 
-/// For its life no file grows beyond `bytes`: what a full disk answers.
+/// Limits the size of files to `bytes` during its lifetime, which simulates a full disk.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
@@ -47,7 +47,7 @@ class FullDisk {
   rlimit before_{};
 };
 
-TEST_F(FullDiskJobs, ChangesThatTheStoreRefusesAreNotAcknowledged) {
+TEST_F(FullDiskJobs, DoesNotAcknowledgeChangesThatTheStoreRefuses) {
   const auto job = submit(kForever);
   ASSERT_TRUE(wait_for_samples(job));
   {
@@ -67,7 +67,7 @@ TEST_F(FullDiskJobs, ChangesThatTheStoreRefusesAreNotAcknowledged) {
 /// Above the journal of the database, which ends at 4 MB, and below the film of large_request().
 constexpr rlim_t kLessThanTheFilm = 5'000'000;
 
-TEST_F(FullDiskJobs, AFullDiskPausesAJobUntilThereIsRoom) {
+TEST_F(FullDiskJobs, PausesAJobUntilThereIsSpace) {
   const auto whole = jobs->submit(large_request(8), {});
   ASSERT_TRUE(wait_for(whole->job, JobState::kFinished));
   JobPointer job;
@@ -77,7 +77,7 @@ TEST_F(FullDiskJobs, AFullDiskPausesAJobUntilThereIsRoom) {
     ASSERT_TRUE(wait_for(job, JobState::kPaused));
     EXPECT_EQ(jobs->view(*job).pause_reason, api::PauseReason::kStorageFull);
     EXPECT_EQ(jobs->jobs_without_room(), 1);
-    std::this_thread::sleep_for(milliseconds(1500));  // It has looked for room meanwhile.
+    std::this_thread::sleep_for(milliseconds(1500));  // the job has checked for space meanwhile
     EXPECT_EQ(job->state(), JobState::kPaused);
   }
   ASSERT_TRUE(wait_for(job, JobState::kFinished));
@@ -86,9 +86,9 @@ TEST_F(FullDiskJobs, AFullDiskPausesAJobUntilThereIsRoom) {
   EXPECT_TRUE(wait_until([&] { return jobs->counts().held_bytes == 0; }));
 }
 
-TEST_F(FullDiskJobs, OneThatWaitsForRoomIsCancelledAndLeavesNothingHeld) {
+TEST_F(FullDiskJobs, CancelsAWaitingJobAndReleasesEverything) {
   const FullDisk full(kLessThanTheFilm);
-  for (const int samples : {2, kForever}) {  // At its end, and on the way.
+  for (const int samples : {2, kForever}) {  // at its end, and before
     const auto job = jobs->submit(large_request(samples), {})->job;
     ASSERT_TRUE(wait_for(job, JobState::kPaused));
     ASSERT_TRUE(jobs->cancel(job));
@@ -97,7 +97,7 @@ TEST_F(FullDiskJobs, OneThatWaitsForRoomIsCancelledAndLeavesNothingHeld) {
   }
 }
 
-TEST(DiskReserve, IsSpaceThatIsGivenUpAndTakenAgain) {
+TEST(DiskReserve, ReleasesAndReacquiresItsSpace) {
   const test_support::TemporaryFolder folder;
   const std::string path = folder.file("reserve");
   server::DiskReserve reserve(path);

@@ -13,7 +13,7 @@ using server::Config;
 using server::Request;
 using std::chrono::seconds;
 
-/// A guard with a store of its own.
+/// A guard with its own store.
 class Guard {
  public:
   explicit Guard(const Config& config)
@@ -61,7 +61,7 @@ int status_of(const Guard& guard, Request asked) {
   return answer ? answer->status : 0;
 }
 
-TEST(Guard, AnswersToLoopbackNamesAndTheNamedHosts) {
+TEST(Guard, AcceptsLoopbackAndConfiguredHosts) {
   Config config;
   config.hosts = {"render.example"};
   const Guard guard(config);
@@ -74,7 +74,7 @@ TEST(Guard, AnswersToLoopbackNamesAndTheNamedHosts) {
   }
 }
 
-TEST(Guard, NamesOfHostsHaveNoCase) {
+TEST(Guard, HostNamesAreCaseInsensitive) {
   Config config;
   config.hosts = {"Render.Example"};
   const Guard guard(config);
@@ -86,7 +86,7 @@ TEST(Guard, NamesOfHostsHaveNoCase) {
   EXPECT_EQ(status_of(guard, asked), 0);
 }
 
-TEST(Guard, FiguresNeedTheirKeyWhenThereIsOne) {
+TEST(Guard, MetricsRequireTheirKeyIfConfigured) {
   Config config;
   config.metrics_key = "figures";
   const Guard guard(config);
@@ -99,13 +99,13 @@ TEST(Guard, FiguresNeedTheirKeyWhenThereIsOne) {
   EXPECT_EQ(status_of(guard, request("GET", "/livez", "10.1.2.3")), 0);
 }
 
-TEST(Guard, ProbesAnswerToAnyHostWithoutAKey) {
+TEST(Guard, ProbesAcceptAnyHostWithoutAKey) {
   Config config;
   config.key = "k";
   EXPECT_EQ(status_of(Guard(config), request("GET", "/livez", "10.1.2.3")), 0);
 }
 
-TEST(Guard, PagesOfOtherOriginsAreRefusedUnlessNamed) {
+TEST(Guard, RefusesPagesOfOtherOriginsUnlessConfigured) {
   Config config;
   config.origins = {"https://studio.example"};
   const Guard guard(config);
@@ -120,7 +120,7 @@ TEST(Guard, PagesOfOtherOriginsAreRefusedUnlessNamed) {
   }
 }
 
-TEST(Guard, TheKeyComesAsBearerTokenOrCookie) {
+TEST(Guard, AcceptsTheKeyAsBearerTokenOrCookie) {
   Config config;
   config.key = "secret";
   const Guard guard(config);
@@ -142,7 +142,7 @@ TEST(Guard, TheKeyComesAsBearerTokenOrCookie) {
   EXPECT_EQ(status_of(guard, by_cookie), 0);
 }
 
-/// The session that the key is exchanged for, as the Cookie header of later requests.
+/// Exchanges the key for a session; returns the Cookie header of later requests.
 std::string session_cookie(const Guard& guard, const std::string& key, bool is_https = false) {
   auto asked = request("POST", "/v1/session");
   asked.is_https = is_https;
@@ -156,7 +156,7 @@ int status_with_cookie(const Guard& guard, const std::string& cookie) {
   return status_of(guard, asked);
 }
 
-TEST(Session, IsRandomAndEndsByTheWordOfItsOwnerAlone) {
+TEST(Session, IsRandomAndEndsOnlyByLogout) {
   Config config;
   config.key = "secret";
   const Guard guard(config);
@@ -173,7 +173,7 @@ TEST(Session, IsRandomAndEndsByTheWordOfItsOwnerAlone) {
   EXPECT_EQ(status_with_cookie(guard, second), 0);
 }
 
-TEST(Session, IsSecureForClientsThatSpeakTls) {
+TEST(Session, IsSecureForClientsWithTls) {
   Config config;
   config.key = "secret";
   const Guard guard(config);
@@ -239,7 +239,7 @@ TEST(Guard, AnswersToAKeyAreNotStoredInSharedCaches) {
   EXPECT_EQ(caching("", "/v1/assets/abc"), "public, max-age=31536000, immutable");
 }
 
-TEST(Guard, ThePageAndTheDescriptionNeedNoKey) {
+TEST(Guard, PageAndDescriptionRequireNoKey) {
   Config config;
   config.key = "secret";
   const Guard guard(config);
@@ -250,7 +250,7 @@ TEST(Guard, ThePageAndTheDescriptionNeedNoKey) {
   EXPECT_EQ(status_of(guard, request("POST", "/v1/jobs")), 401);
 }
 
-TEST(Guard, AStoredKeyIsKnownByItsHashAndByItsScopes) {
+TEST(Guard, IdentifiesAStoredKeyByItsHashAndScopes) {
   Config config;
   Guard guard(config);
   server::MadeKey made = server::make_key("studio");
@@ -271,7 +271,7 @@ TEST(Guard, AStoredKeyIsKnownByItsHashAndByItsScopes) {
   }
 }
 
-TEST(Guard, AnExpiredKeyIsNone) {
+TEST(Guard, RefusesAnExpiredKey) {
   Guard guard{Config()};
   server::MadeKey made = server::make_key("old");
   made.row.expires_at = 1000;
@@ -281,7 +281,7 @@ TEST(Guard, AnExpiredKeyIsNone) {
   EXPECT_EQ(status_of(guard, asked), 401);
 }
 
-TEST(Tickets, AreForTheirJobsAndForAMinute) {
+TEST(Tickets, AreValidForTheirJobsAndForAMinute) {
   server::Tickets tickets;
   const auto now = server::Tickets::Clock::now();
   const auto ticket = tickets.issue({"a", "b"}, {.key = "me", .access = {}}, now);
@@ -295,7 +295,7 @@ TEST(Tickets, AreForTheirJobsAndForAMinute) {
   EXPECT_FALSE(tickets.holder_of(*ticket, {"a"}, now + seconds(60)));
 }
 
-TEST(Tickets, AreLimitedInNumberUntilTheyEnd) {
+TEST(Tickets, AreLimitedInNumberUntilTheyExpire) {
   server::Tickets tickets;
   const auto now = server::Tickets::Clock::now();
   for (std::size_t i = 0; i < server::Tickets::kMax; ++i) {
@@ -305,7 +305,7 @@ TEST(Tickets, AreLimitedInNumberUntilTheyEnd) {
   EXPECT_TRUE(tickets.issue({"a"}, {}, now + seconds(61)));
 }
 
-TEST(RateLimiter, FillsSteadilyUpToOneMinute) {
+TEST(RateLimiter, RefillsContinuouslyUpToOneMinute) {
   server::RateLimiter rates;
   const auto now = server::RateLimiter::Clock::now();
   for (int i = 0; i < 60; ++i) {
@@ -323,7 +323,7 @@ TEST(RateLimiter, FillsSteadilyUpToOneMinute) {
   EXPECT_FALSE(rates.last("nobody"));
 }
 
-TEST(Guard, TheAccessOfARequestFollowsFromItsKey) {
+TEST(Guard, AccessOfARequestFollowsFromItsKey) {
   const auto access_of = [](const Guard& guard, const std::string& token) {
     auto asked = request("GET", "/v1/jobs");
     asked.headers.set("Authorization", "Bearer " + token);
@@ -355,7 +355,7 @@ TEST(Guard, TheAccessOfARequestFollowsFromItsKey) {
     EXPECT_EQ(operators.scope, is_shared ? Scope::kShared : Scope::kAll);
     EXPECT_EQ(operators.priority_max, 100);
   }
-  // Without keys everything is everybody's.
+  // Without keys every client may access everything.
   auto asked = request("GET", "/v1/jobs");
   EXPECT_FALSE(Guard(Config{}).check(asked));
   EXPECT_EQ(asked.access.scope, Scope::kShared);

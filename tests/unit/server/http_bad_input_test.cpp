@@ -13,10 +13,11 @@ using http_test::seconds_since;
 using http_test::TestServer;
 using std::chrono::milliseconds;
 
-/// What a second request hidden behind the first one would answer with.
+/// The answer to a second request that is hidden behind the first one.
 constexpr std::string_view kHidden = "GET /echo/hidden HTTP/1.1\r\nHost: a\r\n\r\n";
 
-/// The status of the answer; -1 if the hidden request was served or the connection stayed open.
+/// Returns the status of the answer; -1 if the hidden request was served or the connection stayed
+/// open.
 int status_without_desync(std::string_view bytes) {
   TestServer server;
   Client client(server);
@@ -38,18 +39,18 @@ TEST(HttpSmuggling, TwoLengthsCloseTheConnection) {
             400);
 }
 
-TEST(HttpSmuggling, AGarbageLengthClosesTheConnection) {
+TEST(HttpSmuggling, GarbageLengthClosesTheConnection) {
   EXPECT_EQ(status_without_desync("POST /json HTTP/1.1\r\nHost: a\r\nContent-Length: abc\r\n\r\n"),
             400);
 }
 
-TEST(HttpSmuggling, AFoldedLineClosesTheConnection) {
+TEST(HttpSmuggling, FoldedLineClosesTheConnection) {
   EXPECT_EQ(status_without_desync("POST /json HTTP/1.1\r\nHost: a\r\nX: y\r\n"
                                   " Transfer-Encoding: chunked\r\n\r\n"),
             400);
 }
 
-TEST(HttpSmuggling, ABareLineFeedClosesTheConnection) {
+TEST(HttpSmuggling, BareLineFeedClosesTheConnection) {
   EXPECT_EQ(status_without_desync("GET /echo/a HTTP/1.1\nHost: a\n\n"), 400);
 }
 
@@ -61,8 +62,8 @@ TEST(HttpSmuggling, MalformedChunksCloseTheConnection) {
   }
 }
 
-TEST(HttpSmuggling, AnEarlyAnswerToALargeBodyClosesTheConnection) {
-  // The body is announced, larger than what would be read past, and begins like a request.
+TEST(HttpSmuggling, EarlyAnswerToALargeBodyClosesTheConnection) {
+  // The declared body is larger than the server would skip, and starts like a request.
   EXPECT_EQ(status_without_desync("POST /refuse HTTP/1.1\r\nHost: a\r\nX-Deny: 1\r\n"
                                   "Content-Length: 1000000\r\n\r\n"),
             401);
@@ -71,7 +72,7 @@ TEST(HttpSmuggling, AnEarlyAnswerToALargeBodyClosesTheConnection) {
             403);
 }
 
-TEST(HttpSmuggling, ABodyThatArrivesAfterTheAnswerIsReadPast) {
+TEST(HttpSmuggling, SkipsABodyThatArrivesAfterTheAnswer) {
   TestServer server;
   Client client(server);
   const std::string body(kHidden);
@@ -88,7 +89,7 @@ TEST(HttpSmuggling, ABodyThatArrivesAfterTheAnswerIsReadPast) {
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpSmuggling, AnUnansweredExpectationClosesTheConnection) {
+TEST(HttpSmuggling, UnansweredExpectationClosesTheConnection) {
   TestServer server;
   Client client(server);
   const Answer answer = client.exchange(
@@ -97,7 +98,7 @@ TEST(HttpSmuggling, AnUnansweredExpectationClosesTheConnection) {
   EXPECT_EQ(answer.header("Connection"), "close");
 }
 
-TEST(HttpSmuggling, AHandlerThatThrowsInTheMiddleOfABodyClosesTheConnection) {
+TEST(HttpSmuggling, HandlerThatThrowsDuringABodyClosesTheConnection) {
   TestServer server({{.method = "POST",
                       .pattern = "/break",
                       .handler = [](Request& request) -> Response {
@@ -113,12 +114,12 @@ TEST(HttpSmuggling, AHandlerThatThrowsInTheMiddleOfABodyClosesTheConnection) {
   EXPECT_TRUE(client.is_closed_within(milliseconds(2500)));
 }
 
-TEST(HttpLimitsTest, SlowHeadersEndIn408) {
+TEST(HttpLimitsTest, SlowHeadersGive408) {
   TestServer server;
   Client client(server);
   const auto start = std::chrono::steady_clock::now();
   const std::string request = get("/echo/a");
-  // One byte each 50 ms: every single read is in time, the whole is not.
+  // One byte every 50 ms: each read is in time, the whole request is not.
   for (std::size_t i = 0; i < request.size() && seconds_since(start) < 0.5; ++i) {
     client.send(request.substr(i, 1));
     std::this_thread::sleep_for(milliseconds(50));
@@ -127,13 +128,13 @@ TEST(HttpLimitsTest, SlowHeadersEndIn408) {
   EXPECT_LT(seconds_since(start), 1.5);
 }
 
-TEST(HttpLimitsTest, ASilentConnectionIsClosed) {
+TEST(HttpLimitsTest, ClosesASilentConnection) {
   TestServer server;
   Client client(server);
   EXPECT_TRUE(client.is_closed_within(milliseconds(1000)));
 }
 
-TEST(HttpLimitsTest, AFloodOfHeadersEndsIn431) {
+TEST(HttpLimitsTest, FloodOfHeadersGives431) {
   TestServer server;
   Client lines(server);
   lines.send("GET / HTTP/1.1\r\nHost: a\r\n");
@@ -148,21 +149,21 @@ TEST(HttpLimitsTest, AFloodOfHeadersEndsIn431) {
   EXPECT_EQ(bytes.receive().status, 431);
 }
 
-TEST(HttpLimitsTest, ALongTargetEndsIn414) {
+TEST(HttpLimitsTest, LongTargetGives414) {
   TestServer server;
   Client client(server);
   client.send("GET /" + std::string(20'000, 'x'));
   EXPECT_EQ(client.receive().status, 414);
 }
 
-TEST(HttpLimitsTest, TlsOnAPlainPortIsRefusedAtOnce) {
+TEST(HttpLimitsTest, RefusesTlsOnAPlainPortAtOnce) {
   TestServer server;
   Client client(server);
   client.send(std::string_view("\x16\x03\x01\x02\x00\x01\x00", 7));
   EXPECT_EQ(client.receive().status, 400);
 }
 
-TEST(HttpLimitsTest, ADeclaredBodyOverTheLimitIsNotRead) {
+TEST(HttpLimitsTest, DoesNotReadADeclaredBodyOverTheLimit) {
   TestServer server;
   Client json(server);
   EXPECT_EQ(json.exchange("POST /json HTTP/1.1\r\nHost: a\r\nContent-Length: 1001\r\n\r\n").status,
@@ -173,7 +174,7 @@ TEST(HttpLimitsTest, ADeclaredBodyOverTheLimitIsNotRead) {
       413);
 }
 
-TEST(HttpLimitsTest, AChunkedBodyOverTheLimitIsCounted) {
+TEST(HttpLimitsTest, CountsAChunkedBodyAgainstTheLimit) {
   TestServer server;
   Client client(server);
   client.send("POST /upload HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n");
@@ -184,21 +185,21 @@ TEST(HttpLimitsTest, AChunkedBodyOverTheLimitIsCounted) {
   EXPECT_EQ(server.next_outcome().value().outcome.bytes_received, 100'000U);
 }
 
-TEST(HttpLimitsTest, ABodyUpToTheLimitIsTaken) {
+TEST(HttpLimitsTest, AcceptsABodyUpToTheLimit) {
   TestServer server;
   Client client(server);
   EXPECT_EQ(client.exchange(post("/upload", std::string(100'000, 'x'))).body, "100000");
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpLimitsTest, ABodyThatStopsEndsIn408) {
+TEST(HttpLimitsTest, BodyThatStopsGives408) {
   TestServer server;
   Client client(server);
   client.send("POST /upload HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\nabc");
   EXPECT_EQ(client.receive().status, 408);
 }
 
-TEST(HttpLimitsTest, ABodyThatDripsEndsIn408) {
+TEST(HttpLimitsTest, SlowBodyGives408) {
   TestServer server;
   Client client(server);
   client.send("POST /upload HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\n");
@@ -209,7 +210,7 @@ TEST(HttpLimitsTest, ABodyThatDripsEndsIn408) {
   EXPECT_EQ(client.receive().status, 408);
 }
 
-TEST(HttpLimitsTest, ABodyCutOffNeverReachesTheRouteAsComplete) {
+TEST(HttpLimitsTest, TruncatedBodyNeverReachesTheRouteAsComplete) {
   TestServer server;
   Client client(server);
   client.send("POST /json HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\n{}");
@@ -217,7 +218,7 @@ TEST(HttpLimitsTest, ABodyCutOffNeverReachesTheRouteAsComplete) {
   EXPECT_EQ(server.next_outcome().value().outcome.status, 400);
 }
 
-TEST(HttpLimitsTest, AClientThatDoesNotReadIsGivenUp) {
+TEST(HttpLimitsTest, DropsAClientThatDoesNotRead) {
   TestServer server({{.method = "GET", .pattern = "/big", .handler = [](Request&) {
                         return text_response(200, "text/plain", std::string(50'000'000, 'x'));
                       }}});

@@ -12,18 +12,18 @@ TEST(HttpConditional, WeakComparisonIgnoresWeakness) {
   EXPECT_FALSE(etag_matches_weakly("\"b\"", "\"a\""));
 }
 
-TEST(HttpConditional, StrongComparisonNeedsTwoStrongTags) {
+TEST(HttpConditional, StrongComparisonRequiresTwoStrongTags) {
   EXPECT_TRUE(etag_matches_strongly("\"b\", \"a\"", "\"a\""));
   EXPECT_FALSE(etag_matches_strongly("W/\"a\"", "\"a\""));
   EXPECT_FALSE(etag_matches_strongly("\"a\"", "W/\"a\""));
 }
 
-TEST(HttpConditional, AStarMatchesEverything) {
+TEST(HttpConditional, StarMatchesEverything) {
   EXPECT_TRUE(etag_matches_weakly("*", "\"a\""));
   EXPECT_TRUE(etag_matches_strongly(" * ", "\"a\""));
 }
 
-TEST(HttpConditional, ACommaInsideATagIsPartOfIt) {
+TEST(HttpConditional, CommaInsideATagIsPartOfIt) {
   EXPECT_TRUE(etag_matches_weakly("\"x,y\", \"z\"", "\"x,y\""));
   EXPECT_FALSE(etag_matches_weakly("\"x,y\"", "\"x\""));
 }
@@ -33,7 +33,7 @@ TEST(HttpConditional, UnquotedTagsMatchNothing) {
   EXPECT_FALSE(etag_matches_weakly("\"a", "\"a\""));
 }
 
-TEST(HttpConditional, TheTagOfACompressedBodyIsTheSameTag) {
+TEST(HttpConditional, CompressedBodyKeepsItsTag) {
   EXPECT_TRUE(etag_matches_weakly("\"a-gzip\"", "\"a\""));
   EXPECT_TRUE(etag_matches_strongly("\"a-gzip\"", "\"a\""));
 }
@@ -48,7 +48,7 @@ TEST(HttpConditional, OnlyReadsAreNotModified) {
   EXPECT_FALSE(is_not_modified(request, "\"a\""));
 }
 
-TEST(HttpConditional, IfMatchHoldsWhenAbsent) {
+TEST(HttpConditional, IfMatchHoldsIfAbsent) {
   Request request;
   EXPECT_TRUE(precondition_holds(request, "\"a\""));
   request.headers.add("If-Match", "\"b\"");

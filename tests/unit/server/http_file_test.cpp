@@ -28,14 +28,14 @@ std::string range_of(std::string_view header) {
   return std::to_string(range.offset) + "+" + std::to_string(range.size);
 }
 
-TEST(HttpRange, TakesFirstLastAndSuffix) {
+TEST(HttpRange, AcceptsFirstLastAndSuffix) {
   EXPECT_EQ(range_of("bytes=0-0"), "0+1");
   EXPECT_EQ(range_of("bytes=10-19"), "10+10");
   EXPECT_EQ(range_of("bytes=90-"), "90+10");
   EXPECT_EQ(range_of("bytes=-30"), "70+30");
 }
 
-TEST(HttpRange, IsCutAtTheEnd) {
+TEST(HttpRange, IsClampedToTheEnd) {
   EXPECT_EQ(range_of("bytes=90-1000"), "90+10");
   EXPECT_EQ(range_of("bytes=-1000"), "0+100");
   EXPECT_EQ(range_of("bytes=0-18446744073709551615"), "0+100");
@@ -48,11 +48,11 @@ TEST(HttpRange, RefusesImpossibleRanges) {
   }
 }
 
-TEST(HttpRange, AnEmptyFileHasNoRange) {
+TEST(HttpRange, EmptyFileHasNoRange) {
   EXPECT_EQ(parse_range("bytes=0-", 0).kind, RangeRequest::Kind::kUnsatisfiable);
 }
 
-TEST(HttpRange, SeveralRangesAndOtherUnitsAskForTheWhole) {
+TEST(HttpRange, SeveralRangesAndOtherUnitsGiveTheWholeFile) {
   EXPECT_EQ(range_of("bytes=0-1,5-6"), "whole");
   EXPECT_EQ(range_of("lines=1-2"), "whole");
 }
@@ -120,7 +120,7 @@ TEST_F(HttpFile, RefusesARangeBeyondTheEnd) {
   EXPECT_EQ(answer.header("Content-Range"), "bytes */300000");
 }
 
-TEST_F(HttpFile, AThousandRangesAreOneFile) {
+TEST_F(HttpFile, AThousandRangesGiveOneFile) {
   std::string ranges = "Range: bytes=0-1";
   for (int i = 0; i < 1000; ++i) {
     ranges += ",5-6";
@@ -138,7 +138,7 @@ TEST_F(HttpFile, DoesNotFollowLinksOrOpenFolders) {
   EXPECT_EQ(client.exchange(get("/files/none")).status, 404);
 }
 
-/// The alphabet, letter by letter; "short" makes three letters less than it says.
+/// The alphabet, letter by letter; "short" makes three letters fewer than declared.
 std::vector<Route> alphabet() {
   return {{.method = "GET", .pattern = "/made/{name}", .handler = [](Request& request) {
              const int letters = request.path_param("name") == "short" ? 23 : 26;

@@ -1,4 +1,4 @@
-// Too many connections: who gets through, and who goes.
+// Too many connections: which are served and which are closed.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using std::chrono::seconds;
 
 constexpr std::string_view kHalfAHead = "GET /echo/a HTTP/1.1\r\nHo";
 
-/// Nothing ends by time here: only limits close connections.
+/// No timeouts here: only limits close connections.
 HttpLimits patient_limits() {
   HttpLimits limits;
   limits.header_deadline = seconds(60);
@@ -36,7 +36,7 @@ std::vector<std::unique_ptr<Client>> connect(const TestServer& server, int count
   return clients;
 }
 
-/// Answers on request; counts the requests inside.
+/// Answers when opened; counts the requests inside.
 struct Door {
   core::Mutex mutex;
   core::CondVar changed;
@@ -67,7 +67,7 @@ struct Door {
   }
 };
 
-TEST(HttpFlood, OfOneAddressTheOldestThatWaitGoAndANewOneIsServed) {
+TEST(HttpFlood, ClosesTheOldestWaitingConnectionOfOneAddressForANewOne) {
   HttpLimits limits = patient_limits();
   limits.max_waiting_of_address = 4;
   TestServer server({}, limits);
@@ -81,7 +81,7 @@ TEST(HttpFlood, OfOneAddressTheOldestThatWaitGoAndANewOneIsServed) {
   EXPECT_EQ(server.http().stats().connections_refused, 0U);
 }
 
-TEST(HttpFlood, TheLimitInAllHoldsForKnownClientsToo) {
+TEST(HttpFlood, TotalLimitAlsoAppliesToKnownClients) {
   HttpLimits limits = patient_limits();
   limits.max_waiting = 4;
   TestServer server({}, limits);
@@ -94,7 +94,7 @@ TEST(HttpFlood, TheLimitInAllHoldsForKnownClientsToo) {
   EXPECT_GE(server.http().stats().connections_evicted, 8U);
 }
 
-TEST(HttpFlood, RequestsBeingServedAreNotRefused) {
+TEST(HttpFlood, DoesNotRefuseRequestsInProgress) {
   HttpLimits limits = patient_limits();
   limits.max_waiting_of_address = 2;
   Door door;
@@ -108,7 +108,7 @@ TEST(HttpFlood, RequestsBeingServedAreNotRefused) {
   EXPECT_EQ(inside.receive().body, "out");
 }
 
-TEST(HttpFlood, IdleConnectionsMakeRoomWhenAllPlacesAreTaken) {
+TEST(HttpFlood, ClosesIdleConnectionsWhenFull) {
   HttpLimits limits = patient_limits();
   limits.max_connections = 2;
   TestServer server({}, limits);
@@ -119,7 +119,7 @@ TEST(HttpFlood, IdleConnectionsMakeRoomWhenAllPlacesAreTaken) {
   EXPECT_EQ(Client(server).exchange(get("/echo/a")).status, 200);
 }
 
-TEST(HttpFlood, AFullServerRefusesButAnswersProbesBetweenDrips) {
+TEST(HttpFlood, FullServerRefusesButAnswersProbesInFragments) {
   HttpLimits limits = patient_limits();
   limits.max_connections = 2;
   Door door;
@@ -137,7 +137,7 @@ TEST(HttpFlood, AFullServerRefusesButAnswersProbesBetweenDrips) {
   EXPECT_EQ(busy.front()->receive().status, 200);
 }
 
-TEST(HttpFlood, AConnectionWithoutAThreadIsRefusedAndOthersLive) {
+TEST(HttpFlood, RefusesAConnectionWithoutAThreadAndKeepsOthers) {
   HttpLimits limits = patient_limits();
   limits.max_connections = 1;
   limits.max_waiting = 1;
@@ -145,7 +145,7 @@ TEST(HttpFlood, AConnectionWithoutAThreadIsRefusedAndOthersLive) {
   TestServer server(
       {{.method = "GET", .pattern = "/door", .handler = door.handler(), .is_probe = true}}, limits);
   const auto clients = connect(server, 60, get("/door"));
-  // The threads of one connection, of one that waits, and those kept for probes.
+  // Threads for one active connection, one that waits, and those reserved for probes.
   door.wait_for(18);
   EXPECT_EQ(clients.back()->receive().status, 503);
   EXPECT_GE(server.http().stats().connections_refused, 42U);
@@ -154,7 +154,7 @@ TEST(HttpFlood, AConnectionWithoutAThreadIsRefusedAndOthersLive) {
   EXPECT_EQ(Client(server).exchange(get("/livez")).status, 200);
 }
 
-TEST(HttpFlood, RequestsOfOneAddressAreLimitedAndProbesAreNotAmongThem) {
+TEST(HttpFlood, LimitsRequestsOfOneAddressExceptProbes) {
   HttpLimits limits = patient_limits();
   limits.max_requests_of_client = 2;
   Door door;
@@ -172,7 +172,7 @@ TEST(HttpFlood, RequestsOfOneAddressAreLimitedAndProbesAreNotAmongThem) {
   EXPECT_EQ(Client(server).exchange(get("/echo/a")).status, 200);
 }
 
-TEST(HttpFlood, AStreamHoldsNoPlaceOfARequest) {
+TEST(HttpFlood, StreamDoesNotCountAsARequest) {
   HttpLimits limits = patient_limits();
   limits.max_requests_of_client = 1;
   TestServer server({{.method = "GET",
@@ -203,13 +203,13 @@ Request forwarded(std::string_view peer, std::string_view for_whom, std::string_
   return request;
 }
 
-TEST(HttpClientAddress, AnUntrustedPeersForwardedAddressIsIgnored) {
+TEST(HttpClientAddress, IgnoresAForwardedAddressOfAnUntrustedPeer) {
   const Request request = forwarded("192.0.2.1", "198.51.100.7", "https", networks({"10.0.0.0/8"}));
   EXPECT_EQ(request.remote_addr, "192.0.2.1");
   EXPECT_FALSE(request.is_https);
 }
 
-TEST(HttpClientAddress, BehindTrustedProxiesItIsTheFirstFromTheRightThatIsNotTrusted) {
+TEST(HttpClientAddress, IsTheFirstUntrustedOneFromTheRightBehindTrustedProxies) {
   const Networks trusted = networks({"10.0.0.0/8", "fd00::/8"});
   EXPECT_EQ(forwarded("10.1.1.1", "6.6.6.6, 198.51.100.7, fd00::2", "https", trusted).remote_addr,
             "198.51.100.7");
@@ -219,14 +219,14 @@ TEST(HttpClientAddress, BehindTrustedProxiesItIsTheFirstFromTheRightThatIsNotTru
   EXPECT_EQ(forwarded("10.1.1.1", "nonsense", "https", trusted).remote_addr, "10.1.1.1");
 }
 
-TEST(HttpClientAddress, TheSchemeIsThatOfTheNearestProxy) {
+TEST(HttpClientAddress, SchemeIsThatOfTheNearestProxy) {
   const Networks trusted = networks({"10.0.0.1"});
   EXPECT_TRUE(forwarded("10.0.0.1", "1.2.3.4", "http, HTTPS", trusted).is_https);
   EXPECT_FALSE(forwarded("10.0.0.1", "1.2.3.4", "https, http", trusted).is_https);
   EXPECT_FALSE(forwarded("10.0.0.2", "1.2.3.4", "https", trusted).is_https);
 }
 
-TEST(HttpClientAddress, NetworksAreCheckedAndCompared) {
+TEST(HttpClientAddress, ChecksAndComparesNetworks) {
   EXPECT_TRUE(networks({"0.0.0.0/0"}).contains("203.0.113.9"));
   EXPECT_FALSE(networks({"0.0.0.0/0"}).contains("2001:db8::1"));
   EXPECT_TRUE(networks({"10.20.0.0/15"}).contains("10.21.255.255"));
@@ -237,7 +237,7 @@ TEST(HttpClientAddress, NetworksAreCheckedAndCompared) {
   }
 }
 
-TEST(HttpClientAddress, AnIpv6CustomerIsOneGroup) {
+TEST(HttpClientAddress, GroupsAnIpv6Customer) {
   EXPECT_EQ(address_group("2001:db8:1:2:3:4:5:6"), address_group("2001:db8:1:2::9"));
   EXPECT_NE(address_group("2001:db8:1:2::1"), address_group("2001:db8:1:3::1"));
   EXPECT_NE(address_group("192.0.2.1"), address_group("192.0.2.2"));

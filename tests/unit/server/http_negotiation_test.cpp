@@ -14,24 +14,24 @@ std::string best_of(std::string_view accept) {
   return best ? std::string(kOffers[*best]) : "";
 }
 
-TEST(HttpNegotiation, NothingAskedGivesTheFirstOffer) {
+TEST(HttpNegotiation, NoPreferenceGivesTheFirstOffer) {
   EXPECT_EQ(best_of(""), "image/png");
   EXPECT_EQ(best_of("*/*"), "image/png");
   EXPECT_EQ(best_of("image/*"), "image/png");
 }
 
-TEST(HttpNegotiation, TheHighestQualityWins) {
+TEST(HttpNegotiation, HighestQualityWins) {
   EXPECT_EQ(best_of("image/png;q=0.5, image/x-exr"), "image/x-exr");
   EXPECT_EQ(best_of("image/png;q=0.501, image/webp;q=0.502"), "image/webp");
   EXPECT_EQ(best_of("IMAGE/WebP"), "image/webp");
 }
 
-TEST(HttpNegotiation, TheMostSpecificRangeDecides) {
+TEST(HttpNegotiation, MostSpecificRangeDecides) {
   EXPECT_EQ(best_of("image/*, image/png;q=0"), "image/webp");
   EXPECT_EQ(best_of("*/*;q=0.1, image/x-exr;q=0.2"), "image/x-exr");
 }
 
-TEST(HttpNegotiation, NothingFits) {
+TEST(HttpNegotiation, ReportsThatNothingFits) {
   EXPECT_EQ(best_of("text/html"), "");
   EXPECT_EQ(best_of("image/png;q=0"), "");
   EXPECT_EQ(best_of("image/png;q=2, image/webp;q=x"), "");
@@ -42,7 +42,7 @@ TEST(HttpNegotiation, BrowsersGetAnImage) {
             "image/png");
 }
 
-TEST(HttpNegotiation, EncodingsNeedAQualityAboveZero) {
+TEST(HttpNegotiation, EncodingsRequireAQualityAboveZero) {
   EXPECT_TRUE(accepts_encoding("gzip, deflate, br", "gzip"));
   EXPECT_TRUE(accepts_encoding("*", "gzip"));
   EXPECT_FALSE(accepts_encoding("*, gzip;q=0", "gzip"));

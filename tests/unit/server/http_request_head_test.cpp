@@ -39,7 +39,7 @@ TEST(HttpRequestHead, ReadsTargetQueryAndHeaders) {
   EXPECT_EQ(parsed.request.header("x-SOME"), "v");
 }
 
-TEST(HttpRequestHead, AnAbsoluteTargetOverrulesHost) {
+TEST(HttpRequestHead, AbsoluteTargetOverridesHost) {
   const Parsed parsed = parse("GET http://b:1/p?q=1 HTTP/1.1\r\nHost: a\r\n\r\n");
   ASSERT_EQ(parsed.status, 0);
   EXPECT_EQ(parsed.request.path, "/p");
@@ -62,7 +62,7 @@ TEST(HttpRequestHead, DeterminesWhetherTheConnectionIsKeptAlive) {
   EXPECT_TRUE(parse("GET / HTTP/1.0\r\nConnection: Keep-Alive\r\n\r\n").framing.wants_keep_alive);
 }
 
-TEST(HttpRequestHead, RefusesAnUnclearLength) {
+TEST(HttpRequestHead, RefusesAnAmbiguousLength) {
   EXPECT_EQ(status_with("Content-Length: abc"), 400);
   EXPECT_EQ(status_with("Content-Length: -1"), 400);
   EXPECT_EQ(status_with("Content-Length: +1"), 400);
@@ -87,7 +87,7 @@ TEST(HttpRequestHead, RefusesMalformedFields) {
   EXPECT_EQ(status_with("Host: b"), 400);
 }
 
-TEST(HttpRequestHead, NeedsAHostThatIsOne) {
+TEST(HttpRequestHead, RequiresExactlyOneValidHost) {
   EXPECT_EQ(parse("GET / HTTP/1.1\r\n\r\n").status, 400);
   EXPECT_EQ(parse("GET / HTTP/1.1\r\nHost: a/b\r\n\r\n").status, 400);
   EXPECT_EQ(parse("GET / HTTP/1.1\r\nHost: u@a\r\n\r\n").status, 400);
@@ -121,7 +121,7 @@ TEST(HttpRequestHead, RefusesCompressedBodiesAndUnknownExpectations) {
   EXPECT_EQ(status_with("Expect: tea"), 417);
 }
 
-TEST(HttpHeadScanner, FindsTheEndWhereverTheBytesAreCut) {
+TEST(HttpHeadScanner, FindsTheEndForAnyChunks) {
   const std::string head = "GET / HTTP/1.1\r\nHost: a\r\n\r\n";
   const std::string bytes = head + "GET /next";
   for (std::size_t cut = 0; cut <= bytes.size(); ++cut) {

@@ -42,7 +42,7 @@ TEST(HttpRouter, MatchesLiteralsAndParameters) {
   EXPECT_EQ(param_of("/v1/jobs/7/pixels/3/4", "y"), "4");
 }
 
-TEST(HttpRouter, ATrailingOrDoubledSlashIsAnotherPath) {
+TEST(HttpRouter, TrailingOrDoubledSlashIsAnotherPath) {
   EXPECT_EQ(pattern_of("GET", "/v1/jobs/"), "");
   EXPECT_EQ(pattern_of("GET", "/v1//jobs"), "");
   EXPECT_EQ(pattern_of("GET", "/v1/jobs//image"), "");
@@ -60,19 +60,19 @@ TEST(HttpRouter, TheExtensionIsOptional) {
   EXPECT_EQ(pattern_of("GET", "/v1/jobs/7/image.p/g"), "");
 }
 
-TEST(HttpRouter, ALiteralWinsOverAParameter) {
+TEST(HttpRouter, LiteralTakesPrecedenceOverAParameter) {
   EXPECT_EQ(pattern_of("POST", "/v1/jobs/merge"), "/v1/jobs/merge");
 }
 
-TEST(HttpRouter, AnEncodedSlashMakesNoSegment) {
+TEST(HttpRouter, EncodedSlashIsNotASeparator) {
   EXPECT_EQ(param_of("/v1/jobs/a%2Fb", "id"), "a/b");
 }
 
-TEST(HttpRouter, TheRestTakesSlashes) {
+TEST(HttpRouter, RestIncludesSlashes) {
   EXPECT_EQ(param_of("/static/js/app.js", "file"), "js/app.js");
 }
 
-TEST(HttpRouter, NamesTheMethodsOfAPath) {
+TEST(HttpRouter, ListsTheMethodsOfAPath) {
   const Router router = make_router();
   EXPECT_EQ(router.match("PUT", "/v1/jobs/7").allow, "GET, HEAD, DELETE, OPTIONS");
   EXPECT_EQ(router.match("OPTIONS", "/v1/jobs").allow, "GET, HEAD, POST, OPTIONS");

@@ -43,7 +43,7 @@ TEST(HttpServer, HeadHasTheLengthAndNoBody) {
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpServer, AWrongMethodIsAnsweredWithTheAllowedOnes) {
+TEST(HttpServer, WrongMethodIsAnsweredWithTheAllowedOnes) {
   TestServer server;
   Client client(server);
   const Answer answer = client.exchange("PUT /json HTTP/1.1\r\nHost: a\r\n\r\n");
@@ -54,7 +54,7 @@ TEST(HttpServer, AWrongMethodIsAnsweredWithTheAllowedOnes) {
   EXPECT_EQ(client.exchange("OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n").status, 204);
 }
 
-TEST(HttpServer, AnUnknownPathIsAProblemDocument) {
+TEST(HttpServer, UnknownPathIsAProblemDocument) {
   TestServer server;
   Client client(server);
   const Answer answer = client.exchange(get("/a%22b"));
@@ -64,7 +64,7 @@ TEST(HttpServer, AnUnknownPathIsAProblemDocument) {
                          R"("detail":"there is nothing at this path","instance":"/a\"b"})");
 }
 
-TEST(HttpServer, TheTextOfAnExceptionGoesToTheLogOnly) {
+TEST(HttpServer, TextOfAnExceptionGoesOnlyToTheLog) {
   TestServer server;
   Client client(server);
   const Answer answer = client.exchange(get("/throw"));
@@ -85,7 +85,7 @@ TEST(HttpServer, EchoesAWellFormedRequestId) {
   EXPECT_NE(client.exchange(get("/echo/a")).header("X-Request-Id"), made);
 }
 
-TEST(HttpServer, TheBeforeHookAnswersInsteadOfTheRoute) {
+TEST(HttpServer, BeforeHookAnswersInsteadOfTheRoute) {
   TestServer server;
   Client client(server);
   EXPECT_EQ(client.exchange(get("/echo/a", "X-Deny: 1\r\n")).status, 401);
@@ -113,7 +113,7 @@ TEST(HttpServer, AnswersExpectContinue) {
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpServer, AJsonRouteWantsJson) {
+TEST(HttpServer, JsonRouteRequiresJson) {
   TestServer server;
   Client client(server);
   EXPECT_EQ(client.exchange(post("/json", "{}", "Content-Type: text/plain\r\n")).status, 415);
@@ -151,7 +151,7 @@ TEST(HttpServer, CompressesCompressibleContent) {
   EXPECT_LT(small.body.size(), text.size() / 10);
 }
 
-TEST(HttpServer, ALineBreakInAValueCannotBeginAHeader) {
+TEST(HttpServer, LineBreakInAValueCannotStartAHeader) {
   TestServer server({{.method = "GET", .pattern = "/split", .handler = [](Request&) {
                         Response response = empty_response();
                         response.headers.add("Location", "/a\r\nSet-Cookie: evil");
@@ -161,7 +161,7 @@ TEST(HttpServer, ALineBreakInAValueCannotBeginAHeader) {
   EXPECT_EQ(client.exchange(get("/split")).header("Set-Cookie"), "");
 }
 
-TEST(HttpServer, ASecondServerCannotTakeThePort) {
+TEST(HttpServer, SecondServerCannotBindThePort) {
   TestServer server;
   StreamGate streams(1);
   HttpOptions options;
@@ -173,7 +173,7 @@ TEST(HttpServer, ASecondServerCannotTakeThePort) {
       << bound.error().message;
 }
 
-TEST(HttpServer, AnUnknownHostIsReportedAtBind) {
+TEST(HttpServer, ReportsAnUnknownHostAtBind) {
   StreamGate streams(1);
   HttpOptions options;
   options.host = "256.0.0.1";
@@ -181,7 +181,7 @@ TEST(HttpServer, AnUnknownHostIsReportedAtBind) {
   EXPECT_FALSE(http.bind());
 }
 
-TEST(HttpProblem, EveryStatusOfTheTransportHasTheShapeOfAllProblems) {
+TEST(HttpProblem, EveryStatusOfTheTransportIsAProblemDocument) {
   for (const int status :
        {400, 404, 405, 408, 413, 414, 415, 416, 417, 429, 431, 500, 501, 503, 505}) {
     const Response response = problem_response(status, "a\xFF\"\n", "/x");

@@ -16,13 +16,15 @@ TEST(HttpSse, EveryLineOfDataIsAField) {
   EXPECT_EQ(format_sse({.data = "a\nb\r\nc\rd"}), "data: a\ndata: b\ndata: c\ndata: d\n\n");
 }
 
-TEST(HttpSse, ALineBreakInTheNameCannotBeginAField) {
+TEST(HttpSse, LineBreakInTheNameCannotStartAField) {
   EXPECT_EQ(format_sse({.event = "x\ndata: evil", .data = "a"}), "event: xdata: evil\ndata: a\n\n");
 }
 
-TEST(HttpSse, CommentsAreSkippedByClients) { EXPECT_EQ(format_sse_comment("ping"), ": ping\n\n"); }
+TEST(HttpSse, WritesCommentsThatClientsSkip) {
+  EXPECT_EQ(format_sse_comment("ping"), ": ping\n\n");
+}
 
-TEST(HttpSse, IdsComeBack) {
+TEST(HttpSse, IdsRoundTrip) {
   const auto id = parse_sse_id(format_sse_id("k3f0", 42));
   ASSERT_TRUE(id);
   EXPECT_EQ(id->stream, "k3f0");
@@ -36,7 +38,7 @@ TEST(HttpSse, RefusesOtherIds) {
   EXPECT_FALSE(parse_sse_id(std::string(65, 'a') + "-1"));
 }
 
-TEST(HttpSse, LastEventIdComesFromTheHeaderOrTheQuery) {
+TEST(HttpSse, ReadsLastEventIdFromTheHeaderOrTheQuery) {
   Request request;
   EXPECT_FALSE(last_event_id(request));
   request.query_params.emplace_back("last_event_id", "q-1");

@@ -15,7 +15,7 @@ using http_test::seconds_since;
 using http_test::TestServer;
 using std::chrono::milliseconds;
 
-/// Waits for nothing, as a stream without news does, until the token asks to stop.
+/// Waits like a stream without events, until the token requests a stop.
 void wait_for_stop(const std::stop_token& token) {
   core::Mutex mutex;
   core::CondVar never;
@@ -58,7 +58,7 @@ TEST(HttpStream, SendsChunksAndEnds) {
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
 }
 
-TEST(HttpStream, ASilentStreamSeesItsClientLeave) {
+TEST(HttpStream, SilentStreamDetectsThatItsClientLeaves) {
   TestServer server({silent_stream()});
   Client client(server);
   client.send(get("/silent"));
@@ -72,7 +72,7 @@ TEST(HttpStream, ASilentStreamSeesItsClientLeave) {
   EXPECT_EQ(server.streams().open_count(), 0);
 }
 
-TEST(HttpStream, ALongPollSeesItsClientLeave) {
+TEST(HttpStream, LongPollDetectsThatItsClientLeaves) {
   TestServer server({long_poll()});
   Client client(server);
   client.send(get("/wait"));
@@ -81,7 +81,7 @@ TEST(HttpStream, ALongPollSeesItsClientLeave) {
   EXPECT_TRUE(server.next_outcome());
 }
 
-TEST(HttpStream, BeyondTheLimitThereIsNoStream) {
+TEST(HttpStream, RefusesStreamsBeyondTheLimit) {
   TestServer server({silent_stream()}, http_test::short_limits(), /*stream_limit=*/1);
   Client first(server);
   first.send(get("/silent"));
@@ -95,7 +95,7 @@ TEST(HttpStream, BeyondTheLimitThereIsNoStream) {
   EXPECT_TRUE(second.wait_for("hello"));
 }
 
-TEST(HttpStream, AClientThatDoesNotReadIsGivenUp) {
+TEST(HttpStream, DropsAClientThatDoesNotRead) {
   TestServer server({{.method = "GET", .pattern = "/flood", .handler = [](Request&) {
                         return stream_response("text/plain", [](StreamWriter& writer) {
                           const std::string block(100'000, 'x');
@@ -110,7 +110,7 @@ TEST(HttpStream, AClientThatDoesNotReadIsGivenUp) {
   EXPECT_TRUE(logged->outcome.client_gone);
 }
 
-TEST(HttpStream, AProducerThatThrowsCutsTheStreamShort) {
+TEST(HttpStream, ProducerThatThrowsTruncatesTheStream) {
   TestServer server({{.method = "GET", .pattern = "/broken", .handler = [](Request&) {
                         return stream_response("text/plain", [](StreamWriter& writer) {
                           writer.write("half");
@@ -135,7 +135,7 @@ TEST(HttpStream, EndsWithTheConnectionForHttp10) {
   EXPECT_TRUE(client.wait_for("all"));
 }
 
-TEST(HttpStop, StreamsSayGoodbyeAndIdleConnectionsClose) {
+TEST(HttpStop, EndsStreamsCleanlyAndClosesIdleConnections) {
   TestServer server({silent_stream(), long_poll()});
   Client idle(server);
   EXPECT_EQ(idle.exchange(get("/echo/a")).status, 200);
@@ -155,7 +155,7 @@ TEST(HttpStop, StreamsSayGoodbyeAndIdleConnectionsClose) {
   EXPECT_TRUE(idle.is_closed_within(milliseconds(100)));
 }
 
-TEST(HttpStop, CutsAStreamThatDoesNotListen) {
+TEST(HttpStop, EndsAStreamThatIgnoresTheStop) {
   TestServer server({{.method = "GET", .pattern = "/deaf", .handler = [](Request&) {
                         return stream_response("text/plain", [](StreamWriter& writer) {
                           while (writer.write("x")) {
@@ -171,7 +171,7 @@ TEST(HttpStop, CutsAStreamThatDoesNotListen) {
   EXPECT_LT(seconds_since(start), 0.9);
 }
 
-TEST(HttpStop, TellsWhenAHandlerDoesNotReturnInTime) {
+TEST(HttpStop, ReportsAHandlerThatDoesNotReturnInTime) {
   std::atomic<bool> is_released = false;
   TestServer server({{.method = "GET", .pattern = "/stuck", .handler = [&](Request&) {
                         while (!is_released) {
@@ -197,7 +197,7 @@ TEST(HttpStop, BeforeRunMakesRunReturn) {
   http.run();
 }
 
-TEST(HttpStop, UnderLoadLosesNoThread) {
+TEST(HttpStop, LosesNoThreadUnderLoad) {
   for (int round = 0; round < 5; ++round) {
     TestServer server({silent_stream()});
     std::atomic<bool> is_over = false;

@@ -194,7 +194,7 @@ Answer Client::receive(bool head_only) {
   const bool is_chunked = answer.header("Transfer-Encoding") == "chunked";
   const std::size_t length = std::strtoul(answer.header("Content-Length").c_str(), nullptr, 10);
   if (!head_only && is_chunked) {
-    // Good enough for tests: the last chunk comes at the end of a read.
+    // Sufficient for tests: the last chunk is at the end of a read.
     while (received_.size() < 5 || received_.substr(received_.size() - 5) != "0\r\n\r\n") {
       if (!receive_more(kPatience)) {
         return {};

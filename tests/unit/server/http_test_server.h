@@ -1,4 +1,4 @@
-/// A real server with short limits, and a client that sends raw bytes, for tests of the transport.
+/// A real server with short limits, and a client that sends raw bytes, for tests of HTTP.
 #pragma once
 
 #include <chrono>
@@ -13,17 +13,17 @@
 
 namespace server::http_test {
 
-/// Limits that let a test of a timeout end soon.
+/// Limits that make timeouts short in tests.
 HttpLimits short_limits();
 
-/// What the after-hook saw.
+/// The arguments of the after-hook.
 struct Logged {
   std::string route;
   Outcome outcome;
 };
 
 /// Routes: GET /echo/{word}, GET /throw, POST /json (limit 1000), POST /upload (limit 100,000),
-/// POST /ignore (no body), POST /refuse (reads nothing), GET /livez (probe), and what is given.
+/// POST /ignore (no body), POST /refuse (reads nothing), GET /livez (probe), and the given ones.
 class TestServer {
  public:
   explicit TestServer(std::vector<Route> more_routes = {}, HttpLimits limits = short_limits(),
@@ -51,14 +51,14 @@ class TestServer {
 };
 
 struct Answer {
-  int status = 0;  ///< 0: none came, or it was cut short.
+  int status = 0;  ///< 0: no answer, or a truncated one
   std::string head;
-  std::string body;  ///< Without chunks.
+  std::string body;  ///< with chunks decoded
 
   std::string header(std::string_view name) const;
 };
 
-/// One connection.
+/// A connection of a client.
 class Client {
  public:
   explicit Client(const TestServer& server);
@@ -66,17 +66,17 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// False once the server has closed.
+  /// Returns false once the server has closed the connection.
   bool send(std::string_view bytes);
-  /// One answer; head_only: to HEAD.
+  /// Receives one answer; head_only: to HEAD.
   Answer receive(bool head_only = false);
   Answer exchange(std::string_view bytes) {
     send(bytes);
     return receive();
   }
-  /// Whatever comes until the text is there; false after 30 s or at the end.
+  /// Reads until the text arrives; false after 30 s or at the end of the connection.
   bool wait_for(std::string_view text);
-  /// True if the server ends the connection within the time, having sent nothing more.
+  /// Returns true if the server closes the connection within the time without sending more.
   bool is_closed_within(std::chrono::milliseconds time);
   void close();
 

@@ -1,5 +1,5 @@
-// Calls to addresses that a client chose. Names are looked up by the function below, which
-// takes the place of the C library's in this program.
+// Calls to addresses that a client selects. The function below resolves names; it replaces that of
+// the C library in this program.
 
 #include <chrono>
 #include <condition_variable>
@@ -21,7 +21,7 @@ namespace {
 
 using LookUp = int (*)(const char*, const char*, const addrinfo*, addrinfo**);
 
-/// While it is closed, looking up "slow.test" does not end.
+/// While it is closed, resolving "slow.test" does not end.
 class Gate {
  public:
   void pass() {
@@ -40,7 +40,7 @@ class Gate {
     const std::lock_guard<std::mutex> lock(mutex_);
     return waiting_;
   }
-  /// Lets everybody through and waits until they are.
+  /// Opens the gate and waits until all callers have passed.
   void open() {
     std::unique_lock<std::mutex> lock(mutex_);
     is_open_ = true;
@@ -62,7 +62,7 @@ Gate& gate() {
 
 }  // namespace
 
-/// "slow.test" waits at the gate; both it and "private.test" are this machine.
+/// "slow.test" waits at the gate; it and "private.test" resolve to this machine.
 extern "C" int getaddrinfo(const char* node, const char* service, const addrinfo* hints,
                            addrinfo** result) {
   static const auto real = reinterpret_cast<LookUp>(::dlsym(RTLD_NEXT, "getaddrinfo"));
@@ -90,7 +90,7 @@ WebPost post_to(const std::string& host, int port, const std::string& path = "/j
   return post;
 }
 
-/// Until all that were begun have ended.
+/// Waits until all calls have ended.
 std::vector<WebCalls::Ended> all_of(WebCalls& calls) {
   std::vector<WebCalls::Ended> ended;
   while (calls.open_count() > 0) {
@@ -101,7 +101,7 @@ std::vector<WebCalls::Ended> all_of(WebCalls& calls) {
   return ended;
 }
 
-TEST(WebCalls, TheStatusIsReturnedUnderTheIdOfTheCall) {
+TEST(WebCalls, ReturnsTheStatusUnderTheIdOfTheCall) {
   TestServer server;
   WebCalls calls;
   calls.begin("found", post_to("127.0.0.1", server.port()));
@@ -113,7 +113,7 @@ TEST(WebCalls, TheStatusIsReturnedUnderTheIdOfTheCall) {
   }
 }
 
-TEST(WebCalls, AnAddressThatIsNotPublicIsNotCalledHoweverItIsNamed) {
+TEST(WebCalls, NeverCallsAnAddressThatIsNotPublic) {
   TestServer server;
   WebCalls calls;
   for (const char* host : {"127.0.0.1", "localhost", "private.test", "127.1"}) {
@@ -125,7 +125,7 @@ TEST(WebCalls, AnAddressThatIsNotPublicIsNotCalledHoweverItIsNamed) {
     ASSERT_FALSE(ended.front().status) << host;
     EXPECT_EQ(ended.front().status.error().code, ErrorCode::kForbidden) << host;
   }
-  // The next exchange that the server sees is the one that is allowed: there was none before.
+  // The next request that the server receives is the allowed one: there was none before.
   calls.begin("allowed", post_to("127.0.0.1", server.port(), "/echo/allowed"));
   all_of(calls);
   const auto seen = server.next_outcome();
@@ -133,7 +133,7 @@ TEST(WebCalls, AnAddressThatIsNotPublicIsNotCalledHoweverItIsNamed) {
   EXPECT_NE(seen->route, "/json");
 }
 
-TEST(WebCalls, TheDeadlineHoldsWhileTheNameIsLookedUpAndNoOtherCallWaits) {
+TEST(WebCalls, DeadlineIncludesNameResolutionAndBlocksNoOtherCall) {
   TestServer server;
   WebCalls calls;
   WebPost slow = post_to("slow.test", server.port());
@@ -145,11 +145,11 @@ TEST(WebCalls, TheDeadlineHoldsWhileTheNameIsLookedUpAndNoOtherCallWaits) {
   for (const auto& [id, status] : all_of(calls)) {
     EXPECT_EQ(status.has_value(), id == "other") << id;
   }
-  EXPECT_EQ(gate().waiting(), 1);  // The call has ended, its look-up has not.
+  EXPECT_EQ(gate().waiting(), 1);  // the call has ended, its name resolution has not
   gate().open();
 }
 
-TEST(WebCalls, OnlyThePartOfAnAnswerThatTellsTheStatusIsRead) {
+TEST(WebCalls, ReadsOnlyTheStatusOfAnAnswer) {
   TestServer server({{.method = "POST", .pattern = "/large", .handler = [](Request&) {
                         return text_response(201, "text/plain", std::string(1 << 20, 'x'));
                       }}});
@@ -160,7 +160,7 @@ TEST(WebCalls, OnlyThePartOfAnAnswerThatTellsTheStatusIsRead) {
   EXPECT_EQ(*ended.front().status, 201);
 }
 
-TEST(WebCalls, ARedirectIsAnAnswer) {
+TEST(WebCalls, RedirectIsAnAnswer) {
   TestServer server({{.method = "POST", .pattern = "/away", .handler = [](Request&) {
                         Response response = empty_response(302);
                         response.headers.set("Location", "/json");
@@ -171,10 +171,10 @@ TEST(WebCalls, ARedirectIsAnAnswer) {
   EXPECT_EQ(*all_of(calls).front().status, 302);
 }
 
-TEST(WebCalls, AWaitIsEndedFromAnotherThread) {
+TEST(WebCalls, AnotherThreadCanEndAWait) {
   WebCalls calls;
   std::thread waker([&calls] { calls.wake(); });
-  // Woken before or while it waits; without that the test would take an hour.
+  // Woken before or during the wait; otherwise the test would take an hour.
   EXPECT_TRUE(calls.wait(std::chrono::hours(1)).empty());
   waker.join();
 }

@@ -35,7 +35,7 @@ JobPointer made_job(std::int64_t sequence, bool is_preview = false,
   return std::make_shared<Job>(std::move(record), Job::History::kInLog);
 }
 
-TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
+TEST(JobBook, OrdersTheQueueByClassPriorityAndAge) {
   JobBook book(BookLimits{}, unlimited());
   const auto old = made_job(1);
   const auto fresh = made_job(2);
@@ -56,7 +56,7 @@ TEST(JobBook, TheQueueIsOrderedByClassPriorityAndAge) {
   EXPECT_EQ(book.admit(), nullptr);
 }
 
-TEST(JobBook, TenantsTakeTurnsWithinARank) {
+TEST(JobBook, TenantsAlternateWithinARank) {
   JobBook book(BookLimits{.running_max = 2}, unlimited());
   std::vector<JobPointer> jobs = {nullptr};
   for (int i = 1; i <= 7; ++i) {
@@ -74,12 +74,12 @@ TEST(JobBook, TenantsTakeTurnsWithinARank) {
   for (std::size_t i = 5; i <= 7; ++i) {
     book.enqueue(jobs[i], {});
   }
-  EXPECT_EQ(book.position(*jobs[5]), 0);  // None of its tenant runs.
+  EXPECT_EQ(book.position(*jobs[5]), 0);  // no job of its tenant runs
   EXPECT_EQ(book.position(*jobs[6]), 1);
-  EXPECT_EQ(book.position(*jobs[3]), 2);  // Two run already.
+  EXPECT_EQ(book.position(*jobs[3]), 2);  // two already run
   EXPECT_EQ(book.position(*jobs[7]), 3);
   EXPECT_EQ(book.position(*jobs[4]), 4);
-  // A tenant without a place gets one beyond the limit, and a second only below it.
+  // A tenant without a running job gets a slot beyond the limit, and a second one only below it.
   const auto beyond = book.admit();
   ASSERT_NE(beyond, nullptr);
   EXPECT_EQ(beyond->job(), jobs[5]);
@@ -93,7 +93,7 @@ TEST(JobBook, TenantsTakeTurnsWithinARank) {
   EXPECT_EQ(next->job(), jobs[3]);
 }
 
-TEST(JobBook, PlacesBeyondTheLimitEndAtItsDouble) {
+TEST(JobBook, SlotsBeyondTheLimitEndAtTwiceTheLimit) {
   JobBook book(BookLimits{.running_max = 2}, unlimited());
   std::vector<std::shared_ptr<JobBook::Place>> places;
   for (int i = 1; i <= 6; ++i) {
@@ -103,7 +103,7 @@ TEST(JobBook, PlacesBeyondTheLimitEndAtItsDouble) {
   }
 }
 
-TEST(JobBook, NoMoreRunThanHavePlaces) {
+TEST(JobBook, RunsNoMoreJobsThanSlots) {
   JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   book.enqueue(made_job(2), {});
@@ -114,7 +114,7 @@ TEST(JobBook, NoMoreRunThanHavePlaces) {
   EXPECT_NE(book.admit(), nullptr);
 }
 
-TEST(JobBook, AHigherPriorityNeedNotWaitForALowerOneToEnd) {
+TEST(JobBook, HigherPriorityNeedNotWaitForALowerOneToEnd) {
   JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   const auto low = book.admit();
@@ -123,10 +123,10 @@ TEST(JobBook, AHigherPriorityNeedNotWaitForALowerOneToEnd) {
   const auto high = book.admit();
   EXPECT_NE(high, nullptr);
   book.enqueue(made_job(3), {.priority = 2});
-  EXPECT_EQ(book.admit(), nullptr);  // Twice the places at most.
+  EXPECT_EQ(book.admit(), nullptr);  // at most twice the slots
 }
 
-TEST(JobBook, PreviewsNeedNoPlace) {
+TEST(JobBook, PreviewsNeedNoSlot) {
   JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   const auto place = book.admit();
@@ -135,7 +135,7 @@ TEST(JobBook, PreviewsNeedNoPlace) {
   EXPECT_NE(book.admit(), nullptr);
 }
 
-TEST(JobBook, AFullQueueReportsItsLengthAndARemedy) {
+TEST(JobBook, FullQueueReportsItsLengthAndARemedy) {
   JobBook book(BookLimits{.queue_max = 2}, unlimited());
   book.enqueue(made_job(1), {});
   EXPECT_EQ(book.full_text({}),
@@ -145,7 +145,7 @@ TEST(JobBook, AFullQueueReportsItsLengthAndARemedy) {
             "The queue is full: 2 jobs are waiting. Wait until one has started, and try again.");
 }
 
-TEST(JobBook, AFullQueueHasNoRoom) {
+TEST(JobBook, FullQueueHasNoRoom) {
   JobBook book(BookLimits{.queue_max = 2, .running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   const auto place = book.admit();
@@ -160,7 +160,7 @@ TEST(JobBook, AFullQueueHasNoRoom) {
   EXPECT_TRUE(book.has_room({}));
 }
 
-TEST(JobBook, AChangedPriorityMovesAWaitingJob) {
+TEST(JobBook, ChangedPriorityMovesAWaitingJob) {
   JobBook book(BookLimits{}, unlimited());
   book.enqueue(made_job(1), {});
   const auto second = made_job(2);
@@ -169,7 +169,7 @@ TEST(JobBook, AChangedPriorityMovesAWaitingJob) {
   EXPECT_EQ(book.position(*second), 0);
 }
 
-TEST(JobBook, OldFinalJobsAreForgottenFirst) {
+TEST(JobBook, ForgetsOldFinalJobsFirst) {
   JobBook book(BookLimits{.final_jobs_max = 2}, unlimited());
   for (int i = 1; i <= 3; ++i) {
     const auto job = made_job(i);
@@ -181,7 +181,7 @@ TEST(JobBook, OldFinalJobsAreForgottenFirst) {
   EXPECT_NE(book.find("job3"), nullptr);
 }
 
-TEST(JobBook, ADeletedJobDoesNotComeBackWhenItsRunEnds) {
+TEST(JobBook, DeletedJobDoesNotReturnWhenItsRunEnds) {
   JobBook book(BookLimits{}, unlimited());
   const auto job = made_job(1);
   book.add(job);
@@ -190,7 +190,7 @@ TEST(JobBook, ADeletedJobDoesNotComeBackWhenItsRunEnds) {
   EXPECT_EQ(book.find("job1"), nullptr);
 }
 
-TEST(JobBook, AnIdThatIsUsedAgainIsAnotherJob) {
+TEST(JobBook, ReusedIdIsAnotherJob) {
   JobBook book(BookLimits{.final_jobs_max = 1}, unlimited());
   const auto old = made_job(1);
   const auto fresh = made_job(1);
@@ -210,7 +210,7 @@ TEST(JobBook, AnIdThatIsUsedAgainIsAnotherJob) {
   EXPECT_TRUE(book.holders().empty());
 }
 
-TEST(JobBook, ReturningAPlaceCallsOnLeave) {
+TEST(JobBook, ReturningASlotCallsOnLeave) {
   int left = 0;
   JobBook book(BookLimits{.running_max = 1}, unlimited(), [&left] { ++left; });
   book.enqueue(made_job(1), {});
@@ -232,7 +232,7 @@ constexpr Rank kNormal = {};
 constexpr Rank kPreview = {.is_preview = true};
 constexpr std::uint64_t kMost = 1600;  ///< 1400 for normal jobs, 1500 for previews
 
-/// A film, and a scene with the name.
+/// A film, and a named scene.
 JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "",
                  std::uint64_t scene_bytes = 0) {
   JobMemory needed{.film_bytes = film_bytes, .shared_bytes = {}};
@@ -242,15 +242,15 @@ JobMemory memory(std::uint64_t film_bytes, const std::string& scene = "",
   return needed;
 }
 
-/// The jobs of a test, and the places that they were given.
+/// The jobs of a test, and their slots.
 class JobBookMemory : public testing::Test {
  protected:
-  /// bytes_max: 0 for any number.
+  /// bytes_max: 0 for unlimited memory.
   JobBook& make_book(BookLimits limits, std::uint64_t bytes_max = 0) {
     return book_.emplace(limits, memory_.emplace(bytes_max));
   }
   server::MemoryGate& gate() { return *memory_; }
-  /// Puts a job into the queue, and into its place if there is one for it.
+  /// Adds a job to the queue, and to a slot if one is free.
   bool start(JobBook& book, int number, Rank rank, const JobMemory& needed = {},
              const std::string& tenant = "") {
     wait(book, number, rank, needed, tenant);
@@ -281,14 +281,14 @@ class JobBookMemory : public testing::Test {
   std::map<std::int64_t, std::shared_ptr<JobBook::Place>> places_;
 };
 
-TEST_F(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
+TEST_F(JobBookMemory, JobsWaitForMemory) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(900));
   wait(book, 2, kNormal, memory(601));
   ASSERT_TRUE(start(book, 3, kNormal, memory(1)));
   EXPECT_EQ(book.memory_bytes(), 900U);
   EXPECT_FALSE(
-      admit(book));  // The small one does not pass the large one, which would wait for ever.
+      admit(book));  // the small job does not overtake the large one, which would never start
   EXPECT_TRUE(book.waits_for_memory());
   leave(1);
   EXPECT_EQ(book.memory_bytes(), 0U);
@@ -298,7 +298,7 @@ TEST_F(JobBookMemory, JobsWaitUntilThereIsMemoryForThem) {
   EXPECT_FALSE(book.waits_for_memory());
 }
 
-TEST_F(JobBookMemory, AnEighthIsForRequestsAndPreviewsMayHaveHalfOfIt) {
+TEST_F(JobBookMemory, ReservesAnEighthForRequestsAndHalfOfItForPreviews) {
   JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(1400)));
   ASSERT_TRUE(start(book, 2, kPreview, memory(100)));
@@ -306,7 +306,7 @@ TEST_F(JobBookMemory, AnEighthIsForRequestsAndPreviewsMayHaveHalfOfIt) {
   EXPECT_FALSE(admit(book));
 }
 
-TEST_F(JobBookMemory, SharedMemoryOfJobsCountsOnce) {
+TEST_F(JobBookMemory, CountsSharedMemoryOfJobsOnce) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(50, "hall", 1300));
   wait(book, 2, kNormal, memory(50, "hall", 1300));
@@ -320,7 +320,7 @@ TEST_F(JobBookMemory, SharedMemoryOfJobsCountsOnce) {
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndDelaysNoOther) {
+TEST_F(JobBookMemory, JobThatNeverFitsGetsASlotWithoutMemoryAndDelaysNoOther) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(10, "large", 5000));
   wait(book, 2, kNormal, memory(10));
@@ -330,7 +330,7 @@ TEST_F(JobBookMemory, OneThatNeverFitsGetsAPlaceWithoutMemoryAndDelaysNoOther) {
   EXPECT_EQ(book.memory_bytes(), 10U);
 }
 
-TEST_F(JobBookMemory, MemoryOfRequestsIsNotGivenToJobs) {
+TEST_F(JobBookMemory, DoesNotGiveMemoryOfRequestsToJobs) {
   JobBook& book = make_book(BookLimits{}, kMost);
   auto request = gate().take(800, "an image");
   ASSERT_TRUE(request);
@@ -342,7 +342,7 @@ TEST_F(JobBookMemory, MemoryOfRequestsIsNotGivenToJobs) {
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, LoadingMemoryIsReleasedWhenTheSceneIsLoaded) {
+TEST_F(JobBookMemory, ReleasesLoadingMemoryWhenTheSceneIsLoaded) {
   JobBook& book = make_book(BookLimits{}, kMost);
   JobMemory needed = memory(100, "hall", 300);
   needed.load_bytes = 900;
@@ -355,7 +355,7 @@ TEST_F(JobBookMemory, LoadingMemoryIsReleasedWhenTheSceneIsLoaded) {
   EXPECT_EQ(gate().used_bytes(), 450U);
 }
 
-TEST_F(JobBookMemory, WhatIsLoadedCountsOnceUnderTheNameThatItsCacheKnows) {
+TEST_F(JobBookMemory, CountsALoadedSceneOnceUnderItsCacheName) {
   JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(100, "hall from anywhere", 300)));
   const auto cached =
@@ -365,7 +365,7 @@ TEST_F(JobBookMemory, WhatIsLoadedCountsOnceUnderTheNameThatItsCacheKnows) {
   EXPECT_EQ(gate().used_bytes(), 400U);
 }
 
-TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
+TEST_F(JobBookMemory, PauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
   JobBook& book = make_book(BookLimits{}, kMost);
   for (int i = 1; i <= 3; ++i) {
     ASSERT_TRUE(start(book, i, kNormal, memory(400)));
@@ -373,18 +373,18 @@ TEST_F(JobBookMemory, APauseKeepsTheMemoryAndTheLongestPausedIsParkedFirst) {
   book.pause(job(2));
   book.pause(job(1));
   EXPECT_EQ(book.memory_bytes(), 1200U);
-  EXPECT_TRUE(book.take_parkable().empty());  // No job waits.
+  EXPECT_TRUE(book.take_parkable().empty());  // no job waits
   wait(book, 4, kNormal, memory(600));
   EXPECT_FALSE(admit(book));
   EXPECT_EQ(book.take_parkable(), std::vector<JobPointer>{pointer(2)});
-  EXPECT_TRUE(book.take_parkable().empty());  // It is under way.
-  book.keep(job(2));                          // It could not be saved.
+  EXPECT_TRUE(book.take_parkable().empty());  // it is in progress
+  book.keep(job(2));                          // it could not be saved
   EXPECT_EQ(book.take_parkable(), std::vector<JobPointer>{pointer(2)});
   leave(2);
   EXPECT_TRUE(admit(book));
 }
 
-TEST_F(JobBookMemory, AResumedJobIsNotParked) {
+TEST_F(JobBookMemory, DoesNotParkAResumedJob) {
   JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
   book.pause(job(1));
@@ -394,17 +394,17 @@ TEST_F(JobBookMemory, AResumedJobIsNotParked) {
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST_F(JobBookMemory, NoJobIsParkedInVain) {
+TEST_F(JobBookMemory, ParksNoJobIfThatFreesTooLittle) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(1100));
   ASSERT_TRUE(start(book, 2, kNormal, memory(200)));
   ASSERT_TRUE(admit(book));
   book.pause(job(2));
-  wait(book, 3, kNormal, memory(500));  // The one that runs leaves 300.
+  wait(book, 3, kNormal, memory(500));  // the running job leaves 300
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST_F(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
+TEST_F(JobBookMemory, DoesNotParkPreviewsWhichHaveNoFile) {
   JobBook& book = make_book(BookLimits{}, kMost);
   ASSERT_TRUE(start(book, 1, kPreview, memory(900)));
   book.pause(job(1));
@@ -413,21 +413,21 @@ TEST_F(JobBookMemory, PreviewsHaveNoFileToGoOnFrom) {
   EXPECT_TRUE(book.take_parkable().empty());
 }
 
-TEST_F(JobBookMemory, PausedPreviewsCountAsPreviews) {
+TEST_F(JobBookMemory, CountsPausedPreviewsAsPreviews) {
   JobBook& book = make_book(BookLimits{.previews_max = 1});
   ASSERT_TRUE(start(book, 1, kPreview));
   book.pause(job(1));
   EXPECT_FALSE(book.has_room(kPreview));
 }
 
-TEST_F(JobBookMemory, WithoutAQueueOnlyJobsThatMayStartHaveRoom) {
+TEST_F(JobBookMemory, AcceptsOnlyStartableJobsWithoutAQueue) {
   JobBook& book = make_book(BookLimits{.queue_max = 0}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
   EXPECT_TRUE(book.has_room(kNormal, memory(500)));
   EXPECT_FALSE(book.has_room(kNormal, memory(501)));
 }
 
-TEST_F(JobBookMemory, OneTenantLeavesPreviewsForOthers) {
+TEST_F(JobBookMemory, LeavesPreviewsForOtherTenants) {
   JobBook& book = make_book(BookLimits{.previews_max = 3, .previews_of_tenant_max = 2});
   ASSERT_TRUE(start(book, 1, kPreview, {}, "a"));
   EXPECT_TRUE(book.has_room(kPreview, {}, "a"));

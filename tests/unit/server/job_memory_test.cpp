@@ -1,4 +1,4 @@
-// What jobs hold in memory, and how paused ones give it back.
+// Memory of jobs, and how paused jobs release it.
 #include <gtest/gtest.h>
 
 #include "tests/unit/server/jobs_fixture.h"
@@ -10,9 +10,9 @@ using server::JobPointer;
 using test_support::kForever;
 class JobsMemory : public test_support::JobsFixture {};
 
-/// Paused jobs in memory beside one that runs: with room for one film, every start parks another
+/// Paused jobs in memory and one that runs: with memory for one film, every start parks another
 /// job.
-TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
+TEST_F(JobsMemory, PausedJobsReleaseTheirMemoryAndEndTheSame) {
   std::vector<std::string> undisturbed;
   for (int seed = 1; seed <= 3; ++seed) {
     const auto job = submit(200, R"(, "seed": )" + std::to_string(seed));
@@ -21,8 +21,8 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   }
   const std::uint64_t scene_bytes =
       scenes->facts("cornell-box", server::Access::operators())->bytes;
-  // What a job takes beside its film is as much again at most (server/jobs/run_builder.cpp); an
-  // eighth is for requests.
+  // A job's memory in addition to its film is at most as much again (server/jobs/run_builder.cpp);
+  // an eighth is for requests.
   memory_max_bytes = (film_bytes() * 3 + scene_bytes) * 8 / 7;
   restart();
   std::vector<JobPointer> paused;
@@ -37,7 +37,7 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   EXPECT_EQ(paused[0]->run(), nullptr);
   EXPECT_EQ(paused[1]->run(), nullptr);
   EXPECT_NE(paused[2]->run(), nullptr);
-  // A parked job shows what it has.
+  // A parked job shows its progress.
   EXPECT_GE(jobs->view(*paused[0]).progress.samples_min, 2);
   const auto film = jobs->films().film(*paused[0]);
   ASSERT_TRUE(film) << film.error().message;
@@ -52,8 +52,8 @@ TEST_F(JobsMemory, PausedJobsGiveTheirMemoryToOthersAndEndTheSame) {
   EXPECT_EQ(jobs->counts().held_bytes, 0U);
 }
 
-TEST_F(JobsMemory, ADryRunReportsTheAdmittedMemory) {
-  // A film of 4 MB, beside which the scene is nothing, loaded or not.
+TEST_F(JobsMemory, DryRunReportsTheAdmittedMemory) {
+  // A film of 4 MB; the scene is negligible, loaded or not.
   const std::string film = R"(, "film": {"width": 256, "height": 256})";
   const auto parsed = api::parse_job(R"({"scene": "cornell-box")" + film + "}");
   ASSERT_TRUE(parsed);
@@ -70,7 +70,7 @@ TEST_F(JobsMemory, ADryRunReportsTheAdmittedMemory) {
   EXPECT_FALSE(jobs->submit(*parsed, {}));
 }
 
-TEST_F(JobsMemory, AFilmThatIsTooLargeForTheServerIsRefused) {
+TEST_F(JobsMemory, RefusesAFilmTooLargeForTheServer) {
   const auto parsed =
       api::parse_job(R"({"scene": "cornell-box", "film": {"width": 256, "height": 256},
                          "stop": {"samples_per_pixel": 65536}})");
@@ -79,7 +79,7 @@ TEST_F(JobsMemory, AFilmThatIsTooLargeForTheServerIsRefused) {
   ASSERT_TRUE(before) << before.problem().detail;
   api::JobView view;
   view.spec = parsed->spec;
-  memory_max_bytes = server::blank_film(view)->bytes();  // An eighth of it is for requests.
+  memory_max_bytes = server::blank_film(view)->bytes();  // an eighth of it is for requests
   const std::string id = before->job->id();
   restart();
   const auto found = jobs->find(id, server::Access::operators());

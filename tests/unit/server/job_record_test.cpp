@@ -14,8 +14,8 @@ constexpr std::array kStates = {JobState::kQueued,   JobState::kLoading,  JobSta
                                 JobState::kPaused,   JobState::kFinished, JobState::kFailed,
                                 JobState::kCancelled};
 
-TEST(JobState, ChangesAreThoseOfTheTable) {
-  // Row: from; column: to. Order as kStates.
+TEST(JobState, AllowsTheTransitionsOfTheTable) {
+  // Row: from; column: to. In the order of kStates.
   constexpr std::array<const char*, 7> kAllowed = {
       "11.1.11",  // queued
       "1111.11",  // loading
@@ -72,14 +72,14 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   EXPECT_EQ(back->view.progress.efficiency_high(), 4.0);
 }
 
-TEST(JobRecord, AnUnknownErrorStaysUnknown) {
+TEST(JobRecord, UnknownErrorStaysUnknown) {
   const auto back = server::to_record(server::to_row(made_record()));
   ASSERT_TRUE(back);
   EXPECT_TRUE(std::isnan(back->view.progress.error.relative_rmse));
   EXPECT_FALSE(back->view.failure);
 }
 
-TEST(JobRecord, ASpecThatCannotBeReadIsAnErrorThatNamesTheJob) {
+TEST(JobRecord, UnreadableSpecIsAnErrorThatNamesTheJob) {
   server::JobRow row = server::to_row(made_record());
   row.spec_json = "{\"scene\": 3}";
   const auto back = server::to_record(row);

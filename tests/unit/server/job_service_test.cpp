@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 using test_support::kForever;
 class Jobs : public test_support::JobsFixture {};
 
-TEST_F(Jobs, AJobFinishesWithItsDigestAndItsFilm) {
+TEST_F(Jobs, JobFinishesWithItsDigestAndItsFilm) {
   const auto job = submit(8);
   ASSERT_TRUE(wait_for(job, JobState::kFinished));
   const api::JobView view = jobs->view(*job);
@@ -35,7 +35,7 @@ TEST_F(Jobs, AJobFinishesWithItsDigestAndItsFilm) {
   EXPECT_FALSE(jobs->films().points(*job).empty());
 }
 
-TEST_F(Jobs, TheSameJobGivesTheSameDigest) {
+TEST_F(Jobs, SameJobGivesTheSameDigest) {
   const auto first = submit(8);
   const auto second = submit(8);
   ASSERT_TRUE(wait_for(first, JobState::kFinished));
@@ -43,7 +43,7 @@ TEST_F(Jobs, TheSameJobGivesTheSameDigest) {
   EXPECT_EQ(jobs->view(*first).film_digest, jobs->view(*second).film_digest);
 }
 
-TEST_F(Jobs, AFailedJobIsRetriedFromItsCheckpoint) {
+TEST_F(Jobs, RetriesAFailedJobFromItsCheckpoint) {
   const auto whole = submit(2048);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));
   const std::string digest = jobs->view(*whole).film_digest;
@@ -68,7 +68,7 @@ TEST_F(Jobs, AFailedJobIsRetriedFromItsCheckpoint) {
   EXPECT_GE(jobs->view(*job).progress.elapsed_seconds, elapsed);
 }
 
-TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsReportedOnceAndNotRenderedAgain) {
+TEST_F(Jobs, ReportsADamagedFilmOfAFinishedJobOnceWithoutRenderingAgain) {
   const std::string id = submit(8)->id();
   ASSERT_TRUE(wait_for(*jobs->find(id, Access::operators()), JobState::kFinished));
   halt();
@@ -92,7 +92,7 @@ TEST_F(Jobs, ADamagedFilmOfAFinishedJobIsReportedOnceAndNotRenderedAgain) {
   EXPECT_EQ(std::filesystem::file_size(path), 100000U);
 }
 
-TEST_F(Jobs, EndedJobsBeyondTheRetentionOfTheServerAreForgotten) {
+TEST_F(Jobs, ForgetsEndedJobsBeyondTheRetention) {
   options.retention.count = 2;
   restart();
   std::vector<std::string> ids;
@@ -111,7 +111,7 @@ TEST_F(Jobs, EndedJobsBeyondTheRetentionOfTheServerAreForgotten) {
   EXPECT_TRUE(wait_until([&] { return !is_there(ids[2]) && !is_there(ids[3]); }));
 }
 
-TEST_F(Jobs, WhileDrainingNoJobStartsAndRunningJobsFinish) {
+TEST_F(Jobs, StartsNoJobWhileDrainingAndFinishesRunningOnes) {
   options.book.running_max = 1;
   restart();
   const auto running = submit(512);
@@ -128,7 +128,7 @@ TEST_F(Jobs, WhileDrainingNoJobStartsAndRunningJobsFinish) {
   EXPECT_TRUE(jobs->submit(request(8), {}));
 }
 
-TEST_F(Jobs, AFinishedJobOutlivesTheProcess) {
+TEST_F(Jobs, FinishedJobOutlivesTheProcess) {
   const auto job = submit(8);
   ASSERT_TRUE(wait_for(job, JobState::kFinished));
   const api::JobView before = jobs->view(*job);
@@ -145,7 +145,7 @@ TEST_F(Jobs, AFinishedJobOutlivesTheProcess) {
   EXPECT_TRUE((*found)->end_mark());
 }
 
-TEST_F(Jobs, AJobThatWasInterruptedEndsBitByBitTheSame) {
+TEST_F(Jobs, InterruptedJobEndsBitForBitTheSame) {
   const auto whole = submit(256);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));
   const std::string digest = jobs->view(*whole).film_digest;
@@ -159,14 +159,14 @@ TEST_F(Jobs, AJobThatWasInterruptedEndsBitByBitTheSame) {
   EXPECT_EQ(jobs->view(**resumed).film_digest, digest);
 }
 
-TEST_F(Jobs, ACancelledJobKeepsItsPicture) {
+TEST_F(Jobs, CancelledJobKeepsItsImage) {
   const auto job = submit(kForever);
   ASSERT_TRUE(wait_for_samples(job));
   ASSERT_TRUE(jobs->cancel(job));
   EXPECT_EQ(job->state(), JobState::kCancelled);
   EXPECT_EQ(jobs->view(*job).stop_reason, core::StopReason::kCancelled);
   EXPECT_LT(jobs->view(*job).progress.fraction, 1.0);
-  EXPECT_TRUE(jobs->cancel(job));  // Twice is no error.
+  EXPECT_TRUE(jobs->cancel(job));  // cancelling twice is not an error
   const std::string id = job->id();
   restart();
   const auto found = jobs->find(id, Access::operators());
@@ -175,7 +175,7 @@ TEST_F(Jobs, ACancelledJobKeepsItsPicture) {
   EXPECT_TRUE(jobs->films().film(**found));
 }
 
-TEST_F(Jobs, APausedJobStopsAndResumes) {
+TEST_F(Jobs, PausedJobStopsAndResumes) {
   const auto job = submit(kForever);
   ASSERT_TRUE(wait_for_samples(job));
   ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, server::Access::operators()));
@@ -189,7 +189,7 @@ TEST_F(Jobs, APausedJobStopsAndResumes) {
   EXPECT_TRUE(wait_for(job, JobState::kFinished));
 }
 
-TEST_F(Jobs, APausedJobIsPausedAfterARestartAndResumesToTheSameFilm) {
+TEST_F(Jobs, PausedJobIsPausedAfterARestartAndResumesToTheSameFilm) {
   const auto whole = submit(128);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));
   const std::string digest = jobs->view(*whole).film_digest;
@@ -206,7 +206,7 @@ TEST_F(Jobs, APausedJobIsPausedAfterARestartAndResumesToTheSameFilm) {
   EXPECT_EQ(jobs->view(**found).film_digest, digest);
 }
 
-TEST_F(Jobs, PatchingChecksTheVersionItWasMadeFor) {
+TEST_F(Jobs, PatchChecksItsVersion) {
   const auto job = submit(kForever);
   EXPECT_EQ(jobs->view(*job).spec_version, 1U);
   ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", std::vector<std::uint32_t>{7, 1},
@@ -227,7 +227,7 @@ TEST_F(Jobs, PatchingChecksTheVersionItWasMadeFor) {
       jobs->patch(job, R"({"labels": {"a": "b"}})", std::nullopt, server::Access::operators()));
 }
 
-TEST_F(Jobs, ExtendingGivesTheFilmOfAJobAskedForMore) {
+TEST_F(Jobs, ExtensionGivesTheFilmOfALongerJob) {
   const auto whole = submit(64);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));
   const auto job = submit(16);
@@ -238,7 +238,7 @@ TEST_F(Jobs, ExtendingGivesTheFilmOfAJobAskedForMore) {
   EXPECT_EQ(jobs->view(*job).film_digest, jobs->view(*whole).film_digest);
 }
 
-TEST_F(Jobs, OfOneKeyThereIsOneJob) {
+TEST_F(Jobs, OneKeyGivesOneJob) {
   const JobService::Submission key{.key = "k", .body_hash = "h"};
   const auto first = jobs->submit(request(8), key);
   ASSERT_TRUE(first);
@@ -254,7 +254,7 @@ TEST_F(Jobs, OfOneKeyThereIsOneJob) {
   EXPECT_EQ(third->job->id(), id);
 }
 
-TEST_F(Jobs, APreviewIsSupersededByTheNextOfItsKey) {
+TEST_F(Jobs, NextPreviewOfAKeySupersedesThePreviousOne) {
   const std::string preview = R"(, "class": "preview", "preview_key": "orbit")";
   const auto first = submit(kForever, preview);
   const auto second = submit(8, preview);
@@ -266,7 +266,7 @@ TEST_F(Jobs, APreviewIsSupersededByTheNextOfItsKey) {
   EXPECT_EQ(jobs->find(id, Access::operators()).error().code, core::ErrorCode::kNotFound);
 }
 
-TEST_F(Jobs, OnlyAFinalJobCanBeDeleted) {
+TEST_F(Jobs, DeletesOnlyFinalJobs) {
   const auto job = submit(kForever);
   EXPECT_EQ(jobs->remove(job).problem().status, 409);
   ASSERT_TRUE(jobs->cancel(job));
@@ -274,7 +274,7 @@ TEST_F(Jobs, OnlyAFinalJobCanBeDeleted) {
   EXPECT_EQ(jobs->find(job->id(), Access::operators()).error().code, core::ErrorCode::kNotFound);
 }
 
-TEST_F(Jobs, ADamagedFilmIsRenderedAnewToTheSameEnd) {
+TEST_F(Jobs, RendersADamagedFilmAgainToTheSameEnd) {
   const auto whole = submit(64);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));
   const std::string digest = jobs->view(*whole).film_digest;
@@ -293,7 +293,7 @@ TEST_F(Jobs, ADamagedFilmIsRenderedAnewToTheSameEnd) {
   EXPECT_FALSE(jobs->view(**found).warnings.empty());
 }
 
-TEST_F(Jobs, WithoutASampleThereIsNoFilm) {
+TEST_F(Jobs, HasNoFilmWithoutASample) {
   options.book.running_max = 1;
   restart();
   const auto busy = submit(kForever, R"(, "priority": 5)");
@@ -305,7 +305,7 @@ TEST_F(Jobs, WithoutASampleThereIsNoFilm) {
   EXPECT_TRUE(wait_for(waiting, JobState::kFinished));
 }
 
-TEST_F(Jobs, AFullQueueRefuses) {
+TEST_F(Jobs, FullQueueRefuses) {
   options.book.running_max = 1;
   options.book.queue_max = 1;
   restart();
@@ -314,7 +314,7 @@ TEST_F(Jobs, AFullQueueRefuses) {
   EXPECT_EQ(jobs->submit(request(8), {}).problem().status, 429);
 }
 
-TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
+TEST_F(Jobs, EvictsTheOldestFilmsBeyondTheDiskLimit) {
   storage.total_bytes = 1;
   restart();
   const auto job = submit(8);
@@ -327,9 +327,9 @@ TEST_F(Jobs, FilmsBeyondTheDiskLimitAreEvictedOldestFirst) {
   EXPECT_EQ(jobs->view(*job).state, JobState::kFinished);
 }
 
-TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
+TEST_F(Jobs, EvictsFilmsOfCancelledJobsToo) {
   std::vector<JobPointer> cancelled;
-  for (int i = 0; i < 20; ++i) {  // More than are looked at at a time.
+  for (int i = 0; i < 20; ++i) {  // more than one batch of the search
     cancelled.push_back(submit(kForever));
     ASSERT_TRUE(wait_for_samples(cancelled.back()));
     ASSERT_TRUE(jobs->cancel(cancelled.back()));
@@ -350,7 +350,7 @@ TEST_F(Jobs, FilmsOfCancelledJobsAreEvictedToo) {
   EXPECT_EQ(jobs->films().film(**first).error().code, api::kGone);
 }
 
-TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {
+TEST_F(Jobs, TenantKeepsNoMoreThanTheQuota) {
   const std::uint64_t one = server::FilmFile::disk_bytes_max(core::Film(request(8).spec.render));
   storage.tenant_bytes = one + one / 2;
   restart();
@@ -365,7 +365,7 @@ TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {
   EXPECT_TRUE(jobs->submit(request(8), {.access = Access::of("other")}));
   EXPECT_TRUE(jobs->submit(request(8), {}));
   EXPECT_TRUE(
-      jobs->submit(request(8, R"(, "class": "preview")"), mine));  // Leaves no trace on the disk.
+      jobs->submit(request(8, R"(, "class": "preview")"), mine));  // leaves nothing on the disk
   ASSERT_TRUE(jobs->cancel(first->job));
   ASSERT_TRUE(wait_for(first->job, JobState::kCancelled));
   static_cast<void>(jobs->films().final_film(*first->job, {}));
@@ -374,7 +374,7 @@ TEST_F(Jobs, ATenantKeepsNoMoreThanTheQuota) {
   EXPECT_TRUE(jobs->submit(request(8), mine));
 }
 
-TEST_F(Jobs, AFilmThatNoJobHasYetOrAnyMoreIsRemovedAtTheNextStart) {
+TEST_F(Jobs, RemovesAFilmWithoutAJobAtTheNextStart) {
   const auto kept = submit(8);
   ASSERT_TRUE(wait_for(kept, JobState::kFinished));
   const std::string begun = "00000000-0000-4000-8000-00000000000a";
@@ -386,12 +386,12 @@ TEST_F(Jobs, AFilmThatNoJobHasYetOrAnyMoreIsRemovedAtTheNextStart) {
   }
   restart();
   EXPECT_FALSE(std::filesystem::exists(data->film_path(begun)));
-  EXPECT_TRUE(std::filesystem::exists(data->film_path(strange)));  // Not ours to judge.
+  EXPECT_TRUE(std::filesystem::exists(data->film_path(strange)));  // not a file of the server
   EXPECT_TRUE(jobs->films().film(**jobs->find(kept->id(), Access::operators())));
 }
 
-TEST_F(Jobs, AJobThatIsForgottenWhileItLoadsLeavesNoFilm) {
-  scene_options.cache_bytes = 0;  // Each load takes its time.
+TEST_F(Jobs, JobForgottenWhileLoadingLeavesNoFilm) {
+  scene_options.cache_bytes = 0;  // every job loads its scene again
   restart();
   for (int i = 0; i < 8; ++i) {
     auto asked = request(kForever);
@@ -399,7 +399,7 @@ TEST_F(Jobs, AJobThatIsForgottenWhileItLoadsLeavesNoFilm) {
     const auto submitted = jobs->submit(asked, {});
     ASSERT_TRUE(submitted);
     ASSERT_TRUE(wait_for(submitted->job, [](JobState now) { return now != JobState::kQueued; }));
-    std::this_thread::sleep_for(milliseconds(i));  // At different moments.
+    std::this_thread::sleep_for(milliseconds(i));  // at different times
     ASSERT_TRUE(jobs->cancel(submitted->job));
     ASSERT_TRUE(jobs->remove(submitted->job));
   }
@@ -408,7 +408,7 @@ TEST_F(Jobs, AJobThatIsForgottenWhileItLoadsLeavesNoFilm) {
   EXPECT_TRUE(std::filesystem::is_empty(films));
 }
 
-TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {
+TEST_F(Jobs, ListsCombineJobsOfMemoryAndStoreInOneOrder) {
   const auto first = submit(8);
   const auto preview = submit(8, R"(, "class": "preview")");
   const auto last = submit(8);
@@ -428,7 +428,7 @@ TEST_F(Jobs, ListsHoldJobsOfMemoryAndOfTheStoreInOneOrder) {
   EXPECT_FALSE(rest->next);
 }
 
-TEST_F(Jobs, AnUnknownSceneOrCameraIsRefusedAtOnce) {
+TEST_F(Jobs, RefusesAnUnknownSceneOrCameraAtOnce) {
   auto unknown = request(8);
   unknown.spec.scene = "nowhere";
   EXPECT_EQ(jobs->submit(unknown, {}).problem().status, 404);
@@ -440,7 +440,7 @@ TEST_F(Jobs, AnUnknownSceneOrCameraIsRefusedAtOnce) {
   EXPECT_EQ(refused.problem().errors.at(0).pointer, "/camera/name");
 }
 
-TEST_F(Jobs, ManyAtOnceAllEnd) {
+TEST_F(Jobs, ManyJobsAtOnceAllEnd) {
   std::vector<JobPointer> all;
   for (int i = 0; i < 24; ++i) {
     all.push_back(submit(4, R"(, "priority": )" + std::to_string(i % 3)));

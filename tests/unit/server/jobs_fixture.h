@@ -1,4 +1,4 @@
-/// The jobs of a server without a transport.
+/// The jobs of a server without HTTP.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@
 
 namespace test_support {
 
-/// A server without a transport; restart() is what a new process would do.
+/// A server without HTTP; restart() acts like a new process.
 class JobsFixture : public testing::Test {
  protected:
   void SetUp() override { start(); }

@@ -1,4 +1,4 @@
-// What the process may use, and requests that wait for memory.
+// The memory limit of the process, and requests that wait for memory.
 #include <chrono>
 #include <filesystem>
 #include <thread>
@@ -28,7 +28,7 @@ class MachineMemory : public testing::Test {
   test_support::TemporaryFolder folder;
 };
 
-TEST_F(MachineMemory, IsThatOfTheMachineWithoutAnyLimit) {
+TEST_F(MachineMemory, IsThatOfTheMachineWithoutALimit) {
   EXPECT_EQ(usable(), 0U);
   put("proc/meminfo", "MemTotal:       1000 kB\nMemFree:         10 kB\n");
   put("proc/self/cgroup", "0::/user.slice/a.service\n");
@@ -45,7 +45,7 @@ TEST_F(MachineMemory, IsTheSmallestLimitOfTheEnclosingGroups) {
   EXPECT_EQ(usable(), 400000U);
 }
 
-TEST_F(MachineMemory, InsideAContainerTheLimitIsAtTheMount) {
+TEST_F(MachineMemory, LimitInsideAContainerIsAtTheMount) {
   put("proc/meminfo", "MemTotal:       1000 kB\n");
   put("proc/self/cgroup", "0::/\n");
   put("sys/fs/cgroup/memory.max", "300000\n");
@@ -61,7 +61,7 @@ TEST_F(MachineMemory, SupportsControlGroupsV1) {
 
 TEST(MachineMemoryHere, IsKnown) { EXPECT_GT(usable_memory_bytes(), std::uint64_t{64} << 20U); }
 
-TEST(MemoryGate, GrantsAvailableMemoryAndTakesItBack) {
+TEST(MemoryGate, GrantsAvailableMemoryAndReclaimsIt) {
   MemoryGate gate(100);
   {
     const auto first = gate.take(60, "a");
@@ -78,7 +78,7 @@ TEST(MemoryGate, GrantsAvailableMemoryAndTakesItBack) {
   EXPECT_EQ(gate.used_bytes(), 0U);
 }
 
-TEST(MemoryGate, RefusesAtOnceRequestsThatNeverFit) {
+TEST(MemoryGate, RefusesRequestsThatNeverFitAtOnce) {
   MemoryGate gate(100);
   EXPECT_EQ(gate.take(101, "a scene", std::chrono::hours(1)).error().code,
             core::ErrorCode::kTooLarge);
@@ -88,12 +88,12 @@ TEST(MemoryGate, RefusesAtOnceRequestsThatNeverFit) {
   EXPECT_EQ(gate.used_bytes(), 60U);
 }
 
-TEST(MemoryGate, WithoutALimitGivesAnyNumber) {
+TEST(MemoryGate, GrantsAnyAmountWithoutALimit) {
   MemoryGate gate(0);
   EXPECT_TRUE(gate.take(std::uint64_t{1} << 60U, "a"));
 }
 
-TEST(MemoryGate, WaitingRequestsAreServedWhenThereIsRoom) {
+TEST(MemoryGate, ServesWaitingRequestsWhenMemoryIsFree) {
   MemoryGate gate(100);
   auto held = gate.take(100, "a");
   ASSERT_TRUE(held);
@@ -104,7 +104,7 @@ TEST(MemoryGate, WaitingRequestsAreServedWhenThereIsRoom) {
   EXPECT_TRUE(gate.take(50, "b", std::chrono::seconds(60)));
 }
 
-TEST(MemoryGate, NamedMemoryCountsOnceAtItsLargestSize) {
+TEST(MemoryGate, CountsNamedMemoryOnceAtItsLargestSize) {
   MemoryGate gate(100);
   const server::MemoryUse hall = {.bytes = 5, .shared = {{"hall", 40}}};
   auto first = gate.take(hall, "a");
@@ -121,7 +121,7 @@ TEST(MemoryGate, NamedMemoryCountsOnceAtItsLargestSize) {
   EXPECT_EQ(gate.used_bytes(), 45U);
 }
 
-TEST(MemoryGate, IdleMemoryIsReclaimedOnlyWhenThereIsNoRoom) {
+TEST(MemoryGate, ReclaimsIdleMemoryOnlyWhenFull) {
   MemoryGate gate(100);
   std::vector<MemoryGate::Lease> cache;
   for (int i = 0; i < 3; ++i) {
@@ -142,10 +142,10 @@ TEST(MemoryGate, IdleMemoryIsReclaimedOnlyWhenThereIsNoRoom) {
   ASSERT_TRUE(most);
   EXPECT_EQ(cache.size(), 1U);
   EXPECT_FALSE(gate.take(51, "d", milliseconds(0)));
-  EXPECT_EQ(cache.size(), 1U) << "gone in vain";
+  EXPECT_EQ(cache.size(), 1U) << "reclaimed without need";
 }
 
-TEST(MemoryGate, ALeaseGrowsShrinksAndChanges) {
+TEST(MemoryGate, LeaseGrowsShrinksAndChanges) {
   MemoryGate gate(100);
   auto lease = gate.take(10, "a");
   ASSERT_TRUE(lease);
@@ -159,7 +159,7 @@ TEST(MemoryGate, ALeaseGrowsShrinksAndChanges) {
   EXPECT_EQ(gate.used_bytes(), 200U);
 }
 
-TEST(MemoryGate, ALeaseMayOutliveIt) {
+TEST(MemoryGate, LeaseMayOutliveIt) {
   std::optional<MemoryGate::Lease> lease;
   {
     MemoryGate gate(100);

@@ -53,7 +53,7 @@ class Scenes : public testing::Test {
   std::unique_ptr<server::SceneService> scenes;
 };
 
-TEST_F(Scenes, AGlbIsNamedByItsHashAndKnownTheSecondTime) {
+TEST_F(Scenes, NamesAGlbByItsHashAndRecognisesItTheSecondTime) {
   const core::Bytes glb = core::find_builtin_scene("cornell-box")->make_glb();
   const auto first = scenes->add_file(glb);
   ASSERT_TRUE(first) << first.error().message;
@@ -66,7 +66,7 @@ TEST_F(Scenes, AGlbIsNamedByItsHashAndKnownTheSecondTime) {
   EXPECT_TRUE(scenes->load(first->id, 0, std::nullopt));
 }
 
-TEST_F(Scenes, AStoredSceneIsLoadedFromItsFilesAgain) {
+TEST_F(Scenes, ReloadsAStoredSceneFromItsFiles) {
   const auto added =
       scenes->add_zip(bytes_of(make_zip({{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true},
                                          {"model/data/mesh.bin", triangle_buffer()}})));
@@ -78,7 +78,7 @@ TEST_F(Scenes, AStoredSceneIsLoadedFromItsFilesAgain) {
   EXPECT_EQ((*scene)->summary().triangles, 1U);
 }
 
-TEST_F(Scenes, TheSameFilesHaveTheSameIdHoweverTheyCame) {
+TEST_F(Scenes, SameFilesHaveTheSameIdForEveryUpload) {
   const auto zipped = scenes->add_zip(bytes_of(make_zip(
       {{"readme.txt", "x"}, {"a.gltf", triangle_gltf("m.bin")}, {"m.bin", triangle_buffer()}})));
   ASSERT_TRUE(zipped) << zipped.error().message;
@@ -90,7 +90,7 @@ TEST_F(Scenes, TheSameFilesHaveTheSameIdHoweverTheyCame) {
   EXPECT_TRUE(named->known);
 }
 
-TEST_F(Scenes, AUriMayGoUpInsideTheArchiveButNotOutOfIt) {
+TEST_F(Scenes, UriMayGoUpInsideTheArchiveButNotOutOfIt) {
   EXPECT_TRUE(scenes->add_zip(bytes_of(
       make_zip({{"gltf/a.gltf", triangle_gltf("../m.bin")}, {"m.bin", triangle_buffer()}}))));
   const auto outside = scenes->add_zip(
@@ -98,7 +98,7 @@ TEST_F(Scenes, AUriMayGoUpInsideTheArchiveButNotOutOfIt) {
   EXPECT_FALSE(outside);
 }
 
-TEST_F(Scenes, MissingFilesAreListed) {
+TEST_F(Scenes, ListsMissingFiles) {
   const auto zipped = scenes->add_zip(bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}})));
   ASSERT_FALSE(zipped);
   EXPECT_EQ(zipped.error().code, ErrorCode::kMissingFiles);
@@ -108,7 +108,7 @@ TEST_F(Scenes, MissingFilesAreListed) {
   EXPECT_EQ(alone.error().code, ErrorCode::kMissingFiles);
 }
 
-TEST_F(Scenes, UnknownAssetsAreNamedByTheirPointer) {
+TEST_F(Scenes, ReportsUnknownAssetsByTheirPointer) {
   const std::string nothing(64, '0');
   EXPECT_EQ(scenes->add_from_assets({.gltf = nothing, .files = {}}).error().where, "/gltf");
   const auto gltf = upload(triangle_gltf("a/m.bin"));
@@ -117,7 +117,7 @@ TEST_F(Scenes, UnknownAssetsAreNamedByTheirPointer) {
       "/files/a~1m.bin");
 }
 
-TEST_F(Scenes, ARefusedUploadLeavesNothingBehind) {
+TEST_F(Scenes, RefusedUploadLeavesNothingBehind) {
   EXPECT_FALSE(scenes->add_file(bytes_of("{\"asset\": 3}")));
   EXPECT_TRUE(scenes->list(Access::of(""), std::nullopt, 10)->empty());
 }
@@ -137,7 +137,7 @@ TEST_F(Scenes, RemovingASceneRemovesItsUploadedFiles) {
   EXPECT_EQ(scenes->remove(added->id, Access::of(""), kUnused).error().code, ErrorCode::kNotFound);
 }
 
-TEST_F(Scenes, BuiltInScenesAreThereByName) {
+TEST_F(Scenes, FindsBuiltInScenesByName) {
   for (const core::BuiltinScene& scene : core::builtin_scenes()) {
     const auto described = scenes->description(std::string(scene.name), Access::of("me"));
     ASSERT_TRUE(described) << scene.name << ": " << described.error().message;
@@ -145,7 +145,7 @@ TEST_F(Scenes, BuiltInScenesAreThereByName) {
   EXPECT_EQ(scenes->description("nowhere", Access::operators()).error().code, ErrorCode::kNotFound);
 }
 
-TEST_F(Scenes, AnUnknownEnvironmentIsNamedByItsPointer) {
+TEST_F(Scenes, ReportsAnUnknownEnvironmentByItsPointer) {
   EXPECT_EQ(scenes->check_environment(std::string(64, '0'), Access::operators()).error().where,
             "/environment/asset");
   const auto text = upload("no image");
@@ -168,7 +168,7 @@ core::SceneSummary two_cameras() {
   return summary;
 }
 
-TEST(SceneFacts, ComeBackFromTheirText) {
+TEST(SceneFacts, RoundTrip) {
   core::SceneSummary summary = two_cameras();
   summary.lights.emplace_back();
   summary.has_emissive_strength = true;
@@ -190,7 +190,7 @@ std::string fault_of(const char* members) {
   return faults.empty() ? "" : faults[0].pointer;
 }
 
-TEST(SceneFacts, MissingPartsOfTheSceneAreNamed) {
+TEST(SceneFacts, NameMissingPartsOfTheScene) {
   EXPECT_EQ(fault_of(R"("camera": {"name": "side"})"), "/camera/name");
   EXPECT_EQ(fault_of(R"("camera": {"index": 2})"), "/camera/index");
   EXPECT_EQ(fault_of(R"("camera": {"name": "top", "vertical_fov_degrees": 40})"),

@@ -21,7 +21,7 @@ double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Burns CPU time in slices, as often as it is asked, up to a number.
+/// Uses CPU time in slices, as often as requested, up to a maximum.
 class Burner : public SliceSource {
  public:
   explicit Burner(double slice_seconds, int slices_max = 1 << 30)
@@ -55,7 +55,7 @@ bool eventually(const Condition& condition) {
   return condition();
 }
 
-TEST(Scheduler, TenantsGetEqualCpuTimeHoweverManyJobsTheyHave) {
+TEST(Scheduler, TenantsGetEqualCpuTimeForAnyNumberOfJobs) {
   Scheduler scheduler(2);
   std::vector<std::shared_ptr<Burner>> many;
   for (int i = 0; i < 6; ++i) {
@@ -68,16 +68,16 @@ TEST(Scheduler, TenantsGetEqualCpuTimeHoweverManyJobsTheyHave) {
   int of_many = 0;
   for (const auto& burner : many) {
     of_many += burner->done();
-    // And each of them a sixth of that.
+    // Each of them gets a sixth of that.
     EXPECT_GT(burner->done(), 10);
   }
   scheduler.stop();
-  // Both start level; at the end they differ by the slices in flight at most, of 0.24 s.
+  // Both start equal; at the end they differ by at most the active slices, of 0.24 s.
   EXPECT_GT(of_many, 90);
   EXPECT_LT(of_many, 160);
 }
 
-TEST(Scheduler, AReturningTenantHasNoCredit) {
+TEST(Scheduler, ReturningTenantHasNoCredit) {
   Scheduler scheduler(1);
   const auto first = std::make_shared<Burner>(0.002);
   scheduler.add(first, {}, "first");
@@ -86,12 +86,12 @@ TEST(Scheduler, AReturningTenantHasNoCredit) {
   const int before = first->done();
   scheduler.add(second, {}, "second");
   ASSERT_TRUE(eventually([&] { return second->done() >= 50; }));
-  // With its earlier time counted, the first would have stood still for 100 slices.
+  // If its earlier time counted, the first would have waited for 100 slices.
   EXPECT_GT(first->done() - before, 25);
   scheduler.stop();
 }
 
-TEST(Scheduler, EqualJobsGetEqualCpuTimeWhateverTheirSlices) {
+TEST(Scheduler, EqualJobsGetEqualCpuTimeForAnySlices) {
   Scheduler scheduler(2);
   const auto fine = std::make_shared<Burner>(0.001);
   const auto coarse = std::make_shared<Burner>(0.004);
@@ -100,12 +100,12 @@ TEST(Scheduler, EqualJobsGetEqualCpuTimeWhateverTheirSlices) {
   ASSERT_TRUE(eventually([&] { return coarse->done() >= 60; }));
   const double ratio = fine->done() * 0.001 / (coarse->done() * 0.004);
   scheduler.stop();
-  // Both start level; at the end they differ by the slices in flight at most, of 0.24 s.
+  // Both start equal; at the end they differ by at most the active slices, of 0.24 s.
   EXPECT_GT(ratio, 0.8);
   EXPECT_LT(ratio, 1.25);
 }
 
-TEST(Scheduler, TheHigherPriorityIsServedAlone) {
+TEST(Scheduler, HigherPriorityIsServedExclusively) {
   Scheduler scheduler(1);
   const auto low = std::make_shared<Burner>(0.001);
   scheduler.add(low, {.priority = 0});
@@ -114,11 +114,11 @@ TEST(Scheduler, TheHigherPriorityIsServedAlone) {
   scheduler.add(high, {.priority = 1});
   const int before = low->done();
   ASSERT_TRUE(eventually([&] { return high->done() >= 49; }));
-  // The slice that ran when it came, and one that was already chosen.
+  // The slice that ran when it arrived, and one already selected.
   EXPECT_LE(low->done() - before, 2);
 }
 
-TEST(Scheduler, APreviewGoesBeforeAnyPriority) {
+TEST(Scheduler, PreviewPrecedesAnyPriority) {
   Scheduler scheduler(1);
   const auto normal = std::make_shared<Burner>(0.001);
   scheduler.add(normal, {.priority = 100});
@@ -130,7 +130,7 @@ TEST(Scheduler, APreviewGoesBeforeAnyPriority) {
   EXPECT_LE(normal->done() - before, 2);
 }
 
-TEST(Scheduler, ANewcomerDoesNotStarveThoseWhoWereServedBefore) {
+TEST(Scheduler, NewSourceDoesNotStarveEarlierOnes) {
   Scheduler scheduler(1);
   const auto old = std::make_shared<Burner>(0.001);
   scheduler.add(old, {});
@@ -142,7 +142,7 @@ TEST(Scheduler, ANewcomerDoesNotStarveThoseWhoWereServedBefore) {
   EXPECT_GE(old->done() - before, 40);
 }
 
-TEST(Scheduler, ASourceWithoutWorkLeavesTheThreadsToOthers) {
+TEST(Scheduler, SourceWithoutWorkLeavesTheThreadsToOthers) {
   Scheduler scheduler(2);
   const auto empty = std::make_shared<Burner>(0.001, 0);
   const auto busy = std::make_shared<Burner>(0.001);
@@ -154,7 +154,7 @@ TEST(Scheduler, ASourceWithoutWorkLeavesTheThreadsToOthers) {
   EXPECT_TRUE(eventually([&] { return empty->done() == 5; }));
 }
 
-TEST(Scheduler, NewWorkIsFoundWithoutAWakeToo) {
+TEST(Scheduler, FindsNewWorkWithoutAWake) {
   Scheduler scheduler(1);
   const auto source = std::make_shared<Burner>(0.0001, 1);
   scheduler.add(source, {});
@@ -178,13 +178,13 @@ TEST(Scheduler, NothingRunsAfterRemove) {
   scheduler.add(source, {});
   ASSERT_TRUE(eventually([&] { return source->done() > 10; }));
   scheduler.remove(*source);
-  const int after = source->done() + 2;  // One on each thread may be under way.
+  const int after = source->done() + 2;  // one may be active on each thread
   std::this_thread::sleep_for(milliseconds(50));
   EXPECT_LE(source->done(), after);
   EXPECT_EQ(scheduler.active_count(), 0);
 }
 
-TEST(Scheduler, AChangedPriorityCountsAtTheNextSlice) {
+TEST(Scheduler, ChangedPriorityAppliesToTheNextSlice) {
   Scheduler scheduler(1);
   const auto a = std::make_shared<Burner>(0.001);
   const auto b = std::make_shared<Burner>(0.001);
@@ -197,7 +197,7 @@ TEST(Scheduler, AChangedPriorityCountsAtTheNextSlice) {
   EXPECT_LE(a->done() - before, 2);
 }
 
-TEST(Scheduler, TellsWhoseTurnItIsAndCountsWhatWasServedElsewhere) {
+TEST(Scheduler, ReportsTheNextSourceAndCountsWorkServedElsewhere) {
   Scheduler scheduler(1);
   const auto none = [] { return std::make_shared<Burner>(0.001, 0); };
   const auto low = none();
@@ -209,7 +209,7 @@ TEST(Scheduler, TellsWhoseTurnItIsAndCountsWhatWasServedElsewhere) {
   scheduler.add(second, {}, "b");
   scheduler.add(preview, Rank{.is_preview = true, .priority = 0}, "a");
   const auto is_turn_of = [&](const std::vector<std::shared_ptr<SliceSource>>& wanted) {
-    return eventually([&] { return scheduler.in_turn() == wanted; });  // What is asked, runs.
+    return eventually([&] { return scheduler.in_turn() == wanted; });  // requested slices run
   };
   scheduler.charge(*second, 1);
   EXPECT_TRUE(is_turn_of({preview, first, second, low}));

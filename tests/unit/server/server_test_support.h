@@ -1,4 +1,4 @@
-/// What the tests of the server share: a folder that vanishes, bytes, small films, a zip writer.
+/// Helpers shared by the tests of the server: a temporary folder, bytes, small films, a zip writer.
 #pragma once
 
 #include <cstdint>
@@ -29,12 +29,12 @@ class TemporaryFolder {
 core::Bytes bytes_of(std::string_view text);
 std::string read_file(const std::string& path);
 void write_file(const std::string& path, std::string_view content);
-/// Turns over one bit of the file.
+/// Flips one bit of the file.
 void damage_file(const std::string& path, std::uint64_t offset);
 
 /// 70 x 40 pixels (3 x 2 tiles), with auxiliary layers.
 core::FilmSettings small_film();
-/// Every number of the tile a function of (tile, samples).
+/// A tile in which every value is a function of (tile, samples).
 core::TileState made_tile(const core::Film& film, int tile, int samples);
 
 struct ZipFile {
@@ -48,7 +48,7 @@ std::string make_zip(const std::vector<ZipFile>& files);
 std::string triangle_gltf(std::string_view uri);
 std::string triangle_buffer();
 
-/// Brings a store's tables back to how they were before there were tenants.
+/// Reverts the tables of a store to the schema before there were tenants.
 inline constexpr const char* kBackToSchema7 = R"sql(
 DROP TABLE batch_jobs; DROP TABLE batches;
 DROP INDEX jobs_by_end; ALTER TABLE jobs DROP COLUMN pause_reason;

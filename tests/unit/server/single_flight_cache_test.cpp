@@ -45,7 +45,7 @@ TEST(SingleFlightCache, ErrorsAreSharedButNotKept) {
   EXPECT_TRUE(cache.get("a", []() -> core::Result<Cache::Made> { return made(1); }));
 }
 
-TEST(SingleFlightCache, TheLeastRecentlyUsedGoFirst) {
+TEST(SingleFlightCache, EvictsTheLeastRecentlyUsedFirst) {
   Cache cache(2);
   cache.put("a", made(1));
   cache.put("b", made(2));
@@ -56,7 +56,7 @@ TEST(SingleFlightCache, TheLeastRecentlyUsedGoFirst) {
   EXPECT_EQ(cache.bytes(), 2U);
 }
 
-TEST(SingleFlightCache, OneValueMayBeLargerThanTheWhole) {
+TEST(SingleFlightCache, OneValueMayExceedTheLimit) {
   Cache cache(2);
   cache.put("a", made(1));
   cache.put("big", made(2, 100));
@@ -64,7 +64,7 @@ TEST(SingleFlightCache, OneValueMayBeLargerThanTheWhole) {
   EXPECT_NE(cache.peek("big"), nullptr);
 }
 
-TEST(SingleFlightCache, AHeldValueOutlivesTheCache) {
+TEST(SingleFlightCache, HeldValueOutlivesTheCache) {
   Cache::Pointer held;
   {
     Cache cache(1);
@@ -77,7 +77,7 @@ TEST(SingleFlightCache, AHeldValueOutlivesTheCache) {
   EXPECT_EQ(*held, 5);
 }
 
-TEST(SingleFlightCache, AMakingThatThrowsFreesTheKey) {
+TEST(SingleFlightCache, FactoryThatThrowsFreesTheKey) {
   Cache cache(10);
   EXPECT_THROW(static_cast<void>(cache.get(
                    "a", []() -> core::Result<Cache::Made> { throw std::runtime_error("no"); })),

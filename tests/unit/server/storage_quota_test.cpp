@@ -48,7 +48,7 @@ class Quota : public testing::Test {
   std::unique_ptr<server::JobTable> jobs;
 };
 
-TEST_F(Quota, ATenantHasRoomUpToTheLimitAndNotAByteMore) {
+TEST_F(Quota, TenantMayStoreExactlyUpToTheLimit) {
   StorageQuota quota = this->quota({.tenant_bytes = 100});
   keep_asset("a", 60, "me");
   auto room = quota.room("me", Kind::kAsset);
@@ -75,7 +75,7 @@ TEST_F(Quota, ReservationsCountUntilTheyAreReleased) {
   EXPECT_TRUE(quota.room("me", Kind::kFilm).grow_to(100));
 }
 
-TEST_F(Quota, AnUploadOfUnknownSizeGetsTheLastByteToo) {
+TEST_F(Quota, UploadOfUnknownSizeMayUseTheLastByte) {
   StorageQuota quota = this->quota({.tenant_bytes = 100});
   auto room = quota.room("me", Kind::kAsset);
   for (std::uint64_t bytes = 1; bytes <= 100; ++bytes) {
@@ -84,7 +84,7 @@ TEST_F(Quota, AnUploadOfUnknownSizeGetsTheLastByteToo) {
   EXPECT_FALSE(room.cover(101));
 }
 
-TEST_F(Quota, AnAssetCountsOnceForEachTenantThatKeepsItAndOnceInAll) {
+TEST_F(Quota, AssetCountsOncePerTenantAndOnceInTotal) {
   const StorageQuota quota = this->quota({});
   keep_asset("a", 60, "first");
   keep_asset("a", 60, "second");
@@ -94,7 +94,7 @@ TEST_F(Quota, AnAssetCountsOnceForEachTenantThatKeepsItAndOnceInAll) {
   EXPECT_EQ(quota.total()->asset_bytes, 60U);
 }
 
-TEST_F(Quota, AJobCountsWithAllThatItMayNeedUntilItHasEnded) {
+TEST_F(Quota, JobCountsWithItsMaximumUntilItEnds) {
   const StorageQuota quota = this->quota({});
   server::JobRow row = job("me");
   ASSERT_TRUE(jobs->insert(row, {}, {}));
@@ -120,7 +120,7 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   row.film = server::FilmPlace::kOnDisk;
   row.film_bytes = 20;
   ASSERT_TRUE(jobs->insert(row, {}, {}));
-  // The schema before there were quotas of storage.
+  // The schema before there were storage quotas.
   ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
   constexpr const char* kBack = R"sql(
     ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;
@@ -142,7 +142,7 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   EXPECT_EQ(quota.of_tenant("me")->asset_bytes, 60U);
 }
 
-TEST_F(Quota, TheTotalBindsAssetsOfEverybodyAndNoFilms) {
+TEST_F(Quota, TotalLimitsAssetsOfAllTenantsButNoFilms) {
   StorageQuota quota = this->quota({.total_bytes = 100});
   keep_asset("a", 60, "");
   EXPECT_TRUE(quota.room("", Kind::kFilm).grow_to(1000));

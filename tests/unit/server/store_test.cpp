@@ -72,7 +72,7 @@ class Store : public testing::Test {
   std::unique_ptr<server::Assets> assets;
 };
 
-TEST_F(Store, AJobIsRestoredWithEveryMember) {
+TEST_F(Store, RestoresAJobWithEveryMember) {
   JobRow row = made_job(1, "a");
   row.spec_version = 3;
   row.environment_asset = "e";
@@ -160,7 +160,7 @@ TEST_F(Store, ListsFilterByAnyStateAndAllLabels) {
   EXPECT_TRUE(listed(query).empty());
 }
 
-TEST_F(Store, ListsFindPartsOfNamesAndScenesOfTheNameless) {
+TEST_F(Store, ListsFindPartsOfNamesAndScenesOfUnnamedJobs) {
   const auto add = [this](int i, const char* name, const char* label) {
     JobRow row = made_job(i, "job" + std::to_string(i));
     row.name = name;
@@ -179,9 +179,9 @@ TEST_F(Store, ListsFindPartsOfNamesAndScenesOfTheNameless) {
   query.labels = {{"a", std::nullopt}};
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
   query.labels.clear();
-  query.title = "0%";  // No pattern.
+  query.title = "0%";  // not a pattern
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job3"}));
-  query.title = "cornell";  // The scene of all, the title of the one without a name.
+  query.title = "cornell";  // the scene of all, which is the title of the unnamed one
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
   JobRow renamed = made_job(1, "job1");
   renamed.name = "Green Chair";
@@ -192,7 +192,7 @@ TEST_F(Store, ListsFindPartsOfNamesAndScenesOfTheNameless) {
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job1"}));
 }
 
-TEST_F(Store, JobsOfAnOlderStoreAreFoundByTheirNames) {
+TEST_F(Store, FindsJobsOfAnOlderStoreByTheirNames) {
   JobRow row = made_job(1, "job1");
   row.spec_json = R"({"scene": "cornell-box", "name": "Red Sofa"})";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
@@ -209,7 +209,7 @@ TEST_F(Store, JobsOfAnOlderStoreAreFoundByTheirNames) {
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
 }
 
-TEST_F(Store, JobsOfAnOlderStoreThatAnErrorEndedAreKnownToBeSo) {
+TEST_F(Store, RecognisesJobsOfAnOlderStoreThatAnErrorEnded) {
   JobRow row = made_job(1, "a");
   row.stop_reason = "relative_error";
   row.samples_mean = 96.25;
@@ -224,7 +224,7 @@ TEST_F(Store, JobsOfAnOlderStoreThatAnErrorEndedAreKnownToBeSo) {
   EXPECT_EQ((*jobs->find("b"))->samples_by_error, 0);
 }
 
-TEST_F(Store, EventsAreOrderedByStreamThenNumber) {
+TEST_F(Store, OrdersEventsByStreamThenNumber) {
   ASSERT_TRUE(jobs->insert(made_job(1, "a"), {{1, 1, "state", "x"}, {1, 9, "warning", "y"}}, {}));
   JobRow row = made_job(1, "a");
   row.state = "finished";
@@ -239,17 +239,17 @@ TEST_F(Store, EventsAreOrderedByStreamThenNumber) {
   EXPECT_EQ((*later)[0].data, "y");
 }
 
-TEST_F(Store, AChangeAndItsEventsAreCommittedTogetherOrNotAtAll) {
+TEST_F(Store, CommitsAChangeAndItsEventsTogetherOrNotAtAll) {
   ASSERT_TRUE(jobs->insert(made_job(1, "a"), {{1, 1, "state", "x"}}, {}));
   JobRow row = made_job(1, "a");
   row.state = "finished";
-  // The second event has a number that is taken.
+  // The number of the second event is already in use.
   EXPECT_FALSE(jobs->update(row, {{1, 2, "state", "y"}, {1, 1, "end", "z"}}));
   EXPECT_EQ((**jobs->find("a")).state, "queued");
   EXPECT_EQ(jobs->events_after(1, 0, 0)->size(), 1U);
 }
 
-TEST_F(Store, DeletingAJobTakesItsEventsAndLabelsWithIt) {
+TEST_F(Store, DeletingAJobDeletesItsEventsAndLabels) {
   JobRow row = made_job(1, "a");
   row.labels["x"] = "y";
   ASSERT_TRUE(jobs->insert(row, {{1, 1, "state", "x"}}, {}));
@@ -267,7 +267,7 @@ TEST_F(Store, UpdatingADeletedJobChangesNothing) {
   EXPECT_FALSE(*jobs->find("gone"));
 }
 
-TEST_F(Store, SequencesAreNotGivenTwice) {
+TEST_F(Store, NeverGivesASequenceNumberTwice) {
   EXPECT_EQ(*jobs->last_sequence(), 0);
   ASSERT_TRUE(jobs->insert(made_job(5, "a"), {}, {}));
   ASSERT_TRUE(jobs->remove("a"));
@@ -281,7 +281,7 @@ TEST_F(Store, EveryRunHasItsOwnNumber) {
   EXPECT_EQ(*jobs->next_run(), 2);
 }
 
-TEST_F(Store, KeysAreKeptAndForgotten) {
+TEST_F(Store, KeysAreStoredAndDeleted) {
   ASSERT_TRUE(jobs->insert(made_job(1, "a"), {}, server::IdempotencyRow{"k", "hash", "a", 100}));
   const auto found = jobs->find_key("k");
   ASSERT_TRUE(found && *found);
@@ -307,7 +307,7 @@ TEST_F(Store, UnfinishedJobsKeepScenesAndAssetsInUse) {
   EXPECT_TRUE(jobs->unfinished()->empty());
 }
 
-TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
+TEST_F(Store, SceneOwnsItsFilesAndLeavesOnlyOrphans) {
   const Access me = Access::of("me");
   const auto id = [&](const std::string& content) { return assets->put_for_scene(content, 1)->id; };
   const std::string uploaded = id("uploaded");
@@ -333,8 +333,8 @@ TEST_F(Store, ASceneKnowsItsFilesAndLeavesOrphansOnly) {
   EXPECT_EQ(scenes->list_scenes(me, std::nullopt, 10)->size(), 1U);
 }
 
-/// A store as it was before there were tenants: the key `k1` brought an asset, a scene and a job
-/// with another scene; `k2` has a job with the scene of `k1`; the rest has no known owner.
+/// A store from before there were tenants: the key `k1` added an asset, a scene and a job with
+/// another scene; `k2` has a job with the scene of `k1`; the rest has no known owner.
 constexpr const char* kOfTwoKeys = R"sql(
 INSERT INTO keys(id, name, token_hash, session_hash, scopes, created_at)
 VALUES('k1', 'one', 'a', 'b', 'read,write', 1);
@@ -352,7 +352,7 @@ INSERT INTO comparisons(id, body, bytes, created_at)
   VALUES('c1', '{"a":"job2","b":"job1"}', 1, 1), ('c2', '{"a":"job3","b":"job3"}', 1, 1);
 )sql";
 
-TEST_F(Store, AnOlderStoreBelongsToTheKeysThatMadeItAndElseToTheOperator) {
+TEST_F(Store, OlderStoreBelongsToTheKeysThatMadeItElseToTheOperator) {
   for (const auto& [sequence, tenant] : {std::pair{1, "k1"}, {2, "k2"}, {3, ""}}) {
     JobRow row = made_job(sequence, "job" + std::to_string(sequence));
     row.tenant = tenant;
@@ -376,7 +376,7 @@ TEST_F(Store, AnOlderStoreBelongsToTheKeysThatMadeItAndElseToTheOperator) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(tenants_of("asset", "sky"), Names{"k1"});
   EXPECT_EQ(tenants_of("asset", "loose"), Names{""});
-  EXPECT_EQ(tenants_of("asset", "doc1"), Names{});  // The scene keeps it.
+  EXPECT_EQ(tenants_of("asset", "doc1"), Names{});  // the scene keeps it
   EXPECT_EQ(tenants_of("scene", "s1"), (Names{"k1", "k2"}));
   EXPECT_EQ(tenants_of("scene", "s2"), (Names{"", "k1"}));
   EXPECT_EQ((**scenes->find_scene("s1", Access::of("k2"))).description, R"({"name":"sofa"})");
@@ -397,7 +397,7 @@ TEST_F(Store, AnOlderStoreBelongsToTheKeysThatMadeItAndElseToTheOperator) {
   EXPECT_EQ(select.text(0), "");
 }
 
-TEST_F(Store, ListsHoldTheJobsOfOneTenantWhateverLeadsThem) {
+TEST_F(Store, ListsContainOnlyTheJobsOfOneTenant) {
   for (int i = 1; i <= 4; ++i) {
     JobRow row = made_job(i, "job" + std::to_string(i));
     row.name = i < 3 ? "sofa" : "chair";
@@ -417,7 +417,7 @@ TEST_F(Store, ListsHoldTheJobsOfOneTenantWhateverLeadsThem) {
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
 }
 
-TEST(StoreFile, AFileThatIsNotADatabaseIsRefusedByPath) {
+TEST(StoreFile, RefusesAFileThatIsNotADatabaseByPath) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");
   test_support::write_file(path, std::string(8192, 'x'));
@@ -426,7 +426,7 @@ TEST(StoreFile, AFileThatIsNotADatabaseIsRefusedByPath) {
   EXPECT_EQ(opened.error().where, path);
 }
 
-TEST(StoreFile, AStoreOfANewerVersionIsRefused) {
+TEST(StoreFile, RefusesAStoreOfANewerVersion) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");
   {
@@ -439,9 +439,9 @@ TEST(StoreFile, AStoreOfANewerVersionIsRefused) {
   EXPECT_NE(opened.error().message.find("newer version"), std::string::npos);
 }
 
-/// Cuts the database at many places: it opens with what was committed, or is refused; never a
-/// crash.
-TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
+/// Truncates the database at many positions: it opens with the committed content, or is refused;
+/// never a crash.
+TEST(StoreFile, TruncatedDatabaseIsRefusedOrReadsAsItWas) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");
   {
@@ -471,7 +471,7 @@ TEST(StoreFile, ACutDatabaseIsRefusedOrReadsAsItWas) {
   }
 }
 
-TEST(DataDir, ASecondServerIsRefusedWithAMessage) {
+TEST(DataDir, SecondServerIsRefusedWithAMessage) {
   const TemporaryFolder folder;
   auto first = server::DataDir::open(folder.file("data"));
   ASSERT_TRUE(first);
@@ -481,7 +481,7 @@ TEST(DataDir, ASecondServerIsRefusedWithAMessage) {
   EXPECT_NE(second.error().message.find(std::to_string(::getpid())), std::string::npos);
 }
 
-TEST(DataDir, APlaceThatIsAFileIsRefused) {
+TEST(DataDir, RefusesAPathThatIsAFile) {
   const TemporaryFolder folder;
   test_support::write_file(folder.file("data"), "x");
   const auto opened = server::DataDir::open(folder.file("data"));

@@ -9,7 +9,7 @@ using server::is_public_address;
 using server::parse_web_target;
 
 // The example of the Standard Webhooks specification and of its reference libraries.
-TEST(Webhook, IsSignedAsTheSpecificationShows) {
+TEST(Webhook, SignatureMatchesTheSpecification) {
   const auto key = server::webhook_key("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
   ASSERT_TRUE(key);
   EXPECT_EQ(server::webhook_signature(*key, "msg_p5jXN8AQM9LWM0D4loKWxJek", 1614265330,
@@ -17,7 +17,7 @@ TEST(Webhook, IsSignedAsTheSpecificationShows) {
             "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE=");
 }
 
-TEST(Webhook, ASecretIsBase64OfAtLeast16Bytes) {
+TEST(Webhook, SecretIsBase64OfAtLeast16Bytes) {
   EXPECT_EQ(server::webhook_key("whsec_MDEyMzQ1Njc4OWFiY2RlZg=="), "0123456789abcdef");
   for (const char* wrong :
        {"", "whsec_", "MDEyMzQ1Njc4OWFiY2RlZg==", "whsec_MDEyMzQ1Njc4OWFiY2RlZg",
@@ -26,7 +26,7 @@ TEST(Webhook, ASecretIsBase64OfAtLeast16Bytes) {
   }
 }
 
-TEST(Webhook, WaitsLongerAndLongerAndGivesUp) {
+TEST(Webhook, RetriesWithIncreasingDelaysAndThenGivesUp) {
   double before = 0;
   for (int attempts = 1; attempts <= 7; ++attempts) {
     const auto wait = server::webhook_wait_seconds(attempts);
@@ -37,7 +37,7 @@ TEST(Webhook, WaitsLongerAndLongerAndGivesUp) {
   EXPECT_FALSE(server::webhook_wait_seconds(8));
 }
 
-TEST(WebTarget, IsReadFromAUrl) {
+TEST(WebTarget, IsParsedFromAUrl) {
   const auto plain = parse_web_target("http://example.org");
   ASSERT_TRUE(plain);
   EXPECT_EQ(plain->host, "example.org");

@@ -28,7 +28,7 @@ TEST(Zip, ReadsStoredAndDeflatedEntries) {
   EXPECT_EQ(text_of(*read_zip_entry(archive, (*entries)[2])), "");
 }
 
-TEST(Zip, LeavesOutFolders) {
+TEST(Zip, SkipsFolders) {
   const auto archive = bytes_of(make_zip({{"folder/", ""}, {"folder/a", "x"}}));
   const auto entries = read_zip_directory(archive, {});
   ASSERT_TRUE(entries);
@@ -43,11 +43,11 @@ TEST(Zip, RefusesNamesThatLeaveTheArchive) {
   }
 }
 
-TEST(Zip, RefusesANameThatIsThereTwice) {
+TEST(Zip, RefusesADuplicateName) {
   EXPECT_FALSE(read_zip_directory(bytes_of(make_zip({{"a", "x"}, {"a", "y"}})), {}));
 }
 
-TEST(Zip, EveryCutOfTheFileIsAnErrorAndNoCrash) {
+TEST(Zip, EveryTruncationIsAnError) {
   const std::string whole = make_zip({{"a.txt", "hello"}, {"b.bin", std::string(300, 'b'), true}});
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const auto cut = bytes_of(std::string_view(whole).substr(0, size));
@@ -56,7 +56,7 @@ TEST(Zip, EveryCutOfTheFileIsAnErrorAndNoCrash) {
   }
 }
 
-TEST(Zip, EveryTurnedBitIsSeenOrHarmless) {
+TEST(Zip, EveryFlippedBitIsDetectedOrHarmless) {
   const std::string whole = make_zip({{"a.txt", "hello"}, {"b.bin", std::string(300, 'b'), true}});
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string turned = whole;
@@ -75,7 +75,7 @@ TEST(Zip, EveryTurnedBitIsSeenOrHarmless) {
   }
 }
 
-TEST(Zip, LimitsAreHeldBeforeAnythingIsUnpacked) {
+TEST(Zip, ChecksLimitsBeforeUnpacking) {
   const auto bomb = bytes_of(make_zip({{"a", std::string(1 << 20, '\0'), true}}));
   EXPECT_LT(bomb.size(), 4096U);
   EXPECT_EQ(read_zip_directory(bomb, {.entry_bytes_max = 1000}).error().code,
@@ -86,7 +86,7 @@ TEST(Zip, LimitsAreHeldBeforeAnythingIsUnpacked) {
   EXPECT_EQ(read_zip_directory(many, {.entries_max = 2}).error().code, core::ErrorCode::kTooLarge);
 }
 
-TEST(Zip, ASizeThatDeflateCannotReachTakesNoMemory) {
+TEST(Zip, RefusesImpossibleDeflateSizesWithoutAllocatingMemory) {
   std::string archive = make_zip({{"a", std::string(100, 'x'), true}});
   const auto entries = read_zip_directory(bytes_of(archive), {});
   ASSERT_TRUE(entries);

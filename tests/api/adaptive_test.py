@@ -1,4 +1,4 @@
-"""Adaptive sampling and stop rules together, from outside."""
+"""Adaptive sampling and stop rules together, through the API."""
 
 import time
 import unittest
@@ -21,7 +21,7 @@ class Adaptive(ApiTest):
                          {"none": "none", "pilot": "none"})
         self.assertIn("/adaptive/min_samples", rows["pilot"]["accepts"])
 
-    def test_rules_of_the_laboratory_are_refused_with_their_experiment(self):
+    def test_refuses_laboratory_rules_and_names_their_experiment(self):
         experiments = {e["name"]: {m["name"] for m in e["estimators"]}
                        for e in self.server.get("/v1/server").json()["experiments"]}
         for kind, estimator in (("crosshalf", "cross-half"), ("sequential", "standard-error")):
@@ -33,7 +33,7 @@ class Adaptive(ApiTest):
             )
             self.assertIn(estimator, experiments["stopping-bias"])
 
-    def test_the_count_of_the_first_decision_that_is_in_force_stands_in_the_spec(self):
+    def test_spec_shows_the_effective_count_of_the_first_decision(self):
         def told(job):
             return [w for w in job["warnings"] if w.startswith("adaptive.min_samples")]
         job = self.server.render(body("pilot", 64, min_samples=33))
@@ -43,12 +43,12 @@ class Adaptive(ApiTest):
         self.assertGreaterEqual(job["progress"]["samples_per_pixel"]["min"], 40)
         asked = self.server.render(body("pilot", 64, min_samples=40))
         self.assertEqual((asked["film_digest"], told(asked)), (job["film_digest"], []))
-        # Nobody asked for the default.
+        # The default was not requested.
         plain = job_body(samples=96, sampler={"replicates": 6}, adaptive={"type": "pilot"})
         job = self.server.render(plain)
         self.assertEqual((job["spec"]["adaptive"]["min_samples"], told(job)), (36, []))
 
-    def test_samples_go_where_the_noise_is_and_keep_their_mean(self):
+    def test_allocates_samples_to_noise_and_keeps_their_mean(self):
         job = self.server.render(body("pilot", 96))
         samples = job["progress"]["samples_per_pixel"]
         self.assert_close(samples["mean"], 96, 0.5)
@@ -60,7 +60,7 @@ class Adaptive(ApiTest):
         )
         layer = self.server.get(f"/v1/jobs/{job['id']}/image.exr?layer=samples")
         self.assertEqual(layer.status, 200)
-        # Tile frames, pixels and progress tell the same counts.
+        # Tile frames, pixels and progress report the same counts.
         with TileStream(self.server, job["id"]) as stream:
             tiles = [tile for tile in stream.all() if not tile.flags & 1]
         counts = [n for tile in tiles for n in tile.check()[6]]
@@ -74,7 +74,7 @@ class Adaptive(ApiTest):
         self.assertEqual(points[-1]["samples_per_pixel"], 96)
         self.assertIsNotNone(points[-1]["low"])
 
-    def test_extending_gives_the_film_of_a_job_that_asked_for_more(self):
+    def test_extension_gives_the_film_of_a_longer_job(self):
         job = self.server.render(body("pilot", 40))
         answer = self.server.post(
             f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 40}}
@@ -87,7 +87,7 @@ class Adaptive(ApiTest):
         self.assertEqual(self.server.wait(job["id"])["film_digest"],
                          self.server.render(body("pilot", 96))["film_digest"])
 
-    def test_an_error_target_is_met(self):
+    def test_meets_an_error_target(self):
         wanted = body("pilot", 1)
         wanted["stop"] = {"relative_error": 0.1}
         job = self.server.render(wanted)
@@ -104,7 +104,7 @@ class StopRules(ApiTest):
         wanted["stop"] = stop
         return self.server.render(wanted)
 
-    def test_any_combination_ends_with_the_rule_met_first(self):
+    def test_ends_with_the_first_rule_met_in_any_combination(self):
         far = {"samples_per_pixel": 65536, "relative_error": 1e-5, "seconds": 600,
                "deadline": "2999-01-01T00:00:00Z"}
         near = {"samples_per_pixel": 40, "relative_error": 9, "seconds": 0.05,
@@ -130,7 +130,7 @@ class StopRules(ApiTest):
             ],
         )
 
-    def test_the_time_left_has_an_interval(self):
+    def test_remaining_time_has_an_interval(self):
         wanted = body("pilot", 65536)
         job = self.server.submit(wanted)["id"]
 
@@ -144,10 +144,10 @@ class StopRules(ApiTest):
 
 
 class AdaptiveRestart(unittest.TestCase):
-    def test_killed_again_and_again_the_film_is_the_same(self):
+    def test_film_is_unchanged_after_repeated_kills(self):
         self.killed_again_and_again({"pilot": body("pilot", 256)})
 
-    def test_killed_again_and_again_an_error_target_ends_at_the_same_sample(self):
+    def test_error_target_ends_at_the_same_sample_after_repeated_kills(self):
         self.killed_again_and_again(
             {
                 f"{scene} {kind}": body(kind, 1)

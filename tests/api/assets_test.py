@@ -1,4 +1,4 @@
-"""Assets: files by the hash of their content."""
+"""Assets: files named by the hash of their content."""
 
 import hashlib
 import json
@@ -32,11 +32,11 @@ class Assets(ApiTest):
         self.assertEqual(self.server.get("/v1/assets/" + sha(data)).status, 404)
         self.assertEqual([self.put(data).status, self.put(data).status], [201, 200])
 
-    def test_put_under_no_hash_is_422(self):
+    def test_put_with_an_invalid_hash_is_422(self):
         for name in ("a", "z" * 64, sha(b"").upper()):
             self.assert_problem(self.put(b"", name), 422)
 
-    def test_chunked_and_empty_bodies_are_taken(self):
+    def test_accepts_chunked_and_empty_bodies(self):
         connection = self.server.connect()
         connection.request(
             "POST", "/v1/assets", iter([b"in ", b"pieces"]), BYTES, encode_chunked=True
@@ -68,7 +68,7 @@ class Assets(ApiTest):
         )
         self.assertEqual(self.server.get(path, {"Range": "lines=1-2"}).status, 200)
 
-    def test_a_range_outside_is_416(self):
+    def test_range_outside_the_file_is_416(self):
         path = "/v1/assets/" + self.server.post("/v1/assets", b"short", BYTES).json()["id"]
         beyond = self.server.get(path, {"Range": "bytes=2-99999999999999999999"})
         self.assertEqual((beyond.status, beyond.body), (206, b"ort"))
@@ -87,7 +87,7 @@ class Assets(ApiTest):
         for name in ("0" * 64, "a", "..%2f..%2ftessera.db"):
             self.assert_problem(self.server.get("/v1/assets/" + name), 404)
 
-    def test_an_asset_in_a_scene_cannot_be_deleted(self):
+    def test_asset_of_a_scene_cannot_be_deleted(self):
         gltf = json.dumps(triangle_document("triangle.bin")).encode()
         ids = [
             self.server.post("/v1/assets", data, BYTES).json()["id"] for data in (gltf, TRIANGLE)
@@ -102,13 +102,13 @@ class Assets(ApiTest):
         for asset in ids:
             self.assertEqual(self.server.request("DELETE", "/v1/assets/" + asset).status, 204)
 
-    def test_an_environment_of_a_running_job_cannot_be_deleted(self):
+    def test_environment_of_a_running_job_cannot_be_deleted(self):
         asset = self.server.post("/v1/assets", hdr_image(8, 4, (0.5, 0.5, 0.5)), BYTES).json()["id"]
         job = self.server.submit(job_body(samples=65536, environment={"asset": asset}))["id"]
         self.assert_problem(self.server.request("DELETE", "/v1/assets/" + asset), 409)
         self.server.post(f"/v1/jobs/{job}/cancel")
 
-    def test_an_asset_that_is_no_picture_is_refused_as_environment(self):
+    def test_refuses_an_asset_that_is_not_an_image_as_environment(self):
         asset = self.server.post("/v1/assets", b"no image", BYTES).json()["id"]
         answer = self.server.post("/v1/jobs", job_body(environment={"asset": asset}))
         self.assert_problem(answer, 422, "/environment/asset")
@@ -117,7 +117,7 @@ class Assets(ApiTest):
 class SmallUploads(ApiTest):
     FLAGS = ("--max-upload", "1000")
 
-    def test_an_upload_beyond_the_limit_is_413(self):
+    def test_upload_beyond_the_limit_is_413(self):
         self.assertEqual(self.server.post("/v1/assets", b"x" * 1000, BYTES).status, 201)
         self.assert_problem(self.server.post("/v1/assets", b"x" * 1001, BYTES), 413)
         connection = self.server.connect()

@@ -1,4 +1,4 @@
-"""The audit: who changed what, and who was refused."""
+"""The audit log: who changed what, and who was refused."""
 
 import json
 import os
@@ -34,7 +34,7 @@ class Audit(unittest.TestCase):
             if line["event"] == "audit"
         ]
 
-    def test_keys_that_come_and_go_have_a_line(self):
+    def test_logs_added_and_removed_keys(self):
         server = self.start("--log-level", "info")
         self.add_key(server, "studio", "--scope", "read")
         ids = [
@@ -67,7 +67,7 @@ class Audit(unittest.TestCase):
         (removed,) = wait_for("key-removed")
         self.assertEqual(removed["object"], ids[0])
 
-    def test_every_change_and_every_refusal_has_a_line_and_nothing_else(self):
+    def test_logs_exactly_every_change_and_every_refusal(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         path = os.path.join(folder.name, "audit.log")
@@ -109,7 +109,7 @@ class Audit(unittest.TestCase):
         ):
             self.assertNotIn(secret, text)
         by_id = {line["request_id"]: line for line in found}
-        wanted = {  # What asked, in order, but the look.
+        wanted = {  # requests in order, without reads
             0: ("done", job, "studio"), 2: ("done", job, "studio"), 3: ("refused", job, "viewer"),
             4: ("refused", "", ""), 5: ("refused", "", ""), 6: ("refused", "", "studio"),
             7: ("done", asset, "operator"), 8: ("done", asset, "operator"), 9: ("refused", "", "")}
@@ -131,7 +131,7 @@ class Audit(unittest.TestCase):
         self.assertEqual(len(found), len(wanted))
         self.assertEqual(os.stat(path).st_mode & 0o077, 0)
 
-    def test_a_file_that_is_moved_away_is_begun_anew(self):
+    def test_starts_a_new_file_after_the_file_was_moved(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         path = os.path.join(folder.name, "audit.log")
@@ -155,7 +155,7 @@ class Audit(unittest.TestCase):
         self.assertEqual([(line["request_id"], line["key_name"]) for line in found],
                          [(answer.headers["X-Request-Id"], "operator")])
 
-    def test_a_file_that_cannot_be_written_stops_the_start(self):
+    def test_refuses_to_start_if_the_file_cannot_be_written(self):
         with self.assertRaises(RuntimeError) as refused:
             self.start("--audit-log", "/nowhere/audit.log")
         self.assertIn("/nowhere/audit.log", str(refused.exception))

@@ -1,4 +1,4 @@
-"""Integrator auto: the job says what it chose and why, and is that integrator's."""
+"""Integrator auto: the job reports its choice and the reason, and renders like that integrator."""
 
 import unittest
 
@@ -13,7 +13,7 @@ def body(integrator, **members):
 
 
 class Auto(ApiTest):
-    def test_a_job_says_what_was_chosen_and_why(self):
+    def test_job_reports_the_choice_and_the_reason(self):
         job = self.server.render(body("auto"))
         chosen = job["spec"]["integrator"]["type"]
         self.assertIn(chosen, ("path", "bdpt"))
@@ -25,7 +25,7 @@ class Auto(ApiTest):
         other = self.server.render(body("bdpt" if chosen == "path" else "path"))
         self.assertNotEqual(job["film_digest"], other["film_digest"])
 
-    def test_parts_of_a_picture_agree(self):
+    def test_parts_of_an_image_agree(self):
         parts = []
         for first in (0, 2):
             sampler = {"type": "sobol", "replicates": 2, "first_replicate": first}
@@ -33,14 +33,14 @@ class Auto(ApiTest):
         merged = self.server.post("/v1/films/merge", {"films": parts})
         self.assertEqual(merged.status, 201, merged)
 
-    def test_options_of_one_of_them_are_refused(self):
+    def test_refuses_options_of_a_single_integrator(self):
         wanted = body("auto", estimator={"strategy": "light"})
         self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/estimator/strategy")
         row = [r for r in self.server.get("/v1/server").json()["integrators"]
                if r["type"] == "auto"]
         self.assertEqual(row[0]["bias"], "none")
 
-    def test_a_dry_run_knows_what_it_costs(self):
+    def test_dry_run_estimates_the_cost(self):
         answer = self.server.post("/v1/jobs?dry_run=1", body("auto"))
         self.assertEqual(answer.status, 200, answer)
 

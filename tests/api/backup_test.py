@@ -1,4 +1,4 @@
-"""tessera backup: a copy of a data directory that a server uses."""
+"""tessera backup: copies a data directory while a server uses it."""
 
 import json
 import os
@@ -23,7 +23,7 @@ class Backup(ApiTest):
         self.addCleanup(copy.close)
         return copy
 
-    def test_the_copy_of_a_busy_server_is_sound_and_goes_on(self):
+    def test_copy_of_a_busy_server_is_valid_and_continues(self):
         scene = self.server.post("/v1/scenes", triangle_glb(), GLB).json()["id"]
         done = self.server.render(job_body(scene))
         body = job_body(samples=256)
@@ -53,7 +53,7 @@ class Backup(ApiTest):
         self.assertEqual(copy.wait(busy)["film_digest"], calm)
         self.assertEqual(copy.render(job_body(scene))["film_digest"], done["film_digest"])
 
-    def test_a_directory_with_something_in_it_is_refused(self):
+    def test_refuses_a_directory_that_is_not_empty(self):
         code, _, said = tessera("backup", "--data", self.server.data, "--to", self.server.data)
         self.assertEqual(code, 1)
         self.assertIn("not empty", said)

@@ -104,7 +104,7 @@ class Batches(BatchTest):
         self.assertEqual([each["id"] for each in listed["batches"]], [made["id"]])
         self.assertNotIn("jobs", listed["batches"][0])
 
-    def test_values_that_are_objects_are_merged_and_others_replace(self):
+    def test_merges_objects_and_replaces_other_values(self):
         made = self.make(batch_body(
             {"film": [{"width": 32}, {"width": 16, "height": 64}], "time_seconds": [None, 0]},
             "{film}-{film.height}-{time_seconds}-{index}"))
@@ -116,7 +116,7 @@ class Batches(BatchTest):
         self.assertEqual([s["time_seconds"] for s in specs], [None, 0, None, 0])
         self.assertTrue(all(s["film"]["layers"] == SMALL["layers"] for s in specs))
 
-    def test_the_orbit_is_the_view_that_its_angles_say(self):
+    def test_orbit_equals_the_view_of_its_angles(self):
         orbit = {"theta_degrees": 90, "phi_degrees": 90, "radius": 4, "target": [0, 1, 0]}
         camera = {"position": [4, 1, 0], "target": [0, 1, 0]}
         pictures = []
@@ -124,14 +124,14 @@ class Batches(BatchTest):
             job = self.server.render(job_body(samples=64, camera=view))
             pictures.append(job["id"])
         answer = self.server.post("/v1/comparisons", {"a": pictures[0], "b": pictures[1]})
-        # The same view up to the rounding of sines.
+        # The same view up to rounding of sine and cosine.
         self.assertLess(answer.json()["flip"], 0.02, answer)
         both = job_body(camera={"orbit": orbit, **camera})
         answer = self.server.post("/v1/jobs", both)
         self.assertEqual(answer.status, 422)
         self.assertEqual(answer.json()["errors"][0]["pointer"], "/camera/orbit")
 
-    def test_what_is_wrong_is_told_at_its_place_and_nothing_is_made(self):
+    def test_reports_errors_with_their_pointer_and_creates_nothing(self):
         self.refused(batch_body({"seed": [1, -1]}), "/matrix/seed/1")
         self.refused(batch_body({"camera": [{"orbit": {"phi_degrees": 181}}]}),
                      "/matrix/camera/0/orbit/phi_degrees")
@@ -153,14 +153,14 @@ class Batches(BatchTest):
         private = {"url": "http://127.0.0.1:9/"}
         self.refused(batch_body(webhook=private), "/webhook/url")
 
-    def test_a_dry_run_names_the_jobs_and_makes_none(self):
+    def test_dry_run_lists_the_jobs_and_creates_none(self):
         answer = self.server.post("/v1/batches?dry_run=1", batch_body())
         self.assertEqual(answer.status, 200, answer)
         self.assertEqual(answer.json()["names"], ["160-1", "160-2", "180-1", "180-2"])
         answer = self.server.post("/v1/batches?dry_run=1", batch_body({"variant": ["red"]}))
         self.assertEqual(answer.status, 422)
 
-    def test_the_same_key_makes_one_batch(self):
+    def test_the_same_key_creates_one_batch(self):
         body = batch_body()
         headers = {"Idempotency-Key": "series 7"}
         made = self.make(body, **headers)
@@ -170,7 +170,7 @@ class Batches(BatchTest):
         self.assertEqual(other.status, 409, other)
         self.ended(made["id"])
 
-    def test_the_archive_and_the_sheet_hold_the_pictures(self):
+    def test_archive_and_sheet_contain_the_images(self):
         batch = self.finished(batch_body(name="at {theta_degrees}/{seed}"))
         for extension in ("png", "jpg"):
             answer = self.server.get(
@@ -187,17 +187,17 @@ class Batches(BatchTest):
                 self.assertEqual(archive.read(name), alone.body)
         sheet = self.server.get(f"/v1/batches/{batch['id']}/sheet.png")
         self.assertEqual((sheet.status, sheet.headers["Content-Type"]), (200, "image/png"))
-        # Two in a row, cells of 240 with gaps of 8.
+        # Two per row, cells of 240 with gaps of 8.
         self.assertEqual(png_size(sheet.body)[:2], (2 * 248 + 8, 2 * 248 + 8))
         wrong = self.server.get(f"/v1/batches/{batch['id']}/archive.zip?format=gif")
         self.assertEqual(wrong.status, 422)
-        # What no picture can have is refused before the archive begins.
+        # Refuses options that no image supports before the archive starts.
         wrong = self.server.get(
             f"/v1/batches/{batch['id']}/archive.zip?layer=normal&background=ff0000"
         )
         self.assert_problem(wrong, 422, "/background")
 
-    def test_a_batch_is_cancelled_and_deleted_as_a_whole(self):
+    def test_cancels_and_deletes_a_batch_as_a_whole(self):
         made = self.make(batch_body({"seed": [1, 2, 3]}, template=job_body(samples=LONG)))
         path = f"/v1/batches/{made['id']}"
         for what in ("", "/archive.zip"):
@@ -208,7 +208,7 @@ class Batches(BatchTest):
         batch = self.ended(made["id"])
         self.assertEqual((batch["state"], batch["counts"]["cancelled"]), ("cancelled", 3))
         self.assertEqual(self.server.post(path + "/retry").status, 409)
-        # A job ends before its place is given back: until then it counts as running.
+        # A job ends before its slot is released: until then it counts as running.
         deadline = time.monotonic() + PATIENCE_S
         while (gone := self.server.request("DELETE", path)).status == 409:
             self.assertLess(time.monotonic(), deadline)
@@ -218,7 +218,7 @@ class Batches(BatchTest):
         for job in made["jobs"]:
             self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}").status, 404)
 
-    def test_a_batch_goes_with_its_last_job(self):
+    def test_batch_is_deleted_with_its_last_job(self):
         batch = self.finished(batch_body({"seed": [1, 2]}))
         first, second = (job["id"] for job in batch["jobs"])
         self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{first}").status, 204)
@@ -226,7 +226,7 @@ class Batches(BatchTest):
         self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{second}").status, 204)
         self.assertEqual(self.server.get(f"/v1/batches/{batch['id']}").status, 404)
 
-    def test_one_stream_tells_of_all_jobs(self):
+    def test_one_stream_reports_all_jobs(self):
         most = self.server.get("/v1/server").json()["limits"]["watched_jobs"]
         made = self.make(batch_body({"seed": list(range(most + 1))},
                                     template=job_body(samples=1)))
@@ -236,8 +236,8 @@ class Batches(BatchTest):
         for query in (f"batch={made['id']}&jobs={made['jobs'][0]['id']}", ""):
             self.assertEqual(self.server.get("/v1/events?" + query).status, 422)
 
-    def test_failed_jobs_are_tried_again(self):
-        # Its integrator refuses a scene with dispersion, once it is loaded.
+    def test_retries_failed_jobs(self):
+        # The integrator refuses a scene with dispersion, after loading it.
         glass = {"KHR_materials_transmission": {"transmissionFactor": 1},
                  "KHR_materials_volume": {"thicknessFactor": 1},
                  "KHR_materials_dispersion": {"dispersion": 1}}
@@ -254,7 +254,7 @@ class Batches(BatchTest):
         answer = self.server.get(f"/v1/batches/{made['id']}/archive.zip")
         self.assertEqual(zipfile.ZipFile(io.BytesIO(answer.body)).namelist(), ["path.png"])
 
-    def test_the_command_line_makes_a_series_and_writes_its_pictures(self):
+    def test_command_line_creates_a_series_and_writes_its_images(self):
         with tempfile.TemporaryDirectory() as folder:
             model = os.path.join(folder, "triangle.glb")
             with open(model, "wb") as file:
@@ -279,8 +279,8 @@ class Batches(BatchTest):
             self.assertIn("a batch is JSON", said)
 
 
-    def test_the_command_line_makes_a_video_through_ffmpeg(self):
-        """By a program in ffmpeg's place, which writes down what it was given."""
+    def test_command_line_creates_a_video_with_ffmpeg(self):
+        """Uses a program that replaces ffmpeg and records its input."""
         with tempfile.TemporaryDirectory() as folder:
             request = os.path.join(folder, "batch.json")
             with open(request, "w", encoding="utf-8") as file:
@@ -315,7 +315,7 @@ class Batches(BatchTest):
 class FewPlaces(BatchTest):
     FLAGS = ("--max-queue", "3")
 
-    def test_a_batch_that_does_not_fit_the_queue_is_refused_as_a_whole(self):
+    def test_refuses_a_batch_that_does_not_fit_the_queue_as_a_whole(self):
         body = batch_body({"seed": [1, 2, 3, 4]})
         self.refused(body, None, 429)
         self.finished(batch_body({"seed": [1, 2, 3]}))
@@ -324,7 +324,7 @@ class FewPlaces(BatchTest):
 class LittleDisk(BatchTest):
     FLAGS = ("--disk-limit", "1M")
 
-    def test_an_archive_without_evicted_films_is_410_with_their_names(self):
+    def test_archive_without_evicted_films_is_410_with_their_names(self):
         # A film of 96 x 64 pixels has 400 kB: three do not fit.
         template = job_body(film={"width": 96, "height": 64, "layers": []})
         batch = self.finished(batch_body({"seed": [1, 2, 3, 4, 5]}, "number {seed}", template))
@@ -346,7 +346,7 @@ class Told(BatchTest):
         self.receiver = Receiver()
         self.addCleanup(self.receiver.close)
 
-    def test_the_end_is_told_once_with_the_batch(self):
+    def test_sends_one_webhook_at_the_end_of_the_batch(self):
         batch = self.finished(batch_body(webhook={"url": self.receiver.url}))
         told = json.loads(self.receiver.next()[2])
         self.assertEqual((told["type"], told["data"]["id"]), ("batch.end", batch["id"]))
@@ -356,8 +356,8 @@ class Told(BatchTest):
 
 
 class Killed(unittest.TestCase):
-    """kill -9 in the middle: all jobs are there, end with the digests of a calm server, and the
-    end is told."""
+    """kill -9 during a batch: all jobs exist, end with the digests of an undisturbed server, and
+    the end is reported."""
 
     SAMPLES = 256
 
@@ -373,7 +373,7 @@ class Killed(unittest.TestCase):
         interrupt()
         return made["id"], [server.wait(job["id"])["film_digest"] for job in made["jobs"]]
 
-    def test_a_killed_batch_ends_with_the_same_digests(self):
+    def test_killed_batch_ends_with_the_same_digests(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
         server = Server("--webhook-private", "--checkpoint", "0.2")
@@ -395,7 +395,7 @@ class Killed(unittest.TestCase):
         told = json.loads(receiver.next()[2])
         self.assertEqual(told["data"]["id"], batch_id)
 
-    def test_a_submission_is_all_or_nothing_over_a_kill(self):
+    def test_submission_is_atomic_over_a_kill(self):
         server = Server()
         self.addCleanup(server.close)
         server.start()
@@ -406,7 +406,7 @@ class Killed(unittest.TestCase):
             try:
                 while True:
                     acknowledged.append(server.post("/v1/batches", body).json()["id"])
-            except Exception:  # Killed.
+            except Exception:  # the server was killed
                 return
 
         thread = threading.Thread(target=submit)

@@ -1,6 +1,6 @@
 """Clients that submit, cancel, pause, extend and delete the same jobs at the same time.
 
-Afterwards the server is as empty as a new one: no job, no memory held, no file, and it renders.
+Afterwards the server is as empty as a new one: no job, no reserved memory, no file, and it renders.
 """
 
 import collections
@@ -13,8 +13,8 @@ import uuid
 from harness import PATIENCE_S, Server, job_body
 
 CLIENTS = 4
-IDS = 6  # Clients share few ids, so that they meet.
-# An answer that a call may get while others change the same job.
+IDS = 6  # Clients share a few ids, so that they interfere.
+# Valid answers to a call while others change the same job.
 ALLOWED = {
     "put": {200, 201, 409, 429},
     "preview": {201, 429},
@@ -45,7 +45,7 @@ class Churn:
         while not self.stopped.is_set():
             try:
                 self.act(chance)
-            except BaseException as fault:  # Reported by the thread that checks.
+            except BaseException as fault:  # Reported by the checking thread.
                 self.faults.append(fault)
                 return
             time.sleep(chance.random() ** 2 * 0.02)
@@ -55,7 +55,7 @@ class Churn:
         path = "/v1/jobs/" + name
         what = chance.choices(list(ALLOWED), (6, 1, 4, 2, 2, 2, 4, 1))[0]
         if what == "put":
-            # Half of them end by themselves. Equal bodies for an id, so that a second PUT is a
+            # Half of them end on their own. Equal bodies for an id, so that a second PUT is a
             # replay.
             samples = 65536 if self.ids.index(name) % 2 else 4
             answer = self.server.request("PUT", path, job_body(samples=samples))
@@ -95,7 +95,8 @@ EMPTY = (*BUSY, "tessera_film_cache_bytes")
 
 
 def wait_until_empty(server, names=BUSY):
-    """No job waits, runs or holds memory, with EMPTY nor is there a film; else what is left."""
+    """Waits until no job waits, runs or holds memory and, with EMPTY, there is no film; else
+    reports the remainder."""
     deadline = time.monotonic() + PATIENCE_S
     while True:
         left = {name: metric(server, name) for name in names}
@@ -114,8 +115,7 @@ def remove_all(server):
 
 
 def run(rounds, seconds, seed, say=lambda text: None):
-    """Raises AssertionError on the first answer that must not be, or on anything that is left
-    over."""
+    """Raises AssertionError on the first invalid answer, or on any leftovers."""
     # Memory for about three of the films: paused ones are parked on the disk.
     server = Server(
         "--checkpoint", "0.1", "--max-running", "2", "--max-queue", "8", "--memory", "32M"

@@ -1,4 +1,4 @@
-"""Jobs that are cancelled and deleted give back their place, their memory and their file."""
+"""Cancelled and deleted jobs release their slot, their memory and their file."""
 
 import unittest
 
@@ -9,9 +9,8 @@ from harness import ApiTest, job_body
 class CancelledAndDeleted(ApiTest):
     FLAGS = ("--max-running", "2")
 
-    def test_the_place_is_free_again(self):
-        # Each of these rounds used to take a place for good whenever DELETE came before the last
-        # slice ended.
+    def test_releases_the_slot(self):
+        # Each of these rounds used to leak a slot whenever DELETE came before the last slice ended.
         for _ in range(30):
             job = self.server.submit(job_body(samples=65536))["id"]
             self.server.wait_until(job, lambda job: job["state"] == "rendering", "rendering")
@@ -21,13 +20,13 @@ class CancelledAndDeleted(ApiTest):
         churn.remove_all(self.server)
         churn.wait_until_empty(self.server, churn.EMPTY)
 
-    def test_the_film_of_a_merge_goes_with_its_job(self):
+    def test_deletes_the_film_of_a_merge_with_its_job(self):
         jobs = [self.server.render(job_body(seed=seed))["id"] for seed in (1, 2)]
         self.assertEqual(self.server.post("/v1/films/merge", {"films": jobs}).status, 201)
         churn.remove_all(self.server)
         churn.wait_until_empty(self.server, churn.EMPTY)
 
-    def test_the_id_may_be_used_again_at_once(self):
+    def test_id_can_be_reused_at_once(self):
         path = "/v1/jobs/01234567-89ab-4def-8123-456789abcdef"
         for _ in range(20):
             answer = self.server.request("PUT", path, job_body(samples=65536))
@@ -45,6 +44,6 @@ class CancelledAndDeleted(ApiTest):
 
 
 class Churned(unittest.TestCase):
-    def test_nothing_is_left_over(self):
+    def test_leaves_nothing_behind(self):
         """The short form of tests/stress/churn."""
         churn.run(rounds=1, seconds=6, seed=20261122)

@@ -1,4 +1,4 @@
-"""What the command line refuses by itself, what it fails at, and how it says so."""
+"""Errors that the command line reports: wrong usage, failures, and their messages."""
 
 import json
 import os
@@ -20,7 +20,7 @@ class CommandLine(ApiTest):
             file.write(text)
 
     def outcome(self, verb, *flags):
-        """For render and submit alike; nothing is made of what is refused."""
+        """For render and submit; a refused command creates nothing."""
         more = ("-o", self.picture) if verb == "render" else self.server_flags
         code, printed, said = tessera(verb, *flags, *more)
         self.assertEqual(printed, "", flags)
@@ -48,14 +48,14 @@ class CommandLine(ApiTest):
             )
         self.assertEqual(tessera("jobs", "--server", "localhost")[0], 2)
 
-    def test_an_error_above_one_without_percent_is_2_with_what_is_meant(self):
+    def test_error_above_one_without_percent_is_2_with_a_suggestion(self):
         for verb in ("render", "submit"):
             code, said = self.outcome(verb, "furnace", "--relative-error", "5")
             self.assertEqual(code, 2)
             self.assertIn("5 is 500%", said)
             self.assertIn("5% is more likely", said)
 
-    def test_the_view_comes_from_flags(self):
+    def test_flags_set_the_view(self):
         def spec(*flags):
             code, printed, said = tessera("submit", "glass", "--spp", "1", "--size", "32x32",
                                           "--json", *flags, *self.server_flags)
@@ -80,7 +80,7 @@ class CommandLine(ApiTest):
         for wrong in (("--position", "1,2,3"), ("--orbit", "1"), ("--crop", "1,2,3")):
             self.assertEqual(self.outcome("submit", "glass", *wrong)[0], 2, wrong)
 
-    def test_jobs_are_steered(self):
+    def test_controls_jobs(self):
         def run(verb, *flags):
             code, printed, said = tessera(verb, *flags, *self.server_flags)
             self.assertEqual(code, 0, said)
@@ -103,7 +103,7 @@ class CommandLine(ApiTest):
         self.assertEqual(run("delete", done), f"{done} deleted\n")
         self.assertEqual(self.server.get(f"/v1/jobs/{done}").status, 404)
 
-    def test_files_are_uploaded_and_scenes_listed(self):
+    def test_uploads_files_and_lists_scenes(self):
         with tempfile.TemporaryDirectory() as folder:
             model, light = (os.path.join(folder, name) for name in ("a chair.glb", "sky.hdr"))
             with open(model, "wb") as file:
@@ -122,7 +122,7 @@ class CommandLine(ApiTest):
         self.assertIn("cornell-box  ", printed)
         self.assertIn(f"{scene}  a chair.glb\n", printed)
 
-    def test_names_that_render_does_not_know_are_2(self):
+    def test_names_unknown_to_render_are_2(self):
         code, said = self.outcome("render", "furnace", "--sampler", "dice")
         self.assertEqual(code, 2)
         self.assertEqual(said.count("/sampler/type"), 1, said)
@@ -131,7 +131,7 @@ class CommandLine(ApiTest):
             (said.count("/sampler/type"), said.count("/integrator/type")), (1, 1), said
         )
 
-    def test_a_file_that_is_missing_or_wrong_is_1(self):
+    def test_missing_or_wrong_file_is_1(self):
         for verb in ("render", "submit"):
             for flags in (
                 ("none.glb",),
@@ -147,7 +147,7 @@ class CommandLine(ApiTest):
         self.write_job("{}")
         self.assertEqual(self.outcome("render", "--sampler", "dice", "--job", self.job_file)[0], 2)
 
-    def test_a_picture_has_an_error_with_an_interval(self):
+    def test_image_has_an_error_with_an_interval(self):
         small = ("furnace", "-o", self.picture, "--size", "32x24", "--spp", "64", "--json")
         code, printed, said = tessera("render", *small)
         self.assertEqual(code, 0, said)
@@ -169,16 +169,16 @@ class CommandLine(ApiTest):
         )
         self.assertEqual(json.loads(by_error[1])["error"]["bias"], "consistent", by_error[2])
 
-    def test_rules_of_the_laboratory_are_refused(self):
+    def test_refuses_rules_of_the_laboratory(self):
         code, _, said = tessera("render", "furnace", "-o", self.picture, "--adaptive", "crosshalf")
         self.assertEqual(code, 2, said)
         self.assertIn("laboratory", said)
 
-    def test_what_the_server_refuses_is_1(self):
+    def test_refusal_by_the_server_is_1(self):
         code, said = self.outcome("submit", "furnace", "--sampler", "dice")
         self.assertEqual((code, said.count("/sampler/type")), (1, 1), said)
 
-    def test_a_scene_is_called_by_its_file(self):
+    def test_scene_has_the_name_of_its_file(self):
         model = os.path.join(os.path.dirname(self.picture), "red chair.glb")
         with open(model, "wb") as file:
             file.write(triangle_glb(extras={"made": "for the command line"}))
@@ -187,14 +187,14 @@ class CommandLine(ApiTest):
         scene = json.loads(printed)["spec"]["scene"]
         self.assertEqual(self.server.get("/v1/scenes/" + scene).json()["name"], "red chair.glb")
 
-    def test_a_percentage_is_a_relative_error(self):
+    def test_accepts_a_percentage_as_relative_error(self):
         code, printed, said = tessera(
             "submit", "furnace", "--relative-error", "5%", "--json", *self.server_flags
         )
         self.assertEqual(code, 0, said)
         self.assertEqual(json.loads(printed)["spec"]["stop"]["relative_error"], 0.05)
 
-    def test_a_look_for_a_linear_format_is_2(self):
+    def test_display_options_for_a_linear_format_are_2(self):
         job = self.server.render(job_body())["id"]
         for suffix in ("exr", "hdr", "tif", "tiff"):
             file = self.picture[:-3] + suffix

@@ -7,7 +7,7 @@ from harness import ApiTest, in_background, job_body
 
 
 def wide_png(width, height):
-    """Grey, one bit a pixel, all black."""
+    """Grey, one bit per pixel, all black."""
     def chunk(kind, data):
         return (
             struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -37,7 +37,7 @@ class Comparisons(ApiTest):
         result = answer.json()
         self.assertLess(result["bias"]["low"], result["bias"]["value"])
         self.assertGreater(result["bias"]["high"], result["bias"]["value"])
-        # 1,536 pixels: the mean of z is known to 0.026; six of them.
+        # 1,536 pixels: the standard error of the mean of z is 0.026; six of them.
         self.assertLess(abs(result["z"]["mean"]), 0.16)
         self.assertLess(result["z"]["share_above_3"], 0.02)
         self.assertGreater(result["flip"], 0)
@@ -55,7 +55,7 @@ class Comparisons(ApiTest):
         self.assertEqual(self.server.get(result["links"]["self"]).json(), result)
         self.assertEqual(self.server.get(result["links"]["z"]).body, maps[1])
 
-    def test_a_job_and_its_denoised_pictures(self):
+    def test_a_job_and_its_denoised_images(self):
         job = self.server.render(job_body(samples=32))["id"]
         path = f"/v1/jobs/{job}/image.exr?layer=denoised&denoise="
         for denoise in ("mixed", "full"):
@@ -66,27 +66,27 @@ class Comparisons(ApiTest):
             self.assertEqual([result["bias"]["low"], result["z"]["mean"]], [None, None])
             own = self.upload(self.server.get(path + denoise).body)
             same = self.compare(job, own, a_denoise=denoise).json()
-            # The file has half floats.
+            # The file stores half floats.
             self.assertLess(same["mse"], 1e-3 * result["mse"])
         self.assert_problem(self.compare(job, own, b_denoise="full"), 422, "/b_denoise")
         self.assert_problem(self.compare(job, job, a_denoise="some"), 422, "/a_denoise")
         refuses = self.server.render(job_body(denoise={"type": "none"}))["id"]
         self.assert_problem(self.compare(job, refuses, b_denoise="full"), 422, "/b")
 
-    def test_a_job_and_its_own_pictures(self):
+    def test_a_job_and_its_own_images(self):
         job = self.server.render(job_body(samples=32))["id"]
         exr = self.upload(self.server.get(f"/v1/jobs/{job}/image.exr").body)
         result = self.compare(job, exr).json()
-        # Half floats are right to 2^-11.
+        # Half floats are accurate to 2^-11.
         self.assertLess(result["relmse"], 2.0 ** -22)
         self.assertLess(result["flip"], 0.01)
         self.assertEqual(result["z"]["share_above_3"], 0)
         png = self.upload(self.server.get(f"/v1/jobs/{job}/image.png").body)
-        # Bytes clip what is brighter than white; what FLIP sees is that of the display.
+        # Bytes clip values above white; FLIP compares display values.
         self.assertLess(self.compare(job, png).json()["flip"], 0.02)
         self.assertLess(self.compare(png, job).json()["flip"], 0.02)
 
-    def test_a_gain_of_a_hundredth_is_found(self):
+    def test_finds_a_gain_of_a_hundredth(self):
         a = self.server.render(job_body(samples=512, seed=1))["id"]
         sky = {"intensity": 1.01}
         bright = self.server.render(
@@ -107,7 +107,7 @@ class Comparisons(ApiTest):
         self.assertGreater(result["z"]["mean"], 0.2)
         self.assertEqual(self.compare(a, a).json()["mse"], 0)
 
-    def test_what_cannot_be_compared_is_told(self):
+    def test_reports_incomparable_images(self):
         job = self.server.render(job_body())["id"]
         film = dict(job_body()["film"], width=50)
         wider = self.server.render(job_body(film=film))["id"]
@@ -124,7 +124,7 @@ class Comparisons(ApiTest):
         self.assert_problem(self.compare(running, job), 409, "/a")
         self.server.post(f"/v1/jobs/{running}/cancel")
 
-    def test_a_job_that_ended_before_its_first_pass_is_not_taken_for_a_black_picture(self):
+    def test_does_not_treat_a_job_without_a_complete_pass_as_black(self):
         film = {"width": 1600, "height": 1200, "layers": []}
         early = self.server.submit(job_body(samples=1024, film=film))["id"]
         self.server.wait_until(early, lambda now: now["progress"]["samples_per_pixel"]["mean"] > 0)
@@ -133,7 +133,7 @@ class Comparisons(ApiTest):
         problem = self.assert_problem(self.compare(early, early), 409, "/a")
         self.assertIn("before every pixel had a sample", problem["errors"][0]["detail"])
 
-    def test_pictures_that_are_too_large_are_refused_before_they_are_decoded(self):
+    def test_refuses_too_large_images_before_decoding(self):
         job = self.server.render(job_body())["id"]
         limit = self.server.get("/v1/server").json()["limits"]["comparison_pixels"]
         self.assertGreater(10000 * 1000, limit)
@@ -148,7 +148,7 @@ class Comparisons(ApiTest):
             )
             self.assert_problem(answer, status)
 
-    def test_an_adaptive_picture_is_compared_with_an_interval(self):
+    def test_comparison_of_an_adaptive_image_has_an_interval(self):
         plain = self.server.render(job_body(samples=64, seed=1))["id"]
         job = self.server.render(
             job_body(samples=64, seed=2, adaptive={"type": "pilot", "min_samples": 16})
@@ -158,7 +158,7 @@ class Comparisons(ApiTest):
         self.assertIsNotNone(result["z"]["mean"])
         self.assertGreater(result["mse"], 0)
 
-    def test_replicates_bound_the_bias_of_correlated_pictures(self):
+    def test_replicates_bound_the_bias_of_correlated_images(self):
         sky = {"intensity": 1.05}
         for options in (
             {"sampler": {"type": "zsobol", "replicates": 16}},
@@ -182,7 +182,7 @@ class Comparisons(ApiTest):
         bias = self.compare(*two).json()["bias"]
         self.assertGreater(bias["high"] - bias["low"], 0)
 
-    def test_maps_are_downloaded_as_other_files_are(self):
+    def test_downloads_maps_like_other_files(self):
         a, b = (self.server.render(job_body(samples=8, seed=seed))["id"] for seed in (1, 2))
         link = self.compare(a, b).json()["links"]["z"]
         whole = self.server.get(link)
@@ -194,7 +194,7 @@ class Comparisons(ApiTest):
         self.assert_problem(self.server.get(link, {"Range": "bytes=999999999-"}), 416)
         self.assert_problem(self.server.get(link + "?x=1"), 422)
 
-    def test_jobs_may_go_while_they_are_compared_and_after(self):
+    def test_jobs_may_be_deleted_during_and_after_a_comparison(self):
         film = {"width": 400, "height": 300, "layers": []}
         a, b = (
             self.server.render(job_body(samples=2, seed=seed, film=film))["id"] for seed in (1, 2)

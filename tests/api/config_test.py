@@ -1,4 +1,4 @@
-"""The configuration: its sources in their order, and what is printed of it."""
+"""The configuration: the order of its sources, and the printed form."""
 
 import os
 import tempfile
@@ -22,7 +22,7 @@ class Configuration(unittest.TestCase):
         self.assertEqual(code, 0, complaints)
         return dict(line.split(" = ", 1) for line in said.splitlines() if " = " in line)
 
-    def test_a_flag_wins_over_its_variable_and_that_over_the_file(self):
+    def test_flag_overrides_variable_overrides_file(self):
         self.write("# a comment\n\nport = 1\nmax-queue=2\n  grace = 3 \ndemo = true\n")
         found = self.printed(
             "--config", self.file, "--port", "11", TESSERA_PORT="12", TESSERA_MAX_QUEUE="13"
@@ -31,20 +31,20 @@ class Configuration(unittest.TestCase):
                          ("11", "13", "3", "true"))
         self.assertEqual(self.printed(TESSERA_CONFIG=self.file)["port"], "1")
 
-    def test_what_is_printed_can_be_read(self):
+    def test_printed_configuration_can_be_read(self):
         first = self.printed(
             "--port", "7", "--hosts", "a,b", "--disk-limit", "50%", "--isa", "avx2"
         )
         self.write("".join(f"{name} = {value}\n" for name, value in first.items()))
         self.assertEqual(self.printed("--config", self.file), first)
 
-    def test_secrets_are_not_shown(self):
+    def test_hides_secrets(self):
         code, said, _ = tessera("serve", "--print-config", "--key", "a-key-of-mine",
                                 "--webhook-secret", "whsec_of-mine")
         self.assertEqual(code, 0)
         self.assertNotIn("of-mine", said)
 
-    def test_a_wrong_line_is_named(self):
+    def test_reports_a_wrong_line(self):
         for text, words in (
             ("port = x\n", "line 1"),
             ("\ncolour = red\n", "line 2"),

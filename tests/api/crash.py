@@ -1,7 +1,7 @@
-"""A server that is killed again and again while clients upload, submit and watch.
+"""A server that is killed repeatedly while clients upload, submit and watch.
 
-After each kill, everything acknowledged is there. At the end every film has the digest of one that
-was never interrupted, and the data directory is sound.
+After each kill, all acknowledged changes exist. At the end every film has the digest of an
+uninterrupted one, and the data directory is valid.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from harness import PATIENCE_S, Server, job_body, tessera, triangle_glb
 BYTES = {"Content-Type": "application/octet-stream"}
 GLB = {"Content-Type": "model/gltf-binary"}
 KINDS = 6
-SAMPLES = (16, 32, 512)  # The last is long enough for checkpoints.
+SAMPLES = (16, 32, 512)  # The last one takes long enough for checkpoints.
 
 
 def body_of_kind(kind):
@@ -27,7 +27,7 @@ def body_of_kind(kind):
 
 
 class Clients:
-    """Uploads and submits without end; remembers only what was acknowledged."""
+    """Uploads and submits continuously; remembers only acknowledged changes."""
 
     def __init__(self, server, seed):
         self.server = server
@@ -52,8 +52,8 @@ class Clients:
             try:
                 act(chance)
             except (OSError, http.client.HTTPException):
-                time.sleep(0.02)  # The server is dead, or not yet alive.
-            except BaseException as fault:  # Told by the thread that checks.
+                time.sleep(0.02)  # The server was killed or is not ready yet.
+            except BaseException as fault:  # Reported by the checking thread.
                 self.faults.append(fault)
                 return
             self.stopped.wait(chance.random() * 0.05)
@@ -83,7 +83,7 @@ class Clients:
     def submit(self, chance):
         kind = chance.choice((0, 1, 3, 4, 0, 1, 3, 4, 2, 5))
         key = {"Idempotency-Key": str(chance.random())}
-        for _ in range(2):  # Whoever got no answer asks again, and there is one job.
+        for _ in range(2):  # A client without an answer asks again, and there is one job.
             self.remember(self.server.post("/v1/jobs", body_of_kind(kind), key), kind)
 
     def put(self, chance):
@@ -124,8 +124,8 @@ def check_acknowledged(server, clients, chance):
 
 
 def wait_for_all(server, jobs):
-    """Jobs at their ends. The machine may be slow: patience is for the next sample, not for all of
-    them."""
+    """Waits for jobs to end. The machine may be slow: the timeout is for the next sample, not for
+    the whole job."""
     ends, seen, deadline = {}, None, 0
     while len(ends) < len(jobs):
         now = {}
@@ -142,7 +142,7 @@ def wait_for_all(server, jobs):
 
 
 def run(kills, seed, say=lambda text: None):
-    """Kills `kills` times; raises AssertionError on the first thing that is lost or different."""
+    """Kills `kills` times; raises AssertionError on the first lost or different result."""
     chance = random.Random(seed)
     server = Server("--checkpoint", "0.2", "--max-queue", "8")
     server.start()

@@ -1,4 +1,4 @@
-"""Denoised images: made on demand, told from the plain ones, never part of the film."""
+"""Denoised images: made on demand, distinct from the plain ones, never part of the film."""
 
 import hashlib
 import json
@@ -9,7 +9,7 @@ from harness import (
     ApiTest, EventStream, Server, in_background, job_body, png_pixels, png_size, tessera
 )
 
-# A library that does what FAKE_OIDN says (tests/support/fake_oidn.cpp).
+# A library that follows FAKE_OIDN (tests/support/fake_oidn.cpp).
 FAKE_OIDN = os.path.join(os.path.dirname(harness.BINARY), "tests", "fake_oidn")
 
 
@@ -35,13 +35,13 @@ class DenoisedPictures(ApiTest):
         pairs = [(rows[y][x], rows[y][x + 1]) for y in range(8, 18) for x in range(30, 40)]
         return sum(abs(a[c] - b[c]) for a, b in pairs for c in range(3)) / len(pairs)
 
-    def test_a_denoised_picture_has_less_noise(self):
+    def test_denoised_image_has_less_noise(self):
         plain = self.noise("/image.png")
         self.assertEqual(self.noise("/image.png?denoise=off"), plain)
         self.assertLess(self.noise("/image.png?denoise=mixed"), 0.8 * plain)
         self.assertLess(self.noise("/image.png?denoise=full"), 0.8 * plain)
 
-    def test_its_headers_tell_what_made_it_and_how_wrong_it_is(self):
+    def test_headers_report_the_denoiser_and_the_error(self):
         mixed = self.image("/image.png?denoise=mixed")
         self.assertEqual(mixed.headers["X-Tessera-Denoiser"], "statistical 2, mixed")
         self.assertEqual(mixed.headers["X-Tessera-Bias"], "consistent")
@@ -52,8 +52,8 @@ class DenoisedPictures(ApiTest):
         self.assertEqual(full.headers["X-Tessera-Bias"], "biased")
         self.assertIsNone(self.image("/image.png").headers.get("X-Tessera-Denoiser"))
 
-    def test_the_job_tells_the_same(self):
-        job = self.server.render(small(samples=64))  # enough to tell the error from the noise
+    def test_job_reports_the_same(self):
+        job = self.server.render(small(samples=64))  # enough to separate the error from the noise
         headers = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed").headers
         error = float(headers["X-Tessera-Error"].split(",")[0])
         denoised = self.server.job(job["id"])["denoised"]
@@ -65,7 +65,7 @@ class DenoisedPictures(ApiTest):
         plain = job["error"]["relative_rmse"]
         self.assert_close(denoised["gain"], (plain / error) ** 2, 0.01 * (plain / error) ** 2)
 
-    def test_film_and_digest_know_nothing_of_it(self):
+    def test_film_and_digest_are_unaffected(self):
         before = self.server.get(self.path + "/film").body
         self.image("/image.png?denoise=full")
         self.assertEqual(self.server.get(self.path + "/film").body, before)
@@ -78,7 +78,7 @@ class DenoisedPictures(ApiTest):
             self.image("/image.exr?denoise=full").headers["ETag"], first.headers["ETag"]
         )
 
-    def test_its_layers_are_there_by_name(self):
+    def test_denoised_layers_have_names(self):
         for layer in ("denoised", "denoised_error", "denoise_bias", "denoise_bias_error"):
             size = png_size(self.image(f"/image.png?layer={layer}").body)[:2]
             self.assertEqual(size, (70, 40), layer)
@@ -87,7 +87,7 @@ class DenoisedPictures(ApiTest):
             self.image("/image.png?denoise=mixed").headers["X-Tessera-Error"],
         )
 
-    def test_a_part_is_cut_out_of_the_whole(self):
+    def test_part_equals_the_crop_of_the_whole(self):
         whole = png_pixels(self.image("/image.png?denoise=mixed").body)
         part = png_pixels(self.image("/image.png?denoise=mixed&x=33&y=5&width=20&height=30").body)
         self.assertEqual(part, [row[33:53] for row in whole[5:35]])
@@ -97,14 +97,14 @@ class DenoisedPictures(ApiTest):
         self.assertIn(b"tessera:denoiser", body)
         self.assertNotIn(b"tessera:denoiser", self.image("/image.exr").body)
 
-    def test_other_layers_are_not_denoised(self):
+    def test_does_not_denoise_other_layers(self):
         answer = self.server.get(self.path + "/image.png?layer=depth&denoise=mixed")
         self.assert_problem(answer, 422, "/denoise")
         self.assert_problem(self.server.get(self.path + "/image.png?denoise=some"), 422, "/denoise")
 
 
 class DenoisedJobs(ApiTest):
-    def test_a_job_may_refuse_denoised_pictures(self):
+    def test_job_may_refuse_denoised_images(self):
         job = self.server.render(small(denoise={"type": "none"}))
         self.assertEqual(job["spec"]["denoise"], {"type": "none", "preview": True})
         path = f"/v1/jobs/{job['id']}"
@@ -112,11 +112,11 @@ class DenoisedJobs(ApiTest):
         self.assertEqual(self.server.get(path + "/image.png").status, 200)
         self.assertIsNone(self.server.job(job["id"])["denoised"])
 
-    def test_unknown_denoisers_are_refused_with_their_place(self):
+    def test_refuses_unknown_denoisers_with_their_pointer(self):
         answer = self.server.post("/v1/jobs", small(denoise={"type": "best"}))
         self.assert_problem(answer, 422, "/denoise/type")
 
-    def test_one_half_alone_is_not_denoised(self):
+    def test_does_not_denoise_a_single_half(self):
         job = self.server.render(small(samples=1))
         answer = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
         self.assert_problem(answer, 409)
@@ -130,7 +130,7 @@ class DenoisedJobs(ApiTest):
         self.assertIsNone(denoised["low"])
         self.assertIsNone(denoised["high"])
 
-    def test_pictures_of_a_job_that_renders_are_paced(self):
+    def test_limits_the_rate_of_images_of_a_rendering_job(self):
         job = self.server.submit(small(samples=65536))
         self.server.wait_for_samples(job["id"], 4)
         path = f"/v1/jobs/{job['id']}/image.png?denoise=mixed"
@@ -149,7 +149,7 @@ class DenoisedJobs(ApiTest):
         self.server.wait(job["id"])
         self.assertEqual(self.server.get(path).status, 200)
 
-    def test_progress_events_tell_of_previews(self):
+    def test_progress_events_report_previews(self):
         job = self.server.submit(small(samples=65536))
         self.server.wait_for_samples(job["id"], 4)
         with EventStream(self.server, job["id"]) as events:
@@ -168,7 +168,7 @@ class DenoisedTargets(ApiTest):
 
     STOP = {"denoised_error": 0.2, "samples_per_pixel": 4096}
 
-    def test_a_job_ends_when_its_denoised_picture_is_good_enough(self):
+    def test_job_ends_when_its_denoised_image_meets_the_target(self):
         job = self.server.render(small(stop=self.STOP))
         self.assertEqual(job["stop_reason"], "denoised_error")
         self.assertEqual(job["error"]["bias"], "consistent")
@@ -182,7 +182,7 @@ class DenoisedTargets(ApiTest):
                          [0, denoised["high"]])
         self.assertEqual(answer.headers["X-Tessera-Revision"], str(job["revision"]))
 
-    def test_it_ends_the_same_after_a_restart(self):
+    def test_ends_the_same_after_a_restart(self):
         stop = {"denoised_error": 0.05, "samples_per_pixel": 65536}
         whole = self.server.render(small(stop=stop))
         self.assertEqual(whole["stop_reason"], "denoised_error")
@@ -194,7 +194,7 @@ class DenoisedTargets(ApiTest):
         self.assertEqual(done["stop_reason"], "denoised_error")
         self.assertEqual(done["film_digest"], whole["film_digest"])
 
-    def test_a_finished_job_goes_on_to_a_lower_one(self):
+    def test_extends_a_finished_job_to_a_lower_error(self):
         job = self.server.render(small(stop=self.STOP))
         answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"denoised_error": 0.1}})
         self.assertEqual(answer.status, 202, answer)
@@ -202,7 +202,7 @@ class DenoisedTargets(ApiTest):
         self.assertEqual(done["stop_reason"], "denoised_error")
         self.assertLessEqual(done["denoised"]["high"], 0.1)
 
-    def test_what_has_no_interval_is_refused(self):
+    def test_refuses_jobs_without_an_interval(self):
         for members in (
             {"denoise": {"type": "none"}},
             {"integrator": {"type": "light-trace"}},
@@ -214,7 +214,7 @@ class DenoisedTargets(ApiTest):
         answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": self.STOP})
         self.assert_problem(answer, 422, "/stop/denoised_error")
 
-    def test_a_denoiser_that_fails_leaves_the_other_rules(self):
+    def test_failing_denoiser_leaves_the_other_rules(self):
         server = Server(environ={"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"})
         self.addCleanup(server.close)
         server.start()
@@ -222,7 +222,7 @@ class DenoisedTargets(ApiTest):
                                   denoise={"type": "oidn"}))
         self.assertEqual((job["state"], job["stop_reason"]), ("finished", "samples_per_pixel"))
 
-    def test_the_command_line_takes_it_and_reports_the_bound(self):
+    def test_command_line_accepts_it_and_reports_the_bound(self):
         output = os.path.join(self.server.data, "clean.png")
         code, printed, said = tessera(
             "render", "cornell-box", "-o", output, "--size", "70x40", "--denoised-error", "20%",
@@ -236,7 +236,7 @@ class DenoisedTargets(ApiTest):
 
 
 class OpenImageDenoise(ApiTest):
-    """A library that stands in for it works, and fails in every way."""
+    """A library that replaces Open Image Denoise works, and fails in every way."""
 
     def serve(self, fault="", folder=FAKE_OIDN):
         server = Server(environ={"TESSERA_OIDN": folder, "FAKE_OIDN": fault})
@@ -244,8 +244,8 @@ class OpenImageDenoise(ApiTest):
         return server.start()
 
     def refusal(self, fault, folder=FAKE_OIDN):
-        """What `oidn` says when it fails so, that `auto` falls back and says the same, and that
-        nothing else is touched."""
+        """Checks the message of `oidn` for this failure, that `auto` falls back and reports the
+        same, and that nothing else is affected."""
         server = self.serve(fault, folder)
         job = server.render(small(denoise={"type": "oidn"}))
         path = f"/v1/jobs/{job['id']}"
@@ -265,7 +265,7 @@ class OpenImageDenoise(ApiTest):
         self.assertEqual((denoised["type"], denoised["note"]), ("statistical", why))
         return why
 
-    def test_answers_tell_version_quality_and_hash(self):
+    def test_answers_report_version_quality_and_hash(self):
         server = self.serve()
         job = server.render(small())
         answer = server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
@@ -278,17 +278,17 @@ class OpenImageDenoise(ApiTest):
                 "note": None}
         self.assertEqual({k: denoised[k] for k in made}, made)
 
-    def test_a_crash_is_reported(self):
+    def test_reports_a_crash(self):
         self.assertIn("ended without an answer", self.refusal("crash"))
 
-    def test_another_major_version_is_reported(self):
+    def test_reports_another_major_version(self):
         self.assertIn("version 3 is not supported", self.refusal("version 3"))
 
-    def test_a_missing_library_is_reported(self):
+    def test_reports_a_missing_library(self):
         why = self.refusal("", "/no/such/folder")
         self.assertIn("/no/such/folder/libOpenImageDenoise.so.2", why)
 
-    def test_a_hang_holds_up_nobody_and_is_ended(self):
+    def test_ends_a_hang_which_blocks_nothing_else(self):
         server = self.serve("hang")
         job = server.render(small(denoise={"type": "oidn"}))
         path = f"/v1/jobs/{job['id']}"
@@ -299,7 +299,7 @@ class OpenImageDenoise(ApiTest):
         self.assert_problem(answer, 503)
         self.assertIn("took too long and was ended", answer.json()["detail"])
 
-    def test_the_command_line_reports_it_too(self):
+    def test_command_line_reports_it_too(self):
         environ = {"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"}
         output = os.path.join(self.server.data, "fallback.png")
         code, _, said = tessera("render", "cornell-box", "-o", output, "--size", "48x32",

@@ -1,4 +1,4 @@
-"""Draining without stopping, and how many ended jobs a server keeps."""
+"""Draining without stopping, and the retention of ended jobs."""
 
 import json
 import time
@@ -10,7 +10,7 @@ from harness import PATIENCE_S, ApiTest, Server, job_body, tessera
 class Drain(ApiTest):
     FLAGS = ("--max-running", "1")
 
-    def test_what_has_begun_ends_and_nothing_new_begins(self):
+    def test_finishes_running_jobs_and_starts_no_new_ones(self):
         running = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(running)
         waiting = self.server.submit(job_body())["id"]
@@ -37,7 +37,7 @@ class Retention(unittest.TestCase):
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.1)
 
-    def test_the_oldest_beyond_a_number_are_forgotten(self):
+    def test_deletes_the_oldest_beyond_a_number(self):
         server = Server("--max-ended", "1")
         self.addCleanup(server.close)
         server.start()
@@ -47,7 +47,7 @@ class Retention(unittest.TestCase):
         limits = server.get("/v1/server").json()["limits"]
         self.assertEqual(limits["ended_jobs"], 1)
 
-    def test_all_are_forgotten_when_their_time_is_over(self):
+    def test_deletes_all_after_their_time(self):
         server = Server("--retention", "2")
         self.addCleanup(server.close)
         server.start()

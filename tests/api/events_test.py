@@ -17,11 +17,11 @@ def big_job(server, samples=65536):
 
 
 class FromTheStart(ApiTest):
-    """Streams that are open before their job begins."""
+    """Streams opened before their job starts."""
 
     FLAGS = ("--max-running", "1")
 
-    def test_a_job_is_told_from_snapshot_to_end(self):
+    def test_reports_a_job_from_snapshot_to_end(self):
         let_go = self.hold()
         job = big_job(self.server, 48)
         with EventStream(self.server, job) as stream:
@@ -71,7 +71,7 @@ class Events(ApiTest):
     def big(self, samples=65536):
         return big_job(self.server, samples)
 
-    def test_progress_comes_at_most_twice_a_second(self):
+    def test_sends_progress_at_most_twice_a_second(self):
         job = self.big()
         times = []
         with EventStream(self.server, job) as stream:
@@ -83,10 +83,11 @@ class Events(ApiTest):
                 if len(times) == 4:
                     break
         self.server.post(f"/v1/jobs/{job}/cancel")
-        # Three gaps of half a second each; their sum hardly feels how late a reader is woken.
+        # Three intervals of half a second each; their sum hardly depends on the latency of the
+        # reader.
         self.assertGreater(times[-1] - times[0], 1.2)
 
-    def test_a_patch_is_told(self):
+    def test_reports_a_patch(self):
         job = self.big()
         with EventStream(self.server, job) as stream:
             events = iter(stream)
@@ -100,7 +101,7 @@ class Events(ApiTest):
         self.assertEqual((rest[-1].name, rest[-1].json()["state"]), ("end", "cancelled"))
         self.assertEqual(rest[-1].json()["stop_reason"], "cancelled")
 
-    def test_nothing_follows_the_end(self):
+    def test_sends_nothing_after_the_end(self):
         for _ in range(5):
             job = self.big()
             with EventStream(self.server, job) as stream:
@@ -112,7 +113,7 @@ class Events(ApiTest):
                 rest = list(events)
             self.assertEqual([e.name for e in rest].index("end"), len(rest) - 1)
 
-    def test_who_resumes_before_an_older_end_hears_the_newer_one(self):
+    def test_resuming_before_an_older_end_gets_the_newer_one(self):
         job = self.big(4)
         with EventStream(self.server, job) as stream:
             early = next(iter(stream))
@@ -123,7 +124,7 @@ class Events(ApiTest):
         self.assertEqual([e.name for e in events].count("end"), 1)
         self.assertEqual(events[-1].json()["film_digest"], self.server.job(job)["film_digest"])
 
-    def test_warnings_of_the_submission_are_there(self):
+    def test_sends_the_warnings_of_the_submission(self):
         job = self.server.submit(job_body(samples=7))
         with EventStream(self.server, job["id"]) as stream:
             first = next(iter(stream)).json()
@@ -150,7 +151,7 @@ class Events(ApiTest):
         self.assertEqual(sum(event.name == "end" for event in events), 1)
         self.assertGreaterEqual(sum(event.name == "state" for event in events), 3)
 
-    def test_a_first_connection_to_a_finished_job_gets_snapshot_and_end(self):
+    def test_first_connection_to_a_finished_job_gets_snapshot_and_end(self):
         job = self.server.render(job_body())["id"]
         with EventStream(self.server, job) as stream:
             events = stream.all()
@@ -171,7 +172,7 @@ class Events(ApiTest):
             self.assertIn("snapshot", names)
             self.assertEqual(names[-1], "end", last)
 
-    def test_an_extended_job_has_another_end(self):
+    def test_extended_job_has_another_end(self):
         job = self.server.render(job_body(samples=4))["id"]
         with EventStream(self.server, job) as stream:
             first_end = stream.all()[-1]
@@ -183,7 +184,7 @@ class Events(ApiTest):
         self.assertEqual(events[-1].name, "end")
         self.assertNotEqual(events[-1].id, first_end.id)
 
-    def test_a_stream_that_breaks_off_does_no_harm(self):
+    def test_broken_stream_is_harmless(self):
         job = self.big()
         for _ in range(10):
             with EventStream(self.server, job) as stream:
@@ -202,7 +203,7 @@ class Events(ApiTest):
 class FewStreams(ApiTest):
     FLAGS = ("--max-streams", "2")
 
-    def test_at_the_limit_the_answer_is_one_overloaded_event(self):
+    def test_answers_with_one_overloaded_event_at_the_limit(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         with EventStream(self.server, job) as one, EventStream(self.server, job) as two:
             next(iter(one)), next(iter(two))

@@ -1,6 +1,6 @@
-"""A coordinator, its broker and its workers as processes of their own, and a worker by hand.
+"""A coordinator, its broker and its workers as separate processes, and a manual worker.
 
-Standard library only; nats-server is Debian's.
+Standard library only; nats-server is from Debian.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ def clean_environ():
 
 
 class Place:
-    """Where a process runs: an address, and what the child calls before it becomes the process."""
+    """Where a process runs: an address, and a function for the child to call before exec."""
 
     def __init__(self, host="127.0.0.1", enter=None):
         self.host = host
@@ -41,7 +41,7 @@ class Place:
 
 
 class Broker:
-    """A NATS server; start() after kill() is one that has lost everything."""
+    """A NATS server; start() after kill() restarts it without its data."""
 
     def __init__(self, place=None, config=None, scheme="nats", user=""):
         self.place = place or Place()
@@ -74,12 +74,12 @@ class Broker:
 
 
 def sealed(data):
-    """With the checksum at its end, core/render/slice_work.h."""
+    """Appends the checksum, core/render/slice_work.h."""
     return data + zlib.crc32(data).to_bytes(4, "little")
 
 
 class Proxy(http.server.ThreadingHTTPServer):
-    """Stands between a worker and its server; says by changed() what becomes of results."""
+    """A proxy between a worker and its server; calls changed() for each result."""
 
     def __init__(self, server_port):
         self.server_port_behind = server_port
@@ -117,17 +117,17 @@ class Proxy(http.server.ThreadingHTTPServer):
 
 
 class LyingProxy(Proxy):
-    """Changes each result by one bit of one pixel."""
+    """Flips one bit of one pixel of each result."""
 
     def changed(self, result):
-        head = 16 + 200  # core/render/slice_work.h; then comes the mean of the first pixel.
+        head = 16 + 200  # core/render/slice_work.h; followed by the mean of the first pixel.
         data = bytearray(result[:-4])
         data[head] ^= 1
         return sealed(bytes(data))
 
 
 class BusyProxy(Proxy):
-    """Lets no result through; `refused` is set by the first one."""
+    """Blocks all results; the first one sets `refused`."""
 
     def __init__(self, server_port):
         self.refused = threading.Event()
@@ -155,7 +155,7 @@ class Worker:
         return self.end()
 
     def stop(self):
-        """SIGTERM; the exit code."""
+        """Sends SIGTERM; returns the exit code."""
         self.process.send_signal(signal.SIGTERM)
         return self.end()
 
@@ -179,16 +179,16 @@ def request_report(broker, worker):
 
 
 class Farm:
-    """close() ends all that is left.
+    """A coordinator with its broker and workers; close() ends all remaining processes.
 
-    verify: share of the units; a unit to be verified waits 10 s for a worker that is stopped.
+    verify: fraction of units that are verified; such a unit waits 10 s for a stopped worker.
     """
 
     def __init__(self, *flags, workers=0, key=None, lease=60, broker=None, place=None, data=None,
                  checkpoint=0.2, verify=0):
         self.broker = broker or Broker()
         place = place or Place()
-        # A fixed port: workers find a coordinator that was started again.
+        # A fixed port: workers find a restarted coordinator.
         self.server = Server("--queue", self.broker.url, "--lease", str(lease), "--port",
                              str(free_port()), "--checkpoint", str(checkpoint), "--verify",
                              str(verify), *flags, key=key, data=data, host=place.host,
@@ -233,7 +233,7 @@ class HandWorker:
         self.farm = farm
         self.id = name
         build = farm.server.get("/v1/server").json()["build"]["id"]
-        # The refusal of another arithmetic names the server's own.
+        # The refusal of another arithmetic names that of the server.
         self.report_body = {"build": build, "arithmetic": "none"}
         own = re.search(r'the server\'s is "(.*)";', self.report().json()["reason"])[1]
         self.report_body = {"build": build, "arithmetic": own, **report}
@@ -243,7 +243,7 @@ class HandWorker:
                                         self.report_body | members)
 
     def next_unit(self):
-        """The name of a unit from the queue."""
+        """Takes a unit from the queue; returns its name."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             self.report()
@@ -271,7 +271,7 @@ class HandWorker:
             yield wait
 
     def pull(self):
-        """The name of a unit, acknowledged at once; None: there is none, or no answer came."""
+        """Acknowledges a unit at once; returns its name, or None if there was none or no answer."""
         broker = self.farm.broker
         with socket.create_connection((broker.place.host, broker.port), timeout=1) as plug:
             inbox = b"inbox.%s" % self.id.encode()
@@ -287,7 +287,7 @@ class HandWorker:
                     return None
                 if unit := re.search(rb"\r\nMSG \S+ 1 (\S+) \d+\r\n(.*)\r\n", received):
                     plug.sendall(b"PUB %s 4\r\n+ACK\r\nPING\r\n" % unit[1])
-                    plug.recv(4096)  # PONG: the broker has taken it.
+                    plug.recv(4096)  # PONG: the broker has received it.
                     return unit[2].decode()
                 if re.search(rb"\r\nHMSG .*\r\n", received):
                     return None

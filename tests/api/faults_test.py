@@ -1,4 +1,4 @@
-"""What goes wrong on the server's side: a full disk, evicted films, deletions while others look."""
+"""Failures on the server: a full disk, evicted films, deletions during other requests."""
 
 import json
 import os
@@ -26,8 +26,7 @@ GLB = {"Content-Type": "model/gltf-binary"}
 
 
 class FullDisk(unittest.TestCase):
-    """No file may grow beyond a limit: the system's answer to a write is then that of a full
-    disk."""
+    """No file may exceed a limit: writes then fail as on a full disk."""
 
     LIMIT = 4 << 20
 
@@ -44,11 +43,11 @@ class FullDisk(unittest.TestCase):
         self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
         self.assertEqual(answer.json()["type"], "/docs#problem-no-space")
 
-    def test_an_upload_is_507_and_leaves_nothing(self):
+    def test_upload_is_507_and_leaves_nothing(self):
         big = os.urandom(1 << 20) * 6
         self.assert_no_space(self.server.post("/v1/assets", big, BYTES))
         self.assert_no_space(self.server.request("PUT", "/v1/assets/" + "0" * 64, big, BYTES))
-        # The scene itself is fine, and only its file cannot be kept.
+        # The scene itself is valid, but its file cannot be stored.
         scene = triangle_glb(extras={"padding": "x" * (6 << 20)})
         self.assert_no_space(self.server.post("/v1/scenes", scene, GLB))
         left = [name for _, _, names in os.walk(self.server.data + "/assets") for name in names]
@@ -56,7 +55,7 @@ class FullDisk(unittest.TestCase):
         self.assertEqual(self.server.post("/v1/assets", b"small", BYTES).status, 201)
         self.assertEqual(self.server.render(job_body())["state"], "finished")
 
-    def test_a_film_that_does_not_fit_pauses_its_job_and_no_other(self):
+    def test_film_that_does_not_fit_pauses_only_its_job(self):
         small = self.server.submit(job_body(samples=2048))["id"]
         large = job_body(samples=65536)
         large["film"] = {"width": 640, "height": 480, "layers": []}
@@ -73,9 +72,9 @@ class Evicted(ApiTest):
         "1M",
         "--film-cache",
         "0",
-    )  # A film takes 0.3 M of blocks, and 0.8 M in all.
+    )  # A film takes 0.3 M of blocks, and 0.8 M in total.
 
-    def test_the_oldest_films_are_410_and_their_records_stay(self):
+    def test_oldest_films_are_410_and_their_records_stay(self):
         jobs = []
         for seed in range(4):
             body = job_body(samples=2, seed=seed)
@@ -96,7 +95,7 @@ class Evicted(ApiTest):
 
 
 class Deletions(ApiTest):
-    def test_what_a_finished_job_could_need_again_stays(self):
+    def test_keeps_the_files_that_a_finished_job_may_need(self):
         scene = self.server.post("/v1/scenes", triangle_glb(), GLB).json()["id"]
         sky = self.server.post("/v1/assets", hdr_image(8, 4, (0.5, 0.6, 0.7)), BYTES).json()["id"]
         job = self.server.render(job_body(scene, environment={"asset": sky}))["id"]
@@ -109,7 +108,7 @@ class Deletions(ApiTest):
         for path in ("/v1/scenes/" + scene, "/v1/assets/" + sky):
             self.assertEqual(self.server.request("DELETE", path).status, 204)
 
-    def test_a_running_preview_holds_its_scene(self):
+    def test_running_preview_keeps_its_scene(self):
         scene = self.server.post("/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": "preview"}]),
                                  GLB).json()["id"]
         job = self.server.submit(job_body(scene, samples=65536, **{"class": "preview"}))["id"]
@@ -127,7 +126,7 @@ class Deletions(ApiTest):
             self.server.request("DELETE", path, headers={"If-Match": f'"{asset}"'}).status, 204
         )
 
-    def test_a_job_that_was_taken_keeps_its_sky_whoever_deletes_it_meanwhile(self):
+    def test_accepted_job_keeps_its_environment_despite_deletion(self):
         image = hdr_image(16, 8, (0.3, 0.3, 0.9))
         stop = threading.Event()
         asset = self.server.post("/v1/assets", image, BYTES).json()["id"]
@@ -156,7 +155,7 @@ class Deletions(ApiTest):
         deleting()
         self.assertLessEqual(set(counts), {204, 404, 409})
 
-    def test_a_scene_that_was_taken_keeps_its_files_whoever_deletes_them_meanwhile(self):
+    def test_accepted_scene_keeps_its_files_despite_deletion(self):
         gltf = json.dumps(triangle_document("triangle.bin")).encode()
         stop = threading.Event()
 
@@ -191,7 +190,7 @@ class Deletions(ApiTest):
 
 
 class Forgotten(ApiTest):
-    def test_a_job_is_forgotten_when_its_time_is_over(self):
+    def test_forgets_a_job_after_its_time(self):
         kept = self.server.render(job_body())["id"]
         long = self.server.render(job_body(retention_seconds=1000))["id"]
         short = self.server.render(job_body(retention_seconds=1))
@@ -211,7 +210,7 @@ class Arithmetic(unittest.TestCase):
         self.addCleanup(server.close)
         return server.start()
 
-    def test_the_instruction_set_can_be_pinned_and_stands_in_the_build_and_in_pictures(self):
+    def test_instruction_set_can_be_pinned_and_is_in_build_and_images(self):
         for isa in ("sse4.2", "avx2"):
             server = self.start("--isa", isa)
             build = server.get("/v1/server").json()["build"]
@@ -222,17 +221,17 @@ class Arithmetic(unittest.TestCase):
             self.assertIn(f", {isa}, ".encode(), picture)
             server.close()
 
-    def test_the_default_is_one_of_the_names(self):
+    def test_default_is_one_of_the_names(self):
         server = self.start()
         self.assertIn(server.get("/v1/server").json()["build"]["isa"],
                       ("sse2", "sse4.2", "avx", "avx2", "avx512"))
 
-    def test_an_unknown_one_is_refused(self):
+    def test_refuses_an_unknown_one(self):
         with self.assertRaises(RuntimeError) as refused:
             self.start("--isa", "avx9000")
         self.assertIn("--isa", str(refused.exception))
 
-    def test_going_on_with_another_arithmetic_is_a_warning(self):
+    def test_continuing_with_another_arithmetic_is_a_warning(self):
         server = self.start("--isa", "avx2")
         done = server.render(job_body())
         server.stop()
@@ -244,7 +243,7 @@ class Arithmetic(unittest.TestCase):
         self.assertTrue(
             any("avx2" in w and "sse4.2" in w for w in extended["warnings"]), extended["warnings"]
         )
-        # The same arithmetic again is none.
+        # The same arithmetic again is not.
         other = server.render(job_body())
         server.post(f"/v1/jobs/{other['id']}/extend", {"stop": {"samples_per_pixel": 16}})
         self.assertFalse(any("bits" in w for w in server.wait(other["id"])["warnings"]))
@@ -263,12 +262,12 @@ class Check(unittest.TestCase):
         self.assertIn(code, (0, 1), complaints)
         return code, json.loads(said)
 
-    def test_a_directory_in_use_is_left_alone(self):
+    def test_leaves_a_directory_in_use_alone(self):
         code, _, said = tessera("check", "--data", self.server.data)
         self.assertEqual(code, 1)
         self.assertIn("already in use by process", said)
 
-    def test_a_sound_directory_is_sound(self):
+    def test_accepts_a_valid_directory(self):
         self.server.stop()
         code, found = self.check()
         self.assertEqual((code, found["damages"]), (0, []))
@@ -276,7 +275,7 @@ class Check(unittest.TestCase):
             (found["jobs"], found["films"], found["scenes"], found["assets"]), (1, 1, 1, 1)
         )
 
-    def test_every_damage_is_found(self):
+    def test_finds_every_damage(self):
         self.server.stop()
         film = f"{self.server.data}/films/{self.job}.film"
         asset = next(
@@ -312,7 +311,7 @@ class Check(unittest.TestCase):
         code, found = self.check()
         self.assertEqual((code, found["leftovers"], found["films"]), (0, [], 1))
 
-    def test_nothing_is_removed_beside_a_damage(self):
+    def test_removes_nothing_when_there_is_damage(self):
         self.server.stop()
         stray, film = (f"{self.server.data}/films/{name}.film" for name in ("stray", self.job))
         with open(stray, "wb") as file:
@@ -322,7 +321,7 @@ class Check(unittest.TestCase):
         self.assertEqual((code, json.loads(said)["removed"]), (1, 0))
         self.assertTrue(os.path.exists(stray))
 
-    def test_nothing_there_is_1(self):
+    def test_missing_directory_is_1(self):
         code, _, said = tessera("check", "--data", self.server.data + "/nowhere")
         self.assertEqual(code, 1)
         self.assertIn("no data directory", said)

@@ -1,4 +1,4 @@
-"""Films as files, films that become one: over HTTP."""
+"""Films as files, and merging films, over HTTP."""
 
 import hashlib
 import json
@@ -19,12 +19,12 @@ def part(first=0, replicates=2, samples=8, seed=0, sampler="sobol", **members):
 
 
 def sealed(data):
-    """A film whose last checksum is right again."""
+    """Recomputes the last checksum of a film."""
     return bytes(data[:-64]) + hashlib.sha256(data[:-64]).hexdigest().encode()
 
 
 def halves(data):
-    """(A - B) / 2 of every pixel and channel."""
+    """Returns (A - B) / 2 of every pixel and channel."""
     head, _, _, flags, width, height = struct.unpack_from("<IIIIii", data, 8)
     replicates, tiles = struct.unpack_from("<II", data, 48)
     found, at = [], head
@@ -68,7 +68,7 @@ class FilmTest(ApiTest):
 
 
 class Films(FilmTest):
-    def test_a_film_says_what_it_is(self):
+    def test_film_describes_itself(self):
         job = self.server.render(part(seed=3))
         answer = self.film(job)
         data = answer.body
@@ -85,7 +85,7 @@ class Films(FilmTest):
         build = self.server.get("/v1/server").json()["build"]
         self.assertEqual({k: v for k, v in text["build"].items() if k in build}, build)
         self.assertIn(build["isa"], text["build"]["arithmetic"])
-        # The mean of all replicates is the picture.
+        # The mean of all replicates is the image.
         tile = struct.unpack_from("<iiII", data, head)
         self.assertEqual(tile, (0, 0, 8, 0))
         first = struct.unpack_from("<5fI", data, head + 40)
@@ -96,7 +96,7 @@ class Films(FilmTest):
                 (first[c] + second[c]) / 2, pixel["mean"][c], delta=1e-6 + 1e-6 * first[c]
             )
 
-    def test_a_film_is_downloaded_in_parts(self):
+    def test_downloads_a_film_in_ranges(self):
         job = self.server.render(part())
         path = f"/v1/jobs/{job['id']}/film"
         whole = self.film(job)
@@ -130,7 +130,7 @@ class Films(FilmTest):
         self.assertEqual(
             self.server.get(path, {"Range": "bytes=0-9", "If-Range": '"other"'}).status, 200
         )
-        # A part from before and one from after a restart are parts of the same.
+        # A range from before a restart and one from after it belong to the same file.
         self.server.kill()
         self.server.start()
         rest = self.server.get(path, {"Range": "bytes=1000-", "If-Range": etag})
@@ -141,7 +141,7 @@ class Films(FilmTest):
             self.server.get(path, {"Range": "bytes=1000-", "If-Range": etag}).status, 200
         )
 
-    def test_parts_of_a_job_are_its_film_and_go_on(self):
+    def test_parts_of_a_job_merge_to_its_film_and_continue(self):
         whole = self.server.render(part(replicates=4, samples=16))
         a = self.server.render(part(first=0))
         b = self.server.render(part(first=2))
@@ -167,11 +167,11 @@ class Films(FilmTest):
         digests = {self.server.wait(job["id"])["film_digest"] for job in (whole, merged)}
         self.assertEqual(len(digests), 1)
 
-    def test_parts_are_the_whole_with_every_sampler(self):
+    def test_parts_equal_the_whole_with_every_sampler(self):
         for sampler in self.server.get("/v1/server").json()["samplers"]:
             kind = sampler["type"]
             self.assertIn("/sampler/first_replicate", sampler["accepts"])
-            # 800: whole sets of all of them, two replicates as well as four.
+            # 800: whole sets of all samplers, for two replicates as well as four.
             film = {"width": 33, "height": 9, "layers": []}
             whole = self.server.render(part(replicates=4, samples=800, sampler=kind, film=film))
             parts = [
@@ -179,7 +179,7 @@ class Films(FilmTest):
             ]
             merged = self.merged(*parts)
             self.assertEqual(merged["film_digest"], whole["film_digest"], kind)
-            # What the film alone says; of the whole the scene may say more, in intervals that
+            # Compares the film alone; for the whole job the scene adds information, whose intervals
             # agree.
             self.assertEqual(merged["error"], self.merged(whole)["error"], kind)
             self.assertLess(merged["error"]["low"], whole["error"]["high"], kind)
@@ -187,7 +187,7 @@ class Films(FilmTest):
             self.assertEqual(merged["spec"], dict(whole["spec"], name="merged"), kind)
             self.assertNotEqual(parts[0]["film_digest"], parts[1]["film_digest"], kind)
 
-    def test_auxiliary_layers_are_those_of_the_whole_to_rounding(self):
+    def test_auxiliary_layers_equal_those_of_the_whole_up_to_rounding(self):
         film = {"width": 48, "height": 32, "layers": ["albedo", "normal", "depth"]}
         whole = self.server.render(part(replicates=4, samples=64, film=film))
         merged = self.merged(
@@ -204,7 +204,7 @@ class Films(FilmTest):
                     # A mean of 64 floats of that size, summed in another order.
                     self.assertAlmostEqual(one, other, delta=64 * 2.0 ** -24 * (abs(one) + 1))
 
-    def test_other_seeds_are_further_replicates_and_survive_a_restart(self):
+    def test_other_seeds_are_more_replicates_and_survive_a_restart(self):
         jobs = [self.server.render(part(seed=seed, samples=16)) for seed in (1, 2, 3)]
         merged = self.merged(*jobs)
         self.assertEqual(merged["progress"]["samples_per_pixel"]["mean"], 48)
@@ -221,8 +221,8 @@ class Films(FilmTest):
                 self.assertAlmostEqual(
                     sum(mean[c] for mean in means[:3]) / 3, means[3][c], delta=1e-5
                 )
-        # Half the difference of the halves is the mean of theirs, so that its square is a third in
-        # the mean.
+        # Half the difference of the halves is the mean of theirs, so its expected square is a
+        # third.
         before = self.film(merged).body
         for parts, whole in zip(
             zip(*(halves(self.film(job).body) for job in jobs)), halves(before)
@@ -241,7 +241,7 @@ class Films(FilmTest):
         problem = self.assert_problem(self.merge(merged["id"], jobs[1]["id"]), 409, "/films/1")
         self.assertIn("replicate 0 of seed 2", problem["errors"][0]["detail"])
 
-    def test_adaptive_films_add_up_and_do_not_go_on(self):
+    def test_adaptive_films_merge_but_do_not_continue(self):
         adaptive = {"type": "pilot", "min_samples": 16}
         jobs = [
             self.server.render(part(seed=seed, samples=256, adaptive=adaptive)) for seed in (1, 2)
@@ -266,7 +266,7 @@ class Films(FilmTest):
         self.assertEqual((code, json.loads(said)["damages"]), (0, []))
         self.assertEqual(self.film(merged).body, before)
 
-    def test_films_with_fits_add_up_and_do_not_go_on(self):
+    def test_films_with_fits_merge_but_do_not_continue(self):
         estimator = {"mis": {"type": "optimal"}}
         whole = self.server.render(part(replicates=4, samples=128, estimator=estimator))
         merged = self.merged(
@@ -284,7 +284,7 @@ class Films(FilmTest):
         self.server.start()
         self.assertEqual(self.film(merged).body, before)
 
-    def test_what_a_cancelled_or_a_preview_job_has_counts(self):
+    def test_accepts_films_of_cancelled_and_preview_jobs(self):
         job = self.server.submit(part(samples=65536, seed=1))
         self.server.wait_for_samples(job["id"])
         self.server.post(f"/v1/jobs/{job['id']}/cancel")
@@ -302,7 +302,7 @@ class Films(FilmTest):
         alone = self.merge(self.upload(data))
         self.assertEqual(alone.status, 201, alone)
 
-    def test_what_does_not_fit_is_refused_with_its_reason(self):
+    def test_refuses_incompatible_films_with_the_reason(self):
         first = self.server.render(part())
         self.assert_problem(
             self.merge(first["id"], self.server.render(part(samples=16))["id"]), 409, "/films/1"
@@ -346,7 +346,7 @@ class Films(FilmTest):
             415,
         )
 
-    def test_a_first_replicate_is_even_and_not_too_large(self):
+    def test_first_replicate_is_even_and_not_too_large(self):
         for first in (-2, 1, 65538, "2", None):
             answer = self.server.post("/v1/jobs", job_body(sampler={"first_replicate": first}))
             self.assert_problem(answer, 422, "/sampler/first_replicate")
@@ -355,7 +355,7 @@ class Films(FilmTest):
             {"type": "sobol", "replicates": 2, "first_replicate": 65536},
         )
 
-    def test_bytes_that_are_no_film_are_refused(self):
+    def test_refuses_bytes_that_are_not_a_film(self):
         data = self.film(self.server.render(part())).body
         flipped = bytearray(data)
         flipped[len(data) // 2] ^= 4
@@ -395,7 +395,7 @@ class Films(FilmTest):
             self.assertIn(words, problem["errors"][0]["detail"], name)
         self.assertEqual(self.server.get("/livez").status, 200)
 
-    def test_a_film_cut_anywhere_is_refused(self):
+    def test_refuses_a_film_truncated_anywhere(self):
         data = self.film(self.server.render(part())).body
         chance = random.Random(5)
         for cut in [0, 7, 8, 127, 128, 151, 152, *(chance.randrange(len(data)) for _ in range(20))]:
@@ -405,7 +405,7 @@ class Films(FilmTest):
                 self.merge(self.upload(sealed(data[:cut] + b"0" * 64))), 422, "/films/0"
             )
 
-    def test_a_job_may_go_while_its_film_is_sent_or_merged(self):
+    def test_job_may_be_deleted_while_its_film_is_sent_or_merged(self):
         film = {"width": 512, "height": 512, "layers": []}
         job = self.server.render(part(samples=2, film=film))
         other = self.server.render(part(first=2, samples=2, film=film))
@@ -424,7 +424,7 @@ class Films(FilmTest):
 class Room(FilmTest):
     FLAGS = ("--max-running", "1")
 
-    def test_films_that_take_too_much_memory_are_refused_before_any_is_taken(self):
+    def test_refuses_films_that_need_too_much_memory_before_allocation(self):
         first = self.server.submit(part(samples=65536))
         film = {"width": 8192, "height": 7800}
         ids = [self.server.submit(part(first=2 * i, film=film))["id"] for i in range(2)]
@@ -438,7 +438,7 @@ class Room(FilmTest):
 
 
 class Verbs(FilmTest):
-    """The same from the command line."""
+    """The same through the command line."""
 
     def tessera(self, *arguments, code=0):
         done, said, complained = tessera(
@@ -447,7 +447,7 @@ class Verbs(FilmTest):
         self.assertEqual(done, code, complained)
         return said if code == 0 else complained
 
-    def test_films_are_fetched_merged_and_compared(self):
+    def test_fetches_merges_and_compares_films(self):
         whole = self.server.render(part(replicates=4, samples=16))
         parts = [self.server.render(part(first=first)) for first in (0, 2)]
         place = os.path.join(self.server.data, "part.film")
@@ -470,7 +470,7 @@ class Verbs(FilmTest):
             json.loads(self.tessera("compare", "--json", whole["id"], picture))["relmse"], 2.0**-22
         )
         self.assertIn("no asset", self.tessera("merge", "0" * 64, code=1))
-        # What is wrong is told by its name on the command line.
+        # The command line reports errors by file name.
         for verb in ("merge", "compare"):
             self.assertIn(
                 "nosuch.film: there is no such file",
@@ -494,7 +494,7 @@ class Verbs(FilmTest):
 
 
 class Killed(unittest.TestCase):
-    def test_a_merge_is_there_whole_or_not_at_all(self):
+    def test_a_merge_exists_completely_or_not_at_all(self):
         server = Server()
         self.addCleanup(server.close)
         server.start()
@@ -513,7 +513,7 @@ class Killed(unittest.TestCase):
                 acknowledged.append(answer.json()["id"])
             except OSError:
                 pass
-            except Exception as error:  # http.client's own: cut off in the middle.
+            except Exception as error:  # http.client's own: truncated
                 self.assertIn("http.client", type(error).__module__)
             server.start()
             for job in server.get("/v1/jobs?limit=200").json()["jobs"]:
@@ -531,9 +531,9 @@ class Killed(unittest.TestCase):
 
 
 class Rights(unittest.TestCase):
-    """Who may have a film, and who may make one."""
+    """Access to films and to merging."""
 
-    def test_scopes_and_rates_hold(self):
+    def test_enforces_scopes_and_rates(self):
         server = Server("--shared", "--key", "operators-own", key="operators-own")
         self.addCleanup(server.close)
         server.start()

@@ -1,4 +1,4 @@
-"""Estimators that learn from an image's own samples: optimal weights, regression."""
+"""Estimators fitted to the samples of the image: optimal weights, regression."""
 
 import unittest
 
@@ -15,14 +15,14 @@ def body(group, samples, **members):
 
 
 class Fitted(ApiTest):
-    def test_the_server_lists_them_without_bias(self):
+    def test_server_lists_them_without_bias(self):
         rows = {row["name"]: row for row in self.server.get("/v1/server").json()["options"]}
         for group, kind in KINDS.items():
             row = rows[f"estimator.{group}.{kind}"]
             self.assertEqual(row["bias"], "none")
             self.assertEqual(row["patch"]["estimator"][group]["type"], kind)
 
-    def test_extending_gives_the_film_of_a_job_that_asked_for_more(self):
+    def test_extension_gives_the_film_of_a_longer_job(self):
         digests = set()
         for group, kind in KINDS.items():
             job = self.server.render(body(group, 24))
@@ -39,7 +39,7 @@ class Fitted(ApiTest):
             digests.add(whole["film_digest"])
         self.assertEqual(len(digests), 2)
 
-    def test_what_does_not_go_together_is_refused_at_its_place(self):
+    def test_refuses_incompatible_options_with_their_pointer(self):
         for members in (
             {"light_sampler": {"type": "ris"}},
             {"estimator": {"mis": {"type": "optimal"}, "expected_values": False}},
@@ -54,7 +54,7 @@ class Fitted(ApiTest):
 
 
 class Restart(unittest.TestCase):
-    def test_what_was_learnt_survives_a_kill(self):
+    def test_fitted_coefficients_survive_a_kill(self):
         server = Server("--checkpoint", "0.3")
         self.addCleanup(server.close)
         server.start()

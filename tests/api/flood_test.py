@@ -1,5 +1,5 @@
-"""More connections than anybody needs: those that drip go, everybody else is served.
-tests/stress/flood is the full form."""
+"""Too many connections: slow ones are closed, all others are served. tests/stress/flood is the full
+form."""
 
 import contextlib
 import socket
@@ -7,7 +7,7 @@ import time
 
 from harness import PATIENCE_S, ApiTest, job_body
 
-DRIPS = 600  # Well above what one address may keep waiting (256).
+DRIPS = 600  # Well above the limit of waiting connections of one address (256).
 
 
 class Flood(ApiTest):
@@ -21,7 +21,7 @@ class Flood(ApiTest):
         lines = self.server.get("/metrics").body.decode().splitlines()
         return float(next(line for line in lines if line.startswith(wanted)).rsplit(" ", 1)[1])
 
-    def test_dripping_connections_of_one_address_keep_nobody_out(self):
+    def test_slow_connections_of_one_address_block_nobody(self):
         with contextlib.ExitStack() as stack:
             plugs = []
             for _ in range(DRIPS):
@@ -44,7 +44,7 @@ class Flood(ApiTest):
 class Waits(ApiTest):
     FLAGS = ("--max-streams", "2")
 
-    def test_who_waits_for_a_job_takes_a_place_among_the_streams(self):
+    def test_waiting_for_a_job_counts_as_a_stream(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         with contextlib.ExitStack() as stack:
             for _ in range(2):

@@ -1,4 +1,4 @@
-"""A full disk: what is acknowledged is stored, and jobs go on when there is room."""
+"""A full disk: acknowledged changes are stored, and jobs continue when there is space."""
 
 import os
 import resource
@@ -46,7 +46,7 @@ class Full(unittest.TestCase):
 
 
 class SmallDisk(Full):
-    """A file system of a few megabytes, which a file of ours fills to the last byte."""
+    """A file system of a few megabytes, which a file of the test fills to the last byte."""
 
     BYTES = 24 << 20
 
@@ -76,7 +76,7 @@ class SmallDisk(Full):
     def make_room(self):
         os.remove(self.data + "/filler")
 
-    def test_jobs_pause_and_go_on_over_restarts_and_end_the_same(self):
+    def test_jobs_pause_and_continue_over_restarts_and_end_the_same(self):
         calm = self.server.render(body(32))
         gone = self.server.render(job_body())["id"]
         job = self.server.submit(body(65536))["id"]
@@ -87,7 +87,7 @@ class SmallDisk(Full):
             self.is_paused_for_room(each)
         self.assert_ready_and_full(True)
         self.assert_no_space(self.server.post("/v1/assets", os.urandom(1 << 20), BYTES))
-        # What is answered is so after a power cut.
+        # Acknowledged changes also survive a power failure.
         cancelled = self.server.post(f"/v1/jobs/{other}/cancel")
         self.assertEqual(cancelled.status, 200, cancelled)
         self.assertEqual(self.server.request("DELETE", "/v1/jobs/" + gone).status, 204)
@@ -105,7 +105,7 @@ class SmallDisk(Full):
         self.server.post(f"/v1/jobs/{job}/cancel")
         self.assertEqual(self.server.render(body(32, seed=0))["film_digest"], calm["film_digest"])
 
-    def test_jobs_can_be_deleted_until_there_is_room(self):
+    def test_jobs_can_be_deleted_until_there_is_space(self):
         jobs = [self.server.render(body(2, seed=seed))["id"] for seed in range(2)]
         self.fill()
         for job in jobs:
@@ -115,7 +115,7 @@ class SmallDisk(Full):
 
 
 class NothingMayGrow(Full):
-    """No file may grow beyond a limit, which is lifted while the server runs."""
+    """No file may exceed a limit, which is lifted while the server runs."""
 
     # The journal of the database ends at 4 MB; the film is larger.
     BELOW_THE_FILM = 5_000_000
@@ -129,15 +129,15 @@ class NothingMayGrow(Full):
         resource.prlimit(self.server.process.pid, resource.RLIMIT_FSIZE,
                          (bytes_of_a_file, resource.RLIM_INFINITY))
 
-    def test_a_job_goes_on_where_it_stood_and_ends_the_same(self):
+    def test_job_continues_where_it_paused_and_ends_the_same(self):
         calm = self.server.render(large_body(8))
         self.limit(self.BELOW_THE_FILM)
         job = self.server.submit(large_body(8))["id"]
         self.is_paused_for_room(job)
         self.assert_ready_and_full(True)
-        time.sleep(1)  # For the slices that had begun.
+        time.sleep(1)  # for the slices in progress
         revision = self.server.job(job)["revision"]
-        time.sleep(1.5)  # Longer than it takes the server to look for room.
+        time.sleep(1.5)  # longer than the interval at which the server checks for space
         self.assertEqual(self.server.job(job)["revision"], revision)
         self.limit(resource.RLIM_INFINITY)
         done = self.server.wait(job)
@@ -145,7 +145,7 @@ class NothingMayGrow(Full):
         self.assertEqual(done["film_digest"], calm["film_digest"])
         self.assert_ready_and_full(False)
 
-    def test_an_end_that_cannot_be_stored_is_not_told_until_it_can(self):
+    def test_end_that_cannot_be_stored_is_not_reported_until_it_is(self):
         self.limit(self.BELOW_THE_FILM)
         job = self.server.submit(large_body(2))["id"]
         self.is_paused_for_room(job)
@@ -154,7 +154,7 @@ class NothingMayGrow(Full):
         self.limit(resource.RLIM_INFINITY)
         self.assertEqual(self.server.wait(job)["state"], "finished")
 
-    def test_one_that_waits_can_be_cancelled_or_kept_paused(self):
+    def test_waiting_job_can_be_cancelled_or_kept_paused(self):
         self.limit(self.BELOW_THE_FILM)
         ended, held = (self.server.submit(large_body(2, seed))["id"] for seed in range(2))
         for job in (ended, held):
@@ -169,7 +169,7 @@ class NothingMayGrow(Full):
         self.assertEqual(self.server.wait(held)["state"], "finished")
         self.assertEqual(self.server.request("DELETE", "/v1/jobs/" + ended).status, 204)
 
-    def test_what_the_store_refuses_is_not_acknowledged(self):
+    def test_does_not_acknowledge_changes_that_the_store_refuses(self):
         job = self.server.submit(body(65536))["id"]
         self.server.wait_for_samples(job)
         self.limit(0)
@@ -206,7 +206,7 @@ class Retry(unittest.TestCase):
         self.restart_with()
         return failed
 
-    def test_a_failed_job_goes_on_from_its_checkpoint_to_the_same_end(self):
+    def test_failed_job_continues_from_its_checkpoint_to_the_same_end(self):
         # Long enough for several checkpoints: with 32 samples it once ended before the first.
         calm = self.server.render(body(192))
         job = self.server.submit(body(192))["id"]
@@ -226,7 +226,7 @@ class Retry(unittest.TestCase):
         self.assertGreaterEqual(done["progress"]["elapsed_seconds"],
                                 failed["progress"]["elapsed_seconds"])
 
-    def test_without_a_checkpoint_it_begins_anew(self):
+    def test_restarts_without_a_checkpoint(self):
         calm = self.server.render(body(8))
         self.restart_with("--max-running", "1")
         self.server.submit(body(65536))
@@ -235,7 +235,7 @@ class Retry(unittest.TestCase):
         self.assertEqual(self.server.post(f"/v1/jobs/{job}/retry").status, 202)
         self.assertEqual(self.server.wait(job)["film_digest"], calm["film_digest"])
 
-    def test_only_failed_jobs_are_retried(self):
+    def test_retries_only_failed_jobs(self):
         job = self.server.render(job_body())["id"]
         refused = self.server.post(f"/v1/jobs/{job}/retry")
         self.assertEqual(refused.status, 409, refused)
@@ -245,7 +245,7 @@ class Retry(unittest.TestCase):
 
 
 class Damaged(unittest.TestCase):
-    def test_a_lost_film_of_a_finished_job_is_told_and_not_rendered_again(self):
+    def test_reports_a_lost_film_of_a_finished_job_without_rendering_again(self):
         server = Server("--film-cache", "0")
         self.addCleanup(server.close)
         server.start()

@@ -1,8 +1,7 @@
-"""What the API tests share: a server process of one's own, requests, the two streams, and small
-files.
+"""Helpers of the API tests: a separate server process, requests, the two streams, and small files.
 
 Standard library only. A test class derives from ApiTest, which starts one server for the class; the
-tests of a class may run at the same time as nothing else. Times are never asserted, only ratios.
+tests of a class run one after another. Times are never asserted, only ratios.
 """
 
 import http.client
@@ -22,7 +21,7 @@ import zlib
 
 BINARY = os.environ.get("TESSERA_BINARY", "build/release/tessera")
 
-# How long anything may take on a machine that is busy with other things. Never an expectation.
+# Time limit of any step, for a busy machine. Never an expectation.
 PATIENCE_S = 120
 
 SMALL = {"width": 48, "height": 32, "layers": []}
@@ -48,16 +47,16 @@ class Answer:
 
 
 class Server:
-    """A server with a data directory, which outlives kill() and stop() until close()."""
+    """A server with a data directory, which survives kill() and stop() until close()."""
 
     def __init__(self, *flags, threads=2, data=None, key=None, preexec=None, scheme="http",
                  environ=None, host="127.0.0.1"):
         self.flags = list(flags)
         self.host = host
-        self.environ = environ or {}  # On top of this process's, of which TESSERA_* is left out.
+        self.environ = environ or {}  # Added to this process's variables, except TESSERA_*.
         self.scheme = scheme
-        self.key = key  # Brought with every request.
-        self.preexec = preexec  # Called in the child before it becomes the server.
+        self.key = key  # Sent with every request.
+        self.preexec = preexec  # Called in the child before exec.
         self.threads = threads
         self.data = data or tempfile.mkdtemp(prefix="tessera-api-")
         self.process = None
@@ -94,13 +93,13 @@ class Server:
         return self.process is not None and self.process.poll() is None
 
     def kill(self):
-        """As a power cut does it."""
+        """Simulates a power failure."""
         self.process.send_signal(signal.SIGKILL)
         self.process.wait()
         self.process.stdout.close()
 
     def stop(self):
-        """SIGTERM; the exit code."""
+        """Sends SIGTERM; returns the exit code."""
         self.process.send_signal(signal.SIGTERM)
         code = self.process.wait(PATIENCE_S)
         self.process.stdout.close()
@@ -140,7 +139,7 @@ class Server:
         return self.request("POST", path, body, headers)
 
     def raw(self, data):
-        """Bytes as they are, and everything that comes back until the server closes."""
+        """Sends raw bytes; returns everything received until the server closes the connection."""
         with socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S) as plug:
             plug.sendall(data)
             received = b""
@@ -151,7 +150,7 @@ class Server:
                 received += piece
 
     def submit(self, body, **headers):
-        """Submits and returns the job; fails on anything but 201."""
+        """Submits and returns the job; fails on any status except 201."""
         answer = self.post("/v1/jobs", body, {k.replace("_", "-"): v for k, v in headers.items()})
         if answer.status != 201:
             raise AssertionError(f"submit: {answer}")
@@ -161,7 +160,7 @@ class Server:
         return self.get(f"/v1/jobs/{job_id}").json()
 
     def wait(self, job_id):
-        """The job at its end."""
+        """Waits for the end of a job and returns it."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             job = self.get(f"/v1/jobs/{job_id}?wait=20").json()
@@ -170,7 +169,7 @@ class Server:
         raise AssertionError(f"no end: {job}")
 
     def render(self, body):
-        """A job that must finish."""
+        """Renders a job that must finish."""
         job = self.wait(self.submit(body)["id"])
         if job["state"] != "finished":
             raise AssertionError(f"not finished: {job}")
@@ -194,7 +193,7 @@ class Server:
 
 
 class Stream:
-    """A GET, or what `method` says, whose answer is read as it comes."""
+    """A GET, or another `method`, whose answer is read as it arrives."""
 
     def __init__(self, server, path, headers=None, timeout=PATIENCE_S, method="GET", body=None):
         self.connection = server.connect(timeout)
@@ -231,7 +230,7 @@ class Event:
 
 
 class EventStream(Stream):
-    """Server-sent events, parsed as the HTML standard says."""
+    """Server-sent events, parsed according to the HTML standard."""
 
     def __init__(self, server, job_id, last=None):
         headers = {"Accept": "text/event-stream"}
@@ -280,7 +279,7 @@ class JobsStream(EventStream):
 
 
 def tessera(*arguments, environ=None):
-    """Runs a verb to its end; its exit code, output and complaints."""
+    """Runs a verb to its end; returns exit code, standard output and standard error."""
     variables = {k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")}
     done = subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=PATIENCE_S,
                           env={**variables, **(environ or {})})
@@ -311,7 +310,7 @@ class Tile:
         self.is_end = bool(self.flags & self.END)
 
     def check(self):
-        """The sum and the size; returns the planes."""
+        """Checks checksum and size; returns the planes."""
         if zlib.crc32(self.payload) != self.crc:
             raise AssertionError("CRC-32 differs")
         planes = (3 if self.flags & (self.MEAN | self.DENOISED) else 7) + (
@@ -352,7 +351,7 @@ class TileStream(Stream):
 
 
 def tile_places(x, y, width, height, size=32):
-    """Where the tiles of a crop lie: anchored at the full film's origin."""
+    """Tile rectangles of a crop: aligned with the full film's origin."""
     places = set()
     for top in range(y // size * size, y + height, size):
         for left in range(x // size * size, x + width, size):
@@ -362,7 +361,7 @@ def tile_places(x, y, width, height, size=32):
 
 
 class ApiTest(unittest.TestCase):
-    """One server for the tests of a class, which must be alive after each of them."""
+    """One server for the tests of a class; it must still run after each of them."""
 
     FLAGS = ()
     THREADS = 2
@@ -380,18 +379,17 @@ class ApiTest(unittest.TestCase):
             self.fail(
                 f"the server died ({self.server.process.returncode}): {self.server.log_text()}"
             )
-        # What a test leaves running would take the machine from the next.
+        # Ends the jobs that a test leaves running, so that they do not slow the next one.
         for job in self.server.get(self.UNFINISHED).json()["jobs"]:
             self.server.post(f"/v1/jobs/{job['id']}/cancel")
 
     def hold(self):
-        """With --max-running 1: what is submitted from now on waits, until the returned call lets
-        it go."""
+        """With --max-running 1: submitted jobs wait until the returned function is called."""
         blocker = self.server.submit(job_body(samples=65536))["id"]
         return lambda: self.server.post(f"/v1/jobs/{blocker}/cancel")
 
     def assert_problem(self, answer, status, *pointers):
-        """RFC 9457, with these and only these pointers (when any are given)."""
+        """Expects an RFC 9457 problem with exactly these pointers (if any are given)."""
         self.assertEqual(answer.status, status, answer)
         self.assertEqual(answer.headers["Content-Type"].split(";")[0], "application/problem+json")
         self.assertTrue(answer.headers["X-Request-Id"])
@@ -414,14 +412,14 @@ class ApiTest(unittest.TestCase):
 
 
 def in_background(call):
-    """Runs call() in a thread; the returned function waits and gives its result or its
+    """Runs call() in a thread; the returned function waits and returns its result or raises its
     exception."""
     box = {}
 
     def work():
         try:
             box["value"] = call()
-        except BaseException as error:  # Handed on to whoever asks.
+        except BaseException as error:  # Passed on to the caller.
             box["error"] = error
 
     thread = threading.Thread(target=work, daemon=True)
@@ -454,7 +452,7 @@ TRIANGLE = struct.pack("<9f", -1, -1, 0, 1, -1, 0, 0, 1, 0)
 
 
 def triangle_document(uri=None, **members):
-    """One white triangle, its positions in the buffer of a GLB or in the file `uri`."""
+    """One white triangle, with its positions in the buffer of a GLB or in the file `uri`."""
     buffer = {"byteLength": len(TRIANGLE)}
     if uri is not None:
         buffer["uri"] = uri
@@ -476,7 +474,7 @@ def triangle_glb(**members):
 
 
 def png_size(data):
-    """Width, height and colour type (2: RGB, 6: RGBA) of a PNG."""
+    """Returns width, height and colour type (2: RGB, 6: RGBA) of a PNG."""
     if data[:8] != b"\x89PNG\r\n\x1a\n":
         raise AssertionError("no PNG")
     width, height, _, colour = struct.unpack(">IIBB", data[16:26])
@@ -518,7 +516,7 @@ def png_pixels(data):
 
 
 def hdr_image(width, height, rgb):
-    """A Radiance file of one colour whose channels are below 1 (each pixel stored flat)."""
+    """A Radiance file of one colour with channels below 1 (each pixel stored flat)."""
     exponent = 128
     pixel = bytes([min(255, round(c * 256)) for c in rgb] + [exponent])
     head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()

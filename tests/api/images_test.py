@@ -27,13 +27,13 @@ class Images(ApiTest):
         self.assertEqual(answer.status, 200, answer)
         return answer
 
-    def test_every_format_by_suffix(self):
+    def test_selects_every_format_by_suffix(self):
         for suffix, magic in MAGIC.items():
             answer = self.image("/image." + suffix)
             self.assertTrue(answer.body.startswith(magic), suffix)
             self.assertEqual(answer.headers["Content-Type"], MIME[suffix])
 
-    def test_every_format_by_accept(self):
+    def test_selects_every_format_by_accept(self):
         for suffix, mime in MIME.items():
             answer = self.image("/image", Accept=mime)
             self.assertEqual(answer.headers["Content-Type"], mime)
@@ -48,10 +48,10 @@ class Images(ApiTest):
                 self.image("/image", Accept=accept).headers["Content-Type"], mime, accept
             )
 
-    def test_a_picture_without_accept_is_png(self):
+    def test_image_without_accept_is_png(self):
         self.assertEqual(self.image("/image").headers["Content-Type"], "image/png")
 
-    def test_bias_is_told_with_every_picture(self):
+    def test_every_image_reports_its_bias(self):
         self.assertEqual(self.image().headers["X-Tessera-Bias"], "none")
 
     def test_every_layer_in_png_and_exr(self):
@@ -68,7 +68,7 @@ class Images(ApiTest):
             self.assertIn(channel, head)
         self.assertNotIn(b"albedo.", self.image("/image.exr?layer=beauty").body[:1000])
 
-    def test_the_etag_gives_304_and_tells_pictures_apart(self):
+    def test_etag_gives_304_and_distinguishes_images(self):
         tags = set()
         for rest in ("/image.png", "/image.jpg", "/image.png?layer=alpha", "/image.png?exposure=1",
                      "/image.png?tonemap=aces", "/image.png?max_size=10"):
@@ -81,24 +81,24 @@ class Images(ApiTest):
             len({self.image("/image", Accept=m).headers["ETag"] for m in MIME.values()}), 6
         )
 
-    def test_an_equal_picture_has_equal_bytes(self):
+    def test_equal_images_have_equal_bytes(self):
         self.assertEqual(self.image("/image.exr").body, self.image("/image.exr").body)
 
-    def test_a_known_revision_is_given(self):
+    def test_returns_a_known_revision(self):
         self.assertEqual(self.image(f"/image.png?revision={self.job['revision']}").headers["ETag"],
                          self.image().headers["ETag"])
 
-    def test_max_size_scales_down_and_never_up(self):
+    def test_max_size_scales_down_but_never_up(self):
         for size, expected in ((35, (35, 20)), (1, (1, 1)), (70, (70, 40)), (500, (70, 40))):
             got = png_size(self.image(f"/image.png?max_size={size}").body)[:2]
             self.assertEqual(got, expected, size)
 
-    def test_a_part_is_cut_out_of_the_whole(self):
+    def test_part_equals_the_crop_of_the_whole(self):
         whole = png_pixels(self.image().body)
         part = png_pixels(self.image("/image.png?x=33&y=5&width=20&height=30").body)
         self.assertEqual(part, [row[33:53] for row in whole[5:35]])
 
-    def test_exposure_and_tone_maps_change_the_picture(self):
+    def test_exposure_and_tone_maps_change_the_image(self):
         plain = self.image().body
         self.assertNotEqual(self.image("/image.png?exposure=1").body, plain)
         bodies = {self.image(f"/image.png?tonemap={t}").body
@@ -106,7 +106,7 @@ class Images(ApiTest):
         self.assertEqual(len(bodies), 5)
         self.assertEqual(self.image("/image.png?tonemap=srgb").body, plain)
 
-    def test_linear_formats_do_not_pass_over_a_look_in_silence(self):
+    def test_linear_formats_refuse_display_options(self):
         for suffix in ("exr", "hdr"):
             plain = self.image(f"/image.{suffix}").body
             for query, pointer in (
@@ -128,7 +128,7 @@ class Images(ApiTest):
         answer = self.server.get(self.path + "/image?exposure=2", {"Accept": "image/x-exr"})
         self.assert_problem(answer, 422, "/exposure")
 
-    def test_a_tiff_tells_what_counts_for_nothing(self):
+    def test_tiff_reports_options_without_effect(self):
         plain = self.image("/image.tif?exposure=0&tonemap=srgb")
         self.assertIsNone(plain.headers["X-Tessera-Ignored"])
         self.assertIsNone(self.image("/image.png?exposure=2").headers["X-Tessera-Ignored"])
@@ -147,7 +147,8 @@ class Images(ApiTest):
                     self.assertLessEqual(abs(min(255, 2 * a[c]) - b[c]), 2)
 
     def test_layers_of_data_are_shown_in_a_range(self):
-        # The halves of [-1, 1]: what points away from an axis is darker than the middle, not black.
+        # The halves of [-1, 1]: a component that points away from an axis is darker than the
+        # middle, not black.
         normal = self.image("/image.png?layer=normal&range=-1,1")
         self.assertEqual(normal.headers["X-Tessera-Range"], "-1,1")
         plain = png_pixels(self.image("/image.png?layer=normal").body)
@@ -166,10 +167,10 @@ class Images(ApiTest):
             self.assertEqual(answer.status, 422)
             self.assertEqual(answer.json()["errors"][0]["pointer"], "/range")
 
-    def test_opaque_pictures_are_rgb(self):
+    def test_opaque_images_are_rgb(self):
         self.assertEqual(png_size(self.image().body)[2], 2)
 
-    def test_tile_urls_of_a_crop_lie_in_the_crop(self):
+    def test_tile_urls_of_a_crop_are_inside_the_crop(self):
         body = job_body(samples=2)
         body["film"]["crop"] = {"x": 10, "y": 5, "width": 30, "height": 20}
         path = f"/v1/jobs/{self.server.render(body)['id']}"
@@ -190,13 +191,13 @@ class Transparency(ApiTest):
         body["film"] = {"width": 64, "height": 48}
         cls.path = f"/v1/jobs/{cls.server.render(body)['id']}"
 
-    def test_a_hidden_environment_gives_rgba(self):
+    def test_hidden_environment_gives_rgba(self):
         rows = png_pixels(self.server.get(self.path + "/image.png").body)
         alphas = {pixel[3] for row in rows for pixel in row}
         self.assertIn(0, alphas)
         self.assertIn(255, alphas)
 
-    def test_formats_without_alpha_stand_before_white(self):
+    def test_formats_without_alpha_composite_over_white(self):
         rows = png_pixels(self.server.get(self.path + "/image.png").body)
         x, y = next((x, y) for y, row in enumerate(rows) for x, pixel in enumerate(row)
                     if pixel[3] == 0)
@@ -209,10 +210,10 @@ class Transparency(ApiTest):
         rows = png_pixels(self.server.get(self.path + "/image.png").body)
         return next((x, y) for y, row in enumerate(rows) for x, p in enumerate(row) if p[3] == 0)
 
-    def test_a_jpeg_of_a_transparent_job_is_white_where_it_is_empty(self):
+    def test_jpeg_of_a_transparent_job_is_white_where_it_is_empty(self):
         x, y = self.empty_pixel()
         picture = self.server.get(f"{self.path}/image.jpg?x={x}&y={y}&width=1&height=1").body
-        # Sent back as an environment's file it would be decoded; here the comparison does it.
+        # Uploaded as an environment file it would be decoded; here the comparison decodes it.
         asset = self.server.post("/v1/assets", picture, {"Content-Type": "image/jpeg"}).json()["id"]
         body = job_body("furnace", samples=2, environment={"visible": False})
         crop = {"x": x, "y": y, "width": 1, "height": 1}
@@ -220,10 +221,10 @@ class Transparency(ApiTest):
         dark = self.server.render(body)["id"]
         answer = self.server.post("/v1/comparisons", {"a": dark, "b": asset})
         self.assertEqual(answer.status, 201, answer)
-        # The job's pixel is 0, the JPEG's 1 but for its rounding.
+        # The job's pixel is 0, the JPEG's 1 up to rounding.
         self.assertGreater(answer.json()["mse"], 0.95)
 
-    def test_a_background_stands_behind_and_takes_the_alpha_away(self):
+    def test_background_fills_and_removes_alpha(self):
         x, y = self.empty_pixel()
         seen = png_pixels(self.server.get(f"{self.path}/image.png?background=3366cc").body)
         self.assertEqual(tuple(seen[y][x]), (0x33, 0x66, 0xcc))
@@ -233,12 +234,12 @@ class Transparency(ApiTest):
         part = f"x={x}&y={y}&width=1&height=1"
         hdr = self.server.get(f"{self.path}/image.hdr?background=000000&{part}")
         self.assertEqual(hdr.body[-4:], bytes(4))
-        # A linear format has the colour as light: sRGB 0x80 is 0.2158, 221 / 256 times 2^-2.
+        # A linear format has the linear colour: sRGB 0x80 is 0.2158, 221 / 256 times 2^-2.
         hdr = self.server.get(f"{self.path}/image.hdr?background=808080&{part}")
         self.assertEqual(hdr.body[-1], 126)
         self.assertLessEqual(abs(hdr.body[-4] - 221), 1)
 
-    def test_wrong_backgrounds_are_refused(self):
+    def test_refuses_wrong_backgrounds(self):
         for value in ("fff", "ffffff0", "gggggg", "-fffff", "white", ""):
             answer = self.server.get(f"{self.path}/image.png?background={value}")
             self.assert_problem(answer, 422, "/background")
@@ -255,7 +256,7 @@ class Pixels(ApiTest):
         cls.job = cls.server.render(body)
         cls.path = f"/v1/jobs/{cls.job['id']}"
 
-    def test_a_pixel_has_means_intervals_and_halves(self):
+    def test_pixel_has_means_intervals_and_halves(self):
         pixel = self.server.get(self.path + "/pixels/24/30").json()
         self.assertEqual((pixel["x"], pixel["y"], pixel["samples"]), (24, 30, 16))
         beauty = pixel["layers"]["beauty"]
@@ -268,19 +269,19 @@ class Pixels(ApiTest):
             self.assert_close(beauty["mean"][c], middle, 1e-5 * max(1, abs(middle)))
         self.assertLessEqual({"albedo", "normal", "depth", "alpha"}, set(pixel["layers"]))
 
-    def test_a_normal_is_at_most_a_unit_long_and_depth_positive(self):
+    def test_normal_has_at_most_unit_length_and_depth_is_positive(self):
         layers = self.server.get(self.path + "/pixels/24/30").json()["layers"]
         self.assertLessEqual(math.hypot(*layers["normal"]["mean"]), 1 + 1e-5)
         self.assertGreater(layers["depth"]["mean"][0], 0)
 
-    def test_the_picture_shows_the_pixels_mean(self):
+    def test_image_shows_the_mean_of_the_pixel(self):
         row = png_pixels(self.server.get(self.path + "/image.png?tonemap=linear").body)[30]
         mean = self.server.get(self.path + "/pixels/24/30").json()["layers"]["beauty"]["mean"]
         for c in range(3):
-            # 8 bits, whatever the rounding.
+            # 8 bits, with any rounding.
             self.assert_close(row[24][c] / 255, min(1, max(0, mean[c])), 1.01 / 255)
 
-    def test_the_curve_starts_early_and_ends_at_the_end(self):
+    def test_curve_starts_early_and_ends_at_the_end(self):
         answer = self.server.get(self.path + "/convergence")
         curve = answer.json()
         self.assertEqual(set(curve), {"points", "slope"})
@@ -304,7 +305,7 @@ class Pixels(ApiTest):
 
 
 class Furnace(ApiTest):
-    def test_every_pixel_is_one_within_the_error_bar(self):
+    def test_every_pixel_is_one_within_its_error(self):
         body = job_body("furnace", samples=64)
         body["film"] = {"width": 96, "height": 64, "layers": []}
         job = self.server.render(body)
@@ -326,12 +327,12 @@ class Furnace(ApiTest):
         count = len(means)
         mean = sum(means) / count
         deviation = math.sqrt(sum(variances)) / count
-        # Four deviations, and what thousands of float sums may be off: 2^-23 each at most.
+        # Four deviations, plus the error of thousands of float sums: at most 2^-23 each.
         self.assert_close(mean, 1, 4 * deviation + 1e-4)
 
 
 class Growing(ApiTest):
-    def test_a_picture_that_grows_changes_its_etag(self):
+    def test_progress_changes_the_etag_of_the_image(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)
         tags = set()

@@ -1,4 +1,4 @@
-"""Jobs: submit, look, list, wait, change, cancel, extend, delete."""
+"""Jobs: submit, read, list, wait, change, cancel, extend, delete."""
 
 import os
 import re
@@ -71,13 +71,13 @@ class Submitting(ApiTest):
             done["progress"]["cpu_seconds"], 2 * done["progress"]["elapsed_seconds"] + 0.1
         )
 
-    def test_every_link_leads_somewhere(self):
+    def test_every_link_resolves(self):
         job = self.server.render(job_body())
         for name, link in job["links"].items():
             method = "POST" if name == "cancel" else "GET"
             self.assertEqual(self.server.request(method, link).status, 200, name)
 
-    def test_the_defaults_are_those_of_the_contract(self):
+    def test_defaults_match_the_documentation(self):
         spec = self.server.post("/v1/jobs?dry_run=1", {"scene": "cornell-box"}).json()["spec"]
         self.assertEqual(spec["film"], {"width": 960, "height": 540, "crop": None,
                                         "filter": {"type": "blackman-harris", "radius": 1.5},
@@ -88,23 +88,23 @@ class Submitting(ApiTest):
         self.assertEqual(spec["light_sampler"], {"type": "tree"})
         self.assertEqual((spec["class"], spec["priority"], spec["seed"]), ("normal", 0, 0))
 
-    def test_the_spec_of_a_job_can_be_submitted_again(self):
+    def test_spec_of_a_job_can_be_submitted_again(self):
         first = self.server.render(job_body(seed=3))
         second = self.server.render(first["spec"])
         self.assertEqual(first["film_digest"], second["film_digest"])
 
-    def test_dry_run_is_200_and_makes_nothing(self):
+    def test_dry_run_is_200_and_creates_nothing(self):
         before = len(self.server.get("/v1/jobs?limit=200").json()["jobs"])
         answer = self.server.post("/v1/jobs?dry_run=1", job_body(samples=1000))
         self.assertEqual(answer.status, 200)
         self.assertIn("spec", answer.json())
         self.assertEqual(len(self.server.get("/v1/jobs?limit=200").json()["jobs"]), before)
 
-    def test_dry_run_foresees_the_samples_of_an_error_target(self):
-        # Furnace: the same noise everywhere, so that the small pilot picture stands for the large
-        # one. Errors of the sampler fall faster than those of independent samples, by which three
-        # times as many would be needed here. The sky is a map: one without is sampled by the
-        # cosine, which leaves noise at silhouettes alone.
+    def test_dry_run_predicts_the_samples_of_an_error_target(self):
+        # Furnace: uniform noise, so the small pilot image represents the large one. Errors of the
+        # sampler decrease faster than those of independent samples, for which three times as many
+        # would be needed here. The sky is a map: a constant sky is sampled by the cosine, which
+        # leaves noise only at silhouettes.
         head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n"
         sky = head + b"\x80\x80\x80\x81" * (64 * 32)
         asset = self.server.post("/v1/assets", sky, {"Content-Type": "image/vnd.radiance"})
@@ -121,19 +121,19 @@ class Submitting(ApiTest):
         self.assertLess(foreseen, 2 * needed)
         self.assertGreater(foreseen, needed / 2)
 
-    def test_odd_counts_are_rounded_up_with_a_warning(self):
+    def test_rounds_odd_counts_up_with_a_warning(self):
         job = self.server.render(job_body(samples=7))
         self.assertEqual(job["spec"]["stop"]["samples_per_pixel"], 8)
         self.assertTrue(any("7" in w for w in job["warnings"]), job["warnings"])
 
-    def test_prefer_wait_is_201_when_it_ended(self):
+    def test_prefer_wait_is_201_if_the_job_ended(self):
         answer = self.server.post("/v1/jobs", job_body(samples=2), {"Prefer": "wait=60"})
         self.assertEqual(answer.status, 201)
         self.assertEqual(answer.headers["Preference-Applied"], "wait=60")
         self.assertEqual(answer.json()["state"], "finished")
         self.assertIsNotNone(answer.json()["film_digest"])
 
-    def test_prefer_wait_is_202_when_it_did_not(self):
+    def test_prefer_wait_is_202_if_it_did_not(self):
         answer = self.server.post("/v1/jobs", job_body(samples=65536), {"Prefer": "wait=1"})
         self.assertEqual(answer.status, 202)
         self.assertEqual(answer.headers["Preference-Applied"], "wait=1")
@@ -141,12 +141,12 @@ class Submitting(ApiTest):
         self.assertNotIn(answer.json()["state"], FINAL)
         self.server.post(f"/v1/jobs/{answer.json()['id']}/cancel")
 
-    def test_other_preferences_are_not_applied(self):
+    def test_ignores_other_preferences(self):
         answer = self.server.post("/v1/jobs", job_body(), {"Prefer": "respond-async"})
         self.assertEqual(answer.status, 201)
         self.assertNotIn("Preference-Applied", answer.headers)
 
-    def test_an_idempotency_key_replays(self):
+    def test_idempotency_key_replays(self):
         key = {"Idempotency-Key": str(uuid.uuid4())}
         first = self.server.post("/v1/jobs", job_body(seed=11), key)
         again = self.server.post("/v1/jobs", job_body(seed=11), key)
@@ -155,7 +155,7 @@ class Submitting(ApiTest):
         self.assertEqual(first.json()["id"], again.json()["id"])
         self.assert_problem(other, 409)
 
-    def test_equal_keys_at_once_make_one_job(self):
+    def test_equal_keys_at_once_create_one_job(self):
         key = {"Idempotency-Key": str(uuid.uuid4())}
         answers = [
             in_background(lambda: self.server.post("/v1/jobs", job_body(), key)) for _ in range(6)
@@ -164,9 +164,9 @@ class Submitting(ApiTest):
         self.assertEqual(len({a.json()["id"] for a in answers}), 1)
         self.assertEqual(sorted(a.status for a in answers), [200] * 5 + [201])
 
-    def test_every_sampler_renders_whole_sets_and_says_so(self):
-        # What the contract says: even counts for sobol and halton, whole sets of every replicate
-        # for the others.
+    def test_every_sampler_renders_whole_sets_and_reports_it(self):
+        # As documented: even counts for sobol and halton, whole sets of every replicate for the
+        # others.
         least = {"independent": 1, "antithetic": 4, "stratified": 32, "latin-hypercube": 32,
                  "orthogonal-array": 50, "halton": 2, "sobol": 2, "zsobol": 16}
         listed = {entry["type"] for entry in self.server.get("/v1/server").json()["samplers"]}
@@ -181,7 +181,7 @@ class Submitting(ApiTest):
             self.assertEqual(len(said), 0 if rounded == 5 else 1, job["warnings"])
             self.assertGreater(job["error"]["relative_rmse"], 0)
 
-    def test_extending_by_sets_gives_the_digest_of_the_longer_job(self):
+    def test_extension_by_sets_gives_the_digest_of_the_longer_job(self):
         body = job_body(samples=32, sampler={"type": "stratified"})
         job = self.server.render(body)
         answer = self.server.post(
@@ -193,7 +193,7 @@ class Submitting(ApiTest):
         longer = self.server.render(job_body(samples=64, sampler={"type": "stratified"}))
         self.assertEqual(extended["film_digest"], longer["film_digest"])
 
-    def test_one_sample_has_half_a_only(self):
+    def test_one_sample_fills_only_half_a(self):
         job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))
         count = job["progress"]["samples_per_pixel"]["max"]
         if count == 1:
@@ -205,7 +205,7 @@ class Waiting(ApiTest):
         job = self.server.submit(job_body(samples=64))["id"]
         self.assertEqual(self.server.get(f"/v1/jobs/{job}?wait=60").json()["state"], "finished")
 
-    def test_wait_returns_in_time(self):
+    def test_wait_returns_after_its_time(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         began = time.monotonic()
         state = self.server.get(f"/v1/jobs/{job}?wait=0.5").json()["state"]
@@ -224,7 +224,7 @@ class Waiting(ApiTest):
             tag = answer.headers["ETag"]
         self.server.post(f"/v1/jobs/{job}/cancel")
 
-    def test_a_cancel_ends_every_wait(self):
+    def test_cancel_ends_every_wait(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         waits = [
             in_background(lambda: self.server.get(f"/v1/jobs/{job}?wait=60")) for _ in range(4)
@@ -234,7 +234,7 @@ class Waiting(ApiTest):
         for wait in waits:
             self.assertEqual(wait().json()["state"], "cancelled")
 
-    def test_the_etag_of_a_final_job_gives_304(self):
+    def test_etag_of_a_final_job_gives_304(self):
         job = self.server.render(job_body())["id"]
         tag = self.server.get(f"/v1/jobs/{job}").headers["ETag"]
         for query in ("", "?wait=1"):
@@ -256,7 +256,7 @@ class Listing(ApiTest):
             target = re.match('<(.*)>; rel="next"', link).group(1) if link else None
         self.assertEqual(seen, [ids[:2], ids[2:4], ids[4:]])
 
-    def test_labels_and_states_filter(self):
+    def test_filters_by_labels_and_states(self):
         red = self.server.render(job_body(samples=2, labels={"colour": "red", "size": "big"}))["id"]
         blue = self.server.render(job_body(samples=2, labels={"colour": "blue"}))["id"]
 
@@ -270,7 +270,7 @@ class Listing(ApiTest):
         self.assertEqual(ids("label=colour&state=cancelled&state=queued"), [])
         self.assertEqual(ids("label=taste"), [])
 
-    def test_parts_of_names_filter_with_cursors(self):
+    def test_filters_by_parts_of_names_with_cursors(self):
         tag = uuid.uuid4().hex
         labels = {"labels": {"tag": tag}}
         chair = self.server.submit(job_body(name=f"Chair {tag} 100%", samples=2, **labels))["id"]
@@ -312,7 +312,7 @@ class Changing(ApiTest):
         self.job = self.server.submit(job_body(samples=65536, labels={"a": "1", "b": "2"}))["id"]
         self.addCleanup(lambda: self.server.post(f"/v1/jobs/{self.job}/cancel"))
 
-    def test_patch_changes_what_it_names(self):
+    def test_patch_changes_only_its_members(self):
         answer = self.patch(
             self.job, {"name": "new", "priority": 3, "labels": {"a": None, "c": "3"}}
         )
@@ -322,7 +322,7 @@ class Changing(ApiTest):
                          ("new", 3, {"b": "2", "c": "3"}))
         self.assertEqual(self.server.job(self.job)["spec"], spec)
 
-    def test_merge_patch_has_its_media_type(self):
+    def test_merge_patch_requires_its_media_type(self):
         answer = self.server.request("PATCH", f"/v1/jobs/{self.job}", b'{"name": "merged"}',
                                      {"Content-Type": "application/merge-patch+json"})
         self.assertEqual(answer.json()["spec"]["name"], "merged")
@@ -347,11 +347,11 @@ class Changing(ApiTest):
         self.assertEqual((done["state"], done["stop_reason"]), ("finished", "samples_per_pixel"))
         self.assertLess(done["progress"]["samples_per_pixel"]["max"], 65536)
 
-    def test_pause_stops_and_resume_goes_on(self):
+    def test_pause_stops_and_resume_continues(self):
         self.server.wait_for_samples(self.job)
         paused = self.patch(self.job, {"paused": True})
         self.assertEqual(paused.json()["state"], "paused")
-        # What is in flight may still land, and then nothing more.
+        # Slices in progress may still be committed, and then nothing more.
         deadline = time.monotonic() + PATIENCE_S
         first, second = None, self.server.job(self.job)
         while first is None or (first["revision"], first["progress"]["elapsed_seconds"]) != (
@@ -372,7 +372,7 @@ class Changing(ApiTest):
         self.assert_problem(self.patch(self.job, {"priority": 2}, If_Match=tag), 412)
         self.assertEqual(self.patch(self.job, {"priority": 2}, If_Match="*").status, 200)
 
-    def test_the_etag_covers_the_spec(self):
+    def test_etag_covers_the_spec(self):
         self.server.wait_for_samples(self.job)
         self.patch(self.job, {"paused": True})
         time.sleep(0.3)
@@ -382,7 +382,7 @@ class Changing(ApiTest):
 
 
 class Ending(ApiTest):
-    def test_cancel_is_idempotent_and_keeps_the_picture(self):
+    def test_cancel_is_idempotent_and_keeps_the_image(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)
         for _ in range(3):
@@ -402,7 +402,7 @@ class Ending(ApiTest):
         cpu = self.server.post(f"/v1/jobs/{job}/cancel").json()["progress"]["cpu_seconds"]
         self.assertEqual(
             self.server.get(f"/v1/jobs/{job}/film").status, 200
-        )  # Waits until nothing is under way.
+        )  # Waits until no slice is in progress.
         settled = self.server.job(job)["progress"]["cpu_seconds"]
         self.assertLess(settled - cpu, 0.1 * 2)
         time.sleep(0.5)
@@ -413,7 +413,7 @@ class Ending(ApiTest):
         answer = self.server.post(f"/v1/jobs/{job['id']}/cancel")
         self.assertEqual((answer.status, answer.json()["state"]), (200, "finished"))
 
-    def test_delete_forgets_the_job_and_its_files(self):
+    def test_delete_removes_the_job_and_its_files(self):
         job = self.server.render(job_body())["id"]
         films = os.path.join(self.server.data, "films")
         self.assertTrue([f for f in os.listdir(films) if f.startswith(job)])
@@ -436,7 +436,7 @@ class Ending(ApiTest):
 
 
 class Extending(ApiTest):
-    def test_extended_is_what_was_asked_for_at_once(self):
+    def test_extended_job_equals_the_longer_one(self):
         whole = self.server.render(job_body(samples=24))
         job = self.server.render(job_body(samples=8))
         self.assertNotEqual(whole["film_digest"], job["film_digest"])
@@ -451,7 +451,7 @@ class Extending(ApiTest):
         self.assertEqual(done["film_digest"], whole["film_digest"])
         self.assertGreater(done["revision"], job["revision"])
 
-    def test_a_lower_error_extends_too(self):
+    def test_lower_error_extends_too(self):
         job = self.server.render(job_body(samples=16))
         target = job["error"]["relative_rmse"] / 1.5
         self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"relative_error": target}})

@@ -1,4 +1,4 @@
-"""Keys: who gets in, with what, for what, how often; the cookie of the page, tickets, CORS."""
+"""Keys: authentication, scopes, rates; the cookie of the page, tickets, CORS."""
 
 import json
 import time
@@ -10,7 +10,7 @@ PAGE = "http://studio.example"
 
 
 class Keyed(unittest.TestCase):
-    """A server whose operator has set a key and named another origin."""
+    """A server with an operator key and one other allowed origin."""
 
     @classmethod
     def setUpClass(cls):
@@ -45,7 +45,7 @@ class Keyed(unittest.TestCase):
         self.assertTrue(answer.headers["WWW-Authenticate"].startswith("Bearer"))
         self.assertEqual(answer.json()["status"], 401)
 
-    def test_no_key_and_one_that_is_not_known_are_told_apart(self):
+    def test_distinguishes_a_missing_from_an_unknown_key(self):
         for authorization in ("", "Basic b3A6b3A=", "Bearer", "Bearer "):
             answer = self.server.request(
                 "GET", "/v1/jobs", headers={"Authorization": authorization}
@@ -65,7 +65,7 @@ class Keyed(unittest.TestCase):
             "session", self.server.request("GET", "/v1/jobs", headers=cookie).json()["detail"]
         )
 
-    def test_the_command_line_says_whether_the_key_is_missing_or_wrong(self):
+    def test_command_line_reports_whether_the_key_is_missing_or_wrong(self):
         flags = ("--server", f"http://127.0.0.1:{self.server.port}")
         code, _, said = tessera("jobs", *flags)
         self.assertEqual((code, "Give the key with --key" in said), (1, True), said)
@@ -76,11 +76,11 @@ class Keyed(unittest.TestCase):
             said,
         )
 
-    def test_the_page_its_description_and_the_probes_need_none(self):
+    def test_page_description_and_probes_need_no_key(self):
         for path in ("/", "/docs", "/openapi.json", "/livez", "/readyz", "/metrics"):
             self.assertEqual(self.status(path), 200, path)
 
-    def test_a_key_is_exchanged_for_a_cookie(self):
+    def test_exchanges_a_key_for_a_cookie(self):
         self.assertEqual(self.status("/v1/session", method="POST"), 401)
         for key in ("operators-own", self.add_key()):
             self.wait_for_status(200, "/v1/server", key)
@@ -101,7 +101,7 @@ class Keyed(unittest.TestCase):
                 self.assertEqual(answer.status, status, value)
             connection.close()
 
-    def test_a_removed_key_stops_working(self):
+    def test_removed_key_stops_working(self):
         key = self.add_key()
         self.wait_for_status(200, "/v1/jobs", key)
         code, listed, _ = tessera("keys", "list", "--json", "--data", self.server.data)
@@ -115,14 +115,14 @@ class Keyed(unittest.TestCase):
         code, _, said = tessera("keys", "remove", key.split("_")[1], "--data", self.server.data)
         self.assertEqual(code, 1, said)
 
-    def test_the_store_holds_no_key(self):
+    def test_store_contains_no_key(self):
         key = self.add_key()
         self.wait_for_status(200, "/v1/jobs", key)
         for name in ("tessera.db", "tessera.db-wal"):
             with open(f"{self.server.data}/{name}", "rb") as file:
                 self.assertNotIn(key.split("_")[2].encode(), file.read())
 
-    def test_a_scope_that_is_missing_is_403(self):
+    def test_missing_scope_is_403(self):
         reads, writes = self.add_key("--scope", "read"), self.add_key("--scope", "write")
         self.wait_for_status(200, "/v1/jobs", reads)
         self.assertEqual(self.status("/v1/jobs", reads, "POST", job_body()), 403)
@@ -147,9 +147,9 @@ class Keyed(unittest.TestCase):
                 tessera("keys", *arguments, "--data", self.server.data)[0], 2, arguments
             )
 
-    def test_more_than_the_rate_is_429(self):
+    def test_exceeding_the_rate_is_429(self):
         key = self.add_key("--rate", "3")
-        self.wait_for_status(200, "/v1/jobs", key)  # The first of three.
+        self.wait_for_status(200, "/v1/jobs", key)  # the first of three
         seen = []
         for _ in range(3):
             answer = self.server.request(
@@ -163,10 +163,10 @@ class Keyed(unittest.TestCase):
         self.assertTrue(
             1 <= int(answer.headers["Retry-After"]) <= 20, answer.headers["Retry-After"]
         )
-        # Others are not held up by it.
+        # Other keys are not delayed by it.
         self.assertEqual(self.status("/v1/jobs", "operators-own"), 200)
 
-    def test_more_jobs_than_the_quota_are_429(self):
+    def test_exceeding_the_job_quota_is_429(self):
         key = self.add_key()
         self.wait_for_status(200, "/v1/jobs", key)
         held = self.server.request("POST", "/v1/jobs", job_body(samples=65536),
@@ -176,7 +176,7 @@ class Keyed(unittest.TestCase):
         self.server.post(f"/v1/jobs/{held}/cancel")
         self.assertEqual(self.status("/v1/jobs", key, "POST", job_body()), 201)
 
-    def test_a_ticket_stands_for_the_key_where_a_page_cannot_send_one(self):
+    def test_ticket_replaces_the_key_where_a_page_cannot_send_one(self):
         job, other = (self.server.render(job_body())["id"] for _ in range(2))
         self.assertEqual(self.status("/v1/stream-tickets", None, "POST", {"jobs": [job]}), 401)
         made = self.server.post("/v1/stream-tickets", {"jobs": [job]})
@@ -192,7 +192,7 @@ class Keyed(unittest.TestCase):
         self.assertEqual(self.status(f"/v1/jobs/{job}?ticket={ticket}"), 401)
         self.assertEqual(self.status(f"/v1/jobs/{job}?ticket={ticket}", method="DELETE"), 401)
 
-    def test_tickets_are_checked(self):
+    def test_checks_tickets(self):
         nobody = "00000000-0000-4000-8000-000000000000"
         for body, status in (
             ({}, 422),
@@ -204,7 +204,7 @@ class Keyed(unittest.TestCase):
         ):
             self.assertEqual(self.server.post("/v1/stream-tickets", body).status, status, body)
 
-    def test_named_origins_get_cors_headers_and_others_403(self):
+    def test_allowed_origins_get_cors_headers_and_others_403(self):
         answer = self.server.request("OPTIONS", "/v1/jobs", headers={
             "Origin": PAGE, "Access-Control-Request-Method": "POST", "Authorization": ""})
         self.assertEqual(answer.status, 204)
@@ -229,7 +229,7 @@ class Keyed(unittest.TestCase):
 
 
 class KeysOfTheStore(unittest.TestCase):
-    def test_the_first_stored_key_closes_a_server_without_one(self):
+    def test_first_stored_key_closes_an_open_server(self):
         server = Server()
         self.addCleanup(server.close)
         server.start()
@@ -247,7 +247,7 @@ class KeysOfTheStore(unittest.TestCase):
         server.start()
         self.assertEqual(server.get("/v1/jobs").status, 200)
 
-    def test_another_address_needs_a_key(self):
+    def test_public_address_requires_a_key(self):
         server = Server("--listen", "0.0.0.0")
         self.addCleanup(server.close)
         with self.assertRaises(RuntimeError) as refused:

@@ -1,4 +1,4 @@
-"""`tessera lab`: the same experiments on the command line, and what it writes."""
+"""`tessera lab`: the same experiments on the command line, and the files it writes."""
 
 import csv
 import io
@@ -22,7 +22,7 @@ def lab(*arguments):
 
 
 class LabCommand(ApiTest):
-    def test_lists_what_the_service_lists(self):
+    def test_lists_the_experiments_of_the_service(self):
         served = self.server.get("/v1/server").json()["experiments"]
         self.assertEqual(
             [line.split()[0] for line in lab().splitlines()], [e["name"] for e in served]
@@ -39,7 +39,7 @@ class LabCommand(ApiTest):
             ):
                 self.assertIn(text, told)
 
-    def test_gives_the_lines_of_the_service_for_any_number_of_threads(self):
+    def test_prints_the_lines_of_the_service_for_any_number_of_threads(self):
         body = {
             "experiment": "strategies",
             "estimator": "mis",
@@ -84,13 +84,13 @@ class LabCommand(ApiTest):
         self.assertEqual(len(list(csv.DictReader(io.StringIO(printed)))), 2)
         self.assertEqual(xml.fromstring(lab("--n", "16", "pi", "--svg", "-")).tag, SVG + "svg")
 
-    def test_the_table_has_a_row_for_each_n_and_the_truth(self):
+    def test_table_has_a_row_for_each_n_and_the_expected_value(self):
         rows = lab("pi", "--n", "16,64", "--replicates", "8").splitlines()
         self.assertEqual([row.split()[0] for row in rows[1:3]], ["16", "64"])
         expected = next(row for row in rows if row.startswith("expected  "))
         self.assertAlmostEqual(float(expected.split()[1]), math.pi, places=8)
 
-    def test_wrong_usage_is_2_and_names_the_place(self):
+    def test_wrong_usage_is_2_and_names_the_argument(self):
         for arguments, told in (
             (("nothing",), "/experiment"),
             (("nothing", "--explain"), "/experiment"),
@@ -110,7 +110,7 @@ class LabCommand(ApiTest):
             self.assertEqual((code, out), (2, ""), arguments)
             self.assertIn(told, said, arguments)
 
-    def test_a_file_that_cannot_be_written_is_1(self):
+    def test_unwritable_file_is_1(self):
         code, _, said = tessera(
             "lab", "pi", "--n", "4", "--replicates", "2", "--csv", "/nowhere/a.csv"
         )

@@ -1,5 +1,4 @@
-"""The estimator laboratory over HTTP: what it lists, what it refuses, what it streams, when it
-stops."""
+"""The estimator laboratory over HTTP: listing, refusals, streaming, cancellation."""
 
 import json
 import math
@@ -10,7 +9,7 @@ import unittest
 from harness import PATIENCE_S, ApiTest
 
 SMALL = {"experiment": "pi", "n": [16, 64, 256], "replicates": 16, "seed": 7}
-# Far more than anyone waits for, and just within the bound.
+# Far longer than any test waits, and just within the limit.
 LONG = {"experiment": "pi", "n": [100000000, 100000000], "replicates": 5}
 TIMES = ("seconds", "efficiency")
 
@@ -60,7 +59,7 @@ class LabTest(ApiTest):
         self.assertTrue(low < outcome["slope"] < high)
         self.assertEqual(outcome["expected_slope"], -0.5)
 
-    def test_the_same_seed_gives_the_same_lines_but_for_times(self):
+    def test_same_seed_gives_the_same_lines_except_times(self):
         def stable(body):
             return [
                 {k: v for k, v in line.items() if k not in TIMES}
@@ -98,7 +97,7 @@ class LabTest(ApiTest):
                 self.assertIsNone(outcome["slope"])
                 self.assertEqual(outcome["params"], body["params"])
 
-    def test_refusals_point_to_what_is_wrong(self):
+    def test_refusals_point_to_the_error(self):
         for body, pointer in (
             ({}, "/experiment"),
             ({"experiment": "e"}, "/experiment"),
@@ -138,14 +137,14 @@ class LabTest(ApiTest):
             self.server.post("/v1/lab/runs", b"{", {"Content-Type": "application/json"}), 400
         )
 
-    def test_limits_are_shown(self):
+    def test_shows_limits(self):
         limits = self.server.get("/v1/server").json()["limits"]
         self.assertEqual(
             (limits["lab_evaluations"], limits["lab_replicates"], limits["lab_runs"]),
             (10**9, 4096, 1),
         )
 
-    def test_runs_are_limited_and_end_when_the_client_goes(self):
+    def test_limits_runs_and_ends_them_when_the_client_leaves(self):
         plug = self.open_long_run()
         busy = self.server.post("/v1/lab/runs", SMALL)
         self.assert_problem(busy, 429)
@@ -170,7 +169,7 @@ class LabTest(ApiTest):
 
 
 class LabStop(ApiTest):
-    def test_a_server_that_stops_takes_leave_of_its_runs(self):
+    def test_stopping_server_ends_its_runs_cleanly(self):
         connection = self.server.connect()
         connection.request(
             "POST",

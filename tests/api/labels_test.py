@@ -1,4 +1,4 @@
-"""Ids of what pixels show, what they stand for, and Cryptomatte."""
+"""Ids of pixels, the objects they identify, and Cryptomatte."""
 
 import json
 import struct
@@ -18,8 +18,8 @@ def body(layers, samples=4, **members):
 
 
 def exr_head(data):
-    """Channels with their type (0: unsigned integers, 2: floats), and texts, by name: the OpenEXR
-    file layout."""
+    """Returns channels with their type (0: unsigned integers, 2: floats), and texts, by name: the
+    OpenEXR file layout."""
     assert struct.unpack_from("<I", data)[0] == 20000630
     at, channels, texts = 8, {}, {}
 
@@ -51,7 +51,7 @@ class Labels(ApiTest):
     def pixel(self, job, x, y):
         return self.server.get(self.path(job, f"pixels/{x}/{y}")).json()["layers"]
 
-    def test_ids_are_those_that_objects_tells(self):
+    def test_ids_are_those_of_the_objects(self):
         job = self.server.render(body([*IDS, "position", "uv"]))
         objects = self.server.get(self.path(job, "objects")).json()
         self.assertTrue(objects["has_ids"])
@@ -83,7 +83,7 @@ class Labels(ApiTest):
                 self.assertGreaterEqual(
                     amodal["x"] + amodal["width"], box["x"] + box["width"] - 0.5
                 )
-                # Through the camera the position is at the pixel's centre.
+                # Seen by the camera, the position is at the pixel's centre.
                 m, p = camera["to_world"], pixel["position"]["mean"]
                 away = [p[i] - m[12 + i] for i in range(3)]
                 local = [sum(m[4 * c + i] * away[i] for i in range(3)) for c in range(3)]
@@ -98,7 +98,7 @@ class Labels(ApiTest):
                     self.assertLessEqual(p[i], found["bounds"]["max"][i] + 1e-5)
         self.assertGreater(seen, 10)
 
-    def test_a_job_that_does_not_ask_has_no_ids_but_boxes(self):
+    def test_job_without_the_option_has_boxes_but_no_ids(self):
         job = self.server.render(body(["depth"]))
         objects = self.server.get(self.path(job, "objects")).json()
         self.assertFalse(objects["has_ids"])
@@ -134,7 +134,7 @@ class Labels(ApiTest):
         one, _ = exr_head(self.server.get(self.path(job, "image.exr?layer=object")).body)
         self.assertEqual(one, {"Y": 0})
 
-    def test_screens_get_colours_and_nothing_is_averaged(self):
+    def test_displays_get_colors_without_averaging(self):
         job = self.server.render(body([*IDS, *MATTES]))
         for layer in IDS + MATTES:
             shown = self.server.get(self.path(job, f"image.png?layer={layer}"))
@@ -150,7 +150,7 @@ class Labels(ApiTest):
         ):
             self.assert_problem(self.server.get(self.path(job, query)), 422, where)
 
-    def test_ids_stay_over_views_and_merges(self):
+    def test_ids_are_the_same_for_views_and_merges(self):
         replicates = {"type": "sobol", "replicates": 4}
         whole = self.server.render(body([*IDS, *MATTES], 8, sampler=replicates))
         ids = [

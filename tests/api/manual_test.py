@@ -1,4 +1,4 @@
-"""Shell completions and the manual page: all that --help says, read by the shells themselves."""
+"""Shell completions and the manual page: everything in --help, read by the shells themselves."""
 
 import os
 import pty
@@ -61,7 +61,7 @@ class Manual(ApiTest):
         return "\n".join(re.findall(r"^ +(-.*?)(?:  |$)", text, re.M))
 
     def bash(self, *words, **environ):
-        """What bash offers for the last of the words."""
+        """The completions that bash offers for the last of the words."""
         script = ('source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
                   '_tessera; printf "%s\\n" "${COMPREPLY[@]}"')
         return run(["bash", "-c", script, "bash", self.files["bash"], "tessera", *words],
@@ -72,7 +72,7 @@ class Manual(ApiTest):
                     self.files["fish"], line], HOME=os.path.dirname(self.files["fish"]), **environ)
         return [row.split("\t")[0] for row in told.splitlines()]
 
-    def test_there_are_verbs_and_flags_to_speak_of(self):
+    def test_finds_verbs_and_flags(self):
         self.assertLessEqual(
             {"serve", "render", "submit", "watch", "man", "completion"}, set(self.verbs)
         )
@@ -83,7 +83,7 @@ class Manual(ApiTest):
         self.assertIn("--relative-error", self.flags["submit"])
         self.assertIn("--disk-limit", self.flags["serve"])
 
-    def test_the_page_has_every_verb_with_every_flag(self):
+    def test_page_has_every_verb_with_every_flag(self):
         sections = dict(re.findall(r"^\.SS tessera ([a-z]+)[^\n]*\n(.*?)(?=^\.S[SH])", self.page,
                                    re.S | re.M))
         self.assertEqual(list(sections), self.verbs)
@@ -93,7 +93,7 @@ class Manual(ApiTest):
         for variable in ("TESSERA_SERVER", "TESSERA_KEY", "TESSERA_DATA"):
             self.assertIn(variable, self.page.split(".SH ENVIRONMENT")[1])
 
-    def test_the_page_is_free_of_faults(self):
+    def test_page_has_no_formatting_errors(self):
         run(["groff", "-man", "-ww", "-Tutf8", "-z"], self.page)
         with self.assertRaises(AssertionError):
             run(["groff", "-man", "-ww", "-Tutf8", "-z"], self.page + ".SS\n.no-such-macro\n")
@@ -106,9 +106,9 @@ class Manual(ApiTest):
         for verb, flags in self.flags.items():
             self.assertLessEqual(flags, set(self.bash(verb, "--")), verb)
         self.assertEqual(self.bash("submit", "--rel"), ["--relative-error"])
-        self.assertEqual(self.bash("submit", "--spp", ""), [], "a number is the user's own")
+        self.assertEqual(self.bash("submit", "--spp", ""), [], "the user types a number")
 
-    def test_bash_offers_files_where_a_file_is_wanted(self):
+    def test_bash_offers_files_for_file_arguments(self):
         with tempfile.TemporaryDirectory() as folder:
             for name in ("chair.glb", "chess.zip"):
                 open(os.path.join(folder, name), "w", encoding="utf-8").close()
@@ -123,7 +123,7 @@ class Manual(ApiTest):
             )
             self.assertEqual(self.bash("serve", "--data", head), [head + "ambers"])
 
-    def test_jobs_are_offered_by_their_ids(self):
+    def test_offers_jobs_by_their_ids(self):
         ids = [self.server.render(job_body())["id"] for _ in range(2)]
         server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
         self.assertEqual(self.bash("watch", "", **server)[:3], ["latest", ids[1], ids[0]])
@@ -131,7 +131,7 @@ class Manual(ApiTest):
         self.assertLessEqual(set(ids), set(self.fish("tessera fetch ", **server)))
         self.assertEqual(self.bash("watch", "", TESSERA_SERVER="http://127.0.0.1:9"), ["latest"])
 
-    def test_what_takes_jobs_and_files_is_offered_both(self):
+    def test_offers_both_jobs_and_files_where_both_are_accepted(self):
         job = self.server.render(job_body())["id"]
         server = {"TESSERA_SERVER": f"http://127.0.0.1:{self.server.port}"}
         with tempfile.TemporaryDirectory() as folder:
@@ -145,7 +145,7 @@ class Manual(ApiTest):
                 self.assertIn(film, self.fish(f"tessera {verb} {folder}/", **server))
             self.assertIn(film, self.typed_in_zsh(f"tessera merge {folder}/pa\t", film))
 
-    def test_built_in_scenes_are_offered_by_their_names(self):
+    def test_offers_built_in_scenes_by_their_names(self):
         names = [scene["name"] for scene in self.server.get("/v1/server").json()["scenes"]]
         listed = tessera("render", "--scenes").splitlines()
         self.assertEqual([line.split()[0] for line in listed], names)
@@ -158,11 +158,11 @@ class Manual(ApiTest):
             self.typed_in_zsh("tessera render corn\t", "cornell-box "),
         )
 
-    def test_shells_are_offered(self):
+    def test_offers_shells(self):
         self.assertEqual(self.bash("completion", ""), ["bash", "zsh", "fish"])
         self.assertEqual(self.fish("tessera completion z"), ["zsh"])
 
-    def test_closed_sets_are_offered_by_their_names(self):
+    def test_offers_enumerations_by_their_names(self):
         server = self.server.get("/v1/server").json()
         types = {
             "--integrator": "integrators",
@@ -199,7 +199,7 @@ class Manual(ApiTest):
             "tessera keys remove ", self.typed_in_zsh("tessera keys rem\t", "tessera keys remove ")
         )
 
-    def test_experiments_are_offered_by_their_names(self):
+    def test_offers_experiments_by_their_names(self):
         names = [e["name"] for e in self.server.get("/v1/server").json()["experiments"]]
         self.assertEqual(self.bash("lab", ""), names)
         self.assertEqual(self.bash("lab", "rest"), ["restir-1d"])
@@ -226,7 +226,7 @@ class Manual(ApiTest):
             self.assertIn(expected, self.typed_in_zsh(typed, expected))
 
     def typed_in_zsh(self, keys, expected):
-        """What a terminal shows after the keys, up to when `expected` is there."""
+        """Returns the terminal's output after the keys, up to `expected`."""
         begin = f"autoload -U compinit; compinit -u -D; source {self.files['zsh']}; PS1='ready> '\n"
         child, terminal = pty.fork()
         if child == 0:
@@ -249,11 +249,11 @@ class Manual(ApiTest):
             os.waitpid(child, 0)
         return shown
 
-    def test_help_of_a_verb_is_had_in_both_ways(self):
+    def test_help_of_a_verb_works_in_both_forms(self):
         for verb in ("watch", "lab", "serve"):
             self.assertEqual(tessera("help", verb), tessera(verb, "--help"))
 
-    def test_a_verb_that_is_not_is_told_with_the_one_that_may_be_meant(self):
+    def test_unknown_verb_is_reported_with_a_suggestion(self):
         for word, near in (("wach", "watch"), ("rendr", "render"), ("qqqq", None)):
             for args in ((word,), ("help", word)):
                 done = subprocess.run(
@@ -266,7 +266,7 @@ class Manual(ApiTest):
                 self.assertEqual("did you mean" in done.stderr, near is not None)
                 self.assertIn(near or "--help", done.stderr)
 
-    def test_a_picture_is_not_written_on_a_terminal(self):
+    def test_does_not_write_an_image_to_a_terminal(self):
         job = self.server.render(job_body())["id"]
         child, terminal = pty.fork()
         if child == 0:
@@ -276,7 +276,7 @@ class Manual(ApiTest):
         try:
             while piece := os.read(terminal, 4096):
                 shown += piece
-        except OSError:  # Linux's way to say that the other end is closed
+        except OSError:  # Linux reports this way that the other end is closed
             pass
         finally:
             os.close(terminal)
@@ -284,7 +284,7 @@ class Manual(ApiTest):
         self.assertIn(b"stdout is a terminal", shown)
         self.assertNotIn(b"PNG", shown)
 
-    def test_jobs_are_listed_by_their_names(self):
+    def test_lists_jobs_by_their_names(self):
         ids = [
             self.server.render(job_body(name=name))["id"] for name in ("Red chair", "Blue chair")
         ]
@@ -292,7 +292,7 @@ class Manual(ApiTest):
         self.assertIn(ids[0], run([PROGRAM, "jobs", "--name", "red ch"], **server))
         self.assertNotIn(ids[1], run([PROGRAM, "jobs", "--name", "red ch"], **server))
 
-    def test_another_shell_is_refused(self):
+    def test_refuses_another_shell(self):
         done = subprocess.run([PROGRAM, "completion", "tcsh"], capture_output=True, text=True,
                               timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stdout), (2, ""))

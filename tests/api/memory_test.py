@@ -1,4 +1,4 @@
-"""Files that are made to take memory: the process is measured beside them."""
+"""Files crafted to use memory: the memory of the server process is measured."""
 
 import array
 import io
@@ -23,7 +23,7 @@ def status_bytes(server, name):
 
 
 class Peak:
-    """How far resident memory rises while something is done, in bytes."""
+    """Peak increase of resident memory during an action, in bytes."""
 
     def __init__(self, server):
         self.server = server
@@ -39,13 +39,13 @@ class Peak:
 
 
 def many_names(count, size):
-    """A document whose `count` buffers are one file under many names, and the names."""
+    """A document whose `count` buffers are one file with many names, and the names."""
     uris = ["./" * i + "b.bin" for i in range(count)]
     return triangle_document(buffers=[{"byteLength": size, "uri": uri} for uri in uris]), uris
 
 
 def zeros_document(count):
-    """Positions without a buffer view: so many zeros from a few bytes."""
+    """Positions without a buffer view: `count` zeros from a few bytes."""
     document = triangle_document(accessors=[{"componentType": 5126, "count": count, "type": "VEC3",
                                              "min": [0, 0, 0], "max": [0, 0, 0]}])
     del document["buffers"], document["bufferViews"]
@@ -53,7 +53,7 @@ def zeros_document(count):
 
 
 def soup_glb(triangles):
-    """So many triangles, all over the unit cube."""
+    """`count` triangles, all over the unit cube."""
     chance = random.Random(1)
     positions = array.array("f", (chance.random() for _ in range(9 * triangles)))
     count = 3 * triangles
@@ -64,13 +64,13 @@ def soup_glb(triangles):
 
 
 class Uploads(ApiTest):
-    def test_zeros_without_a_buffer_are_bounded_before_they_are_made(self):
+    def test_limits_zeros_without_a_buffer_before_they_are_allocated(self):
         with Peak(self.server) as peak:
             answer = self.server.post("/v1/scenes", zeros_document(400_000_000), GLTF)
         self.assert_problem(answer, 413)
         self.assertLess(peak.bytes, 40 * MB)
 
-    def test_an_entry_of_a_zip_under_many_names_is_one_file(self):
+    def test_zip_entry_with_many_names_is_one_file(self):
         document, _ = many_names(60, 8 * MB)
         archive = io.BytesIO()
         with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as files:
@@ -81,7 +81,7 @@ class Uploads(ApiTest):
         self.assertEqual(answer.status, 201, answer)
         self.assertLess(peak.bytes, 60 * MB)
 
-    def test_an_asset_under_many_names_is_one_file(self):
+    def test_asset_with_many_names_is_one_file(self):
         document, uris = many_names(200, 4 * MB)
         gltf = self.server.post("/v1/assets", json.dumps(document).encode(), BYTES).json()["id"]
         buffer = self.server.post("/v1/assets", bytes(4 * MB), BYTES).json()["id"]
@@ -95,7 +95,7 @@ class Uploads(ApiTest):
         self.assertEqual(job["state"], "finished")
         self.assertLess(peak.bytes, 60 * MB)
 
-    def test_long_names_are_not_echoed(self):
+    def test_does_not_echo_long_names(self):
         for uri in ("b" * 70_000, "http://" + "b" * 70_000, "data:" + "b" * 70_000):
             document = json.dumps(triangle_document(uri)).encode()
             answer = self.server.post("/v1/scenes", document, GLTF)
@@ -110,7 +110,7 @@ class Uploads(ApiTest):
             self.assertLess(len(answer.body), 2000)
         for path in ("/v1/jobs/", "/v1/assets/", "/v1/scenes/"):
             answer = self.server.get(path + "b" * 8000)
-            self.assertLess(len(answer.body), 8000 + 4096 + 500)  # Once as its path.
+            self.assertLess(len(answer.body), 8000 + 4096 + 500)  # Once, in its path.
         buffers = [{"byteLength": 36, "uri": f"{i}" * 100} for i in range(1000)]
         document = triangle_document(buffers=buffers)
         answer = self.server.post("/v1/scenes", json.dumps(document).encode(), GLTF)
@@ -118,7 +118,7 @@ class Uploads(ApiTest):
         self.assertLess(len(answer.body), 8000)
         self.assertIn("more", answer.json()["detail"])
 
-    def test_a_primitive_without_attributes_is_refused(self):
+    def test_refuses_a_primitive_without_attributes(self):
         document = triangle_document("b.bin", meshes=[{"primitives": [{"attributes": {}}]}])
         answer = self.server.post("/v1/scenes", json.dumps(document).encode(), GLTF)
         problem = self.assert_problem(answer, 422)
@@ -126,16 +126,16 @@ class Uploads(ApiTest):
 
 
 def told(answer):
-    """Refused, with what it needs and what there is."""
+    """Expects a refusal that states required and available memory."""
     text = answer.body.decode()
     return answer.status in (413, 422, 503) and "--memory" in text and "MB" in text
 
 
 class Gate(ApiTest):
-    """256 MB: jobs and requests have what the process itself leaves of it."""
+    """256 MB: jobs and requests share what the process itself does not use."""
 
     FLAGS = ("--memory", "256M")
-    # The allocator keeps what was freed until a sixteenth has come together.
+    # The allocator keeps freed memory until it reaches a sixteenth.
     MOST = 192 * MB
 
     def film(self, side, **members):
@@ -143,7 +143,7 @@ class Gate(ApiTest):
         body["film"] = {"width": side, "height": side, "layers": []}
         return body
 
-    def test_a_body_that_never_fits_is_refused_before_it_is_read(self):
+    def test_refuses_a_body_that_never_fits_before_reading_it(self):
         head = ("POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\n"
                 "Content-Length: 1000000000\r\nConnection: close\r\n\r\n")
         with Peak(self.server) as peak:
@@ -152,7 +152,7 @@ class Gate(ApiTest):
         self.assertIn(b"1 GB", answer)
         self.assertLess(peak.bytes, 20 * MB)
 
-    def test_a_body_of_unknown_length_is_refused_when_it_no_longer_fits(self):
+    def test_refuses_a_body_of_unknown_length_when_it_no_longer_fits(self):
         def pieces():
             for _ in range(400):
                 yield bytes(MB)
@@ -162,7 +162,7 @@ class Gate(ApiTest):
             try:
                 connection.request("POST", "/v1/scenes", pieces(), GLTF, encode_chunked=True)
             except OSError:
-                pass  # It was refused meanwhile.
+                pass  # It was refused in the meantime.
             answer = connection.getresponse()
         self.assertIn(answer.status, (413, 503))
         self.assertIn(b"--memory", answer.read())
@@ -176,12 +176,12 @@ class Gate(ApiTest):
                 for _ in range(8)
             ]
             answers = [call() for call in calls]
-        for answer in answers:  # No GLB, or no room in time.
+        for answer in answers:  # Not a GLB, or no memory in time.
             self.assertTrue(answer.status in (400, 422) or told(answer), answer)
         self.assertLess(peak.bytes, self.MOST)
 
-    def test_dry_runs_of_many_moments_wait_for_each_other(self):
-        # Loaded, each takes 18 MB beside 13 MB of itself while it is.
+    def test_dry_runs_at_many_times_wait_for_each_other(self):
+        # A loaded scene takes 18 MB, plus 13 MB for the file while it is loaded.
         scene = self.server.post("/v1/scenes", soup_glb(120_000), GLB).json()["id"]
         with Peak(self.server) as peak:
             bodies = [job_body(scene, time_seconds=t) for t in range(12)]
@@ -195,7 +195,7 @@ class Gate(ApiTest):
             self.assertTrue(answer.status == 200 or told(answer), answer)
         self.assertLess(peak.bytes, self.MOST)
 
-    def test_pictures_are_encoded_by_rows_and_wait_for_each_other(self):
+    def test_images_are_encoded_by_rows_and_wait_for_each_other(self):
         job = self.server.render(self.film(800))["id"]
         with Peak(self.server) as peak:
             paths = [f"/v1/jobs/{job}/image.{name}" for name in ("exr", "png", "tif", "webp")]
@@ -205,14 +205,14 @@ class Gate(ApiTest):
             self.assertTrue(answer.status == 200 or told(answer), answer.status)
         self.assertLess(peak.bytes, self.MOST)
 
-    def test_a_job_takes_no_more_than_the_dry_run_says(self):
+    def test_job_uses_at_most_the_memory_of_the_dry_run(self):
         body = self.film(700)
         with Peak(self.server) as peak:
             dry_run = self.server.post("/v1/jobs?dry_run=1", body).json()
             foreseen = dry_run["estimate"]["memory_bytes_high"]
             self.server.render(body)
         self.assertGreater(foreseen, 700 * 700 * 48)
-        # Beside it: the threads' own, and what was freed and is kept.
+        # In addition: memory of the threads, and freed memory that is kept.
         self.assertLess(peak.bytes, foreseen + 16 * MB)
         refused = self.server.post("/v1/jobs", self.film(1600))
         self.assert_problem(refused, 422, "/film")

@@ -1,4 +1,4 @@
-"""The irradiance meter of a job, and the layer of irradiance."""
+"""The irradiance meter of a job, and the irradiance layer."""
 
 import csv
 import io
@@ -25,8 +25,8 @@ class Meter(ApiTest):
     def readings(self, job):
         return self.server.get(f"/v1/jobs/{job['id']}/meter").json()["points"]
 
-    def test_an_even_sky_gives_pi(self):
-        # Lossless things under a sky of radiance 1 take no light away.
+    def test_uniform_sky_gives_pi(self):
+        # Lossless objects under a sky of radiance 1 absorb no light.
         job = self.server.render(body({"points": [POINT], "plane": None}, 64, "furnace",
                                       integrator={"type": "path", "max_depth": 128}))
         self.assertEqual(job["spec"]["meter"], {"points": [POINT], "plane": None})
@@ -39,7 +39,7 @@ class Meter(ApiTest):
         self.assert_close(reading["illuminance_lux"], math.pi, 2 * spread + 1e-3 * math.pi)
         self.assert_close(reading["irradiance_w_m2"] * 683, reading["illuminance_lux"], 1e-6)
 
-    def test_the_table_says_the_same(self):
+    def test_table_has_the_same_values(self):
         job = self.server.render(body(BOX))
         readings = self.readings(job)
         self.assertEqual(len(readings), 7)
@@ -55,7 +55,7 @@ class Meter(ApiTest):
         self.assertEqual(status, 0, complaint)
         self.assertEqual(printed.split(), answer.body.decode().split())
 
-    def test_the_picture_is_the_same_and_the_readings_do_not_depend_on_the_integrator(self):
+    def test_image_is_unchanged_and_readings_do_not_depend_on_the_integrator(self):
         plain = self.server.render(body(None))
         self.assertNotIn("meter", plain["spec"])
         self.assert_problem(self.server.get(f"/v1/jobs/{plain['id']}/meter"), 404)
@@ -64,7 +64,7 @@ class Meter(ApiTest):
         other = self.server.render(body(BOX, integrator={"type": "bdpt"}))
         self.assertEqual(self.readings(other), self.readings(job))
 
-    def test_extending_gives_the_readings_of_a_longer_job(self):
+    def test_extension_gives_the_readings_of_a_longer_job(self):
         long = self.server.render(body(BOX, 16))
         job = self.server.render(body(BOX, 8))
         answer = self.server.post(f"/v1/jobs/{job['id']}/extend",
@@ -73,7 +73,7 @@ class Meter(ApiTest):
         self.server.wait(job["id"])
         self.assertEqual(self.readings(job), self.readings(long))
 
-    def test_what_is_no_meter_is_refused_at_its_place(self):
+    def test_refuses_an_invalid_meter_with_its_pointer(self):
         cases = (
             ({"points": [{"position": [0, 0, 0], "normal": [0, 0, 0]}]}, "/meter/points/0/normal"),
             ({"points": [{"position": [0, 0, 0]}]}, "/meter/points/0/normal"),
@@ -88,7 +88,7 @@ class Meter(ApiTest):
             with self.subTest(pointer=pointer):
                 self.assert_problem(self.server.post("/v1/jobs", body(meter)), 422, pointer)
 
-    def test_a_merged_film_has_no_readings(self):
+    def test_merged_film_has_no_readings(self):
         parts = []
         for first in (0, 2):
             sampler = {"type": "sobol", "replicates": 2, "first_replicate": first}
@@ -98,7 +98,7 @@ class Meter(ApiTest):
         self.assertTrue(any(w.startswith("meter:") for w in merged.json()["warnings"]))
         self.assert_problem(self.server.get(f"/v1/jobs/{merged.json()['id']}/meter"), 404)
 
-    def test_irradiance_is_a_layer_of_data(self):
+    def test_irradiance_is_a_data_layer(self):
         wanted = body(None)
         wanted["film"]["layers"] = ["irradiance"]
         job = self.server.render(wanted)

@@ -1,5 +1,4 @@
-"""What /metrics tells: the text format to the letter, names by Prometheus' rules, labels that
-nobody can invent."""
+"""/metrics: strict text format, names by Prometheus' rules, and a bounded set of labels."""
 
 import json
 import os
@@ -21,7 +20,7 @@ class Family:
 
 
 def parse_labels(text):
-    """From `{a="b"}` to pairs, in order; anything else is refused."""
+    """Parses `{a="b"}` into pairs, in order; refuses anything else."""
     pairs, at = [], 1
     while text[at] != "}":
         found = LABEL.match(text, at)
@@ -31,7 +30,7 @@ def parse_labels(text):
         assert text[at] in ",}", text
         at += text[at] == ","
     assert at == len(text) - 1, text
-    assert len({name for name, _ in pairs}) == len(pairs), f"a label twice: {text}"
+    assert len({name for name, _ in pairs}) == len(pairs), f"duplicate label: {text}"
     return tuple(sorted(pairs))
 
 
@@ -46,7 +45,7 @@ def parse(text):
             assert helps, line
             kind = re.fullmatch(r"# TYPE (\S+) (counter|gauge|histogram)", next(lines))
             assert kind and kind[1] == helps[1] and NAME.fullmatch(kind[1]), line
-            assert kind[1] not in families, f"announced twice: {line}"
+            assert kind[1] not in families, f"declared twice: {line}"
             current = families[kind[1]] = Family(kind[1], kind[2])
             continue
         sample = re.fullmatch(r"([a-zA-Z0-9_:]+)(\{.*\})? (\S+)", line)
@@ -56,7 +55,7 @@ def parse(text):
         assert name in {
             current.name + suffix for suffix in suffixes
         }, f"{line} among {current.name}"
-        assert (name, labels) not in current.samples, f"a series twice: {line}"
+        assert (name, labels) not in current.samples, f"duplicate series: {line}"
         current.samples[name, labels] = value
     return families
 
@@ -96,7 +95,7 @@ class Metrics(ApiTest):
             self.assertLess(time.monotonic(), deadline, f"{name} {labels} never {at_least}")
             time.sleep(0.05)
 
-    def test_the_text_is_well_formed_and_names_follow_the_rules(self):
+    def test_text_is_well_formed_and_names_follow_the_rules(self):
         job = self.server.submit(job_body())["id"]
         with EventStream(self.server, job) as stream:
             self.assertEqual([event.name for event in stream][-1], "end")
@@ -113,7 +112,7 @@ class Metrics(ApiTest):
             if family.kind == "counter":
                 self.assertTrue(all(value >= 0 for value in family.samples.values()), name)
 
-    def test_it_says_what_runs_and_what_the_process_takes(self):
+    def test_reports_jobs_and_process_resources(self):
         families = self.families()
         (info,) = families["tessera_build_info"].samples.items()
         self.assertEqual(info[1], 1)
@@ -133,7 +132,7 @@ class Metrics(ApiTest):
         for name in ("process_virtual_memory_bytes", "process_max_fds", "process_threads"):
             self.assertGreater(self.value(name), 0, name)
 
-    def test_methods_and_paths_that_nobody_knows_make_no_series(self):
+    def test_unknown_methods_and_paths_create_no_series(self):
         dice = random.Random(7)
 
         def ask():
@@ -157,11 +156,11 @@ class Metrics(ApiTest):
         self.wait_for(
             "tessera_http_requests_total", 101, method="other", route="unknown", status="404"
         )
-        # Our own looks at /metrics are counted only after the first of them has ended.
+        # Our own requests of /metrics are counted only after the first of them has ended.
         made = {key for key in series() - before if ("route", "/metrics") not in key[1]}
         self.assertEqual(made, set())
 
-    def test_jobs_are_counted_by_why_they_ended(self):
+    def test_counts_jobs_by_reason_of_their_end(self):
         ends = "tessera_jobs_ended_total"
         before = self.value(ends, reason="samples_per_pixel") or 0
         for _ in range(2):
@@ -172,7 +171,7 @@ class Metrics(ApiTest):
         self.server.post(f"/v1/jobs/{job}/cancel")
         self.wait_for(ends, before + 1, reason="cancelled")
 
-    def test_streams_and_waits_are_apart_from_requests(self):
+    def test_separates_streams_and_waits_from_requests(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         with EventStream(self.server, job) as stream:
             next(iter(stream))
@@ -189,18 +188,18 @@ class Metrics(ApiTest):
             self.value("tessera_http_request_duration_seconds_count", route="/v1/jobs/{id}/events"))
         self.server.post(f"/v1/jobs/{job}/cancel")
 
-    def test_refusals_are_counted_by_reason(self):
+    def test_counts_refusals_by_reason(self):
         before = self.value("tessera_http_refusals_total", reason="host")
         self.assertEqual(self.server.get("/v1/jobs", {"Host": "elsewhere.example"}).status, 421)
         self.wait_for("tessera_http_refusals_total", before + 1, reason="host")
 
-    def test_alerts_and_dashboard_use_metrics_and_labels_that_exist(self):
+    def test_alerts_and_dashboard_use_existing_metrics_and_labels(self):
         series = {}
         for family in self.families().values():
             for name, labels in family.samples:
                 series.setdefault(name, set()).update(label for label, _ in labels)
             series.setdefault(family.name, set())
-            if family.kind == "histogram":  # There once something was counted.
+            if family.kind == "histogram":  # exists after the first count
                 for suffix in ("_bucket", "_sum", "_count"):
                     series.setdefault(family.name + suffix, set())
         with open(f"{DOCKER}/prometheus-alerts.yaml", encoding="utf-8") as file:
@@ -219,7 +218,7 @@ class Metrics(ApiTest):
 class MetricsKey(ApiTest):
     FLAGS = ("--metrics-key", "of-the-figures")
 
-    def test_figures_need_their_key(self):
+    def test_metrics_require_their_key(self):
         self.assertEqual(self.server.get("/metrics").status, 401)
         for key, status in (("wrong", 401), ("of-the-figures", 200)):
             answer = self.server.get("/metrics", {"Authorization": "Bearer " + key})

@@ -1,4 +1,4 @@
-"""A model whose parts and camera move."""
+"""A model with moving parts and a moving camera."""
 
 import math
 import struct
@@ -7,8 +7,8 @@ from harness import glb
 
 
 def moving_triangles():
-    """The camera moves by (-0.5, 0, 0) in a second, the first triangle by (1, 2, 0), the second,
-    farther away, not at all."""
+    """The camera moves by (-0.5, 0, 0) in one second, the first triangle by (1, 2, 0); the second
+    one, farther away, is at rest."""
     corners = struct.pack("<9f", -1, -1, 0, 1, -1, 0, 0, 1, 0)
     times = struct.pack("<2f", 0, 1)
     of_camera = struct.pack("<6f", 0, 0, 5, -0.5, 0, 5)

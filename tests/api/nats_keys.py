@@ -1,4 +1,4 @@
-"""Keys, tokens and certificates for a NATS server, made by openssl.
+"""Keys, tokens and certificates for a NATS server, made with openssl.
 
 Formats: NATS ADR-14 (JWT) and github.com/nats-io/nkeys (seeds and public keys).
 """
@@ -20,7 +20,7 @@ def openssl(*words, data=None):
 
 
 def base32(data):
-    # CRC-16/XMODEM, little endian, ends what is encoded.
+    # CRC-16/XMODEM, little endian, follows the encoded bytes.
     return base64.b32encode(data + binascii.crc_hqx(data, 0).to_bytes(2, "little")).decode(
         ).rstrip("=")
 
@@ -32,7 +32,7 @@ def base64url(data):
 class Key:
     def __init__(self, kind):
         self.pem = openssl("genpkey", "-algorithm", "ed25519")
-        # The last 32 bytes of either form are the raw key.
+        # The raw key is the last 32 bytes of either form.
         private = openssl("pkey", "-outform", "DER", data=self.pem)[-32:]
         public = openssl("pkey", "-pubout", "-outform", "DER", data=self.pem)[-32:]
         self.name = base32(bytes([kind]) + public)
@@ -47,7 +47,7 @@ class Key:
             return openssl("pkeyutl", "-sign", "-rawin", "-inkey", paths[0], "-in", paths[1])
 
     def token(self, subject, kind, **claims):
-        """A JWT that this key signs."""
+        """A JWT signed with this key."""
         body = {"iat": 1, "iss": self.name, "name": kind, "sub": subject.name,
                 "nats": {"type": kind, "version": 2, **claims}}
         body["jti"] = base64.b32encode(hashlib.sha256(json.dumps(body).encode()).digest()
@@ -80,7 +80,7 @@ def write_credentials(folder):
 
 
 def write_certificate(folder):
-    """Returns lines for a server's configuration and the certificate that checks it."""
+    """Returns lines for a server's configuration and the certificate that verifies it."""
     key, certificate = (os.path.join(folder, name) for name in ("key.pem", "cert.pem"))
     openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
             "-keyout", key, "-out", certificate, "-days", "2", "-subj", "/CN=nats",

@@ -1,4 +1,4 @@
-"""What an operator does: reload, health checks, the units and files under docker/, warnings at the
+"""Operation of the server: reload, health checks, the units and files in docker/, warnings at the
 start."""
 
 import http.client
@@ -20,7 +20,7 @@ DOCKER = os.path.join(HERE, "..", "..", "docker")
 
 
 def certificate(folder, name):
-    """Paths of a fresh certificate for localhost and its key."""
+    """Returns paths of a new certificate for localhost and its key."""
     paths = [os.path.join(folder, f"{name}-{part}.pem") for part in ("cert", "key")]
     subprocess.run(
         [
@@ -50,7 +50,7 @@ def certificate(folder, name):
 
 
 class SecureServer(Server):
-    """Its clients trust the certificate that is set last, and nobody else's."""
+    """Its clients trust only the certificate that was set last."""
 
     certificate = None
 
@@ -77,7 +77,7 @@ class Reload(unittest.TestCase):
         return server
 
     def reload(self, server, event):
-        """The line of the log that tells of it."""
+        """Reloads; returns the line of the log that reports it."""
         known = server.log_text().count(event)
         server.process.send_signal(signal.SIGHUP)
         deadline = time.monotonic() + PATIENCE_S
@@ -93,7 +93,7 @@ class Reload(unittest.TestCase):
             "GET", "/v1/server", headers={"Authorization": "Bearer " + key, **headers}
         ).status
 
-    def test_keys_and_names_are_in_force_at_once_and_the_rest_is_told(self):
+    def test_keys_and_names_apply_at_once_and_the_rest_is_reported(self):
         self.write(key="old", max_queue="10")
         server = self.start().start()
         self.assertEqual((self.status(server, "old"), self.status(server, "new")), (200, 401))
@@ -105,14 +105,14 @@ class Reload(unittest.TestCase):
         self.assertEqual((self.status(server, "old"), self.status(server, "new")), (401, 200))
         self.assertEqual(self.status(server, "new", Host="render.example"), 200)
 
-    def test_what_cannot_be_read_changes_nothing(self):
+    def test_unreadable_configuration_changes_nothing(self):
         self.write(key="old")
         server = self.start().start()
         self.write(key="new", trusted_proxies="not-a-network")
         self.assertIn("not-a-network", self.reload(server, "reload_refused")["detail"])
         self.assertEqual((self.status(server, "old"), self.status(server, "new")), (200, 401))
 
-    def test_a_renewed_certificate_is_shown_to_the_next_client(self):
+    def test_next_client_gets_a_renewed_certificate(self):
         (cert, key), (next_cert, next_key) = certificate(self.folder, "first"), certificate(
             self.folder, "next"
         )
@@ -132,7 +132,7 @@ class Reload(unittest.TestCase):
             server.get("/livez")
         shutil.copy(next_cert, server.certificate)
         self.assertEqual(server.get("/livez").status, 200)
-        kept.request("GET", "/livez")  # Who is connected stays so.
+        kept.request("GET", "/livez")  # Existing connections stay open.
         self.assertEqual(kept.getresponse().status, 200)
 
 
@@ -146,7 +146,7 @@ class Health(unittest.TestCase):
             env={k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")},
         )
 
-    def test_the_check_of_the_container_works_with_and_without_tls(self):
+    def test_container_health_check_works_with_and_without_tls(self):
         with open(f"{DOCKER}/Dockerfile", encoding="utf-8") as file:
             command = re.search(r"HEALTHCHECK .*\\\n +CMD tessera (.*)", file.read())[1]
         folder = tempfile.mkdtemp(prefix="tessera-health-")
@@ -170,7 +170,7 @@ class Health(unittest.TestCase):
             )
             self.assertEqual((check.returncode, check.stdout), (0, "ready\n"), check.stderr)
         self.assertEqual(
-            self.health(secure).returncode, 1, "a certificate that nobody vouches for is taken"
+            self.health(secure).returncode, 1, "accepted a certificate that is not trusted"
         )
 
 
@@ -183,13 +183,13 @@ class Proxy(ApiTest):
         ).headers["Set-Cookie"]
 
     def tearDown(self):
-        pass  # Nothing here makes jobs, and the list of them needs the key.
+        pass  # Nothing here creates jobs, and listing them requires the key.
 
-    def test_the_cookie_is_secure_when_the_proxy_says_so(self):
+    def test_cookie_is_secure_if_the_proxy_uses_tls(self):
         self.assertNotIn("Secure", self.cookie())
         self.assertIn("Secure", self.cookie(**{"X-Forwarded-Proto": "https"}))
 
-    def test_a_session_is_ended_by_its_owner(self):
+    def test_owner_can_end_a_session(self):
         pair = self.cookie().split(";")[0]
         self.assertEqual(self.server.get("/v1/jobs", {"Cookie": pair}).status, 200)
         ended = self.server.request("DELETE", "/v1/session", headers={"Cookie": pair})
@@ -197,7 +197,7 @@ class Proxy(ApiTest):
         self.assertIn("Max-Age=0", ended.headers["Set-Cookie"])
         self.assertEqual(self.server.get("/v1/jobs", {"Cookie": pair}).status, 401)
 
-    def test_sessions_outlive_a_restart(self):
+    def test_sessions_survive_a_restart(self):
         pair = self.cookie().split(";")[0]
         self.server.stop()
         self.server.key = "k"
@@ -207,18 +207,18 @@ class Proxy(ApiTest):
 
 
 class Headers(ApiTest):
-    def test_no_answer_may_be_framed_or_run_what_stands_in_it(self):
+    def test_no_answer_may_be_framed_or_execute_its_content(self):
         for path in ("/", "/docs", "/openapi.json", "/v1/server", "/v1/nothing", "/livez"):
             headers = self.server.get(path).headers
             policy = headers["Content-Security-Policy"]
             self.assertIn("frame-ancestors 'none'", policy, path)
             self.assertIn("default-src 'none'", policy, path)
             scripts = re.search(r"script-src ([^;]*)", policy)
-            runs = path in ("/", "/docs", "/openapi.json")  # Files of the page.
+            runs = path in ("/", "/docs", "/openapi.json")  # files of the page
             self.assertEqual(scripts and scripts[1], "'self'" if runs else None, path)
             self.assertEqual(headers["Referrer-Policy"], "no-referrer", path)
 
-    def test_the_page_and_its_files_hold_nothing_that_the_policy_forbids(self):
+    def test_page_and_its_files_comply_with_the_policy(self):
         for path in ("/", "/docs"):
             text = self.server.get(path).body.decode()
             self.assertEqual(re.findall(r"<script(?![^>]*\bsrc=)[^>]*>", text), [], path)
@@ -226,7 +226,7 @@ class Headers(ApiTest):
 
 
 class Start(unittest.TestCase):
-    def test_a_key_on_the_command_line_of_an_open_server_is_warned_of(self):
+    def test_warns_about_a_key_on_the_command_line_of_an_open_server(self):
         for listen, warned in (("0.0.0.0", True), ("127.0.0.1", False)):
             data = tempfile.mkdtemp(prefix="tessera-start-")
             self.addCleanup(shutil.rmtree, data, ignore_errors=True)
@@ -253,7 +253,7 @@ class Start(unittest.TestCase):
             self.assertEqual("can be read by every user" in said, warned, said)
             self.assertNotIn("of-mine", said)
 
-    def test_networks_that_are_none_are_wrong_usage(self):
+    def test_invalid_networks_are_wrong_usage(self):
         said = subprocess.run(
             [BINARY, "serve", "--trusted-proxies", "10.0.0.0/8,nonsense"],
             capture_output=True,
@@ -266,14 +266,14 @@ class Start(unittest.TestCase):
 
 
 class Unit(unittest.TestCase):
-    """The commands of the systemd unit, with folders of our own in place of the system's."""
+    """The commands of the systemd unit, with test folders instead of system ones."""
 
-    def test_its_instructions_work(self):
+    def test_unit_instructions_work(self):
         root = tempfile.mkdtemp(prefix="tessera-unit-")
         self.addCleanup(shutil.rmtree, root)
         with open(f"{DOCKER}/tessera.service", encoding="utf-8") as file:
             unit = file.read()
-        self.assertNotIn("DynamicUser", unit)  # Nobody else could become that user, to add a key.
+        self.assertNotIn("DynamicUser", unit)  # Nobody else could run as that user to add a key.
         group = subprocess.run(
             ["id", "-gn"], capture_output=True, text=True, check=True
         ).stdout.strip()
@@ -295,7 +295,7 @@ class Unit(unittest.TestCase):
         subprocess.run(["sh", "-c", f"umask 077; {prepare}"], check=True)
         mode = os.stat(f"{root}/etc/tessera.conf").st_mode & 0o777
         self.assertEqual(
-            mode, 0o640, "the service, which is not root, has to read it, and others must not"
+            mode, 0o640, "only the service, which is not root, must be able to read it"
         )
         environ = {"PATH": os.environ["PATH"], **dict([here(setting("Environment")).split("=", 1)])}
         with open(f"{root}/etc/tessera.conf", "w", encoding="utf-8") as file:
@@ -331,7 +331,7 @@ class Unit(unittest.TestCase):
         reload = setting("ExecReload").replace("$MAINPID", str(process.pid))
         subprocess.run(reload.split(), check=True)
         while '"reloaded"' not in (line := process.stderr.readline()):
-            self.assertTrue(line, "it ended")
+            self.assertTrue(line, "the service has ended")
         process.terminate()
         process.communicate(timeout=PATIENCE_S)
         self.assertEqual(process.returncode, 0)

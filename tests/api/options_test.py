@@ -1,4 +1,4 @@
-"""Options that do nothing say so, and what was measured is told."""
+"""Warnings about options without effect, and reports of measured values."""
 
 from harness import ApiTest, job_body
 
@@ -9,7 +9,7 @@ class Options(ApiTest):
         self.assertEqual(answer.status, 200, answer)
         return [w for w in answer.json()["warnings"] if not w.startswith("No environment")]
 
-    def test_what_has_no_effect_is_told(self):
+    def test_warns_about_options_without_effect(self):
         for strategy in ("bsdf", "cosine", "uniform"):
             estimator = {"strategy": strategy}
             self.assertEqual(self.warnings(estimator=estimator), [])
@@ -35,7 +35,7 @@ class Options(ApiTest):
                 [],
             )
 
-    def test_a_regression_that_learns_nothing_says_so(self):
+    def test_regression_that_learns_nothing_warns(self):
         regression = {"control_variate": {"type": "regression"}}
         for replicates, samples, idle in (
             (2, 8, True),
@@ -47,12 +47,12 @@ class Options(ApiTest):
             told = self.warnings(estimator=regression, **options)
             self.assertEqual(len(told), 1 if idle else 0, told)
             with_it = self.server.render(job_body(estimator=regression, **options))
-            # Every shadow ray traced: the defaults, by the code that options take.
+            # Traces every shadow ray: equal to the defaults, but through the code for options.
             threshold = {"roulette": {"type": "threshold", "delta": 0}}
             plain = self.server.render(job_body(estimator=threshold, **options))
             self.assertEqual(with_it["film_digest"] == plain["film_digest"], idle, options)
 
-    def test_the_measured_split_is_told(self):
+    def test_reports_the_measured_split(self):
         job = self.server.render(
             job_body(scene="furnace", estimator={"splitting": {"type": "measured"}})
         )
@@ -68,7 +68,7 @@ class Options(ApiTest):
         self.server.start()
         self.assertEqual(self.server.job(job["id"])["statistics"]["split_count"], count)
 
-    def test_where_nothing_is_known_no_list_is_shown(self):
+    def test_unknown_field_of_an_empty_object_lists_no_names(self):
         experiments = self.server.get("/v1/server").json()["experiments"]
         plain = next(e for e in experiments if not e["params"])
         answer = self.server.post("/v1/lab/runs", {"experiment": plain["name"], "params": {"x": 1}})

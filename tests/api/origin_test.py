@@ -1,4 +1,4 @@
-"""Images that say which job made them, and make it again."""
+"""Images that contain their job, and rendering it again from them."""
 
 import json
 import struct
@@ -48,7 +48,7 @@ class Origin(ApiTest):
         self.assertEqual(answer.status, 201, answer)
         return self.server.wait(answer.json()["id"])
 
-    def test_a_picture_says_what_made_it(self):
+    def test_image_contains_its_job(self):
         job = self.server.render(job_body(seed=7, samples=16))
         texts = png_texts(self.picture(job))
         self.assertEqual(json.loads(texts["tessera:spec"]), job["spec"])
@@ -63,7 +63,7 @@ class Origin(ApiTest):
         self.assertEqual(build["id"], self.server.get("/v1/server").json()["build"]["id"])
         self.assertEqual(build["arithmetic"], texts["tessera:arithmetic"])
 
-    def test_a_picture_makes_its_film_again(self):
+    def test_image_reproduces_its_film(self):
         film = {"width": 48, "height": 32, "layers": []}
         for body in (
             job_body(
@@ -91,13 +91,13 @@ class Origin(ApiTest):
                 self.assertEqual(other["spec"]["name"], job["spec"]["name"])
                 self.assertEqual([w for w in other["warnings"] if "image" in w], [])
 
-    def test_another_layer_or_a_part_makes_the_whole(self):
+    def test_another_layer_or_a_part_reproduces_the_whole(self):
         job = self.server.render(job_body(samples=8))
         for query in ("layer=variance", "x=3&y=3&width=9&height=9", "max_size=16", "exposure=3"):
             picture = self.server.get(f"/v1/jobs/{job['id']}/image.png?{query}").body
             self.assertEqual(self.again(picture)["film_digest"], job["film_digest"], query)
 
-    def test_a_picture_of_a_job_under_way_makes_the_whole_job(self):
+    def test_image_of_a_running_job_reproduces_the_whole_job(self):
         job = self.server.submit(dict(job_body(), stop={"samples_per_pixel": 65536}))
         self.server.wait_for_samples(job["id"])
         answer = self.post(self.picture(job))
@@ -106,7 +106,7 @@ class Origin(ApiTest):
         self.assertEqual(answer.json()["spec"]["stop"], job["spec"]["stop"])
         self.assertIn("before its job had ended", " ".join(answer.json()["warnings"]))
 
-    def test_what_is_nobody_elses_business_is_not_in_a_picture(self):
+    def test_image_contains_no_private_data(self):
         hook = {"url": "https://example.com/secret-path", "events": ["end"]}
         job = self.server.submit(job_body(webhook=hook, retention_seconds=600))
         self.server.wait(job["id"])
@@ -116,7 +116,7 @@ class Origin(ApiTest):
         self.assertNotIn("webhook", {k for k, v in again["spec"].items() if v is not None})
         self.assertIsNone(again["spec"].get("retention_seconds"))
 
-    def test_pictures_that_do_not_say_are_refused(self):
+    def test_refuses_images_without_a_job(self):
         job = self.server.render(job_body())
         good = self.picture(job)
         texts = png_texts(good)

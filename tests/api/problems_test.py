@@ -1,4 +1,4 @@
-"""Every error of the contract: its status, its pointer, its shape; and the server lives on."""
+"""Every documented error: status, pointer and format; and the server keeps running."""
 
 import json
 import re
@@ -24,7 +24,7 @@ class RequestProblems(ApiTest):
         answer = self.server.request("POST", "/v1/jobs", b"{", {"Content-Type": "application/json"})
         self.assert_problem(answer, 400)
 
-    def test_what_is_no_object_is_422(self):
+    def test_body_that_is_not_an_object_is_422(self):
         for text in (b"[]", b"3", b'"text"', b"null"):
             answer = self.server.request(
                 "POST", "/v1/jobs", text, {"Content-Type": "application/json"}
@@ -168,11 +168,11 @@ class RequestProblems(ApiTest):
         problem = self.assert_problem(self.submit(camera={"name": "a", "index": 0}), 422)
         self.assertTrue(all(e["pointer"].startswith("/camera") for e in problem["errors"]))
 
-    def test_all_faults_are_told_at_once(self):
+    def test_reports_all_faults_at_once(self):
         answer = self.submit(film={"width": 0, "height": 0}, seed=-1, colour=3)
         self.assert_problem(answer, 422, "/film/width", "/film/height", "/seed", "/colour")
 
-    def test_a_message_says_what_was_seen_and_what_is_allowed(self):
+    def test_message_contains_the_value_and_the_allowed_range(self):
         problem = self.submit(film={"width": 0}).json()
         self.assertEqual(problem["errors"],
                          [{"pointer": "/film/width", "detail": "0 is outside [1, 16384]"}])
@@ -217,9 +217,8 @@ class RequestProblems(ApiTest):
             self.assertEqual(answer.status, 404, (path, answer))
             self.assert_problem(answer, 404)
 
-    def test_what_the_transport_refuses_is_in_the_document(self):
-        """A list of jobs as long as the document allows, percent-encoded, is longer than a request
-        line may be."""
+    def test_errors_of_the_http_layer_are_documented(self):
+        """A maximum list of jobs, percent-encoded, exceeds the maximum length of a request line."""
         answer = self.server.get("/v1/events?jobs=" + "%F3%BE%84%B8" * 1184)
         self.assertEqual(answer.status, 414, answer)
         self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
@@ -255,7 +254,7 @@ class RequestProblems(ApiTest):
         own = f"http://127.0.0.1:{self.server.port}"
         self.assertEqual(self.server.get("/v1/server", {"Origin": own}).status, 200)
 
-    def test_unknown_query_parameters_are_refused_at_their_pointer(self):
+    def test_refuses_unknown_query_parameters_at_their_pointer(self):
         for path, status in (
             ("/v1/server", 422),
             (NO_JOB, 422),
@@ -276,7 +275,7 @@ class RequestProblems(ApiTest):
                     seen.add(answer.status)
         self.assertLessEqual({200, 400, 422}, seen)
 
-    def test_a_job_without_a_sample_gets_documented_statuses_everywhere(self):
+    def test_job_without_a_sample_gets_documented_statuses_everywhere(self):
         release = self.hold()
         job = self.submit().json()
         self.assertEqual(self.server.post(f"/v1/jobs/{job['id']}/cancel").status, 200)
@@ -293,7 +292,7 @@ class RequestProblems(ApiTest):
                 seen.append(answer.status)
         self.assertGreaterEqual(seen.count(409), 4, seen)
 
-    def test_list_parameters_out_of_range_are_told(self):
+    def test_reports_list_parameters_out_of_range(self):
         for query in ("limit=0", "limit=201", "limit=x", "state=sleeping"):
             answer = self.server.get("/v1/jobs?" + query)
             self.assertIn(answer.status, (400, 422), (query, answer))
@@ -321,7 +320,7 @@ class RequestProblems(ApiTest):
         for wait in ("-1", "61", "x", "nan"):
             self.assert_problem(self.server.get(f"{NO_JOB}?wait={wait}"), 422, "/wait")
 
-    def test_broken_requests_do_no_harm(self):
+    def test_broken_requests_are_harmless(self):
         host = f"Host: 127.0.0.1:{self.server.port}\r\n".encode()
         for data in (b"\r\n\r\n\r\n", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n" + host + b"\r\n",
                      b"POST /v1/jobs HTTP/1.1\r\n" + host + b"Content-Length: -1\r\n\r\n",
@@ -367,7 +366,7 @@ class JobProblems(ApiTest):
         )
         self.assert_problem(self.server.get(f"{self.path}/image.png?x=0&y=0&width=9"), 422)
 
-    def test_a_revision_that_is_not_there_yet_is_409(self):
+    def test_future_revision_is_409(self):
         self.assert_problem(self.server.get(f"{self.path}/image.png?revision=4000000000"), 409)
 
     def test_stop_of_a_final_job_is_409(self):
@@ -383,7 +382,7 @@ class JobProblems(ApiTest):
             self.assert_problem(answer, 412)
         self.assertEqual(self.server.job(self.done["id"])["spec"]["name"], "")
 
-    def test_patch_of_what_cannot_change_is_422(self):
+    def test_patch_of_an_immutable_member_is_422(self):
         for patch, pointer in (({"seed": 3}, "/seed"), ({"priority": 101}, "/priority"),
                                ({"film": {}}, "/film"), ({"paused": "yes"}, "/paused")):
             self.assert_problem(self.server.request("PATCH", self.path, patch), 422, pointer)
@@ -398,10 +397,10 @@ class JobProblems(ApiTest):
         self.assert_problem(self.server.post(self.path + "/extend", {"stop": {}}), 422, "/stop")
         self.assert_problem(self.server.post(self.path + "/extend", {}), 422, "/stop")
 
-    def test_tiles_after_nonsense_is_422(self):
+    def test_tiles_after_an_invalid_revision_is_422(self):
         self.assert_problem(self.server.get(self.path + "/tiles?after=x"), 422, "/after")
 
-    def test_running_jobs_refuse_what_needs_an_end(self):
+    def test_running_jobs_refuse_operations_on_final_jobs(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)
         self.assert_problem(self.server.request("DELETE", f"/v1/jobs/{job}"), 409)
@@ -413,7 +412,7 @@ class JobProblems(ApiTest):
 class NothingRendersYet(ApiTest):
     FLAGS = ("--max-running", "1")
 
-    def test_a_queued_job_has_a_position_by_priority_and_no_image(self):
+    def test_queued_job_has_a_position_by_priority_and_no_image(self):
         first = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(first)
         jobs = [self.server.submit(job_body(samples=4))["id"] for _ in range(2)]
@@ -436,7 +435,7 @@ class NothingRendersYet(ApiTest):
 class FullQueue(ApiTest):
     FLAGS = ("--max-running", "1", "--max-queue", "1")
 
-    def test_a_full_queue_is_429_with_retry_after(self):
+    def test_full_queue_is_429_with_retry_after(self):
         running = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(running)
         self.server.submit(job_body())

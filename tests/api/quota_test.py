@@ -1,4 +1,4 @@
-"""Quotas: what a key may keep and run, what the whole server keeps, and who is told what."""
+"""Quotas: storage and running jobs of a key, storage of the whole server, and their errors."""
 
 import hashlib
 import os
@@ -40,7 +40,7 @@ class Quotas(unittest.TestCase):
         self.assertEqual([e["pointer"] for e in problem.get("errors", [])], list(pointers), problem)
 
     def stored(self):
-        """Bytes that the metrics show, by kind."""
+        """Bytes reported by the metrics, by kind."""
         lines = self.server.get("/metrics").body.decode().splitlines()
         return {
             line.split('"')[1]: int(line.split()[1])
@@ -52,21 +52,21 @@ class Quotas(unittest.TestCase):
 class AssetsOfAKey(Quotas):
     FLAGS = ("--quota-storage", "100K")
 
-    def test_what_goes_beyond_is_507_until_something_is_deleted(self):
+    def test_exceeding_the_quota_is_507_until_something_is_deleted(self):
         first, second = os.urandom(60_000), os.urandom(60_000)
         kept = self.ask(self.mine, "POST", "/v1/assets", first, BYTES)
         self.assertEqual(kept.status, 201, kept)
         self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", second, BYTES))
-        # In pieces, without a length.
+        # Chunked, without a length.
         pieces = (second[at:at + 10_000] for at in range(0, len(second), 10_000))
         self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", pieces, BYTES))
         named = "/v1/assets/" + hashlib.sha256(second).hexdigest()
         self.assert_over_quota(self.ask(self.mine, "PUT", named, second, BYTES))
         self.assertEqual(self.stored()["assets"], 60_000)
-        # What is there already takes no room.
+        # Existing content takes no more space.
         known = "/v1/assets/" + hashlib.sha256(first).hexdigest()
         self.assertEqual(self.ask(self.mine, "PUT", known, first, BYTES).status, 200)
-        # Others have their own room, and the operator is not bound.
+        # Others have their own quota, and the operator has none.
         self.assertEqual(
             self.ask(self.other, "POST", "/v1/assets", os.urandom(100_000), BYTES).status, 201
         )
@@ -82,7 +82,7 @@ class AssetsOfAKey(Quotas):
         )
         self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", b"x", BYTES))
 
-    def test_a_scene_counts_with_its_files(self):
+    def test_scene_counts_with_its_files(self):
         large = triangle_glb(extras={"padding": "x" * 110_000})
         self.assert_over_quota(self.ask(self.mine, "POST", "/v1/scenes", large, GLB))
         self.assertEqual(self.stored()["assets"], 0)
@@ -91,7 +91,7 @@ class AssetsOfAKey(Quotas):
         self.assertEqual(self.ask(self.mine, "POST", "/v1/scenes", small, GLB).status, 200)
         self.assert_over_quota(self.ask(self.mine, "POST", "/v1/assets", os.urandom(60_000), BYTES))
 
-    def test_the_limit_is_shown(self):
+    def test_shows_the_limit(self):
         limits = self.server.get("/v1/server").json()["limits"]
         self.assertEqual(limits["stored_bytes_of_a_key"], 100 << 10)
         self.assertGreater(limits["stored_bytes"], 0)
@@ -103,7 +103,7 @@ class FilmsOfAKey(Quotas):
     def submit(self, key, **members):
         return self.ask(key, "POST", "/v1/jobs", job_body(**members))
 
-    def test_a_job_whose_film_does_not_fit_is_507_at_film(self):
+    def test_job_whose_film_does_not_fit_is_507_at_film(self):
         held = self.submit(self.mine, samples=65536)
         self.assertEqual(held.status, 201, held)
         self.assert_over_quota(self.submit(self.mine, samples=2), "/film")
@@ -114,7 +114,8 @@ class FilmsOfAKey(Quotas):
         self.assertEqual(self.submit("operators-own", samples=2).status, 201)
         job = "/v1/jobs/" + held.json()["id"]
         self.assertEqual(self.ask(self.mine, "POST", job + "/cancel").status, 200)
-        self.assertIn(self.ask(self.mine, "GET", job + "/film").status, (200, 409))  # Settled.
+        # The job has ended.
+        self.assertIn(self.ask(self.mine, "GET", job + "/film").status, (200, 409))
         self.assertEqual(self.ask(self.mine, "DELETE", job).status, 204)
         self.assertEqual(self.submit(self.mine, samples=2).status, 201)
 
@@ -122,13 +123,13 @@ class FilmsOfAKey(Quotas):
 class TheWholeServer(Quotas):
     FLAGS = ("--disk-limit", "1M")
 
-    def test_assets_beyond_the_disk_limit_are_507_for_everybody(self):
+    def test_assets_beyond_the_disk_limit_are_507_for_all(self):
         self.assertEqual(self.server.get("/v1/server").json()["limits"]["stored_bytes"], 1 << 20)
         self.assertEqual(self.server.post("/v1/assets", os.urandom(600_000), BYTES).status, 201)
         self.assert_over_quota(self.server.post("/v1/assets", os.urandom(600_000), BYTES))
         self.assertEqual(self.server.post("/v1/assets", os.urandom(400_000), BYTES).status, 201)
 
-    def test_a_key_has_half_of_it(self):
+    def test_one_key_may_use_half_of_it(self):
         self.assertEqual(
             self.server.get("/v1/server").json()["limits"]["stored_bytes_of_a_key"], 1 << 19
         )
@@ -143,7 +144,7 @@ class TheWholeServer(Quotas):
 class JobsOfAKey(Quotas):
     FLAGS = ("--quota-jobs", "1", "--quota-storage", "0")
 
-    def test_an_extension_counts_as_a_job(self):
+    def test_extension_counts_as_a_job(self):
         done = self.ask(self.mine, "POST", "/v1/jobs", job_body(), {"Prefer": "wait=60"}).json()[
             "id"
         ]
@@ -171,7 +172,7 @@ class ExperimentsOfAKey(Quotas):
         self.assertEqual(stream.status, 200)
         return stream
 
-    def test_one_key_leaves_a_place_for_others(self):
+    def test_one_key_leaves_a_slot_for_others(self):
         self.assertEqual(self.server.get("/v1/server").json()["limits"]["lab_runs_of_a_key"], 1)
         held = self.hold(self.mine)
         refused = self.ask(self.mine, "POST", "/v1/lab/runs", SHORT)

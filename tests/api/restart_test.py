@@ -1,4 +1,4 @@
-"""What survives: kill -9 in the middle, SIGTERM, and what clients see of it."""
+"""Restarts: kill -9 during work, SIGTERM, and their effect on clients."""
 
 import os
 import signal
@@ -40,7 +40,7 @@ class Restart(unittest.TestCase):
             time.sleep(0.02)
         self.fail("no checkpoint was written")
 
-    def test_killed_again_and_again_the_film_is_the_same(self):
+    def test_film_is_unchanged_after_repeated_kills(self):
         calm = self.server.render(body(384))
         job = self.server.submit(body(384, name="killed", labels={"k": "v"}))["id"]
         self.wait_for_checkpoint(job)
@@ -52,7 +52,8 @@ class Restart(unittest.TestCase):
             self.assertEqual(after["spec"], before["spec"])
             self.assertEqual(after["created_at"], before["created_at"])
             self.assertGreater(after["progress"]["samples_per_pixel"]["max"], 0)
-            # It goes on from a checkpoint, and its revisions go on above those that were given.
+            # The job continues from a checkpoint, and its revisions continue above those already
+            # sent.
             self.server.wait_until(job, lambda now: now["revision"] > before["revision"]
                                    or now["state"] == "finished")
             if after["state"] == "finished":
@@ -64,7 +65,7 @@ class Restart(unittest.TestCase):
             tiles = stream.all()
         self.assertEqual({tile.place() for tile in tiles[:-1]}, tile_places(0, 0, 96, 64))
 
-    def test_killed_before_the_first_checkpoint_nothing_is_lost(self):
+    def test_kill_before_the_first_checkpoint_loses_nothing(self):
         calm = self.server.render(job_body(samples=64))
         jobs = [self.server.submit(job_body(samples=64, name=str(n)))["id"] for n in range(4)]
         self.server.kill()
@@ -74,7 +75,7 @@ class Restart(unittest.TestCase):
         for job in jobs:
             self.assertEqual(self.server.wait(job)["film_digest"], calm["film_digest"])
 
-    def test_finished_jobs_scenes_and_assets_are_there(self):
+    def test_finished_jobs_scenes_and_assets_survive(self):
         asset = self.server.post("/v1/assets", hdr_image(8, 4, (0.9, 0.5, 0.1))).json()["id"]
         scene = self.server.post("/v1/scenes", triangle_glb(),
                                  {"Content-Type": "model/gltf-binary"}).json()["id"]
@@ -99,7 +100,7 @@ class Restart(unittest.TestCase):
         self.assertEqual(self.server.wait(job["id"])["film_digest"],
                          self.server.render(whole)["film_digest"])
 
-    def test_an_idempotency_key_survives(self):
+    def test_idempotency_key_survives(self):
         key = {"Idempotency-Key": "once"}
         first = self.server.post("/v1/jobs", job_body(), key)
         self.server.kill()
@@ -107,7 +108,7 @@ class Restart(unittest.TestCase):
         again = self.server.post("/v1/jobs", job_body(), key)
         self.assertEqual((again.status, again.json()["id"]), (200, first.json()["id"]))
 
-    def test_cancelled_and_paused_jobs_stay_so(self):
+    def test_cancelled_and_paused_jobs_keep_their_state(self):
         cancelled = self.server.submit(body(65536))["id"]
         self.server.wait_for_samples(cancelled)
         self.server.post(f"/v1/jobs/{cancelled}/cancel")
@@ -116,7 +117,7 @@ class Restart(unittest.TestCase):
         self.server.request("PATCH", f"/v1/jobs/{paused}", {"paused": True})
         deleted = self.server.render(job_body())["id"]
         self.server.request("DELETE", f"/v1/jobs/{deleted}")
-        # The cancelled film is written after the answer; whoever asks for it waits for that.
+        # The cancelled film is written after the answer; reading it waits for that.
         self.assertEqual(self.server.get(f"/v1/jobs/{cancelled}/film").status, 200)
         self.server.kill()
         self.server.start()
@@ -128,7 +129,7 @@ class Restart(unittest.TestCase):
         self.server.request("PATCH", f"/v1/jobs/{paused}", {"paused": False})
         self.server.wait_until(paused, lambda job: job["revision"] > before)
 
-    def test_a_stream_resumed_after_a_kill_gets_reset_and_snapshot(self):
+    def test_stream_resumed_after_a_kill_gets_reset_and_snapshot(self):
         job = self.server.submit(body(65536))["id"]
         with EventStream(self.server, job) as stream:
             for event in stream:
@@ -149,7 +150,7 @@ class Restart(unittest.TestCase):
         self.assertIn("state", names[:-2])
         self.server.post(f"/v1/jobs/{job}/cancel")
 
-    def test_the_end_is_known_after_a_kill(self):
+    def test_end_is_known_after_a_kill(self):
         job = self.server.render(job_body())["id"]
         with EventStream(self.server, job) as stream:
             end = stream.all()[-1]
@@ -160,7 +161,7 @@ class Restart(unittest.TestCase):
         with EventStream(self.server, job) as stream:
             self.assertEqual([e.name for e in stream], ["snapshot", "end"])
 
-    def test_sigterm_saves_and_lets_go(self):
+    def test_sigterm_saves_and_closes_connections(self):
         calm = self.server.render(body(256))["film_digest"]
         job = self.server.submit(body(256))["id"]
         self.server.wait_for_samples(job)
@@ -169,7 +170,7 @@ class Restart(unittest.TestCase):
         poll.request("GET", f"/v1/jobs/{job}?wait=60")
         with EventStream(self.server, job) as stream:
             events = iter(stream)
-            next(events)  # The poll came before it, and is being waited on by now.
+            next(events)  # The poll was sent before, and the server is waiting on it now.
             rest = in_background(lambda: list(events))
             began = time.monotonic()
             self.assertEqual(self.server.stop(), 0)
@@ -177,23 +178,23 @@ class Restart(unittest.TestCase):
             names = [event.name for event in rest()]
         self.assertNotIn("reset", names)
         self.assertEqual(poll.getresponse().status, 200)
-        self.assertLess(took, 20)  # The grace is 10 s, however busy the machine.
+        self.assertLess(took, 20)  # The grace period is 10 s, on any machine.
         self.server.start()
         after = self.server.job(job)
         if after["state"] != "finished":
-            # All that was rendered is there.
+            # Everything that was rendered is stored.
             self.assertGreater(after["progress"]["samples_per_pixel"]["max"], 0)
         self.assertEqual(self.server.wait(job)["film_digest"], calm)
 
-    def test_sigterm_is_quick_when_nothing_is_to_do(self):
+    def test_sigterm_is_fast_when_idle(self):
         self.assertEqual(self.server.stop(), 0)
         self.server.start()
 
-    def test_interrupt_is_a_stop_too(self):
+    def test_interrupt_also_stops(self):
         self.server.process.send_signal(signal.SIGINT)
         self.assertEqual(self.server.process.wait(30), 0)
 
-    def test_a_torn_film_is_rendered_anew(self):
+    def test_renders_a_torn_film_again(self):
         calm = self.server.render(body(256))["film_digest"]
         job = self.server.submit(body(256))["id"]
         self.wait_for_checkpoint(job)
@@ -204,7 +205,7 @@ class Restart(unittest.TestCase):
         self.server.start()
         self.assertEqual(self.server.wait(job)["film_digest"], calm)
 
-    def test_a_cut_database_is_told_and_not_overwritten(self):
+    def test_reports_a_truncated_database_without_overwriting_it(self):
         self.server.render(job_body())
         self.server.stop()
         path = os.path.join(self.server.data, "tessera.db")
@@ -218,7 +219,7 @@ class Restart(unittest.TestCase):
             self.assertIn("tessera.db", str(refused.exception))
             self.assertEqual(os.path.getsize(path), size)
 
-    def test_a_second_server_on_the_same_data_is_refused(self):
+    def test_refuses_a_second_server_on_the_same_data(self):
         other = Server(data=self.server.data)
         with self.assertRaises(RuntimeError):
             other.start()

@@ -4,9 +4,9 @@
     tests/api/run.py BINARY [PATTERN...]     BINARY: build/release/tessera
     tests/api/run.py --binary BINARY [--tests FOLDER] [--jobs N] [...]
 
-PATTERN picks tests whose name contains it; FOLDER holds other tests that use this folder's harness.
-N classes run at a time (2: most of a test is waiting), each in a process of its own.
-The last line counts; exit code 0 only when none failed.
+PATTERN selects tests whose name contains it; FOLDER holds other tests that use this folder's
+harness. N classes run at a time (2: tests mostly wait), each in a separate process. The last line
+has the counts; exit code 0 only if none failed.
 """
 
 import argparse
@@ -21,7 +21,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 class Report(unittest.TextTestResult):
-    """One line for each test, with its seconds."""
+    """One line per test, with its seconds."""
 
     def startTest(self, test):
         self.began = time.monotonic()
@@ -81,7 +81,8 @@ def main():
         classes.setdefault(type(test), []).append(test)
     passed = failed = 0
     with concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        # From the last name: the farms wait longest, and then nothing else is left to do.
+        # Starts with the last name: the farm tests wait longest, and would otherwise be the only
+        # ones left.
         running = [pool.submit(run_class, tests) for tests in reversed(classes.values())]
         for done in concurrent.futures.as_completed(running):
             said, good, bad = done.result()

@@ -1,4 +1,4 @@
-"""Scenes: every way in, what is said about them, and files that are cut or wrong."""
+"""Scenes: all forms of upload, their descriptions, and truncated or wrong files."""
 
 import base64
 import io
@@ -51,12 +51,12 @@ class Scenes(ApiTest):
             self.server.render(job_body(scene["id"], camera={"name": "front"}))["state"], "finished"
         )
 
-    def test_a_gltf_with_its_data_inside_is_taken(self):
+    def test_accepts_a_gltf_with_embedded_data(self):
         uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
         answer = self.server.post("/v1/scenes", json.dumps(triangle_document(uri)).encode(), GLTF)
         self.assertEqual(answer.status, 201, answer)
 
-    def test_a_scene_has_the_name_of_its_first_upload_or_its_own(self):
+    def test_scene_has_the_name_of_its_first_upload_or_its_own(self):
         data = triangle_glb(extras={"made": "for its name"})
         made = self.server.post("/v1/scenes?name=red%20chair.glb", data, GLB)
         self.assertEqual((made.status, made.json()["name"]), (201, "red chair.glb"))
@@ -68,7 +68,7 @@ class Scenes(ApiTest):
         own = triangle_glb(scene=0, scenes=[{"nodes": [0], "name": "its own"}])
         self.assertEqual(self.server.post("/v1/scenes", own, GLB).json()["name"], "its own")
 
-    def test_the_name_of_an_upload_is_checked(self):
+    def test_checks_the_name_of_an_upload(self):
         for query, pointer in (
             ("name=", "/name"),
             ("name=" + "x" * 256, "/name"),
@@ -80,7 +80,7 @@ class Scenes(ApiTest):
                 self.server.post("/v1/scenes?" + query, triangle_glb(), GLB), 422, pointer
             )
 
-    def test_missing_files_are_424_and_named(self):
+    def test_missing_files_are_424_with_their_names(self):
         gltf = self.asset(json.dumps(triangle_document("parts/points.bin")).encode())
         answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {}})
         problem = self.assert_problem(answer, 424)
@@ -95,11 +95,11 @@ class Scenes(ApiTest):
         )
         self.assertEqual(answer.status, 201, answer)
 
-    def test_a_gltf_alone_that_names_files_is_424(self):
+    def test_gltf_alone_that_refers_to_files_is_424(self):
         body = json.dumps(triangle_document("points.bin")).encode()
         self.assert_problem(self.server.post("/v1/scenes", body, GLTF), 424)
 
-    def test_a_file_of_the_server_cannot_be_named(self):
+    def test_cannot_refer_to_a_file_of_the_server(self):
         for uri in (
             "/etc/passwd",
             "../../../etc/passwd",
@@ -110,14 +110,14 @@ class Scenes(ApiTest):
             answer = self.server.post("/v1/scenes", body, GLTF)
             self.assertIn(answer.status, (422, 424), (uri, answer))
 
-    def test_asset_requests_are_checked(self):
+    def test_checks_asset_requests(self):
         for body, status, pointer in (({}, 422, "/gltf"), ({"gltf": "x"}, 422, "/gltf"),
                                       ({"gltf": "0" * 64, "colour": 1}, 422, "/colour"),
                                       ({"gltf": "0" * 64, "files": {"a": "x"}}, 422, "/files/a")):
             self.assert_problem(self.server.post("/v1/scenes", body), status, pointer)
         self.assertIn(self.server.post("/v1/scenes", {"gltf": "0" * 64}).status, (404, 422, 424))
 
-    def test_a_zip_holds_a_scene_in_a_folder(self):
+    def test_accepts_a_zip_with_a_scene_in_a_folder(self):
         for method in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             data = zipped(
                 {
@@ -131,7 +131,7 @@ class Scenes(ApiTest):
             self.assertIn(answer.status, (200, 201), answer)
             self.assertEqual(answer.json()["triangles"], 1)
 
-    def test_zips_that_are_wrong_are_refused(self):
+    def test_refuses_invalid_zips(self):
         good = zipped({"scene.glb": triangle_glb(), "big.txt": "x" * 5000})
         cases = [b"", b"PK", good[:40], good[:-10], zipped({"readme.txt": "nothing"}),
                  zipped({"a.glb": triangle_glb(), "b.glb": triangle_glb()}),
@@ -145,25 +145,25 @@ class Scenes(ApiTest):
             self.assertTrue(400 <= answer.status < 500, (len(data), answer))
             self.assert_problem(answer, answer.status)
 
-    def test_a_zip_bomb_is_refused(self):
+    def test_refuses_a_zip_bomb(self):
         data = zipped({"scene.glb": triangle_glb(), "bomb.bin": b"\0" * (64 << 20)})
         answer = self.server.post("/v1/scenes", data, ZIP)
         self.assertIn(answer.status, (201, 413, 422), answer)
 
-    def test_an_unknown_required_extension_is_422(self):
+    def test_unknown_required_extension_is_422(self):
         data = triangle_glb(
             extensionsRequired=["EXT_nobody_knows"], extensionsUsed=["EXT_nobody_knows"]
         )
         problem = self.assert_problem(self.server.post("/v1/scenes", data, GLB), 422)
         self.assertIn("EXT_nobody_knows", problem["detail"])
 
-    def test_an_unknown_used_extension_is_a_warning(self):
+    def test_unknown_used_extension_is_a_warning(self):
         data = triangle_glb(extensionsUsed=["EXT_nobody_needs"])
         answer = self.server.post("/v1/scenes", data, GLB)
         self.assertEqual(answer.status, 201, answer)
         self.assertIn("EXT_nobody_needs", json.dumps(answer.json()["warnings"]))
 
-    def test_curves_of_the_index_of_refraction_are_checked(self):
+    def test_checks_curves_of_the_index_of_refraction(self):
         def post(cauchy):
             glass = {"extensions": {"KHR_materials_ior": {"ior": 1.45},
                                     "KHR_materials_transmission": {"transmissionFactor": 1},
@@ -201,12 +201,12 @@ class Scenes(ApiTest):
         for data in cases:
             answer = self.server.post("/v1/scenes", data, GLB)
             if answer.status < 400:
-                self.assertEqual(data, cases[6])  # An empty scene may be taken.
+                self.assertEqual(data, cases[6])  # An empty scene may be accepted.
                 continue
             self.assertTrue(400 <= answer.status < 500, answer)
             self.assert_problem(answer, answer.status)
 
-    def test_what_is_no_scene_is_called_that_without_its_bytes(self):
+    def test_reports_a_file_that_is_not_a_scene_without_its_bytes(self):
         noise = bytes((7 * i * i + 150) % 256 for i in range(2048))
         for data, said in (
             (noise, "neither a GLB nor glTF JSON"),
@@ -218,7 +218,7 @@ class Scenes(ApiTest):
             self.assertIn(said, answer.json()["detail"])
             self.assertNotRegex(answer.json()["detail"], "exception|last read")
 
-    def test_a_built_in_scene_cut_anywhere_is_refused(self):
+    def test_refuses_a_built_in_scene_truncated_anywhere(self):
         whole = self.server.get("/v1/scenes/cornell-box/gltf")
         self.assertEqual(whole.headers["Content-Type"].split(";")[0], "model/gltf-binary")
         data = whole.body
@@ -238,7 +238,7 @@ class Scenes(ApiTest):
         for cut in cuts:
             answer = self.server.post("/v1/scenes", data[:cut], GLB)
             self.assertTrue(400 <= answer.status < 500, (cut, answer))
-            # The same with a header that tells the truth about the length.
+            # The same with a header that has the correct length.
             if cut >= 12:
                 honest = data[:8] + struct.pack("<I", cut) + data[12:cut]
                 answer = self.server.post("/v1/scenes", honest, GLB)
@@ -247,14 +247,14 @@ class Scenes(ApiTest):
         answer = self.server.post("/v1/scenes", data, GLB)
         self.assertIn(answer.status, (200, 201), answer)
 
-    def test_a_built_in_scene_comes_back_as_the_same_picture(self):
+    def test_built_in_scene_round_trips_to_the_same_image(self):
         data = self.server.get("/v1/scenes/veach-mis/gltf").body
         scene = self.server.post("/v1/scenes", data, GLB).json()
         here = self.server.render(job_body("veach-mis"))
         there = self.server.render(job_body(scene["id"]))
         self.assertEqual(here["film_digest"], there["film_digest"])
 
-    def test_built_in_scenes_are_described(self):
+    def test_describes_built_in_scenes(self):
         for name in [s["name"] for s in self.server.get("/v1/server").json()["scenes"]]:
             scene = self.server.get("/v1/scenes/" + name)
             self.assertEqual(scene.status, 200, scene)
@@ -263,7 +263,7 @@ class Scenes(ApiTest):
         self.assert_problem(self.server.get("/v1/scenes/nowhere"), 404)
         self.assert_problem(self.server.get("/v1/scenes/nowhere/gltf"), 404)
 
-    def test_delete_is_409_while_a_job_needs_it(self):
+    def test_delete_is_409_while_a_job_uses_it(self):
         scene = self.server.post("/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": "del"}]),
                                  GLB).json()["id"]
         job = self.server.submit(job_body(scene, samples=65536))["id"]

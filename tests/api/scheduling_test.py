@@ -1,4 +1,4 @@
-"""Several jobs on one machine: priorities, fairness, previews, and the same bits for any
+"""Several jobs on one machine: priorities, fairness, previews, and the same bits for any number of
 threads."""
 
 import os
@@ -19,7 +19,7 @@ class Sharing(ApiTest):
         return self.server.job(job)["progress"]
 
     def watch(self, jobs, seconds=1.5):
-        """CPU seconds that each job got within a while."""
+        """CPU seconds that each job got within an interval."""
         before = [self.progress(job)["cpu_seconds"] for job in jobs]
         deadline = time.monotonic() + 60
         while time.monotonic() < deadline:
@@ -33,16 +33,15 @@ class Sharing(ApiTest):
         for job in jobs:
             self.server.post(f"/v1/jobs/{job}/cancel")
 
-    def test_the_higher_priority_is_served_first(self):
+    def test_higher_priority_is_served_first(self):
         low = self.server.submit(big())["id"]
         self.server.wait_for_samples(low)
         high = self.server.submit(big(priority=10))["id"]
         self.server.wait_for_samples(high)
         spent = self.watch([low, high])
-        # At the end of a pass a thread may find nothing to do in the first job and helps the
-        # second.
+        # At the end of a pass a thread may find no work in the first job and help the second.
         self.assertGreater(spent[1], 4 * spent[0], spent)
-        # And the other way round.
+        # And vice versa.
         self.server.request("PATCH", f"/v1/jobs/{low}", {"priority": 20})
         time.sleep(0.2)
         spent = self.watch([low, high])
@@ -57,7 +56,7 @@ class Sharing(ApiTest):
         self.assertLess(max(spent), 2 * min(spent), spent)
         self.cancel(*jobs)
 
-    def test_a_late_job_is_not_kept_waiting_by_an_early_one(self):
+    def test_later_job_does_not_wait_for_an_earlier_one(self):
         early = self.server.submit(big())["id"]
         self.server.wait_until(early, lambda job: job["progress"]["cpu_seconds"] > 1)
         late = self.server.submit(big())["id"]
@@ -66,7 +65,7 @@ class Sharing(ApiTest):
         self.assertLess(max(spent), 2.5 * min(spent), spent)
         self.cancel(early, late)
 
-    def test_a_preview_is_served_before_everything(self):
+    def test_preview_is_served_first(self):
         hog = self.server.submit(big(priority=100))["id"]
         self.server.wait_for_samples(hog)
         preview = self.server.submit(big(**{"class": "preview"}))["id"]
@@ -75,7 +74,7 @@ class Sharing(ApiTest):
         self.assertGreater(spent[1], 4 * spent[0], spent)
         self.cancel(hog, preview)
 
-    def test_a_preview_is_superseded_by_its_key(self):
+    def test_next_preview_of_a_key_supersedes_it(self):
         def preview(key):
             return self.server.submit(big(**{"class": "preview", "preview_key": key}))["id"]
 
@@ -86,7 +85,7 @@ class Sharing(ApiTest):
             self.assertNotIn(self.server.job(job)["state"], ("finished", "failed", "cancelled"))
         self.cancel(other, second)
 
-    def test_lists_leave_out_previews_unless_asked(self):
+    def test_lists_exclude_previews_by_default(self):
         kept = self.server.submit(job_body())["id"]
         preview = self.server.submit(job_body(**{"class": "preview"}))["id"]
 
@@ -114,12 +113,12 @@ class Sharing(ApiTest):
                 check=True,
             ).stdout
 
-        # What a browser shows while it places a camera is no job of the command line.
+        # Previews of a browser that places a camera are not jobs of the command line.
         self.assertNotIn(preview, tessera("jobs"))
         self.assertIn(preview, tessera("jobs", "--previews"))
         self.assertNotIn(preview, tessera("cancel", "latest"))
 
-    def test_the_workers_are_nice_but_not_too_nice(self):
+    def test_workers_have_a_moderate_nice_value(self):
         self.server.render(job_body())
         with open(f"/proc/{self.server.process.pid}/comm", encoding="ascii") as comm:
             self.assertTrue(comm.read().startswith("tessera"))
@@ -129,7 +128,7 @@ class Sharing(ApiTest):
         self.assertLessEqual(max(levels), min(19, base + 5))
         self.assertEqual(min(levels), base)
 
-    def test_probes_answer_while_everything_is_busy(self):
+    def test_probes_answer_under_full_load(self):
         jobs = [self.server.submit(big(seed=seed))["id"] for seed in range(6)]
         for _ in range(20):
             self.assertEqual(self.server.get("/livez").status, 200)
@@ -140,7 +139,7 @@ class Sharing(ApiTest):
 class Demo(ApiTest):
     FLAGS = ("--demo",)
 
-    def test_the_demo_steps_back_for_whatever_is_asked_for(self):
+    def test_demo_yields_to_requested_jobs(self):
         (demo,) = self.server.get("/v1/jobs?label=demo&limit=1").json()["jobs"]
         self.server.wait_for_samples(demo["id"])
         self.assertEqual(self.server.render(job_body(samples=64))["state"], "finished")
@@ -149,7 +148,7 @@ class Demo(ApiTest):
 
 
 class SameBits(ApiTest):
-    def test_the_film_is_the_same_for_any_threads(self):
+    def test_film_is_the_same_for_any_number_of_threads(self):
         digests = {}
         bodies = [job_body(samples=12, seed=5), job_body("veach-mis", samples=6),
                   job_body(samples=6, sampler={"type": "independent", "replicates": 4})]
@@ -157,7 +156,8 @@ class SameBits(ApiTest):
             server = Server(threads=threads)
             self.addCleanup(server.close)
             server.start()
-            jobs = [server.submit(body)["id"] for body in bodies]  # Together: slices interleave.
+            # together, so that their slices interleave
+            jobs = [server.submit(body)["id"] for body in bodies]
             digests[threads] = [server.wait(job)["film_digest"] for job in jobs]
             self.assertNotIn(None, digests[threads])
             self.assertEqual(server.stop(), 0)
@@ -169,7 +169,7 @@ class SameBits(ApiTest):
         self.assertEqual(digests[0], digests[2])
         self.assertNotEqual(digests[0], digests[1])
 
-    def test_a_pause_leaves_no_trace(self):
+    def test_pause_does_not_affect_the_film(self):
         calm = self.server.render(job_body(samples=256))["film_digest"]
         job = self.server.submit(job_body(samples=256))["id"]
         for paused in (True, False, True, False):
@@ -178,7 +178,7 @@ class SameBits(ApiTest):
 
 
 class Memory(ApiTest):
-    """Room for one film of 512 by 512 pixels and not for two."""
+    """Memory for one film of 512 by 512 pixels but not for two."""
 
     FLAGS = ("--memory", "106M")
 
@@ -191,7 +191,7 @@ class Memory(ApiTest):
         body["film"] = {"width": width, "height": height}
         return self.server.post("/v1/jobs", body)
 
-    def test_jobs_wait_for_memory_and_a_paused_one_makes_room(self):
+    def test_jobs_wait_for_memory_and_a_paused_one_releases_it(self):
         first = self.submit().json()["id"]
         self.server.wait_for_samples(first)
         second = self.submit().json()["id"]
@@ -205,7 +205,7 @@ class Memory(ApiTest):
         self.assertLess(
             self.metric("tessera_held_memory_bytes"), self.metric("tessera_held_memory_limit_bytes")
         )
-        # The parked one has what it had.
+        # The parked job kept its samples.
         parked = self.server.job(first)
         self.assertEqual(parked["state"], "paused")
         self.assertGreater(parked["progress"]["samples_per_pixel"]["mean"], 0)
@@ -219,20 +219,20 @@ class Memory(ApiTest):
         )
         self.server.post(f"/v1/jobs/{first}/cancel")
 
-    def test_a_preview_need_not_wait_for_it(self):
+    def test_preview_need_not_wait_for_it(self):
         first = self.submit(width=500).json()["id"]
         self.server.wait_for_samples(first)
         preview = self.submit(96, 64, **{"class": "preview", "samples": 8}).json()["id"]
         self.assertEqual(self.server.wait(preview)["state"], "finished")
         self.server.post(f"/v1/jobs/{first}/cancel")
 
-    def test_a_film_that_will_never_fit_is_refused(self):
+    def test_refuses_a_film_that_never_fits(self):
         answer = self.submit(1024, 1024)
         self.assert_problem(answer, 422, "/film")
         self.assertIn("--memory", answer.body.decode())
         body = {**job_body(), "film": {"width": 1024, "height": 1024}}
         self.assert_problem(self.server.post("/v1/jobs?dry_run=1", body), 422, "/film")
 
-    def test_the_limit_is_told(self):
+    def test_reports_the_limit(self):
         limits = self.server.get("/v1/server").json()["limits"]
         self.assertEqual(limits["memory_bytes_of_jobs"], 106 << 20)

@@ -1,4 +1,4 @@
-"""Probes, the server's description, the documents and the page."""
+"""Probes, the server's description, documents and the page."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from harness import BINARY, PATIENCE_S, ApiTest
 
 
 class Service(ApiTest):
-    def test_a_taken_port_is_told_with_what_to_do(self):
+    def test_port_in_use_is_reported_with_a_remedy(self):
         with tempfile.TemporaryDirectory() as data:
             done = subprocess.run(
                 [BINARY, "serve", "--port", str(self.server.port), "--data", data],
@@ -37,7 +37,7 @@ class Service(ApiTest):
                 self.assertTrue(roots & typed, line)
                 float(line.rsplit(" ", 1)[1])
 
-    def test_server_describes_what_it_can_do(self):
+    def test_server_describes_its_capabilities(self):
         about = self.server.get("/v1/server").json()
         for member in ("version", "build", "limits", "integrators", "samplers", "light_samplers",
                        "adaptive", "options", "layers", "image_formats", "tone_maps", "filters",
@@ -65,7 +65,7 @@ class Service(ApiTest):
             answer = self.server.post("/v1/jobs?dry_run=1", body)
             self.assertEqual(answer.status, 200, (option, answer))
 
-    def test_openapi_names_every_path_of_the_contract(self):
+    def test_openapi_lists_every_documented_path(self):
         answer = self.server.get("/openapi.json")
         self.assertEqual(answer.headers["Content-Type"].split(";")[0], "application/json")
         document = answer.json()
@@ -80,7 +80,7 @@ class Service(ApiTest):
                              ("/v1/jobs/{id}/pixels/{x}/{y}", "get")):
             self.assertIn(method, paths[path], path)
 
-    def test_openapi_references_lead_somewhere(self):
+    def test_openapi_references_resolve(self):
         document = self.server.get("/openapi.json").json()
 
         def walk(value):
@@ -106,7 +106,7 @@ class Service(ApiTest):
             other = self.server.get(path, {"If-None-Match": '"other"'})
             self.assertEqual(other.status, 200, path)
 
-    def test_page_and_docs_need_no_other_host(self):
+    def test_page_and_docs_load_nothing_from_other_hosts(self):
         for path in ("/", "/docs"):
             answer = self.server.get(path)
             self.assertTrue(answer.headers["Content-Type"].startswith("text/html"))
@@ -118,7 +118,7 @@ class Service(ApiTest):
             ):
                 self.assertNotIn(attribute, answer.body, path)
 
-    def test_request_id_is_told_and_taken(self):
+    def test_request_id_is_returned_and_accepted(self):
         one = self.server.get("/v1/server").headers["X-Request-Id"]
         two = self.server.get("/v1/server").headers["X-Request-Id"]
         self.assertTrue(one)
@@ -134,7 +134,7 @@ class Service(ApiTest):
 
 
 def strip_nulls(patch):
-    """A merge patch against a body that has none of its members."""
+    """A merge patch that removes all members of a body."""
     return {
         k: strip_nulls(v) if isinstance(v, dict) else v for k, v in patch.items() if v is not None
     }

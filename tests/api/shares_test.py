@@ -1,4 +1,4 @@
-"""Shares of the light (layers bounce:N and light:NAME), and media around the scene."""
+"""Partial images of the light (layers bounce:N and light:NAME), and media around the scene."""
 
 import unittest
 
@@ -18,14 +18,14 @@ class Shares(ApiTest):
     def pixel(self, job, x=20, y=15):
         return self.server.get(f"/v1/jobs/{job['id']}/pixels/{x}/{y}").json()["layers"]
 
-    def test_the_server_names_the_patterns_and_scenes_their_groups(self):
+    def test_server_lists_the_patterns_and_scenes_their_groups(self):
         self.assertEqual(self.server.get("/v1/server").json()["layer_patterns"],
                          ["irradiance", "bounce:N", "light:NAME", "st:S,T"])
         groups = self.server.get("/v1/scenes/cornell-box").json()["light_groups"]
         self.assertEqual(groups[0], "environment")
         self.assertGreater(len(groups), 1)
 
-    def test_bounces_and_groups_add_up_to_the_picture(self):
+    def test_bounces_and_groups_add_up_to_the_image(self):
         groups = self.server.get("/v1/scenes/cornell-box").json()["light_groups"]
         for layers in (BOUNCES, ["light:" + name for name in groups]):
             job = self.server.render(body(layers))
@@ -43,7 +43,7 @@ class Shares(ApiTest):
                 for c in range(3):
                     self.assertLessEqual(share["low"][c], share["mean"][c])
 
-    def test_each_share_is_a_picture_and_part_of_the_exr(self):
+    def test_each_share_is_an_image_and_part_of_the_exr(self):
         job = self.server.render(body(BOUNCES))
         seen = set()
         for layer in BOUNCES:
@@ -59,7 +59,7 @@ class Shares(ApiTest):
         none = self.server.get(f"/v1/jobs/{job['id']}/image.png?layer=bounce:x")
         self.assert_problem(none, 422, "/layer")
 
-    def test_a_mix_turns_shares_up_and_down(self):
+    def test_mix_scales_shares(self):
         job = self.server.render(body(BOUNCES))
         path = f"/v1/jobs/{job['id']}/image.png?"
         def rows(query):

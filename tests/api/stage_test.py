@@ -1,4 +1,4 @@
-"""What a model stands in: backgrounds, light made in code, ground."""
+"""The surroundings of a model: backgrounds, procedural light, ground."""
 
 from harness import ApiTest, job_body, png_pixels
 
@@ -12,7 +12,7 @@ class Stage(ApiTest):
         answer = self.server.get(f"/v1/jobs/{job['id']}/image.png{query}")
         return job, png_pixels(answer.body)
 
-    def test_a_colour_stands_behind_the_scene(self):
+    def test_color_is_composited_behind_the_scene(self):
         job, rows = self.picture(background={"type": "color", "color": [0, 0, 1]})
         self.assertEqual(job["spec"]["background"], {"type": "color", "color": [0, 0, 1]})
         self.assertEqual(tuple(rows[0][0]), (0, 0, 255))
@@ -28,7 +28,7 @@ class Stage(ApiTest):
             for name, value in environment.items():
                 self.assertEqual(job["spec"]["environment"][name], value)
 
-    def test_a_catcher_has_alpha_in_its_shadow_and_goes_before_a_colour(self):
+    def test_catcher_has_alpha_in_its_shadow_and_composites_over_a_color(self):
         job, rows = self.picture(ground={"type": "catcher"}, environment={"preset": "studio"})
         self.assertEqual(job["spec"]["background"], {"type": "transparent"})
         alphas = [pixel[3] for row in rows for pixel in row]
@@ -38,17 +38,17 @@ class Stage(ApiTest):
         image = f"/v1/jobs/{job['id']}/image.png?denoise=full"
         denoised = [p[3] for row in png_pixels(self.server.get(image).body) for p in row]
         self.assertTrue(any(20 < a < 200 for a in denoised), "no shadow")
-        # The alpha of the shadow is smoother than it was: fewer steps between neighbours.
+        # Denoising smooths the alpha of the shadow: smaller differences between neighbours.
         steps = [sum(abs(a - b) for a, b in zip(alpha, alpha[1:])) for alpha in (alphas, denoised)]
         self.assertLess(steps[1], steps[0])
-        # As the film's own picture says: the shadow is darker than the white that it falls on.
+        # As in the undenoised image: the shadow is darker than the white under it.
         white = png_pixels(
             self.server.get(f"/v1/jobs/{job['id']}/image.png?background=ffffff").body
         )
         self.assertEqual(len(white[0][0]), 3)
 
     def test_denoised_alpha_is_that_of_its_own_pixel(self):
-        # Higher than the bands of 32 rows that images are encoded in.
+        # Higher than the bands of 32 rows in which images are encoded.
         job, rows = self.picture(height=80, ground={"type": "catcher"},
                                  environment={"preset": "studio"})
         image = f"/v1/jobs/{job['id']}/image.png?denoise=full"
@@ -62,20 +62,20 @@ class Stage(ApiTest):
         # Shadows are noisy at 8 samples, the model is not: 1% of the pixels.
         self.assertLess(len(wrong), 80 * 48 // 100, wrong)
 
-    def test_a_sweep_fills_the_picture_and_is_no_part_of_the_model(self):
+    def test_sweep_fills_the_image_but_is_not_part_of_the_model(self):
         job, rows = self.picture(ground={"type": "sweep"}, background={"type": "transparent"})
         self.assertEqual({pixel[3] for row in rows for pixel in row}, {255})
         self.assertEqual(job["spec"]["ground"],
                          {"type": "sweep", "height": None, "color": [0.8, 0.8, 0.8],
                           "reflection": 0})
-        # A second job of another view has a sweep of its own.
+        # A second job with another view has a separate sweep.
         camera = {"orbit": {"theta_degrees": 120, "phi_degrees": 70}}
         _, other = self.picture(ground={"type": "sweep"}, camera=camera,
                                 background={"type": "transparent"})
         self.assertEqual({pixel[3] for row in other for pixel in row}, {255})
 
-    def test_a_polished_ground_is_in_the_spec_and_in_the_image(self):
-        # From low down, where a clear coat reflects much.
+    def test_polished_ground_is_in_the_spec_and_in_the_image(self):
+        # Seen at a low angle, where a clear coat reflects much.
         camera = {"orbit": {"theta_degrees": 0, "phi_degrees": 80}}
         pictures = [
             self.picture(ground={"type": "catcher", "reflection": polish}, camera=camera,
@@ -84,7 +84,7 @@ class Stage(ApiTest):
         ]
         for (job, _), polish in zip(pictures, (0, 1)):
             self.assertEqual(job["spec"]["ground"]["reflection"], polish)
-        # Scenes with other coats are not taken for each other.
+        # Scenes with different coats are distinct.
         self.assertNotEqual(pictures[0][1], pictures[1][1])
         self.assert_problem(
             self.server.post("/v1/jobs", job_body("furnace", ground={"type": "catcher",
@@ -94,7 +94,7 @@ class Stage(ApiTest):
             self.server.post("/v1/jobs", job_body("furnace", ground={"reflection": 1})),
             422, "/ground/reflection")
 
-    def test_contradictions_are_refused_with_their_place(self):
+    def test_refuses_contradictions_with_their_pointer(self):
         for members, pointer in (
             ({"environment": {"visible": True}, "background": {"type": "transparent"}},
              "/environment/visible"),

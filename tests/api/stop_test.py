@@ -22,7 +22,7 @@ class Stopping(ApiTest):
         self.assertEqual(samples["min"], samples["max"])
         self.assertGreaterEqual(samples["min"], 1)
 
-    def test_a_relative_error_is_reached(self):
+    def test_reaches_a_relative_error(self):
         # Without a plan every pixel has the same number of samples at the end.
         job = self.render({"relative_error": 0.1}, adaptive={"type": "none"})
         self.assertEqual(job["stop_reason"], "relative_error")
@@ -33,7 +33,7 @@ class Stopping(ApiTest):
         self.assertGreater(closer["progress"]["samples_per_pixel"]["mean"],
                            job["progress"]["samples_per_pixel"]["mean"])
 
-    def test_cpu_seconds_end_a_job_after_its_last_whole_pass(self):
+    def test_cpu_seconds_end_a_job_after_its_last_complete_pass(self):
         job = self.render({"cpu_seconds": 0.3}, adaptive={"type": "none"})
         self.assertEqual(job["stop_reason"], "cpu_seconds")
         self.assertEqual(job["spec"]["stop"], {"cpu_seconds": 0.3})
@@ -51,7 +51,7 @@ class Stopping(ApiTest):
         self.assertEqual(answer.status, 202, answer)
         return self.server.wait(job["id"])
 
-    def test_seconds_of_all_threads_do_not_go_back(self):
+    def test_seconds_of_all_threads_do_not_decrease(self):
         job = self.render({"relative_error": 0.1})
         later = self.extend(job, seconds=0.01)
         self.assertEqual(later["film_digest"], job["film_digest"])
@@ -66,7 +66,7 @@ class Stopping(ApiTest):
         seconds = [point["cpu_seconds"] for point in points]
         self.assertEqual(seconds, sorted(seconds))
 
-    def test_samples_that_an_error_chose_stay_so_until_a_fixed_count_goes_beyond(self):
+    def test_samples_selected_by_an_error_stay_until_a_fixed_count_exceeds_them(self):
         job = self.render({"relative_error": 0.1})
         picture = self.server.get(f"/v1/jobs/{job['id']}/image.exr")
         self.assertEqual(picture.headers["X-Tessera-Bias"], "consistent")
@@ -98,7 +98,7 @@ class Stopping(ApiTest):
         self.assertEqual(more["error"]["bias"], "none")
         self.assertEqual(self.extend(job, seconds=0.01)["error"]["bias"], "none")
 
-    def test_what_was_told_of_a_rule_goes_with_it(self):
+    def test_removing_a_rule_removes_its_report(self):
         def about_samples(job):
             return [
                 w
@@ -127,33 +127,33 @@ class Stopping(ApiTest):
         self.assertEqual(about_samples(gone.json()), [])
         self.server.post(path + "/cancel")
 
-    def test_the_worst_tile_needs_more_than_the_image(self):
+    def test_worst_tile_needs_more_samples_than_the_image(self):
         image = self.render({"relative_error": 0.12})
         worst = self.render({"relative_error": 0.12, "scope": "worst_tile"})
         self.assertEqual(worst["stop_reason"], "relative_error")
         self.assertGreaterEqual(worst["progress"]["samples_per_pixel"]["mean"],
                                 image["progress"]["samples_per_pixel"]["mean"])
 
-    def test_seconds_are_seconds_of_rendering(self):
+    def test_seconds_count_only_rendering(self):
         job = self.render({"seconds": 0.5})
         self.assertEqual(job["stop_reason"], "seconds")
         self.assertGreaterEqual(job["progress"]["elapsed_seconds"], 0.5)
         self.assert_whole(job)
 
-    def test_a_deadline_ends_the_job(self):
+    def test_deadline_ends_the_job(self):
         began = time.time()
         job = self.render({"deadline": moment(0.7)})
         self.assertEqual(job["stop_reason"], "deadline")
         self.assertGreaterEqual(time.time() - began, 0.7)
         self.assert_whole(job)
 
-    def test_a_past_deadline_still_delivers_one_pass(self):
+    def test_past_deadline_still_gives_one_pass(self):
         job = self.render({"deadline": "2020-01-01T00:00:00Z"})
         self.assertEqual((job["state"], job["stop_reason"]), ("finished", "deadline"))
         self.assert_whole(job)
         self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}/image.png").status, 200)
 
-    def test_the_first_rule_met_ends_the_job(self):
+    def test_first_rule_met_ends_the_job(self):
         self.assertEqual(self.render({"samples_per_pixel": 4, "seconds": 600})["stop_reason"],
                          "samples_per_pixel")
         self.assertEqual(self.render({"samples_per_pixel": 65536, "seconds": 0.2})["stop_reason"],
@@ -163,7 +163,7 @@ class Stopping(ApiTest):
 class SampleLimit(ApiTest):
     FLAGS = ("--max-samples", "8")
 
-    def test_the_server_has_a_maximum(self):
+    def test_server_has_a_maximum(self):
         body = job_body()
         body["stop"] = {"seconds": 600}
         job = self.server.render(body)

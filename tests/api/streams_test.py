@@ -1,4 +1,4 @@
-"""As many watchers as the contract promises, at once, while the renderer is busy."""
+"""The documented number of watchers at the same time, while the renderer is busy."""
 
 import resource
 import select
@@ -23,7 +23,7 @@ class ManyStreams(ApiTest):
         return plug
 
     def read_until(self, plugs, word):
-        """Reads from all until each has had the word; it may have been cut in two."""
+        """Reads from all streams until each has received the word, which may be split in two."""
         waiting = {plug.fileno(): (plug, b"") for plug in plugs}
         poll = select.poll()
         for number in waiting:
@@ -42,7 +42,7 @@ class ManyStreams(ApiTest):
                     waiting[number] = (plug, seen[-len(word):])
         self.assertFalse(waiting, f"{len(waiting)} streams never had {word}")
 
-    def test_2048_watchers_hear_from_snapshot_to_end(self):
+    def test_2048_watchers_get_everything_from_snapshot_to_end(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)
         plugs = []
@@ -60,6 +60,6 @@ class ManyStreams(ApiTest):
         finally:
             for plug in plugs:
                 plug.close()
-        # Their places are free again.
+        # Their slots are free again.
         with EventStream(self.server, job) as stream:
             self.assertEqual(stream.all()[-1].name, "end")

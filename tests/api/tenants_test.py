@@ -1,4 +1,4 @@
-"""Tenants: what one key made does not exist for another, on any route and inside any request."""
+"""Tenants: objects of one key are invisible to another, on every route and inside every request."""
 
 import hashlib
 import json
@@ -67,9 +67,10 @@ class Tenants(unittest.TestCase):
 
 
 class EveryRoute(Tenants):
-    """Each operation of the API description, with what our tenant made, in the name of another."""
+    """Calls each operation of the API description as another tenant, with the objects of our
+    tenant."""
 
-    # Routes that hold nothing of any tenant.
+    # Routes without objects of tenants.
     OF_NOBODY = {
         "getLiveness",
         "getReadiness",
@@ -93,10 +94,10 @@ class EveryRoute(Tenants):
     OF_ADMINS = {"listKeys", "createKey", "deleteKey", "getDrain", "startDrain", "endDrain",
                  "reportWorker", "getWorkInputs", "getWorkFile", "leaseUnit", "putUnitResult",
                  "handBackUnit"}
-    # Routes that list: the other tenant gets its own, which is empty.
+    # Routes that list: the other tenant gets its own list, which is empty.
     LISTS = {"listJobs": "jobs", "listScenes": "scenes", "listDeliveries": "deliveries",
              "listBatches": "batches"}
-    # What a request names inside: the body, and the status that an unknown id gets there.
+    # References inside requests: the body, and the status for an unknown id there.
     BODIES = {
         "createJob": (lambda our: job_body(scene=our["scene"]), 404),
         "createBatch": (lambda our: {"template": job_body(scene=our["scene"]),
@@ -107,10 +108,10 @@ class EveryRoute(Tenants):
         "createStreamTicket": (lambda our: {"jobs": [our["job"]]}, 404),
     }
     QUERIES = {"watchJobs": lambda our: f"?jobs={our['job']}"}
-    # Bodies of routes whose path names the thing.
+    # Bodies for routes whose path contains the id.
     CHANGES = {"patchJob": {"name": "mine now"}, "extendJob": {"stop": {"samples_per_pixel": 16}},
                "putJob": job_body(), "putAsset": b"not these bytes"}
-    # Their own upload under the hash is one of other bytes: 422 tells nothing of ours.
+    # Their own upload under this hash has other bytes: 422 reveals nothing of ours.
     STATUS = {"putAsset": 422}
 
     @classmethod
@@ -163,7 +164,7 @@ class EveryRoute(Tenants):
 
     @staticmethod
     def filled(path, ids):
-        """`{id}` is named by the segment before it."""
+        """The segment before `{id}` determines its kind."""
         kinds = {
             "jobs": "job",
             "scenes": "scene",
@@ -196,7 +197,7 @@ class EveryRoute(Tenants):
             BYTES if body.__class__ is bytes else None,
         )
 
-    def test_finds_nothing_of_ours(self):
+    def test_other_tenant_finds_nothing_of_ours(self):
         walked = 0
         for operation, method, path in self.operations():
             with self.subTest(operation):
@@ -217,7 +218,8 @@ class EveryRoute(Tenants):
                 wanted = self.BODIES.get(operation, (None, self.STATUS.get(operation, 404)))[1]
                 answer = self.request(self.theirs, operation, method, path, self.our)
                 self.assertEqual(answer.status, wanted, answer)
-                # Nor is it told apart from what never was; putJob would take the free id.
+                # The answer also equals that for a nonexistent object; putJob would use the free
+                # id.
                 if operation != "putJob":
                     nothing = self.request(self.theirs, operation, method, path, self.nobodys)
                     self.assertEqual(nothing.status, wanted, nothing)
@@ -238,8 +240,7 @@ class EveryRoute(Tenants):
     def test_we_and_the_operator_find_it_on_the_same_routes(self):
         for key in (self.ours, OPERATOR):
             for operation, method, path in self.operations():
-                # What goes away cannot be asked for twice; a film that is extended is not there for
-                # a while.
+                # Deleted objects cannot be requested twice; an extended film is temporarily absent.
                 if (operation in self.OF_NOBODY | self.OF_ADMINS or method == "DELETE" or
                         operation in ("extendJob", "putAsset")):
                     continue
@@ -251,7 +252,7 @@ class EveryRoute(Tenants):
 
 
 class InsideRequests(Tenants):
-    def test_an_environment_of_ours_is_unknown_to_them(self):
+    def test_our_environment_is_unknown_to_them(self):
         asset = self.made(self.ours, "POST", "/v1/assets", hdr_image(8, 4, (0.5, 0.5, 0.5)), BYTES)
         body = job_body(environment={"asset": asset})
         for query in ("", "?dry_run=1"):
@@ -262,7 +263,7 @@ class InsideRequests(Tenants):
             )
         self.assertEqual(self.ask(self.ours, "POST", "/v1/jobs?dry_run=1", body).status, 200)
 
-    def test_merges_comparisons_and_streams_refuse_what_is_theirs_in_part(self):
+    def test_merges_comparisons_and_streams_refuse_a_foreign_part(self):
         ours, theirs = self.rendered(self.ours), self.rendered(self.theirs)
         for path, body in (("/v1/films/merge", {"films": [theirs, ours]}),
                            ("/v1/comparisons", {"a": theirs, "b": ours}),
@@ -273,14 +274,14 @@ class InsideRequests(Tenants):
         )
         self.assertEqual(self.ask(OPERATOR, "GET", f"/v1/events?jobs={theirs},{ours}").status, 200)
 
-    def test_an_asset_of_ours_is_no_part_of_their_comparison_or_merge(self):
+    def test_their_comparison_or_merge_cannot_use_our_asset(self):
         theirs = self.rendered(self.theirs)
         asset = self.made(self.ours, "POST", "/v1/assets", os.urandom(1000), BYTES)
         for path, body in (("/v1/comparisons", {"a": theirs, "b": asset}),
                            ("/v1/films/merge", {"films": [theirs, asset]})):
             self.assertEqual(self.ask(self.theirs, "POST", path, body).status, 404, path)
 
-    def test_an_idempotency_key_is_a_tenants_own(self):
+    def test_idempotency_keys_are_separate_per_tenant(self):
         name = {"Idempotency-Key": "order-17"}
         first = self.ask(self.ours, "POST", "/v1/jobs", job_body(), name)
         other = self.ask(self.theirs, "POST", "/v1/jobs", job_body(), name)
@@ -292,7 +293,7 @@ class InsideRequests(Tenants):
             self.ask(self.theirs, "POST", "/v1/jobs", job_body(seed=9), name).status, 409
         )
 
-    def test_a_preview_key_is_a_tenants_own(self):
+    def test_preview_keys_are_separate_per_tenant(self):
         body = {**job_body(samples=LONG), "class": "preview", "preview_key": "camera"}
         first = self.made(self.ours, "POST", "/v1/jobs", body)
         other = self.made(self.theirs, "POST", "/v1/jobs", body)
@@ -304,7 +305,7 @@ class InsideRequests(Tenants):
         for job in (other, second):
             self.server.post(f"/v1/jobs/{job}/cancel")
 
-    def test_a_ticket_sees_what_its_holder_sees(self):
+    def test_ticket_sees_the_objects_of_its_holder(self):
         job = self.rendered(self.ours)
         ticket = self.ask(self.ours, "POST", "/v1/stream-tickets", {"jobs": [job]}).json()["ticket"]
         self.assertEqual(
@@ -313,7 +314,7 @@ class InsideRequests(Tenants):
 
 
 class SharedBytes(Tenants):
-    def test_equal_uploads_share_bytes_and_each_tenant_has_its_reference(self):
+    def test_equal_uploads_share_bytes_and_each_tenant_has_a_reference(self):
         content = os.urandom(5000)
         path = "/v1/assets/" + hashlib.sha256(content).hexdigest()
         for key in (self.ours, self.theirs, OPERATOR):
@@ -331,7 +332,7 @@ class SharedBytes(Tenants):
         files = [name for _, _, names in os.walk(self.server.data + "/assets") for name in names]
         self.assertNotIn(path.rsplit("/", 1)[1], files)
 
-    def test_equal_scenes_are_kept_by_each_with_its_own_name(self):
+    def test_equal_scenes_have_a_separate_name_per_tenant(self):
         scene = triangle_glb(extras={"of": "shared bytes"})
         first = self.ask(self.ours, "POST", "/v1/scenes?name=secret", scene, GLB)
         other = self.ask(self.theirs, "POST", "/v1/scenes?name=sofa", scene, GLB)
@@ -342,7 +343,7 @@ class SharedBytes(Tenants):
         self.assertEqual(self.ask(self.ours, "GET", path).json()["name"], "secret")
         self.assertEqual(self.ask(self.ours, "POST", "/v1/scenes", scene, GLB).status, 200)
         job = self.made(self.theirs, "POST", "/v1/jobs", job_body(scene=first.json()["id"]))
-        # Their job does not hold our reference, nor does ours theirs.
+        # Their job does not hold our reference, and vice versa.
         self.assertEqual(self.ask(self.ours, "DELETE", path).status, 204)
         self.assertEqual(self.ask(self.ours, "GET", path).status, 404)
         self.assertEqual(self.server.wait(job)["state"], "finished")
@@ -350,7 +351,7 @@ class SharedBytes(Tenants):
         self.assertEqual(self.ask(self.theirs, "DELETE", f"/v1/jobs/{job}").status, 204)
         self.assertEqual(self.ask(self.theirs, "DELETE", path).status, 204)
 
-    def test_files_of_a_scene_stay_while_another_tenant_keeps_it(self):
+    def test_files_of_a_scene_stay_while_another_tenant_uses_it(self):
         scene = triangle_glb(extras={"of": "files"})
         path = "/v1/scenes/" + self.made(self.ours, "POST", "/v1/scenes", scene, GLB)
         asset = "/v1/assets/" + hashlib.sha256(scene).hexdigest()
@@ -361,7 +362,7 @@ class SharedBytes(Tenants):
         self.assertEqual(self.ask(self.theirs, "GET", asset).body, scene)
         self.assertEqual(self.ask(self.theirs, "DELETE", asset).status, 409)
 
-    def test_the_operator_deletes_for_all(self):
+    def test_operator_deletes_for_all(self):
         path = "/v1/assets/" + self.made(self.ours, "POST", "/v1/assets", os.urandom(100), BYTES)
         scene = "/v1/scenes/" + self.made(
             self.ours, "POST", "/v1/scenes", triangle_glb(extras={"a": 1}), GLB
@@ -370,13 +371,13 @@ class SharedBytes(Tenants):
             self.assertEqual(self.ask(OPERATOR, "DELETE", each).status, 204)
             self.assertEqual(self.ask(self.ours, "GET", each).status, 404)
 
-    def test_built_in_scenes_are_everybodys(self):
+    def test_built_in_scenes_are_public(self):
         for key in (self.ours, self.theirs):
             self.assertEqual(self.ask(key, "GET", "/v1/scenes/cornell-box").status, 200)
 
 
 class KeysOfOneTenant(Tenants):
-    def test_a_rotated_key_keeps_its_work(self):
+    def test_rotated_key_keeps_its_work(self):
         job = self.rendered(self.theirs)
         tenant = self.theirs.split("_")[1]
         successor = add_key(self.server, "theirs, new", "--tenant", tenant)
@@ -394,7 +395,7 @@ class KeysOfOneTenant(Tenants):
             {key["name"]: key["tenant"] for key in listed}, {"ours": "ours", "theirs, new": tenant}
         )
 
-    def test_the_scope_admin_sees_all(self):
+    def test_scope_admin_sees_all(self):
         admin = add_key(self.server, "admin", "--scope", "admin", "--tenant", "office")
         job = self.rendered(self.ours)
         path = f"/v1/jobs/{job}"
@@ -403,7 +404,7 @@ class KeysOfOneTenant(Tenants):
         own = self.rendered(admin)
         self.assertEqual(self.ask(self.ours, "GET", f"/v1/jobs/{own}").status, 404)
 
-    def test_a_tenants_name_is_checked(self):
+    def test_checks_the_name_of_a_tenant(self):
         for name in ("", "a b", "ä", "x" * 65):
             code, _, said = tessera(
                 "keys", "add", "x", "--tenant", name, "--data", self.server.data
@@ -412,7 +413,7 @@ class KeysOfOneTenant(Tenants):
 
 
 class Priorities(Tenants):
-    def test_a_key_bounds_the_priority_of_its_jobs(self):
+    def test_key_limits_the_priority_of_its_jobs(self):
         high = add_key(self.server, "high", "--max-priority", "5")
         job = self.rendered(self.ours)
         self.server.wait_until(job, lambda _: self.ask(high, "GET", "/v1/jobs").status == 200)
@@ -425,7 +426,7 @@ class Priorities(Tenants):
         path = f"/v1/jobs/{job}"
         self.assertEqual(self.ask(self.ours, "PATCH", path, {"priority": 1}).status, 422)
         self.assertEqual(self.ask(self.ours, "PATCH", path, {"priority": -1}).status, 200)
-        # What the operator gave stays when somebody else changes the rest.
+        # A priority set by the operator stays when another key changes other members.
         self.assertEqual(self.ask(OPERATOR, "PATCH", path, {"priority": 9}).status, 200)
         self.assertEqual(
             self.ask(self.ours, "PATCH", path, {"name": "sofa"}).json()["spec"]["priority"], 9
@@ -444,7 +445,7 @@ class KeysOverHttp(Tenants):
             self.assertLess(time.monotonic(), deadline, f"never {status}")
             time.sleep(0.05)
 
-    def test_an_admin_makes_lists_and_removes_keys(self):
+    def test_admin_creates_lists_and_removes_keys(self):
         self.wait_for_status(self.admin, 200)
         for by in (self.admin, OPERATOR):
             body = {
@@ -474,12 +475,12 @@ class KeysOverHttp(Tenants):
             self.wait_for_status(token, 401)
             self.assertEqual(self.ask(by, "DELETE", "/v1/keys/" + made["id"]).status, 404)
 
-    def test_a_key_without_the_scope_is_403(self):
+    def test_key_without_the_scope_is_403(self):
         for method, path, body in (("GET", "/v1/keys", None), ("POST", "/v1/keys", {"name": "x"}),
                                    ("DELETE", "/v1/keys/" + self.theirs.split("_")[1], None)):
             self.assertEqual(self.ask(self.ours, method, path, body).status, 403, path)
 
-    def test_a_wrong_request_is_422_with_its_place(self):
+    def test_wrong_request_is_422_with_its_pointer(self):
         for body, pointer in (
             ({}, "/name"),
             ({"name": "x", "tenant": "a b"}, "/tenant"),
@@ -493,7 +494,7 @@ class KeysOverHttp(Tenants):
             self.assertEqual(answer.status, 422, answer)
             self.assertEqual([e["pointer"] for e in answer.json()["errors"]], [pointer])
 
-    def test_usage_is_ones_own_and_all_for_the_operator(self):
+    def test_usage_shows_ones_own_and_all_for_the_operator(self):
         before = self.ask(self.ours, "GET", "/v1/usage").json()["tenants"][0]
         job = self.rendered(self.ours)
         asset = self.made(self.ours, "POST", "/v1/assets", os.urandom(1234), BYTES)
@@ -509,7 +510,7 @@ class KeysOverHttp(Tenants):
         self.assertEqual(tenants["ours"], own)
         self.assertLessEqual({"", "ours", self.theirs.split("_")[1]}, set(tenants))
         self.assertEqual((usage["quotas"]["jobs"], usage["quotas"]["streams"]), (500, 1024))
-        # Work that was done stays counted.
+        # Work done still counts.
         self.ask(self.ours, "DELETE", f"/v1/jobs/{job}")
         self.ask(self.ours, "DELETE", f"/v1/assets/{asset}")
         (after,) = self.ask(self.ours, "GET", "/v1/usage").json()["tenants"]
@@ -530,13 +531,13 @@ class KeyFiles(unittest.TestCase):
         server.flags += ["--key-file", path]
         return server.start()
 
-    def test_the_key_is_the_first_line_of_the_file(self):
+    def test_key_is_the_first_line_of_the_file(self):
         server = self.start("from-a-file\n")
         for key, status in ((None, 401), ("from-a-file", 200), ("other", 401)):
             server.key = key
             self.assertEqual(server.get("/v1/jobs").status, status, key)
 
-    def test_an_empty_file_and_a_key_beside_it_are_refused(self):
+    def test_refuses_an_empty_file_and_an_additional_key(self):
         for text, *flags in (("", ), ("x", "--key", "y")):
             with self.assertRaises(RuntimeError) as refused:
                 self.start(text, *flags)
@@ -546,7 +547,7 @@ class KeyFiles(unittest.TestCase):
 class Shared(Tenants):
     FLAGS = ("--shared",)
 
-    def test_every_key_sees_what_the_others_made(self):
+    def test_every_key_sees_the_objects_of_the_others(self):
         job = self.rendered(self.ours)
         self.assertEqual(self.ask(self.theirs, "GET", f"/v1/jobs/{job}").status, 200)
         self.assertIn(job, self.ids(self.theirs, "/v1/jobs", "jobs"))
@@ -563,12 +564,12 @@ class Shared(Tenants):
 
 
 class Keyless(ApiTest):
-    def test_the_first_key_is_not_made_over_http(self):
+    def test_first_key_cannot_be_created_over_http(self):
         answer = self.server.post("/v1/keys", {"name": "x"})
         self.assert_problem(answer, 403)
         self.assertEqual(self.server.get("/v1/keys").json(), {"keys": []})
 
-    def test_a_server_without_keys_is_shared(self):
+    def test_server_without_keys_is_shared(self):
         job = self.server.render(job_body())["id"]
         with EventStream(self.server, job) as stream:
             self.assertEqual(stream.all()[-1].name, "end")

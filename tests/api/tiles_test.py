@@ -19,20 +19,20 @@ class Tiles(ApiTest):
             self.assertEqual(stream.headers["Content-Type"], "application/vnd.tessera.tiles")
             return stream.all()
 
-    def test_a_stream_shows_every_tile_until_the_end(self):
+    def test_stream_sends_every_tile_until_the_end(self):
         tiles = self.newest(self.submit())
         for tile in tiles:
             tile.check()
         self.assertEqual({tile.place() for tile in tiles[:-1]}, tile_places(0, 0, 80, 50))
         self.assertEqual([tile.is_end for tile in tiles], [False] * (len(tiles) - 1) + [True])
 
-    def test_revisions_of_a_tile_grow(self):
+    def test_revisions_of_a_tile_increase(self):
         seen = {}
         for tile in self.newest(self.submit(64))[:-1]:
             self.assertGreater(tile.revision, seen.get(tile.place(), 0))
             seen[tile.place()] = tile.revision
 
-    def test_a_finished_job_sends_every_tile_once(self):
+    def test_finished_job_sends_every_tile_once(self):
         job = self.submit()
         done = self.server.wait(job)
         tiles = self.newest(job)
@@ -49,7 +49,7 @@ class Tiles(ApiTest):
             for variance in planes[3] + planes[4] + planes[5]:
                 self.assertGreaterEqual(variance, 0)
 
-    def test_frames_of_the_denoised_picture_come_where_they_are_asked_for(self):
+    def test_sends_frames_of_the_denoised_image_on_request(self):
         job = self.submit()
         self.server.wait(job)
         rows = png_pixels(
@@ -64,7 +64,7 @@ class Tiles(ApiTest):
             self.assertGreaterEqual(tile.error, 0)
             self.assert_shown(tile, rows)
 
-    def test_denoised_frames_come_while_the_job_renders_and_at_its_end(self):
+    def test_sends_denoised_frames_during_rendering_and_at_the_end(self):
         job = self.submit(65536)
         revisions = set()
         with TileStream(self.server, job, "?denoise=mixed") as stream:
@@ -72,7 +72,7 @@ class Tiles(ApiTest):
                 if tile.flags & Tile.DENOISED:
                     revisions.add(tile.revision)
                     if len(revisions) == 1:
-                        # Not cancelled: slices under way would still change the film.
+                        # Not cancelled: slices in progress would still change the film.
                         self.server.request(
                             "PATCH", f"/v1/jobs/{job}", {"stop": {"samples_per_pixel": 64}}
                         )
@@ -80,7 +80,7 @@ class Tiles(ApiTest):
         self.assertEqual(done["state"], "finished")
         self.assertEqual(max(revisions), done["revision"])
 
-    def test_other_words_than_off_mixed_and_full_are_refused(self):
+    def test_refuses_values_other_than_off_mixed_and_full(self):
         job = self.submit()
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/tiles?denoise=yes"), 422, "/denoise")
 
@@ -94,14 +94,14 @@ class Tiles(ApiTest):
                     shown = rows[tile.y + y][tile.x + x][c] / 255
                     self.assertLessEqual(abs(value - shown), 1.01 / 255)
 
-    def test_planes_are_the_pixels_of_the_picture(self):
+    def test_planes_are_the_pixels_of_the_image(self):
         job = self.submit()
         self.server.wait(job)
         rows = png_pixels(self.server.get(f"/v1/jobs/{job}/image.png?tonemap=linear").body)
         for tile in self.newest(job)[:-1]:
             self.assert_shown(tile, rows)
 
-    def test_means_alone_come_as_half_floats(self):
+    def test_means_alone_are_half_floats(self):
         for hidden in (False, True):
             members = {"environment": {"visible": False}} if hidden else {}
             job = self.submit(**members)
@@ -134,8 +134,9 @@ class Tiles(ApiTest):
             expected = (a[c] - b[c]) ** 2 / 4
             self.assert_close(planes[3 + c][7 * tile.width + 5], expected, 1e-5 * expected + 1e-12)
 
-    def test_one_half_alone_has_no_variance(self):
-        # With one sample in all only half A exists; with two, the first pass may be seen or not.
+    def test_single_half_has_no_variance(self):
+        # With one sample in total only half A exists; with two, the first pass may or may not be
+        # seen.
         tiles = self.newest(self.submit(1, sampler={"type": "independent"}))[:-1]
         for tile in tiles + self.newest(self.submit(2))[:-1]:
             planes = tile.check()
@@ -145,7 +146,7 @@ class Tiles(ApiTest):
                 else:
                     self.assertFalse(any(math.isnan(planes[c][i]) for c in (3, 4, 5)))
 
-    def test_after_a_revision_only_newer_tiles_come(self):
+    def test_sends_only_tiles_newer_than_a_revision(self):
         job = self.submit()
         done = self.server.wait(job)
         everything = self.newest(job)[:-1]
@@ -155,7 +156,7 @@ class Tiles(ApiTest):
                          {t.place() for t in everything if t.revision > middle})
         self.assertEqual(len(self.newest(job, f"?after={done['revision']}")), 1)
 
-    def test_blue_noise_order_says_that_errors_are_correlated(self):
+    def test_blue_noise_order_reports_correlated_errors(self):
         for sampler, flags in (("zsobol", Tile.CORRELATED), ("sobol", 0), ("halton", 0)):
             job = self.submit(16, sampler={"type": sampler})
             self.server.wait(job)
@@ -164,7 +165,7 @@ class Tiles(ApiTest):
                 self.assertGreater(tile.error, 0)
                 tile.check()
 
-    def test_shared_light_samples_say_that_errors_are_correlated(self):
+    def test_shared_light_samples_report_correlated_errors(self):
         for block, history, flags in ((3, 1, Tile.CORRELATED), (2, 4, Tile.CORRELATED), (1, 4, 0)):
             job = self.submit(
                 16, light_sampler={"type": "restir", "block": block, "history": history}
@@ -180,7 +181,7 @@ class Tiles(ApiTest):
                 self.assertGreater(tile.error, 0)
                 tile.check()
 
-    def test_a_hidden_environment_adds_an_alpha_plane(self):
+    def test_hidden_environment_adds_an_alpha_plane(self):
         job = self.submit(environment={"visible": False}, samples=4)
         self.server.wait(job)
         for tile in self.newest(job)[:-1]:
@@ -189,7 +190,7 @@ class Tiles(ApiTest):
             self.assertEqual(len(planes), 8)
             self.assertTrue(all(0 <= alpha <= 1 for alpha in planes[7]))
 
-    def test_a_crop_keeps_the_positions_of_the_full_film(self):
+    def test_crop_keeps_the_positions_of_the_full_film(self):
         body = job_body(samples=2)
         body["film"] = {"width": 100, "height": 80, "layers": [],
                         "crop": {"x": 20, "y": 30, "width": 50, "height": 40}}
@@ -197,7 +198,7 @@ class Tiles(ApiTest):
         tiles = self.newest(job)[:-1]
         self.assertEqual({tile.place() for tile in tiles}, tile_places(20, 30, 50, 40))
 
-    def test_compression_is_of_the_whole_stream(self):
+    def test_compresses_the_whole_stream(self):
         job = self.submit()
         self.server.wait(job)
         plain = self.server.get(f"/v1/jobs/{job}/tiles")
@@ -207,7 +208,7 @@ class Tiles(ApiTest):
             else packed.body
         self.assertEqual(body, plain.body)
 
-    def test_a_cancelled_job_ends_its_stream(self):
+    def test_cancelled_job_ends_its_stream(self):
         job = self.submit(65536)
         with TileStream(self.server, job) as stream:
             tiles = iter(stream)
@@ -218,12 +219,12 @@ class Tiles(ApiTest):
                 last.check()
         self.assertTrue(last.is_end)
 
-    def test_the_stream_of_a_job_without_a_sample_ends_too(self):
+    def test_job_without_a_sample_also_ends_its_stream(self):
         job = self.submit(65536)
         self.server.post(f"/v1/jobs/{job}/cancel")
         self.assertTrue(self.newest(job)[-1].is_end)
 
-    def test_a_slow_reader_gets_the_newest_of_each_tile(self):
+    def test_slow_reader_gets_the_newest_of_each_tile(self):
         job = self.submit(65536)
         with TileStream(self.server, job) as stream:
             time.sleep(2)

@@ -1,4 +1,4 @@
-"""The same service over TLS, with a certificate that was given."""
+"""The same service over TLS, with a given certificate."""
 
 import errno
 import http.client
@@ -15,7 +15,7 @@ from harness import PATIENCE_S, EventStream, Server, job_body
 
 
 class SecureServer(Server):
-    """Speaks https; its clients trust its certificate and nobody else's."""
+    """Speaks https; its clients trust only its certificate."""
 
     def connect(self, timeout=PATIENCE_S):
         trust = ssl.create_default_context(cafile=self.certificate)
@@ -59,7 +59,7 @@ class Tls(unittest.TestCase):
         cls.addClassCleanup(cls.server.close)
         cls.server.start()
 
-    def test_uploads_jobs_streams_and_pictures_work(self):
+    def test_uploads_jobs_streams_and_images_work(self):
         data = os.urandom(3 << 20)
         asset = self.server.post(
             "/v1/assets", data, {"Content-Type": "application/octet-stream"}
@@ -82,11 +82,11 @@ class Tls(unittest.TestCase):
             json.loads(answer.read())
         connection.close()
 
-    def test_the_cookie_is_for_secure_connections(self):
+    def test_cookie_is_for_secure_connections(self):
         cookie = self.server.post("/v1/session").headers["Set-Cookie"]
         self.assertIn("Secure", cookie)
 
-    def test_who_does_not_speak_tls_is_let_go(self):
+    def test_closes_connections_without_tls(self):
         for data in (
             b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
             b"\x16\x03\x01\xff\xff" + b"\x00" * 100,
@@ -100,11 +100,11 @@ class Tls(unittest.TestCase):
                     plug.shutdown(socket.SHUT_WR)
                     while plug.recv(4096):
                         pass
-                except OSError as error:  # Closed with bytes unread, or before the shutdown.
+                except OSError as error:  # closed with unread bytes, or before the shutdown
                     self.assertIn(error.errno, (errno.ECONNRESET, errno.EPIPE, errno.ENOTCONN))
         self.assertEqual(self.server.get("/livez").status, 200)
 
-    def test_old_protocols_are_refused(self):
+    def test_refuses_old_protocols(self):
         trust = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         trust.check_hostname, trust.verify_mode = False, ssl.CERT_NONE
         trust.set_ciphers("DEFAULT:@SECLEVEL=0")
@@ -114,7 +114,7 @@ class Tls(unittest.TestCase):
             with self.assertRaises((ssl.SSLError, ConnectionError)):
                 trust.wrap_socket(plug, server_hostname="localhost")
 
-    def test_files_that_are_no_certificate_are_refused(self):
+    def test_refuses_files_that_are_not_certificates(self):
         for flags, code in (
             (("--tls-cert", self.cert), 2),
             (("--tls-cert", self.key, "--tls-key", self.key), 1),

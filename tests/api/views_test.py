@@ -1,4 +1,4 @@
-"""Cameras of all types with their intrinsics, motion vectors, and EXR in parts."""
+"""Cameras of all types with their intrinsics, motion vectors, and multi-part EXR."""
 
 import math
 import struct
@@ -24,7 +24,8 @@ def cross(a, b):
 
 
 def expected_pose():
-    """Rows of world to camera by OpenCV: x to the right, y down, z ahead."""
+    """Rows of the world-to-camera matrix in OpenCV's convention: x to the right, y down, z ahead.
+    """
     ahead = unit([t - e for t, e in zip(TARGET, EYE, strict=True)])
     right = unit(cross(ahead, [0, 1, 0]))
     down = cross(ahead, right)
@@ -33,7 +34,7 @@ def expected_pose():
 
 
 def seen_at(camera, point):
-    """The pixel by what GET objects documents."""
+    """Projects a point to a pixel as documented for GET objects."""
     m = camera["world_to_camera"]
     x, y, z = (sum(m[4 * r + i] * point[i] for i in range(3)) + m[4 * r + 3] for r in range(3))
     if camera["type"] == "perspective":
@@ -60,7 +61,7 @@ class Views(ApiTest):
         self.assertIn(answer.status, (200, 201), answer)
         return answer.json()["id"]
 
-    def test_known_points_are_seen_where_the_intrinsics_say(self):
+    def test_known_points_project_according_to_the_intrinsics(self):
         focal = 16 / math.tan(math.radians(20))
         scene = self.upload(moving_triangles())
         for camera, scale in (
@@ -90,7 +91,7 @@ class Views(ApiTest):
                     self.assert_close(py, y + 0.5, 2e-3)
             self.assertGreater(seen, 3, camera["type"])
 
-    def test_what_a_camera_has_no_use_for_is_refused(self):
+    def test_refuses_options_that_a_camera_does_not_use(self):
         for camera, where in (
             (looking("panorama", vertical_fov_degrees=40), "/camera/vertical_fov_degrees"),
             (looking("panorama", aperture_radius=0.1), "/camera/aperture_radius"),
@@ -108,8 +109,8 @@ class Views(ApiTest):
             )
             self.assert_problem(answer, 422, "/camera/type")
 
-    def test_a_panorama_along_x_is_the_environment(self):
-        # Above the horizon the sky is white, below it black: u counts from the middle, +x.
+    def test_panorama_along_x_shows_the_environment(self):
+        # Above the horizon the sky is white, below it black: u is measured from the centre, +x.
         job = self.server.render(
             self.request(
                 {"type": "panorama", "position": [99, 0, 0], "target": [100, 0, 0]}, ["position"], 4
@@ -121,7 +122,7 @@ class Views(ApiTest):
         middle = self.server.get(self.path(job, "pixels/32/16")).json()["layers"]
         self.assertEqual(middle["position"]["mean"], [0, 0, 0])
 
-    def test_motion_is_that_of_things_and_of_the_files_camera(self):
+    def test_motion_is_that_of_objects_and_of_the_file_camera(self):
         scene = self.upload(moving_triangles())
         job = self.server.render(
             {**self.request({}, ["object", "position", "motion"]), "scene": scene,
@@ -140,14 +141,14 @@ class Views(ApiTest):
                     continue
                 p = layers["position"]["mean"]
                 away = 5 - p[2]
-                # The focal length is the height; the camera moves to the left by half of 0.5.
+                # The focal length equals the height; the camera moves left by half of 0.5.
                 moved = [0.25 + (0.5 if number == 2 else 0), 1.0 if number == 2 else 0]
                 for i in range(2):
                     self.assert_close(motion[i], 32 * moved[i] / away, 1e-3)
                 self.assertEqual(motion[2], 0)
         self.assertGreater(min(seen.values()), 5)
 
-    def test_the_second_time_is_a_frame_later_and_the_rest_pose_stays(self):
+    def test_second_time_is_a_frame_later_and_the_rest_pose_does_not_move(self):
         scene = self.upload(moving_triangles())
         film = {**self.request({}, ["motion"]), "scene": scene}
         job = self.server.render(film)
@@ -164,7 +165,7 @@ class Views(ApiTest):
         )
         self.assertTrue(any("motion_seconds" in text for text in idle["warnings"]))
 
-    def test_an_open_shutter_blurs_what_moves(self):
+    def test_open_shutter_blurs_moving_objects(self):
         scene = self.upload(moving_triangles())
         request = {**self.request({}, []), "scene": scene, "stop": {"samples_per_pixel": 64}}
         still = self.server.render(request)
@@ -182,7 +183,7 @@ class Views(ApiTest):
         )
         self.assert_problem(refused, 422, "/shutter_seconds")
 
-    def test_objects_are_told_alike_again(self):
+    def test_object_list_is_reproducible(self):
         job = self.server.render(self.request(looking("perspective"), ["instance"]))
         first = self.server.get(self.path(job, "objects")).json()
         self.assertEqual(self.server.get(self.path(job, "objects")).json(), first)

@@ -1,4 +1,4 @@
-"""`tessera watch` with the image in a terminal, and with the viewer tev beside it."""
+"""`tessera watch` with the image in a terminal, and with the viewer tev."""
 
 import fcntl
 import os
@@ -28,7 +28,7 @@ COLUMNS, ROWS = 60, 24
 
 
 class Screen:
-    """A terminal as far as the images need one: half blocks in 24-bit colour, cursor, erasing."""
+    """The subset of a terminal that images need: half blocks in 24-bit colour, cursor, erasing."""
 
     def __init__(self):
         self.cells = {}
@@ -93,7 +93,7 @@ class Screen:
             raise AssertionError(f"unknown control {parameters!r} {letter!r}")
 
     def rows(self):
-        """The lines of half blocks as rows of pixels, each line two of them."""
+        """Converts lines of half blocks to rows of pixels, two per line."""
         out = []
         for y in sorted({y for y, _ in self.cells}):
             line = [self.cells[place] for place in sorted(p for p in self.cells if p[0] == y)]
@@ -109,7 +109,7 @@ class Screen:
 
 
 class Terminal:
-    """The program in a pseudo-terminal."""
+    """Runs the program in a pseudo-terminal."""
 
     def __init__(self, *command, **environ):
         self.text = b""
@@ -120,8 +120,8 @@ class Terminal:
             variables.update({"TERM": "xterm-256color", "LC_ALL": "C.UTF-8", **environ})
             signal.signal(
                 signal.SIGINT, signal.SIG_DFL
-            )  # Ignored by what runs in the background, which inherits it.
-            time.sleep(0.1)  # The size is set meanwhile.
+            )  # Ignored by background processes, and inherited from them.
+            time.sleep(0.1)  # The size is set in the meantime.
             os.execve(BINARY, [BINARY, *command], variables)
         self.resize(COLUMNS)
 
@@ -129,7 +129,7 @@ class Terminal:
         fcntl.ioctl(self.end, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, columns, 0, 0))
 
     def read_until(self, ready=lambda text: False):
-        """All that is printed until ready(text), or to the end; True unless it was the end."""
+        """Reads the output until ready(text), or to the end; returns False at the end."""
         deadline = time.monotonic() + PATIENCE_S
         while not ready(self.text):
             if time.monotonic() > deadline:
@@ -157,7 +157,7 @@ class Terminal:
 
 
 class Tev:
-    """Listens as the viewer tev does and keeps the images it is told of."""
+    """Listens like the viewer tev and keeps the received images."""
 
     def __init__(self):
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -204,7 +204,7 @@ class Tev:
             values = numbers("f", (len(packet) - place) // 4)
             image_width, image_height, planes = self.images[name]
             if x < 0 or y < 0 or x + width > image_width or y + height > image_height:
-                raise AssertionError("a tile beyond the image")
+                raise AssertionError("a tile outside the image")
             for channel, offset, stride in zip(channels, offsets, strides):
                 for i in range(width * height):
                     place_in = (y + i // width) * image_width + x + i % width
@@ -213,7 +213,7 @@ class Tev:
         else:
             raise AssertionError(f"operation {operation}")
         if place != len(packet):
-            raise AssertionError("bytes that nobody reads")
+            raise AssertionError("unused bytes")
 
 
 class WatchPicture(ApiTest):
@@ -231,8 +231,8 @@ class WatchPicture(ApiTest):
     def png(self, job, side):
         return png_pixels(self.server.get(f"/v1/jobs/{job}/image.png?max_size={side}").body)
 
-    def test_the_colours_drawn_are_those_of_the_picture(self):
-        # 60 columns for 120 pixels, and 22 free lines of two pixels each are more than the 40 that
+    def test_drawn_colors_are_those_of_the_image(self):
+        # 60 columns for 120 pixels; the 22 free lines of two pixels each exceed the 40 pixels that
         # follow.
         job = self.submit(16, 120, 80)
         terminal = self.watch(job, "--picture=blocks")
@@ -246,7 +246,7 @@ class WatchPicture(ApiTest):
         self.assertTrue(screen.cursor_shown)
         self.assertEqual((screen.front, screen.back), (None, None))
 
-    def test_a_small_picture_is_enlarged_and_a_tall_one_fits_the_height(self):
+    def test_enlarges_a_small_image_and_fits_a_tall_one_to_the_height(self):
         small = self.server.wait(self.submit(4, 20, 10))["id"]
         terminal = self.watch(small, "--picture=blocks")
         self.assertEqual(terminal.wait(), 0)
@@ -258,11 +258,11 @@ class WatchPicture(ApiTest):
         self.assertEqual(terminal.wait(), 0)
         self.assertEqual(terminal.screen().rows(), self.png(tall, 44))
 
-    def test_it_is_redrawn_in_place_and_a_signal_leaves_the_terminal_as_it_was(self):
+    def test_redraws_in_place_and_restores_the_terminal_on_a_signal(self):
         job = self.submit(65536, 64, 40)
         for number in (signal.SIGINT, signal.SIGTERM):
             terminal = self.watch(job, "--picture=blocks")
-            # In the middle of a frame, which is larger than what a terminal takes at once.
+            # In the middle of a frame, which is larger than the buffer of a terminal.
             self.assertTrue(terminal.read_until(
                 lambda text: text.count(b"\x1b[?2026h") == 4 and text.count(b"\x1b[?2026l") == 3))
             os.kill(terminal.pid, number)
@@ -276,7 +276,7 @@ class WatchPicture(ApiTest):
             self.assertEqual(terminal.text.count(b"\x1b[?2026h"), screen.frames, "half a frame")
         self.assertEqual(self.server.job(job)["state"], "rendering")
 
-    def test_it_follows_the_size_of_the_terminal(self):
+    def test_follows_the_size_of_the_terminal(self):
         terminal = self.watch(self.submit(65536, 64, 40), "--picture=blocks")
         terminal.read_until(lambda text: text.count(b"\x1b[?2026l") >= 2)
         terminal.resize(40)
@@ -288,7 +288,7 @@ class WatchPicture(ApiTest):
         self.assertNotIn(None, rows[24])
         self.assertEqual(set(rows[25]), {None})
 
-    def test_a_job_that_never_had_a_picture_is_told_all_the_same(self):
+    def test_reports_a_job_that_never_had_an_image(self):
         self.submit(65536, 512, 512)
         job = self.submit(65536, 64, 40)
         self.server.post(f"/v1/jobs/{job}/cancel")
@@ -296,7 +296,7 @@ class WatchPicture(ApiTest):
         self.assertEqual(os.waitstatus_to_exitcode(terminal.wait()), 1)
         self.assertIn("cancelled", terminal.screen().text())
 
-    def test_kitty_gets_the_png_and_is_chosen_by_its_name(self):
+    def test_kitty_gets_the_png_and_is_selected_by_its_name(self):
         job = self.server.wait(self.submit(4, 64, 40))["id"]
         for flag, environ in (("--picture=kitty", {}), ("--picture", {"TERM": "xterm-kitty"})):
             terminal = self.watch(job, flag, **environ)
@@ -310,7 +310,7 @@ class WatchPicture(ApiTest):
         self.assertEqual(terminal.wait(), 0)
         self.assertIn(b"\x1bP0;1q\"1;1;", terminal.text)
 
-    def test_a_pipe_is_refused_unless_one_picture_is_asked_for(self):
+    def test_refuses_a_pipe_unless_one_image_is_requested(self):
         job = self.server.wait(self.submit(4, 64, 40))["id"]
         here = ("watch", job, "--server", self.address())
         code, out, said = tessera(*here, "--picture")
@@ -323,7 +323,7 @@ class WatchPicture(ApiTest):
         self.assertEqual(screen.rows(), self.png(job, 32))
         self.assertIn("finished", out.splitlines()[-1])
 
-    def test_flags_that_do_not_go_together_are_refused(self):
+    def test_refuses_incompatible_flags(self):
         for flags in (
             ("--picture=ascii",),
             ("--final",),
@@ -377,7 +377,7 @@ class WatchPicture(ApiTest):
         self.assertEqual((image[0], image[1], list(image[2])), (50, 40, ["R", "G", "B", "A"]))
         self.assert_shows_the_film(job, image, 20, 30)
 
-    def test_without_tev_there_is_a_clear_error(self):
+    def test_reports_a_clear_error_without_tev(self):
         job = self.server.wait(self.submit(4, 64, 40))["id"]
         with socket.create_server(("127.0.0.1", 0)) as free:
             address = f"127.0.0.1:{free.getsockname()[1]}"
@@ -385,7 +385,7 @@ class WatchPicture(ApiTest):
         self.assertEqual((code, out), (1, ""))
         self.assertIn(f"cannot reach tev at {address}", said)
 
-    def test_a_viewer_that_goes_away_is_told_and_the_job_is_watched_on(self):
+    def test_reports_a_closed_viewer_and_continues_to_watch_the_job(self):
         job = self.submit(65536, 64, 40)
         with socket.create_server(("127.0.0.1", 0)) as listener:
             address = f"127.0.0.1:{listener.getsockname()[1]}"

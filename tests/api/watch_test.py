@@ -1,4 +1,4 @@
-"""Several jobs on one event stream, and images that follow one another for a plain <img>."""
+"""Several jobs on one event stream, and multipart image streams for a plain <img>."""
 
 import unittest
 
@@ -6,11 +6,11 @@ from harness import ApiTest, EventStream, JobsStream, Server, Stream, job_body, 
 
 
 class FromTheStart(ApiTest):
-    """A stream that is open before its jobs begin."""
+    """A stream opened before its jobs start."""
 
     FLAGS = ("--max-running", "1")
 
-    def test_every_job_is_told_from_snapshot_to_end(self):
+    def test_reports_every_job_from_snapshot_to_end(self):
         let_go = self.hold()
         jobs = [self.server.submit(job_body(samples=64))["id"] for _ in range(3)]
         with JobsStream(self.server, jobs) as stream:
@@ -33,18 +33,18 @@ class FromTheStart(ApiTest):
 
 
 class Watch(ApiTest):
-    def test_the_last_id_of_all_is_204(self):
+    def test_last_id_of_all_is_204(self):
         jobs = [self.server.render(job_body())["id"] for _ in range(2)]
         with JobsStream(self.server, jobs) as stream:
             last = stream.all()[-1].id
         with JobsStream(self.server, jobs, last=last) as stream:
             self.assertEqual(stream.status, 204)
-        with JobsStream(self.server, jobs[:1], last=last) as stream:  # An id of other jobs.
+        with JobsStream(self.server, jobs[:1], last=last) as stream:  # an id of other jobs
             self.assertEqual(stream.status, 200)
         with JobsStream(self.server, jobs, last="nonsense") as stream:
             self.assertEqual([e.name for e in stream], ["snapshot", "end"] * 2)
 
-    def test_it_resumes_where_it_was(self):
+    def test_resumes_where_it_stopped(self):
         jobs = [self.server.submit(job_body(samples=65536))["id"] for _ in range(2)]
         last, seen = None, set()
         with JobsStream(self.server, jobs) as stream:
@@ -66,7 +66,7 @@ class Watch(ApiTest):
                     break
         self.assertEqual(set(missed.values()), {2})
 
-    def test_what_is_no_list_of_jobs_is_422(self):
+    def test_invalid_list_of_jobs_is_422(self):
         job = self.server.render(job_body())["id"]
         for query in (
             "",
@@ -82,7 +82,7 @@ class Watch(ApiTest):
         )
 
     def parts(self, stream):
-        """The parts of a multipart answer as they come: (headers, body)."""
+        """The parts of a multipart answer as they arrive: (headers, body)."""
         boundary = stream.headers["Content-Type"].split("boundary=")[1]
         line = stream.response.readline()
         self.assertEqual(line, f"--{boundary}\r\n".encode())
@@ -102,7 +102,7 @@ class Watch(ApiTest):
                 return
             self.assertEqual(line, f"--{boundary}\r\n".encode())
 
-    def test_a_picture_follows_the_other_until_the_end(self):
+    def test_sends_images_until_the_end(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)
         with Stream(self.server, f"/v1/jobs/{job}/image?stream=1") as stream:
@@ -117,7 +117,7 @@ class Watch(ApiTest):
         self.assertGreaterEqual(len(revisions), 2)
         self.assertEqual(revisions, sorted(set(revisions)))
 
-    def test_a_finished_picture_comes_once_in_the_format_asked_for(self):
+    def test_sends_a_finished_image_once_in_the_requested_format(self):
         job = self.server.render(job_body())["id"]
         with Stream(self.server, f"/v1/jobs/{job}/image.png",
                     {"Accept": "multipart/x-mixed-replace"}) as stream:
@@ -126,7 +126,7 @@ class Watch(ApiTest):
         self.assertEqual(png_size(parts[0][1])[:2], (48, 32))
         self.assertEqual(parts[0][1], self.server.get(f"/v1/jobs/{job}/image.png").body)
 
-    def test_a_stream_of_pictures_is_checked_like_a_picture(self):
+    def test_checks_an_image_stream_like_an_image(self):
         job = self.server.render(job_body())["id"]
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/image?stream=2"), 422, "/stream")
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/image.gif?stream=1"), 406)
@@ -136,7 +136,7 @@ class Watch(ApiTest):
 
 
 class WatchOverRestarts(unittest.TestCase):
-    def test_ids_of_several_jobs_hold_over_a_kill(self):
+    def test_ids_of_several_jobs_remain_valid_after_a_kill(self):
         server = Server("--checkpoint", "0.3")
         self.addCleanup(server.close)
         server.start()
@@ -167,7 +167,7 @@ class WatchOverRestarts(unittest.TestCase):
 class TooManyStreams(ApiTest):
     FLAGS = ("--max-streams", "1")
 
-    def test_at_the_limit_the_answer_is_overloaded(self):
+    def test_answers_overloaded_at_the_limit(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         with JobsStream(self.server, [job]) as first:
             next(iter(first))

@@ -1,5 +1,5 @@
-"""Webhooks: signed, made again, kept over a kill, and sent to nobody whom the operator would
-not."""
+"""Webhooks: signed, retried, kept over a kill, and only sent to addresses that the operator allows.
+"""
 
 import base64
 import hashlib
@@ -18,7 +18,7 @@ SECRET = base64.b64encode(b"a secret of 24 bytes ok!").decode()
 
 
 class Receiver:
-    """Takes calls and answers them with the statuses that are prepared, else with 204."""
+    """Receives calls and answers with the prepared statuses, then with 204."""
 
     def __init__(self):
         self.calls = queue.Queue()
@@ -68,7 +68,7 @@ class Webhooks(ApiTest):
         return headers["webhook-id"]
 
     def wait_for_end_of(self, webhook_id):
-        """The line of the log that says how the call ended: delivered or given up."""
+        """Returns the line of the log with the result of the call: delivered or given up."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             with open(self.server.log, encoding="utf-8") as log:
@@ -79,7 +79,7 @@ class Webhooks(ApiTest):
             time.sleep(0.02)
         self.fail(f"{webhook_id} did not end")
 
-    def test_the_end_is_told_signed_with_the_job(self):
+    def test_end_is_sent_signed_with_the_job(self):
         job = self.server.render(job_body(webhook={"url": self.receiver.url}))
         path, headers, body, _ = self.receiver.next()
         self.assertEqual(path, "/hook?who=me")
@@ -93,7 +93,7 @@ class Webhooks(ApiTest):
         self.assertEqual((end["event"], end["attempt"]), ("webhook_delivered", 1))
         self.assertTrue(self.receiver.calls.empty())
 
-    def test_every_2xx_is_an_answer(self):
+    def test_every_2xx_is_success(self):
         for status in (200, 202, 204):
             self.receiver.statuses.put(status)
             self.server.render(job_body(webhook={"url": self.receiver.url}))
@@ -103,14 +103,14 @@ class Webhooks(ApiTest):
                 (call[3], end["event"], end["attempt"]), (status, "webhook_delivered", 1)
             )
 
-    def test_states_are_told_when_asked_for(self):
+    def test_sends_states_on_request(self):
         self.server.render(job_body(webhook={"url": self.receiver.url, "events": ["end", "state"]}))
         told = [json.loads(self.receiver.next()[2]) for _ in range(5)]
         self.assertEqual(sorted(t["data"]["state"] for t in told if t["type"] == "job.state"),
                          ["finished", "loading", "queued", "rendering"])
         self.assertEqual([t["type"] for t in told].count("job.end"), 1)
 
-    def test_a_refused_call_is_made_again_with_the_same_id(self):
+    def test_retries_a_refused_call_with_the_same_id(self):
         self.receiver.statuses.put(500)
         self.server.render(job_body(webhook={"url": self.receiver.url}))
         first, second = self.receiver.next(), self.receiver.next()
@@ -118,7 +118,7 @@ class Webhooks(ApiTest):
         self.assertEqual(self.assert_signed(*first[1:3]), self.assert_signed(*second[1:3]))
         self.assertEqual(first[2], second[2])
 
-    def test_redirects_are_not_followed_and_410_is_final(self):
+    def test_does_not_follow_redirects_and_410_is_final(self):
         self.receiver.statuses.put(302)
         self.receiver.statuses.put(410)
         self.server.render(job_body(webhook={"url": self.receiver.url}))
@@ -128,7 +128,7 @@ class Webhooks(ApiTest):
         self.assertEqual((end["event"], end["attempt"]), ("webhook_given_up", 2))
         self.assertTrue(self.receiver.calls.empty())
 
-    def test_a_receiver_that_is_not_there_harms_nobody(self):
+    def test_unreachable_receiver_is_harmless(self):
         self.server.render(job_body(webhook={"url": "http://127.0.0.1:1/"}))
         self.server.render(job_body(webhook={"url": "http://name.invalid/"}))
         self.server.render(job_body(webhook={"url": self.receiver.url}))
@@ -136,7 +136,7 @@ class Webhooks(ApiTest):
 
 
 class SilentReceiver:
-    """Takes connections and never answers."""
+    """Accepts connections and never answers."""
 
     def __init__(self):
         self.socket = socket.create_server(("127.0.0.1", 0), backlog=64)
@@ -155,7 +155,7 @@ class ReceiversApart(ApiTest):
         return made
 
     def delivery(self, path, wanted):
-        """The delivery when it is in that state."""
+        """Waits until the delivery is in that state and returns it."""
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             found = self.server.get(path).json()
@@ -164,20 +164,20 @@ class ReceiversApart(ApiTest):
             time.sleep(0.02)
         self.fail(f"never {wanted}: {found}")
 
-    def test_a_silent_receiver_holds_up_nobody_else(self):
+    def test_silent_receiver_does_not_delay_others(self):
         silent, other = self.receiver(SilentReceiver), self.receiver()
         for _ in range(12):
             self.server.render(job_body(webhook={"url": silent.url}))
         job = self.server.render(job_body(webhook={"url": other.url}))["id"]
         self.assertEqual(json.loads(other.next()[2])["data"]["id"], job)
-        # It came while the first call to the silent one was still open: that one has the whole
+        # It arrived while the first call to the silent receiver was still open, which has the whole
         # deadline.
         calls = self.server.get("/v1/webhooks/deliveries?state=pending").json()["deliveries"]
         self.assertEqual(
             sum(call["attempts"] for call in calls if call["url"] == silent.url), 0, calls
         )
 
-    def test_many_silent_receivers_hold_up_nobody_else(self):
+    def test_many_silent_receivers_do_not_delay_others(self):
         other = self.receiver()
         silent = [self.receiver(SilentReceiver).url for _ in range(12)]
         for url in silent:
@@ -187,7 +187,7 @@ class ReceiversApart(ApiTest):
         calls = self.server.get("/v1/webhooks/deliveries").json()["deliveries"]
         self.assertEqual([call["attempts"] for call in calls if call["url"] in silent], [0] * 12)
 
-    def test_calls_to_one_receiver_come_one_after_another_and_in_order(self):
+    def test_calls_to_one_receiver_are_sequential_and_in_order(self):
         receiver = self.receiver()
         jobs = [
             self.server.submit(job_body(webhook={"url": receiver.url, "events": ["state", "end"]}))[
@@ -200,14 +200,14 @@ class ReceiversApart(ApiTest):
             states = [t["data"]["state"] for t in told if t["data"]["id"] == job]
             self.assertEqual(states, ["queued", "loading", "rendering", "finished", "finished"])
 
-    def test_what_follows_waits_for_a_call_that_is_made_again(self):
+    def test_later_calls_wait_for_a_retried_call(self):
         receiver = self.receiver()
         receiver.statuses.put(500)
         self.server.render(job_body(webhook={"url": receiver.url, "events": ["state"]}))
         states = [json.loads(receiver.next()[2])["data"]["state"] for _ in range(5)]
         self.assertEqual(states, ["queued", "queued", "loading", "rendering", "finished"])
 
-    def test_deliveries_are_listed_and_sent_again(self):
+    def test_deliveries_can_be_listed_and_sent_again(self):
         receiver = self.receiver()
         receiver.statuses.put(410)
         job = self.server.render(job_body(webhook={"url": receiver.url}))["id"]
@@ -233,7 +233,7 @@ class ReceiversApart(ApiTest):
         self.assertRegex(metrics, r'tessera_webhook_deliveries_total\{result="delivered"\} [1-9]')
         self.assertRegex(metrics, r'tessera_webhook_deliveries_total\{result="given_up"\} [1-9]')
 
-    def test_lists_are_filtered_and_come_in_pages(self):
+    def test_lists_have_filters_and_pages(self):
         receiver = self.receiver()
         made = [
             self.server.post("/v1/webhooks/test", {"url": receiver.url}).json()["id"]
@@ -252,7 +252,7 @@ class ReceiversApart(ApiTest):
                 self.server.get("/v1/webhooks/deliveries?" + query).status, (400, 422), query
             )
 
-    def test_a_test_is_made_once_and_tells_how_it_went(self):
+    def test_test_call_is_made_once_and_reports_its_result(self):
         receiver = self.receiver()
         receiver.statuses.put(500)
         answer = self.server.post("/v1/webhooks/test", {"url": receiver.url})
@@ -267,7 +267,7 @@ class ReceiversApart(ApiTest):
 
 
 class SecretsOfTenants(unittest.TestCase):
-    def test_each_tenant_signs_with_its_own(self):
+    def test_each_tenant_signs_with_its_own_secret(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
         server = Server(
@@ -316,7 +316,7 @@ class SecretsOfTenants(unittest.TestCase):
 
 
 class WebhooksStay(unittest.TestCase):
-    def test_a_call_that_was_not_made_is_made_after_a_kill(self):
+    def test_pending_call_is_made_after_a_kill(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
         server = Server("--webhook-private")
@@ -330,7 +330,7 @@ class WebhooksStay(unittest.TestCase):
         second = receiver.next()
         self.assertEqual(second[2], first[2])
         self.assertEqual(json.loads(second[2])["data"]["id"], job)
-        # The secret was made by the server, and is kept: both calls verify with it.
+        # The server generated the secret and keeps it: both calls verify with it.
         with open(server.data + "/webhook.secret", encoding="ascii") as file:
             key = base64.b64decode(file.read().removeprefix("whsec_"))
         for _, headers, body, _ in (first, second):

@@ -1,4 +1,4 @@
-"""One job on many machines: the film is that of one process, whatever dies on the way."""
+"""One job on many machines: the film equals that of one process, whatever fails on the way."""
 
 import hashlib
 import os
@@ -27,7 +27,7 @@ from farm import (
 from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
 from moving import moving_triangles
 
-# Long enough to be interrupted, on a fast machine too: whole seconds of one thread.
+# Long enough to be interrupted, even on a fast machine: whole seconds of one thread.
 LONG = 64
 
 
@@ -37,7 +37,7 @@ def long_job():
 
 
 class Alone:
-    """Digests of one process without workers; each is made once."""
+    """Digests of one process without workers; each is computed once."""
 
     server = None
     digests = {}
@@ -91,7 +91,7 @@ class WorkersTest(FarmTest):
                      adaptive={"type": "pilot"}),
             job_body(samples=64, estimator={"control_variate": {"type": "regression"}}),
             job_body(samples=64, light_sampler={"type": "restir"}),
-            # The camera looks neither along an axis nor level.
+            # The camera is neither parallel to an axis nor horizontal.
             job_body("still-life", 16, ground={"type": "catcher"}),
             job_body("still-life", 16, ground={"type": "sweep"}),
             job_body("still-life", 16, ground={"type": "catcher", "reflection": 1}),
@@ -105,7 +105,7 @@ class WorkersTest(FarmTest):
             self.assertGreater(listed[worker.id]["rate"], 0)
             self.assertEqual(listed[worker.id]["faults"], 0)
 
-    def test_workers_blur_what_moves_as_one_process_does(self):
+    def test_workers_blur_motion_like_one_process(self):
         farm = self.farm(workers=2)
         glb = moving_triangles()
 
@@ -129,7 +129,7 @@ class WorkersTest(FarmTest):
                 digests.add(job["film_digest"])
         self.assertEqual(len(digests), 5)
 
-    def test_workers_render_what_every_integrator_does_but_records_of_all_samples(self):
+    def test_workers_support_all_integrators_except_prepasses_of_all_samples(self):
         farm = self.farm(workers=2)
         about = farm.server.get("/v1/server").json()
         film = {"width": 70, "height": 50, "crop": {"x": 9, "y": 5, "width": 50, "height": 40}}
@@ -146,7 +146,7 @@ class WorkersTest(FarmTest):
                     self.assertGreater(units, done)
                 done = units
 
-    def test_workers_measure_what_one_process_does(self):
+    def test_workers_measure_like_one_process(self):
         points = [{"position": [0.1 * i, 0.01, -0.3], "normal": [0, 1, 0]} for i in range(20)]
         body = job_body(samples=8, meter={"points": points})
 
@@ -161,9 +161,9 @@ class WorkersTest(FarmTest):
         self.assertTrue(any(point["illuminance_lux"] for point in result["points"]), result)
         self.assertEqual(result, measured(alone))
 
-    def test_jobs_whose_results_might_be_too_large_stay_with_the_coordinator(self):
+    def test_jobs_whose_results_may_be_too_large_stay_on_the_coordinator(self):
         # Two replicates of 640 x 512 pixels, 58 bytes each: 38 MB, above an eighth of the memory
-        # that the smaller server has beside the 144 MB of its process.
+        # that the smaller server has in addition to the 144 MB of its process.
         body = job_body(samples=1, integrator={"type": "bdpt"}) | {
             "film": {"width": 640, "height": 512}}
         for flags, is_lent in ((("--memory", "300M"), False), ((), True)):
@@ -176,7 +176,7 @@ class WorkersTest(FarmTest):
                 units = farm.listed()[farm.workers[0].id]["units"]
                 self.assertEqual(units > 0, is_lent)
 
-    def test_a_job_without_a_suitable_worker_warns_until_there_is_one(self):
+    def test_job_without_a_suitable_worker_warns_until_there_is_one(self):
         farm = self.farm(lease=0.5)
         HandWorker(farm, build="another").report()
         body = job_body(samples=8)
@@ -185,7 +185,7 @@ class WorkersTest(FarmTest):
         farm.server.wait_until(job["id"], lambda j: waits in j["warnings"], "the warning")
         farm.add_worker()
         self.check_film(farm, job["id"], body)
-        farm.server.wait_until(job["id"], lambda j: waits not in j["warnings"], "the end of it")
+        farm.server.wait_until(job["id"], lambda j: waits not in j["warnings"], "the warning's end")
 
     def test_tiles_are_listed_with_the_worker_that_renders_them(self):
         farm = self.farm(lease=600)
@@ -204,12 +204,12 @@ class WorkersTest(FarmTest):
         farm.server.post(f"/v1/work/units/{unit}/hand-back", {"worker": "hand"})
         self.assertEqual(farm.server.get(path).json(), {"tiles": []})
 
-    def test_render_threads_work_beside_none(self):
+    def test_render_threads_support_no_workers(self):
         farm = self.farm("--render-threads", "1")
         body = job_body(samples=16)
         self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
 
-    def test_a_job_waits_for_workers_and_can_be_cancelled_while_they_work(self):
+    def test_job_waits_for_workers_and_can_be_cancelled_while_they_work(self):
         farm = self.farm()
         job = farm.server.submit(long_job())
         farm.server.wait_until(job["id"], lambda j: j["state"] == "rendering", "rendering")
@@ -218,11 +218,11 @@ class WorkersTest(FarmTest):
         farm.server.wait_for_samples(job["id"], 2)
         farm.server.post(f"/v1/jobs/{job['id']}/cancel")
         self.assertEqual(farm.server.wait(job["id"])["state"], "cancelled")
-        # What was under way is dropped, and the next job gets the worker.
+        # Units in progress are dropped, and the next job gets the worker.
         body = job_body(samples=8)
         self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
 
-    def test_a_cancel_asks_workers_to_report_and_their_report_drops_the_unit(self):
+    def test_cancel_requests_reports_whose_answers_drop_the_unit(self):
         farm = self.farm(lease=600)
         job = farm.server.submit(long_job())
         hand = HandWorker(farm)
@@ -234,7 +234,7 @@ class WorkersTest(FarmTest):
             wait()
         self.assertEqual(hand.report(units={unit: 0.2}).json()["dropped"], [unit])
 
-    def test_a_worker_reports_at_once_when_asked(self):
+    def test_worker_reports_at_once_on_request(self):
         farm = self.farm(workers=1, lease=600)
         worker = farm.workers[0].id
         seen_at = farm.wait_for_worker(worker, lambda w: True, "a report")["seen_at"]
@@ -245,10 +245,10 @@ class WorkersTest(FarmTest):
             request_report(farm.broker, worker)
             seen_at = farm.wait_for_worker(worker, lambda w, last=seen_at: w["seen_at"] != last,
                                            "the next report")["seen_at"]
-        # Reports that nobody asks for come every two seconds.
+        # Unrequested reports arrive every two seconds.
         self.assertLess(time.monotonic() - begin, rounds * 2 / 2)
 
-    def test_a_worker_drains_on_sigterm_and_leaves_when_idle(self):
+    def test_worker_drains_on_sigterm_and_exits_when_idle(self):
         farm = self.farm(workers=1)
         body = long_job()
         job = farm.server.submit(body)
@@ -260,7 +260,7 @@ class WorkersTest(FarmTest):
         self.check_film(farm, job["id"], body)
         self.assertEqual(idle.end(), 0)
 
-    def test_what_is_not_done_in_the_grace_time_is_handed_back(self):
+    def test_returns_unfinished_work_after_the_grace_period(self):
         farm = self.farm(lease=600)
         worker = farm.add_worker("--grace", "0")
         body = long_job()
@@ -273,7 +273,7 @@ class WorkersTest(FarmTest):
         farm.add_worker()
         self.check_film(farm, job["id"], body)
 
-    def test_a_result_that_the_server_does_not_take_is_handed_back_at_the_end(self):
+    def test_returns_a_result_that_the_server_does_not_accept_at_the_end(self):
         farm = self.farm(lease=600)
         proxy = BusyProxy(farm.server.port)
         self.addCleanup(proxy.server_close)
@@ -289,7 +289,7 @@ class WorkersTest(FarmTest):
         farm.add_worker()
         self.check_film(farm, job["id"], body)
 
-    def test_the_last_units_do_not_wait_for_a_slow_worker(self):
+    def test_last_units_do_not_wait_for_a_slow_worker(self):
         farm = self.farm(workers=2, lease=600)
         body = long_job()
         job = farm.server.submit(body)
@@ -297,21 +297,21 @@ class WorkersTest(FarmTest):
         while True:
             farm.wait_for_worker(slow.id, lambda w: w["leases"] > 0, "a lease")
             slow.process.send_signal(signal.SIGSTOP)
-            time.sleep(0.2)  # What it sent before it was stopped has come.
+            time.sleep(0.2)  # Results sent before the stop have arrived.
             if farm.listed()[slow.id]["leases"] > 0:
                 break
             slow.process.send_signal(signal.SIGCONT)
         self.check_film(farm, job["id"], body)
         self.assertGreaterEqual(farm.metric("tessera_units_doubled_total"), 1)
         slow.process.send_signal(signal.SIGCONT)
-        # What it still brings is not wanted, and no fault of it.
+        # Later results are ignored, which is not an error of the worker.
         farm.wait_for_worker(slow.id, lambda w: w["state"] == "idle", "its return")
         self.assertEqual(slow.stop(), 0)
         self.assertEqual((slow.complaints, farm.listed()[slow.id]["faults"]), ("", 0))
 
 
 class VerifyTest(FarmTest):
-    def test_units_that_two_workers_render_are_equal(self):
+    def test_units_rendered_by_two_workers_are_equal(self):
         farm = self.farm(verify=1, workers=2)
         for body in (job_body(samples=32), job_body(samples=4, integrator={"type": "bdpt"})):
             self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
@@ -320,13 +320,13 @@ class VerifyTest(FarmTest):
         listed = farm.listed()
         self.assertEqual([listed[w.id]["units"] for w in farm.workers], [verified] * 2)
 
-    def test_a_worker_that_lies_fails_the_job_and_is_named(self):
+    def test_worker_with_wrong_results_fails_the_job_and_is_named(self):
         farm = self.farm(verify=1, workers=1)
         proxy = LyingProxy(farm.server.port)
         self.addCleanup(proxy.server_close)
         self.addCleanup(proxy.shutdown)
         liar = farm.add_worker(port=proxy.server_address[1])
-        farm.wait_for_worker(liar.id, lambda w: w["state"] == "idle", "the liar")
+        farm.wait_for_worker(liar.id, lambda w: w["state"] == "idle", "the faulty worker")
         ended = farm.server.wait(farm.server.submit(long_job())["id"])
         self.assertEqual(ended["state"], "failed", ended)
         for worker in farm.workers:
@@ -335,14 +335,14 @@ class VerifyTest(FarmTest):
         self.assertIn("results_differ", farm.server.log_text())
         self.assertGreaterEqual(farm.metric("tessera_units_differing_total"), 1)
 
-    def test_one_worker_alone_is_not_verified(self):
+    def test_single_worker_is_not_verified(self):
         farm = self.farm(verify=1, workers=1)
         body = job_body(samples=8)
         self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
 
 
 class KillTest(FarmTest):
-    def test_a_killed_worker_costs_nothing_but_time(self):
+    def test_killed_worker_only_costs_time(self):
         farm = self.farm(workers=2, lease=2)
         body = long_job()
         job = farm.server.submit(body)
@@ -352,7 +352,7 @@ class KillTest(FarmTest):
         farm.wait_for_worker(worker.id, lambda w: w["state"] == "lost", "the loss")
         self.check_film(farm, job["id"], body)
 
-    def test_a_killed_broker_that_forgets_all_costs_nothing_but_time(self):
+    def test_killed_broker_without_its_data_only_costs_time(self):
         farm = self.farm(workers=2)
         body = long_job()
         job = farm.server.submit(body)
@@ -361,7 +361,7 @@ class KillTest(FarmTest):
         farm.broker.start()
         self.check_film(farm, job["id"], body)
 
-    def test_a_killed_coordinator_goes_on_with_the_same_workers(self):
+    def test_killed_coordinator_continues_with_the_same_workers(self):
         farm = self.farm(workers=2)
         body = long_job()
         job = farm.server.submit(body)
@@ -370,12 +370,12 @@ class KillTest(FarmTest):
         farm.server.start()
         self.check_film(farm, job["id"], body)
 
-    def test_a_unit_that_ends_three_workers_fails_its_job(self):
+    def test_unit_that_kills_three_workers_fails_its_job(self):
         farm = self.farm(lease=0.5)
         job = farm.server.submit(long_job())
         for name in ("first", "second", "third"):
             hand = HandWorker(farm, name)
-            # Only one unit is asked for, and only of the one that was lost before.
+            # Only one unit is requested, and only the one that was lost before.
             unit = hand.next_unit()
             if name == "first":
                 lost = unit
@@ -389,7 +389,7 @@ class KillTest(FarmTest):
             self.assertIn(name, ended["failure"]["detail"])
 
 
-    def test_a_unit_that_its_only_worker_cannot_render_fails_its_job(self):
+    def test_unit_that_its_only_worker_cannot_render_fails_its_job(self):
         farm = self.farm()
         job = farm.server.submit(long_job())
         hand = HandWorker(farm)
@@ -404,7 +404,7 @@ class KillTest(FarmTest):
 
 
 class SecureQueueTest(FarmTest):
-    def test_the_queue_takes_tls_and_credentials_and_nobody_without(self):
+    def test_queue_requires_tls_and_credentials(self):
         folder = tempfile.mkdtemp(prefix="tessera-nats-keys-")
         self.addCleanup(shutil.rmtree, folder)
         lines, credentials = nats_keys.write_credentials(folder)
@@ -430,7 +430,7 @@ class SecureQueueTest(FarmTest):
 
 
 class RefusedTest(FarmTest):
-    def test_results_that_are_none_are_refused(self):
+    def test_refuses_invalid_results(self):
         farm = self.farm()
         farm.server.submit(long_job())
         hand = HandWorker(farm)
@@ -446,8 +446,8 @@ class RefusedTest(FarmTest):
         for fault, result in (
             ("cut", given[:-100]),
             ("another checksum", content + b"0" * 4),
-            ("not rendered at all", given),
-            ("something after it", sealed(content + b"\0" * 8)),
+            ("never rendered", given),
+            ("trailing bytes", sealed(content + b"\0" * 8)),
             ("a huge count", sealed(content[:64] + b"\xff" * 4 + content[68:])),
             ("nothing", b""),
         ):
@@ -459,7 +459,7 @@ class RefusedTest(FarmTest):
         self.assertEqual(farm.listed()["hand"]["leases"], 1)  # It still has the unit.
 
     def declared(self, farm, unit, worker, size):
-        """The answer to a result of which nothing has been sent yet."""
+        """Returns the answer to a result of which nothing has been sent yet."""
         link = farm.server.connect()
         self.addCleanup(link.close)
         link.putrequest("PUT", f"/v1/work/units/{unit}/results/{worker}")
@@ -468,7 +468,7 @@ class RefusedTest(FarmTest):
         link.endheaders()
         return link.getresponse().status
 
-    def test_an_unsuitable_worker_is_listed_with_the_reason(self):
+    def test_unsuitable_worker_is_listed_with_the_reason(self):
         farm = self.farm()
         farm.server.submit(long_job())
         hand = HandWorker(farm, build="another")
@@ -478,7 +478,7 @@ class RefusedTest(FarmTest):
         listed = farm.listed()["hand"]
         self.assertEqual((listed["state"], listed["reason"]), ("unsuitable", orders["reason"]))
 
-    def test_a_worker_key_opens_nothing_but_work(self):
+    def test_worker_key_gives_access_only_to_work(self):
         farm = self.farm("--key", "operator", key="operator")
         code, text, fault = tessera("keys", "add", "farm", "--scope", "worker", "--data",
                                     farm.server.data)
@@ -489,7 +489,7 @@ class RefusedTest(FarmTest):
         user = {"Authorization": "Bearer " + text.split()[-1]}
         deadline = time.monotonic() + PATIENCE_S
         while farm.server.request("GET", "/v1/server", headers=user).status == 401:
-            self.assertLess(time.monotonic(), deadline, "the new keys never work")
+            self.assertLess(time.monotonic(), deadline, "the new keys are not accepted")
             time.sleep(0.05)
         job = farm.server.submit(job_body(samples=8))
         farm.add_worker(key=key)
@@ -501,13 +501,13 @@ class RefusedTest(FarmTest):
             with self.subTest(path=path):
                 answer = farm.server.request(method, path, headers=worker)
                 self.assertEqual(answer.status, 403, answer)
-        # The job has ended: nothing of it is there for workers any more.
+        # The job has ended: workers can access nothing of it.
         ended = farm.server.request("GET", f"/v1/work/jobs/{job['id']}", headers=worker)
         self.assertEqual(ended.status, 404)
         answer = farm.server.request("GET", f"/v1/work/jobs/{job['id']}", headers=user)
         self.assertEqual(answer.status, 403)
 
-    def test_servers_that_lose_streams_are_refused(self):
+    def test_refuses_servers_that_lose_streams(self):
         for version, is_used in (("2.10.0", False), ("2.10.22", False), ("2.10.23", True),
                                  ("2.9.10", True)):
             with self.subTest(version=version):
@@ -547,14 +547,14 @@ class RefusedTest(FarmTest):
         self.assertEqual(server.request("PUT", "/v1/workers/w", report).status, 409)
         self.assertEqual(server.get("/v1/work/jobs/x").status, 404)
 
-    def test_a_queue_that_is_not_there_yet_is_waited_for(self):
+    def test_waits_for_a_queue_that_is_not_ready_yet(self):
         port = free_port()
         server = Server("--queue", f"nats://127.0.0.1:{port}", "--render-threads", "1").start()
         self.addCleanup(server.close)
         body = job_body(samples=8)
         self.assertEqual(server.render(body)["film_digest"], Alone.digest(body))
 
-    def test_an_address_that_is_none_is_wrong_usage(self):
+    def test_invalid_address_is_wrong_usage(self):
         done = subprocess.run([BINARY, "worker", "--queue", "http://x"], capture_output=True,
                               text=True, env=clean_environ())
         self.assertEqual(done.returncode, 2)
@@ -562,7 +562,7 @@ class RefusedTest(FarmTest):
 
 
 class StressTest(unittest.TestCase):
-    def test_two_rounds_of_random_faults_cost_nothing_but_time(self):
+    def test_two_rounds_of_random_faults_only_cost_time(self):
         stress = os.path.join(os.path.dirname(__file__), "..", "stress", "farm")
         done = subprocess.run(
             [sys.executable, stress, "--rounds", "2", "--seed", "1", "--samples", "32", BINARY],

@@ -1,6 +1,6 @@
-"""Workers that replay what real ones brought: they take units, wait as long as the recorded tiles
-took to render, and bring results of the recorded values, as large and as plausible as the real
-ones. They cost the coordinator what real workers cost it, and this machine nothing.
+"""Workers that replay recorded results: they take units, wait as long as the recorded tiles took to
+render, and deliver results with the recorded values, as large and as plausible as real ones. They
+cost the coordinator the same as real workers, and this machine nothing.
 
 Standard library only.
 """
@@ -26,8 +26,8 @@ assert SLICE.size == 200
 
 
 def slices_of(work):
-    """(head, where its arrays begin) of each slice; of films without splats, plans and layers
-    beside the auxiliary ones."""
+    """(head, start of its arrays) of each slice, for films without splats, plans and layers other
+    than the auxiliary ones."""
     count, at = struct.unpack_from("<I", work, 8)[0], HEAD
     for _ in range(count):
         head = list(SLICE.unpack_from(work, at))
@@ -37,7 +37,7 @@ def slices_of(work):
 
 
 class Recorder(farm.Proxy):
-    """Keeps the newest arrays of each tile, and what a sample of it took."""
+    """Keeps the newest arrays of each tile, and the time per sample."""
 
     def __init__(self, server_port):
         self.tiles = {}
@@ -111,7 +111,7 @@ class Replay:
                         report({unit: time.monotonic() - began})
                     told = time.monotonic()
                     status = 503
-                    while status == 503:  # Another worker's result of the unit is being taken.
+                    while status == 503:  # Another result of the unit is being received.
                         status, text = ask("PUT", f"/v1/work/units/{unit}/results/{name}", result,
                                            "application/octet-stream")
                     if status not in (204, 404, 409):
@@ -126,7 +126,7 @@ class Replay:
         link.close()
 
     def result_of(self, work):
-        """What becomes of a unit, and how long that takes."""
+        """The outcome of a unit, and its duration."""
         parts, seconds = [bytes(work[:HEAD])], 0.0
         for head, _ in slices_of(work):
             tile = self.tiles[head[TILE]]
@@ -140,7 +140,7 @@ class Replay:
                 own = array.array("I", [count]) * (tile["pixels"] // 2)
                 end = tile["pixels"] * PIXEL // 4
                 values[5 + 6 * replicate:end:12] = own
-            # No pixel has hit something more often than it was sampled.
+            # No pixel has more hits than samples.
             values[tile["pixels"] * PIXEL // 4 + 7::8] = (
                 array.array("I", [head[LAST]]) * head[AUX])
             parts += [SLICE.pack(*head), values.tobytes()]

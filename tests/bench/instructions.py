@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Instructions of a sample, counted by callgrind, where times are too noisy.
+"""Instructions per sample, counted by callgrind, for machines whose times are too noisy.
 
     instructions.py PROGRAM [--functions N] [--split N] [SCENE...]   PROGRAM: instructions_bench
 
-SCENE: a built-in one, GLTF, GLTF,HDR or GLTF,white; else cornell-box, many-lights and interior. The
-count is the difference of two renders of 8 and 24 samples, so that loading cancels. --functions
-lists those that take most; --split sets fixed splitting. Needs valgrind.
+SCENE: a built-in one, GLTF, GLTF,HDR or GLTF,white; by default cornell-box, many-lights and
+interior. The count is the difference of two renders of 8 and 24 samples, so that loading cancels.
+--functions lists the most expensive ones; --split sets fixed splitting. Needs valgrind.
 """
 
 import argparse
@@ -19,7 +19,7 @@ SCENES = ("cornell-box", "many-lights", "interior")
 
 
 def run(program, scene, samples, split, folder):
-    """Instructions by function, and what the program says."""
+    """Instructions by function, and the program's output."""
     out = pathlib.Path(folder, f"{samples}.out")
     done = subprocess.run(
         ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", program, scene,
@@ -30,7 +30,7 @@ def run(program, scene, samples, split, folder):
     for line in said.splitlines():
         found = re.match(r"\s*([\d,]+) (?:\([ \d.]+%\) )?\s*(.*)", line)
         if found and "PROGRAM TOTALS" not in line:
-            # File and object say little; templates say too much.
+            # File and object add little; template arguments are too long.
             name = re.sub(r"^\S*?:|\s*\[.*?\]$", "", found[2])
             counts[name] = counts.get(name, 0) + int(found[1].replace(",", ""))
     return counts, done.stdout

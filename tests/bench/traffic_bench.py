@@ -150,8 +150,7 @@ def upload(server, folder):
 
 
 def listing(binary):
-    """The rows of finished jobs, made by copying one: what submitting so many would leave
-    behind."""
+    """Copies the row of one finished job, as if that many had been submitted."""
     server = Server(binary)
     server.request(
         "GET", f"/v1/jobs/{server.request('POST', '/v1/jobs', cornell(64, 36, 2))['id']}?wait=60"

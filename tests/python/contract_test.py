@@ -1,6 +1,6 @@
-"""Every operation of /openapi.json, asked of a running server.
+"""Calls every operation of /openapi.json on a running server.
 
-Status, media type and body of the answers are those of the document, and so are the parameters.
+Status, media type and body of the answers must match the document, and so must the parameters.
 """
 
 import base64
@@ -13,7 +13,7 @@ import uuid
 from harness import PATIENCE_S, ApiTest, EventStream, JobsStream, job_body
 from jsonschema import Draft202012Validator
 
-# What a query parameter may hold, where its schema does not say it.
+# Valid values of query parameters whose schema does not define them.
 VALUES = {
     "jobs": str(uuid.UUID(int=5)),
     "from": "image",
@@ -50,7 +50,7 @@ class Contract(ApiTest):
         return node
 
     def faults(self, value, schema):
-        """Where and how the value is not what the schema says."""
+        """The pointers at which a value violates the schema, with the reason."""
         root = {"components": self.document["components"], "allOf": [schema]}
         return [
             f"{error.json_path}: {error.message}"
@@ -58,7 +58,7 @@ class Contract(ApiTest):
         ]
 
     def check(self, operation_id, answer):
-        """The answer is one that the operation documents."""
+        """Expects an answer that the operation documents."""
         responses = self.operations[operation_id]["responses"]
         self.assertIn(str(answer.status), responses, f"{operation_id}: {answer}")
         content = self.resolved(responses[str(answer.status)]).get("content", {})
@@ -89,7 +89,7 @@ class Contract(ApiTest):
         return self.check(operation_id, self.server.request(method, path, body, headers))
 
     def check_events(self, operation_id, stream):
-        """Each event has the shape of its name; the others have `job` too."""
+        """Each event matches the schema of its name; the others also have `job`."""
         content = self.operations[operation_id]["responses"]["200"]["content"]
         shapes = content["text/event-stream"]["schema"]["x-events"]
         names = set()
@@ -103,7 +103,7 @@ class Contract(ApiTest):
         self.answered.add(operation_id)
         return names
 
-    def test_answers_are_those_of_the_document(self):
+    def test_answers_match_the_document(self):
         self.answered = set()
         for operation_id, path in (
             ("getLiveness", "/livez"),
@@ -156,7 +156,7 @@ class Contract(ApiTest):
         first = self.ask(
             "createJob", "POST", "/v1/jobs", job_body(seed=1, **environment), waited
         ).json()
-        # Every member that a choice brings is in the schema of the spec too.
+        # Every member that depends on a choice is also in the schema of the spec.
         other = job_body(seed=2, **environment) | {
             "name": "second",
             "labels": {"a": "b"},
@@ -172,7 +172,7 @@ class Contract(ApiTest):
         path = f"/v1/jobs/{ids[0]}"
         self.ask("patchJob", "PATCH", path, {"name": "first", "priority": 3})
         self.ask("patchJob", "PATCH", path, {"priority": 300})
-        self.ask("retryJob", "POST", path + "/retry")  # 409: it has not failed
+        self.ask("retryJob", "POST", path + "/retry")  # 409: the job has not failed
         self.batches()
         self.retry_of_a_failed_job()
         self.ask("extendJob", "POST", path + "/extend", {"stop": {"samples_per_pixel": 16}})
@@ -198,11 +198,11 @@ class Contract(ApiTest):
         self.ask("getBatchArchive", "GET", path + "/archive.zip?format=jpg")
         self.ask("getBatchSheet", "GET", path + "/sheet.png")
         self.ask("cancelBatch", "POST", path + "/cancel")
-        self.ask("retryBatch", "POST", path + "/retry")  # 409: none has failed
+        self.ask("retryBatch", "POST", path + "/retry")  # 409: no job has failed
         self.ask("deleteBatch", "DELETE", path)
 
     def retry_of_a_failed_job(self):
-        """Of a scene that its integrator refuses."""
+        """Operations on a job whose integrator refuses the scene."""
         corners = base64.b64encode(struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)).decode()
         glass = {
             "KHR_materials_transmission": {"transmissionFactor": 1},
@@ -243,10 +243,10 @@ class Contract(ApiTest):
         self.server.request("DELETE", "/v1/jobs/" + job)
 
     def live_events(self):
-        """Of a job that runs: progress and tiles, and the end by cancelling."""
+        """Operations on a running job: progress and tiles, and its end by cancelling."""
         job = self.server.submit(job_body(samples=65536))
         stream = EventStream(self.server, job["id"])
-        # Many, so that tiles come after the stream's snapshot.
+        # Many samples, so that tiles arrive after the stream's snapshot.
         self.server.wait_for_samples(job["id"], 256)
         self.ask("cancelJob", "POST", f"/v1/jobs/{job['id']}/cancel")
         names = self.check_events("streamEvents", stream)
@@ -286,7 +286,8 @@ class Contract(ApiTest):
         self.ask("leaseUnit", "POST", "/v1/work/units/u/lease", {"worker": "w"})
         self.ask("handBackUnit", "POST", "/v1/work/units/u/hand-back", {"worker": "w"})
         self.ask("putUnitResult", "PUT", "/v1/work/units/u/results/w", b"")
-        # This server has no queue, and says so; tests/api/workers_test.py has one that does.
+        # This server has no queue, and reports that; tests/api/workers_test.py has one with a
+        # queue.
         self.answered |= {
             "reportWorker",
             "getWorkInputs",
@@ -301,12 +302,12 @@ class Contract(ApiTest):
         tenant = {"Authorization": "Bearer " + made["key"]}
         deadline = time.monotonic() + PATIENCE_S
         while self.server.get("/v1/server", tenant).status != 200:
-            self.assertLess(time.monotonic(), deadline, "the new key never works")
+            self.assertLess(time.monotonic(), deadline, "the new key is not accepted")
             time.sleep(0.02)
         secret = "/v1/webhooks/secret"
         self.ask("getWebhookSecret", "GET", secret, headers=tenant)
         self.ask("replaceWebhookSecret", "POST", secret, headers=tenant)
-        # Nobody listens at port 9 ("discard", RFC 863); what becomes of the call is of no matter.
+        # No process listens at port 9 ("discard", RFC 863); the result of the call is irrelevant.
         body = {"url": "http://127.0.0.1:9/"}
         sent = self.ask("testWebhook", "POST", "/v1/webhooks/test", body).json()
         path = f"/v1/webhooks/deliveries/{sent['id']}"
@@ -319,15 +320,15 @@ class Contract(ApiTest):
         request = {"experiment": "pi", "n": [16, 64], "replicates": 8}
         self.ask("runExperiment", "POST", "/v1/lab/runs", request)
 
-    def test_the_document_is_one_of_json_schema(self):
+    def test_document_is_valid_json_schema(self):
         for path, methods in self.document["paths"].items():
             for operation in methods.values():
                 for each in operation.get("parameters", []):
                     with self.subTest(path=path, parameter=each["name"]):
                         Draft202012Validator.check_schema(each["schema"])
 
-    def test_parameters_are_those_of_the_document(self):
-        """None that is documented is unknown, and no other is known."""
+    def test_parameters_match_the_document(self):
+        """Every documented parameter is accepted, and no other."""
         ids = {
             "id": str(uuid.UUID(int=4)),
             "sha256": "0" * 64,
@@ -355,7 +356,7 @@ class Contract(ApiTest):
         return b"unknown query parameter" in answer.body
 
     def test_objects_are_closed(self):
-        """Else nothing that an answer holds would be missing in its schema."""
+        """Otherwise the schema would not have to list every member of an answer."""
         open_ones = []
 
         def walk(node, place):
@@ -374,7 +375,7 @@ class Contract(ApiTest):
         walk(self.document["components"]["schemas"], "")
         self.assertEqual(open_ones, [])
 
-    def test_a_member_too_many_or_too_few_is_seen(self):
+    def test_detects_an_extra_or_missing_member(self):
         asset = {"$ref": "#/components/schemas/Asset"}
         self.assertEqual(self.faults({"id": "a", "bytes": 1}, asset), [])
         self.assertEqual(len(self.faults({"id": "a", "bytes": 1, "more": 2}, asset)), 1)

@@ -1,4 +1,4 @@
-"""Bytes to events, tiles and images: whole, in pieces, and broken."""
+"""Bytes to events, tiles and images: complete, in chunks, and broken."""
 
 import json
 import struct
@@ -26,12 +26,12 @@ def told(events):
 class Events(unittest.TestCase):
     EXPECTED = [("state", {"state": "queued"}, "a-1"), ("tile", {"x": 1}, "a-2")]
 
-    def test_a_stream_is_read(self):
+    def test_reads_a_stream(self):
         parser = EventParser()
         self.assertEqual(told(parser.feed(EVENTS.encode())), self.EXPECTED)
         self.assertEqual((parser.last_id, parser.retry_s), ("a-2", 0.25))
 
-    def test_pieces_may_end_anywhere(self):
+    def test_chunks_may_end_anywhere(self):
         for text in (
             EVENTS,
             EVENTS.replace("\r\n", "\n"),
@@ -45,7 +45,7 @@ class Events(unittest.TestCase):
                 # A CR at the very end waits for its LF.
                 self.assertEqual(told(events), self.EXPECTED, (size, text[:20]))
 
-    def test_an_event_that_did_not_come_whole_does_not_move_the_place_to_resume(self):
+    def test_incomplete_event_does_not_change_the_resume_position(self):
         feed = EventFeed("/v1/jobs/x", None)
         self.assertNotIn("Last-Event-ID", feed.call().headers)
         list(feed.take(b"id: a-1\nevent: tile\ndata: {}\n\nid: a-2\nevent: tile\ndata: {"))
@@ -55,13 +55,13 @@ class Events(unittest.TestCase):
         )
         self.assertTrue(feed.ended)
 
-    def test_nothing_follows_the_end(self):
+    def test_ignores_everything_after_the_end(self):
         feed = EventFeed("/v1/jobs/x", None)
         feed.call()
         text = b"event: end\ndata: {}\n\nevent: tile\ndata: {}\n\n"
         self.assertEqual([event.type for event in feed.take(text)], ["end"])
 
-    def test_overloaded_is_a_pause_and_no_event(self):
+    def test_overloaded_is_a_pause_not_an_event(self):
         feed = EventFeed("/v1/jobs/x", None)
         feed.call()
         text = b'event: overloaded\nretry: 15000\ndata: {"retry_after_seconds": 15}\n\n'
@@ -69,7 +69,7 @@ class Events(unittest.TestCase):
         self.assertTrue(feed.refused)
         self.assertEqual(feed.pause_s(0.1), 15)
 
-    def test_data_that_is_no_object_is_refused(self):
+    def test_refuses_data_that_is_not_an_object(self):
         for data in (b"{", b"[1]", b"\xff"):
             with self.assertRaises(tessera.CorruptData):
                 list(EventParser().feed(b"data: " + data + b"\n\n"))
@@ -95,7 +95,7 @@ class Tiles(unittest.TestCase):
                          {np.dtype(np.float32)})
         self.assertIsInstance(end, EndFrame)
 
-    def test_rows_come_one_after_another(self):
+    def test_rows_are_in_order(self):
         (tile,) = FrameParser().feed(frame([[1, 2, 3, 4, 5, 6]] * 7, width=3, height=2))
         np.testing.assert_array_equal(tile.samples, [[1, 2, 3], [4, 5, 6]])
 
@@ -103,14 +103,14 @@ class Tiles(unittest.TestCase):
         (tile,) = FrameParser().feed(frame([*PLANES, [0.5, 1]], width=2, height=1, flags=4))
         np.testing.assert_array_equal(tile.alpha, [[0.5, 1]])
 
-    def test_a_denoised_frame_has_colours_alone(self):
+    def test_denoised_frame_has_only_colors(self):
         (tile,) = FrameParser().feed(frame([[1, 2], [3, 4], [5, 6]], width=2, height=1, flags=16))
         self.assertTrue(tile.denoised)
         self.assertEqual(tile.mean.tolist(), [[[1, 3, 5], [2, 4, 6]]])
         self.assertTrue(np.isnan(tile.variance).all() and np.isnan(tile.samples).all())
         self.assertIsNone(tile.alpha)
 
-    def test_tiles_of_both_pictures_are_told_apart(self):
+    def test_distinguishes_tiles_of_both_images(self):
         feed = TileFeed("/v1/jobs/x", 0, compressed=False, denoise="mixed")
         self.assertEqual(feed.call().params, {"after": 0, "denoise": "mixed"})
         plain = frame(PLANES, width=2, height=1)
@@ -118,7 +118,7 @@ class Tiles(unittest.TestCase):
         kinds = [tile.denoised for tile in feed.take(plain + denoised + plain + denoised)]
         self.assertEqual(kinds, [False, True])
 
-    def test_pieces_may_end_anywhere(self):
+    def test_chunks_may_end_anywhere(self):
         data = frame(PLANES, width=2) + frame(PLANES, x=32, width=2) + END
         for size in (1, 5, 31, 33):
             parser, frames = FrameParser(), []
@@ -126,7 +126,7 @@ class Tiles(unittest.TestCase):
                 frames += parser.feed(data[i:i + size])
             self.assertEqual([getattr(f, "x", "end") for f in frames], [0, 32, "end"])
 
-    def test_every_flipped_bit_of_the_payload_is_seen(self):
+    def test_detects_every_flipped_bit_of_the_payload(self):
         data = bytearray(frame(PLANES, width=2))
         for place in range(32, len(data)):
             broken = data.copy()
@@ -134,7 +134,7 @@ class Tiles(unittest.TestCase):
             with self.assertRaisesRegex(tessera.CorruptData, "checksum"):
                 list(FrameParser().feed(broken))
 
-    def test_magic_and_sizes_are_checked(self):
+    def test_checks_magic_and_sizes(self):
         good = frame(PLANES, width=2)
         for broken in (b"TSR2" + good[4:], good[:4] + struct.pack("<I", 60) + good[8:],
                        good[:16] + struct.pack("<H", 3) + good[18:],
@@ -142,7 +142,7 @@ class Tiles(unittest.TestCase):
             with self.assertRaises(tessera.CorruptData):
                 list(FrameParser().feed(broken))
 
-    def test_a_new_connection_repeats_only_what_is_new(self):
+    def test_new_connection_repeats_only_new_tiles(self):
         feed = TileFeed("/v1/jobs/x", 0, compressed=False)
         self.assertEqual(feed.call().headers["Accept-Encoding"], "identity")
         first = frame(PLANES, width=2, revision=5)
@@ -154,7 +154,7 @@ class Tiles(unittest.TestCase):
         self.assertEqual([(tile.x, tile.revision) for tile in tiles], [(32, 6), (0, 9)])
         self.assertIsNotNone(feed.end)
 
-    def test_a_film_that_went_back_after_a_crash_is_shown_as_it_is(self):
+    def test_shows_a_film_that_went_back_after_a_crash(self):
         feed = TileFeed("/v1/jobs/x", 0, compressed=True)
         feed.call()
         later, earlier = frame(PLANES, width=2, revision=9), frame(PLANES, width=2, revision=4)
@@ -162,7 +162,7 @@ class Tiles(unittest.TestCase):
         feed.call()
         self.assertEqual([tile.revision for tile in feed.take(earlier)], [4])
 
-    def test_a_picture_is_put_together(self):
+    def test_assembles_an_image(self):
         image = TileImage(4, 1, x=30, y=0)
         (left,) = FrameParser().feed(frame(PLANES, x=30, width=2))
         (right,) = FrameParser().feed(frame([*PLANES, [0.5, 0]], x=32, width=2, flags=4))
@@ -178,8 +178,7 @@ class Tiles(unittest.TestCase):
 
 
 def tiff(values, predictor=1, deflate=False, rows=2):
-    """A float TIFF by the letter of TIFF 6.0 and Technote 3, written independently of the
-    reader."""
+    """A float TIFF according to TIFF 6.0 and Technote 3, written independently of the reader."""
     height, width, channels = values.shape
     strips = []
     for top in range(0, height, rows):
@@ -227,7 +226,7 @@ class Pictures(unittest.TestCase):
         values[0, 0, 0], values[1, 1, 0] = np.nan, np.inf
         return values.astype(np.float32)
 
-    def test_all_kinds_of_tiff_that_the_server_may_write_are_read_to_the_bit(self):
+    def test_reads_every_kind_of_tiff_of_the_server_bit_for_bit(self):
         for channels in (1, 3, 4):
             values = self.values(channels)
             for predictor, deflate in ((1, False), (1, True), (3, True)):
@@ -237,7 +236,7 @@ class Pictures(unittest.TestCase):
                 self.assertEqual(picture.tobytes(), expected.tobytes())
                 self.assertEqual(picture.shape, expected.shape)
 
-    def test_other_or_broken_tiffs_are_refused(self):
+    def test_refuses_other_or_broken_tiffs(self):
         good = tiff(self.values(3), 3, True)
         for broken in (
             b"",
@@ -256,7 +255,7 @@ class Pictures(unittest.TestCase):
         np.testing.assert_array_equal(srgb8(values), [0, 0, 0, 10, 128, 255, 255, 255])
         self.assertEqual(srgb8(0.5, exposure_stops=1), 255)
 
-    def test_a_png_holds_the_pixels(self):
+    def test_png_holds_the_pixels(self):
         from harness import png_pixels
         pixels = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
         rows = png_pixels(encode_png(pixels))
@@ -274,7 +273,7 @@ class Values(unittest.TestCase):
         known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.95, "none", True)
         self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")
 
-    def test_readings_of_a_meter_have_their_vectors(self):
+    def test_meter_readings_have_their_vectors(self):
         point = {"position": [0, 0.1, 0], "normal": [0, 1, 0], "irradiance_rgb": [1, 2, 3],
                  "irradiance_w_m2": 0.5, "illuminance_lux": 2, "low": 1, "high": 3, "samples": 16}
         meter = tessera.results.Meter.of({"points": [point, point]})

@@ -1,4 +1,4 @@
-"""Masks, boxes and COCO from ids: against what the formats say, by hand."""
+"""Masks, boxes and COCO from ids, checked by hand against the format specifications."""
 
 import json
 import shutil
@@ -38,7 +38,7 @@ OBJECTS = {
 
 
 def from_run_lengths(rle):
-    """As pycocotools decodes it: column by column."""
+    """Decodes like pycocotools: column by column."""
     flat = []
     for i, count in enumerate(rle["counts"]):
         flat += [i % 2] * count
@@ -47,19 +47,19 @@ def from_run_lengths(rle):
 
 
 class Datasets(unittest.TestCase):
-    def test_masks_and_boxes_are_those_of_the_pixels(self):
+    def test_masks_and_boxes_match_the_pixels(self):
         found = masks(IDS)
         self.assertEqual(sorted(found), [7, 300])
         self.assertEqual(found[7].sum(), 3)
         self.assertEqual(box_of(found[7]), (1, 0, 2, 2))
         self.assertEqual(box_of(found[300]), (2, 1, 2, 2))
 
-    def test_what_is_no_layer_of_ids_is_refused(self):
+    def test_refuses_a_layer_without_ids(self):
         for wrong in (np.zeros((2, 2, 3)), np.array([[0.5]]), np.array([[-1.0]])):
             with self.assertRaises(ValueError):
                 ids_of(wrong)
 
-    def test_run_lengths_begin_with_zeros_and_run_down_the_columns(self):
+    def test_run_lengths_start_with_zeros_and_run_down_the_columns(self):
         mask = np.array([[True, False], [True, True]])
         self.assertEqual(run_lengths(mask), {"size": [2, 2], "counts": [0, 2, 1, 1]})
         numbers = np.random.default_rng(3)
@@ -70,7 +70,7 @@ class Datasets(unittest.TestCase):
                 self.assertEqual(sum(rle["counts"]), mask.size)
                 np.testing.assert_array_equal(from_run_lengths(rle), mask)
 
-    def test_a_panoptic_picture_holds_the_ids(self):
+    def test_panoptic_image_holds_the_ids(self):
         rows = np.array(png_pixels(panoptic_png(IDS)))
         back = rows[:, :, 0] + 256 * rows[:, :, 1] + 65536 * rows[:, :, 2]
         np.testing.assert_array_equal(back, IDS)
@@ -81,7 +81,7 @@ class Datasets(unittest.TestCase):
         self.assertEqual(first.amodal_box, (1, 0, 3, 2))
         self.assertEqual((second.name, second.amodal_box, second.area), ("chair#4", None, 3))
 
-    def test_a_folder_is_what_coco_describes(self):
+    def test_folder_follows_the_coco_format(self):
         with tempfile.TemporaryDirectory() as place:
             folder = CocoFolder(place)
             folder.add("a", b"PNG", IDS, OBJECTS)
@@ -105,11 +105,11 @@ class Datasets(unittest.TestCase):
                 self.assertEqual(shown, kept)
                 self.assertEqual({s["id"] for s in each["segments_info"]}, kept)
 
-    def test_a_judge_of_panoptic_pictures_reads_the_folder(self):
+    def test_panoptic_evaluation_accepts_the_folder(self):
         with tempfile.TemporaryDirectory() as place:
             for name, ids in (("true", IDS), ("spoilt", np.where(IDS == 7, 0, IDS))):
                 folder = CocoFolder(Path(place) / name)
-                # Of whole segments: the second has no annotation where it shows nothing.
+                # For whole segments; the second image has no annotation where nothing is visible.
                 folder.add("a", b"PNG", ids, OBJECTS)
                 folder.write()
             truth = Path(place) / "true"
@@ -122,14 +122,14 @@ class Datasets(unittest.TestCase):
 
             self.assertEqual(quality(truth), 1)
             self.assertLess(quality(Path(place) / "spoilt"), 1)
-            # Segments whose pixels are missing are refused.
+            # Segments with missing pixels are refused.
             broken = Path(place) / "broken"
             shutil.copytree(truth, broken)
             shutil.copy(Path(place) / "spoilt/panoptic/a.png", broken / "panoptic/a.png")
             with self.assertRaises(Exception):
                 quality(broken)
 
-    def test_a_category_may_leave_segments_out(self):
+    def test_category_may_exclude_segments(self):
         with tempfile.TemporaryDirectory() as place:
             folder = CocoFolder(place, lambda s: None if s.id == 7 else "seat")
             self.assertEqual([s.id for s in folder.add("a", b"", IDS, OBJECTS)], [300])

@@ -1,4 +1,4 @@
-"""The README's examples and those of clients/examples, run as a reader would run them."""
+"""Runs the README's examples and those of clients/examples like a reader."""
 
 import contextlib
 import io
@@ -41,7 +41,7 @@ class Documents(ServerTest):
         self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         return done.stdout
 
-    def test_the_readme_runs_from_top_to_bottom(self):
+    def test_readme_runs_from_top_to_bottom(self):
         blocks = re.findall(r"^```python\n(.*?)^```$", README.read_text(), re.S | re.M)
         self.assertGreaterEqual(len(blocks), 8)
         names = {"__name__": "readme"}
@@ -60,7 +60,7 @@ class Documents(ServerTest):
         self.assertTrue((self.folder / "cornell.exr").read_bytes().startswith(b"v/1\x01"))
         self.assertEqual(names["images"][0].shape, (64, 64, 3))
 
-    def test_every_example_is_run_by_a_test(self):
+    def test_every_example_has_a_test(self):
         here = Path(__file__).read_text()
         for path in EXAMPLES.iterdir():
             if path.suffix in (".py", ".sh", ".mjs") and path.name not in (
@@ -114,7 +114,7 @@ class Documents(ServerTest):
         )
         albedos = {name: [float(v) for v in values] for name, *values in names}
         self.assertEqual(list(albedos), ["ivory", "cobalt", "oxblood", "copper"])
-        # The metal's albedo is its base colour; the glazes have a little white reflection on top.
+        # The metal's albedo is its base colour; the glazes add a small white reflection.
         np.testing.assert_allclose(albedos["copper"], [0.95, 0.55, 0.40], atol=0.01)
         self.assertEqual(np.argmax(albedos["cobalt"]), 2)
         self.assertEqual(np.argmax(albedos["oxblood"]), 0)
@@ -149,22 +149,21 @@ class Documents(ServerTest):
         self.assertEqual(len(rows), 8)
         for i, row in enumerate(rows):
             x, value, low, high, exact = map(float, row)
-            # Four standard errors of independent samples, spread evenly over the luminaire: what
-            # the renderer does is no worse. 0.01 lx is the last digit; within a pixel E bends by
-            # less than 2e-4.
+            # Four standard errors of independent samples, distributed uniformly over the luminaire:
+            # the renderer is at least as accurate. 0.01 lx is the last digit; the curvature of E
+            # within a pixel is below 2e-4.
             mean, deviation = self.illuminance(
                 float(x) // 0.0625 * 0.0625 + 0.03125, (1.5, 2.5)[i // 4]
             )
             self.assertAlmostEqual(exact, mean, delta=0.01 + 1e-4 * mean)
             tolerance = 4 * deviation / math.sqrt(samples) + 0.01 + 2e-4 * exact
-            self.assertLess(tolerance, 0.15 * exact)  # it means something
+            self.assertLess(tolerance, 0.15 * exact)  # the tolerance is tight enough to matter
             self.assertLess(abs(value - exact), tolerance, row)
             self.assertTrue(low < value < high < 1.02 * low, row)
 
     @staticmethod
     def illuminance(x, height):
-        """Mean and deviation over points of the luminaire of what each would give if all were like
-        it, by the
+        """Mean and standard deviation of the irradiance over points of the luminaire, by the
         midpoint rule: 1.2 m by 0.3 m of 1000 cd/m^2, L cos^2 / r^2 per area, at (x, 0.03125)."""
         u = (np.arange(400) + 0.5) / 400 * 1.2 - 0.6 - x
         v = (np.arange(100) + 0.5) / 100 * 0.3 - 0.15 - 0.03125

@@ -1,5 +1,5 @@
-"""Films and comparisons of the client, and the server's figures against the same worked out here
-with numpy."""
+"""Films and comparisons of the client; the server's metrics against an independent computation with
+numpy."""
 
 import asyncio
 import os
@@ -16,8 +16,7 @@ SMALL = {"size": (64, 48), "layers": []}
 
 
 def replicates(path):
-    """Means (height, width, replicate, channel) of a film file, by the layout that the API document
-    gives."""
+    """Means (height, width, replicate, channel) of a film file, by the documented layout."""
     with open(path, "rb") as file:
         data = file.read()
     head, _, _, flags, width, height = struct.unpack_from("<IIIIii", data, 8)
@@ -127,7 +126,7 @@ class Films(ServerTest):
         self.addCleanup(place.cleanup)
         return place.name
 
-    def test_figures_are_those_of_their_formulas(self):
+    def test_metrics_match_their_formulas(self):
         place = self.folder()
         jobs = [self.render(1, 8), self.render(2, 64)]
         films = [
@@ -140,7 +139,7 @@ class Films(ServerTest):
         self.assertAlmostEqual(found.relmse / ((a - b) ** 2 / (b**2 + 0.01)).mean(), 1, delta=1e-4)
         bias = (a - b).mean()
         self.assertAlmostEqual(found.bias.value, bias, delta=1e-6)
-        # Variances of the means of pixels, from the halves of each, add up over the picture.
+        # Variances of pixel means, from the halves of each, add up over the image.
         half = [((film[:, :, 0] - film[:, :, 1]) / 2).mean(-1) for film in films]
         squares, fourths = (sum((h**power).sum() for h in half) for power in (2, 4))
         error = np.sqrt(squares) / half[0].size
@@ -150,7 +149,7 @@ class Films(ServerTest):
             self.assertAlmostEqual(sign * (end - bias) / error, t, delta=1e-3)
         self.assertAlmostEqual(found.flip / flip(a, b), 1, delta=2e-3)
 
-    def test_films_merge_here_and_elsewhere(self):
+    def test_films_merge_locally_and_on_the_server(self):
         place = self.folder()
         whole = self.render(4, 16, sampler={"replicates": 4})
         parts = [self.render(4, 8, sampler={"first_replicate": first}) for first in (0, 2)]

@@ -1,4 +1,5 @@
-"""What is made from /openapi.json: our models and types, and a client by openapi-python-client."""
+"""Code generated from /openapi.json: our models and types, and a client by openapi-python-client.
+"""
 
 import os
 import pathlib
@@ -9,7 +10,7 @@ import tempfile
 from harness import PATIENCE_S
 from support import REPOSITORY, ServerTest
 
-# The generator knows octet streams and text; these are sent and received as such.
+# The generator supports octet streams and text; these are sent and received as such.
 CONFIG = """
 post_hooks: []
 content_type_overrides:
@@ -23,7 +24,7 @@ content_type_overrides:
 
 
 def run(*command, **options):
-    """The exit code and all that it printed."""
+    """Returns the exit code and all output."""
     done = subprocess.run(
         command,
         check=False,
@@ -37,11 +38,11 @@ def run(*command, **options):
 
 
 class Generated(ServerTest):
-    def test_types_and_models_are_those_of_the_server(self):
+    def test_types_and_models_match_the_server(self):
         code, told = run(sys.executable, "clients/generate.py", self.url(), "--check")
         self.assertEqual(code, 0, told)
 
-    def test_a_stale_file_is_seen(self):
+    def test_detects_a_stale_file(self):
         with tempfile.TemporaryDirectory() as folder:
             changed = pathlib.Path(folder, "openapi.json")
             text = self.server.get("/openapi.json").body.decode()
@@ -51,7 +52,7 @@ class Generated(ServerTest):
         for name in ("types.ts", "models.py"):
             self.assertIn(name, told)
 
-    def test_a_client_of_another_generator_makes_a_picture(self):
+    def test_client_of_another_generator_renders_an_image(self):
         with tempfile.TemporaryDirectory() as folder:
             home = pathlib.Path(folder)
             (home / "openapi.json").write_bytes(self.server.get("/openapi.json").body)

@@ -1,4 +1,4 @@
-"""Submit, wait, image, upload by a client of openapi-python-client: generated_tour.py URL."""
+"""Submit, wait, image and upload with a client of openapi-python-client: generated_tour.py URL."""
 
 import io
 import sys
@@ -16,7 +16,7 @@ from generated.types import File
 
 client = Client(base_url=sys.argv[1], raise_on_unexpected_status=True)
 
-# Only the scene is required, and nothing else is sent: the server's defaults hold.
+# Only the scene is required and sent: the server's defaults apply.
 assert JobRequest(scene="cornell-box").to_dict() == {"scene": "cornell-box"}
 request = JobRequest(
     scene="cornell-box",

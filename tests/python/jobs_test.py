@@ -18,7 +18,7 @@ LONG = {**SMALL, "samples_per_pixel": 65536}
 
 
 class Jobs(ServerTest):
-    def test_a_job_is_submitted_waited_for_and_described(self):
+    def test_submits_waits_for_and_describes_a_job(self):
         job = self.client.submit("cornell-box", name="a box", labels={"k": "v"}, seed=3,
                                  samples_per_pixel=8, **SMALL)
         self.assertFalse(job.ended)
@@ -33,7 +33,7 @@ class Jobs(ServerTest):
         self.assertGreater(job.statistics["rays"], 0)
         self.assertEqual(self.client.job(job.id).data, job.data)
 
-    def test_a_batch_is_made_waited_for_downloaded_and_deleted(self):
+    def test_creates_waits_for_downloads_and_deletes_a_batch(self):
         matrix = {"camera.orbit.theta_degrees": [160, 180], "seed": [1, 2]}
         batch = self.client.submit_batch("cornell-box", matrix, pattern="{theta_degrees}-{seed}",
                                          samples_per_pixel=2, **SMALL)
@@ -56,7 +56,7 @@ class Jobs(ServerTest):
         with self.assertRaises(tessera.Invalid):
             self.client.submit_batch("cornell-box", {"seed": [-1]})
 
-    def test_every_layer_is_the_film_to_the_bit(self):
+    def test_every_layer_equals_the_film_bit_for_bit(self):
         job = self.client.submit("cornell-box", size=(70, 40), samples_per_pixel=4)
         film = job.tile_image()
         for tile in job.tiles():
@@ -77,7 +77,7 @@ class Jobs(ServerTest):
         normal = job.image("normal")
         self.assertLess(abs(np.linalg.norm(normal[20, 35]) - 1), 1e-3)
 
-    def test_a_crop_and_parts_lie_where_they_were_asked_for(self):
+    def test_crop_and_parts_have_the_requested_position(self):
         whole = self.client.submit("cornell-box", size=(96, 64), samples_per_pixel=2, layers=[])
         crop = self.client.submit("cornell-box", size=(96, 64), samples_per_pixel=2, layers=[],
                                   crop=(20, 10, 50, 40))
@@ -91,7 +91,7 @@ class Jobs(ServerTest):
         np.testing.assert_array_equal(crop.image(part=(30, 20, 5, 6)), pixels[20:26, 30:35])
         self.assertEqual(whole.image(max_size=24).shape, (16, 24, 3))
 
-    def test_a_transparent_background_has_alpha(self):
+    def test_transparent_background_has_alpha(self):
         glb = self.client.scene_glb("furnace")
         environment = {"color": [1, 0, 0], "visible": False}
         job = self.client.submit(self.client.upload(glb), environment=environment,
@@ -105,7 +105,7 @@ class Jobs(ServerTest):
         np.testing.assert_array_equal(image[:, :, 3], film.alpha)
         self.assertEqual((image[:, :, 3].min(), image[:, :, 3].max()), (0, 1))
 
-    def test_picture_files_have_their_formats(self):
+    def test_image_files_have_their_formats(self):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **SMALL).wait()
         starts = {"png": b"\x89PNG", "jpg": b"\xff\xd8", "webp": b"RIFF", "exr": b"v/1\x01",
                   "hdr": b"#?RADIANCE", "tif": b"II*\0"}
@@ -127,7 +127,7 @@ class Jobs(ServerTest):
             job.picture(format="exr", exposure=0, tonemap="linear"), job.picture(format="exr")
         )
 
-    def test_a_pixel_has_its_interval_and_its_halves(self):
+    def test_pixel_has_its_interval_and_its_halves(self):
         job = self.client.submit("cornell-box", size=(48, 32), samples_per_pixel=8).wait()
         pixel = job.pixels(20, 10)
         np.testing.assert_array_equal(pixel.beauty.mean.astype(np.float32), job.image()[10, 20])
@@ -139,7 +139,7 @@ class Jobs(ServerTest):
         with self.assertRaises(tessera.NotFound):
             job.pixels(48, 0)
 
-    def test_convergence_ends_where_the_job_does(self):
+    def test_convergence_ends_with_the_job(self):
         job = self.client.submit("cornell-box", samples_per_pixel=32, **SMALL).wait()
         curve = job.convergence()
         self.assertEqual(curve.samples_per_pixel[-1], 32)
@@ -148,18 +148,18 @@ class Jobs(ServerTest):
         self.assertEqual(len(curve), len(curve.rays))
         self.assertTrue(math.isfinite(curve.slope.value))
 
-    def test_an_error_target_is_kept(self):
+    def test_meets_an_error_target(self):
         job = self.client.submit("cornell-box", relative_error=0.3, **SMALL).wait()
         self.assertEqual(job.stop_reason, "relative_error")
         self.assertLessEqual(job.error.relative_rmse, 0.3)
 
-    def test_a_target_of_the_denoised_picture_is_kept(self):
+    def test_meets_a_target_of_the_denoised_image(self):
         job = self.client.submit("cornell-box", denoised_error=0.3, **SMALL).wait()
         self.assertEqual(job.stop_reason, "denoised_error")
         comparison = self.client.compare(job, job, a_denoise="mixed")
         self.assertGreater(comparison.mse, 0)
 
-    def test_extending_gives_the_digest_of_a_longer_job(self):
+    def test_extension_gives_the_digest_of_a_longer_job(self):
         job = self.client.submit("cornell-box", samples_per_pixel=4, **SMALL).wait()
         before = job.film_digest
         job.extend(samples_per_pixel=16).wait()
@@ -167,7 +167,7 @@ class Jobs(ServerTest):
         self.assertEqual(job.film_digest, longer.film_digest)
         self.assertNotEqual(job.film_digest, before)
 
-    def test_a_job_is_paused_resumed_changed_cancelled_and_deleted(self):
+    def test_pauses_resumes_changes_cancels_and_deletes_a_job(self):
         job = self.client.submit("cornell-box", **LONG)
         with self.assertRaises(tessera.Conflict):
             job.delete()
@@ -187,7 +187,7 @@ class Jobs(ServerTest):
         with self.assertRaises(tessera.NotFound):
             job.refresh()
 
-    def test_faults_of_a_request_name_their_places(self):
+    def test_request_errors_have_their_pointers(self):
         with self.assertRaises(tessera.Invalid) as caught:
             self.client.submit("cornell-box", size=(0, 32), request={"colour": 1})
         self.assertEqual({fault.pointer for fault in caught.exception.errors},
@@ -198,14 +198,14 @@ class Jobs(ServerTest):
         with self.assertRaises(tessera.NotFound):
             self.client.job("no-such-job")
 
-    def test_an_estimate_submits_nothing(self):
+    def test_estimate_submits_nothing(self):
         before = len(list(self.client.jobs()))
         self.assertTrue(self.client.estimate("cornell-box", **LONG))
         with self.assertRaises(tessera.Invalid):
             self.client.estimate("cornell-box", size=(0, 1))
         self.assertEqual(len(list(self.client.jobs())), before)
 
-    def test_lists_find_by_state_and_label(self):
+    def test_lists_filter_by_state_and_label(self):
         jobs = [self.client.submit("cornell-box", labels={"batch": "lists", "n": str(i)},
                                    samples_per_pixel=1, **SMALL) for i in range(5)]
         for job in jobs:
@@ -220,7 +220,7 @@ class Jobs(ServerTest):
         pages = self.client._pages("/v1/jobs", {"label": "batch", "limit": 2}, "jobs", None)
         self.assertEqual(len(list(pages)), 5)
 
-    def test_what_the_server_has_not_is_said_politely(self):
+    def test_missing_objects_have_clear_errors(self):
         info = self.client.info()
         self.assertIn("cornell-box", info.scenes)
         self.assertIn("path", info.integrators)
@@ -250,7 +250,7 @@ class Jobs(ServerTest):
 class Waiting(ServerTest):
     FLAGS = ("--max-running", "1")
 
-    def test_there_is_no_picture_before_the_first_sample(self):
+    def test_no_image_exists_before_the_first_sample(self):
         first = self.client.submit("cornell-box", **LONG)
         self.server.wait_for_samples(first.id)
         job = self.client.submit("cornell-box", **LONG)
@@ -263,7 +263,7 @@ class Waiting(ServerTest):
 
 
 class Together(ServerTest):
-    def test_many_jobs_are_awaited_at_once(self):
+    def test_waits_for_many_jobs_at_once(self):
         async def one(client, seed):
             job = await client.submit("cornell-box", seed=seed, samples_per_pixel=2, **SMALL)
             events = [event.type async for event in job.events()]
@@ -301,7 +301,7 @@ class Keys(ServerTest):
     def tearDown(self):
         self.assertTrue(self.server.alive())
 
-    def test_the_key_opens_the_server(self):
+    def test_key_gives_access_to_the_server(self):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **SMALL)
         self.assertEqual([e.type for e in job.events()][-1], "end")
         with self.assertRaises(tessera.Unauthorized):

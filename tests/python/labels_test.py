@@ -1,4 +1,4 @@
-"""Labelled images, read by the tools that others use: OpenEXR and pycocotools."""
+"""Labelled images, read by third-party tools: OpenEXR and pycocotools."""
 
 import contextlib
 import io
@@ -32,7 +32,7 @@ class Labelled(ServerTest):
             environment={"color": [1, 1, 1], "visible": False},
         ).wait()  # fmt: skip
 
-    def test_openexr_reads_whole_ids_and_cryptomatte(self):
+    def test_openexr_reads_integer_ids_and_cryptomatte(self):
         job = self.job()
         place = job.save(self.folder / "all.exr")
         file = OpenEXR.File(str(place), separate_channels=True)
@@ -57,7 +57,7 @@ class Labelled(ServerTest):
                     self.assertEqual(ids.dtype, np.float32)
                     self.assertLessEqual(set(np.unique(ids.view(np.uint32)[share > 0])), known)
                     total += share
-            # Alpha is a float here, since ids stand beside it: means of 16 samples, rounded.
+            # Alpha is a float here because of the ids: means of 16 samples, rounded.
             np.testing.assert_allclose(total, alpha, atol=1e-5)
 
     def test_pycocotools_reads_the_masks(self):
@@ -78,7 +78,7 @@ class Labelled(ServerTest):
             {segment.name.split("#")[0] for segment in segments(ids, objects)},
         )
 
-    def test_parts_hold_what_one_part_does(self):
+    def test_parts_equal_a_single_part_file(self):
         job = self.job()
         one = OpenEXR.File(str(job.save(self.folder / "one.exr")), separate_channels=True)
         many = OpenEXR.File(
@@ -103,7 +103,7 @@ class Labelled(ServerTest):
             has_names = any(key.endswith("/manifest") for key in part.header)
             self.assertEqual(has_names, is_matte or part.name() == "beauty", part.name())
 
-    def test_a_reader_of_cryptomatte_finds_the_masks_by_name(self):
+    def test_cryptomatte_reader_finds_the_masks_by_name(self):
         job = self.job()
         place = job.save(self.folder / "mattes.exr")
         mattes = Cryptomatte.load(str(place))
@@ -117,7 +117,8 @@ class Labelled(ServerTest):
             self.assertTrue(any(set(masks) <= known for known in names), set(masks))
             total = sum(masks.values())
             np.testing.assert_allclose(total, alpha, atol=1e-5)
-        # By the ids: most of a pixel is what the ray through its centre meets, nearly everywhere.
+        # Compared with the ids: nearly everywhere the largest coverage of a pixel is the object at
+        # its centre.
         (objects,) = [m.masks() for m in mattes if set(m.masks()) <= names[0]]
         ids = job.image("object")
         for each in job.objects()["objects"]:
@@ -126,7 +127,7 @@ class Labelled(ServerTest):
                 self.assertGreater(objects[each["name"]][middle].mean(), 0.7)
                 self.assertLess(objects[each["name"]][~middle].mean(), 0.1)
 
-    def test_a_judge_of_panoptic_pictures_reads_the_folder(self):
+    def test_panoptic_evaluation_reads_the_folder(self):
         job = self.job()
         folder = CocoFolder(self.folder / "panoptic")
         folder.add("a", job.picture(), job.image("instance"), job.objects())

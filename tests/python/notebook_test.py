@@ -1,4 +1,4 @@
-"""What a notebook gets to show."""
+"""Output in notebooks."""
 
 import asyncio
 import base64
@@ -16,7 +16,7 @@ from tessera import AsyncClient
 
 
 class Notebook:
-    """Stands for the module IPython.display: keeps what is shown in place of what."""
+    """Replaces the module IPython.display: records the displayed objects."""
 
     def __init__(self):
         self.shown = []
@@ -31,7 +31,7 @@ class Notebook:
 
 
 class Balance(HTMLParser):
-    """Fails where a tag is closed that was not the last one opened."""
+    """Fails if a closed tag is not the last one opened."""
 
     def __init__(self, text):
         super().__init__()
@@ -50,7 +50,7 @@ def picture_in(text):
 
 
 class Notebooks(ServerTest):
-    def test_a_job_shows_its_state_error_and_picture(self):
+    def test_job_shows_its_state_error_and_image(self):
         job = self.client.submit("cornell-box", name="<b> & 'co'", size=(1000, 50), layers=[],
                                  samples_per_pixel=2).wait()
         text = job._repr_html_()
@@ -66,7 +66,7 @@ class Notebooks(ServerTest):
         notebook = Notebook()
         job = self.client.submit("cornell-box", size=(96, 64), layers=[], samples_per_pixel=32)
         with mock.patch.dict(sys.modules, notebook.modules):
-            # A value would be drawn a second time, as the last line of a cell is.
+            # A returned value would be drawn again as the last line of a cell.
             self.assertIsNone(job.show(refresh_s=0.05))
         self.assertGreaterEqual(len(notebook.shown), 2)
         for text in notebook.shown:
@@ -75,7 +75,7 @@ class Notebooks(ServerTest):
         self.assertEqual(re.search("width:([0-9.]+)%", notebook.shown[-1]).group(1), "100.0")
         self.assertEqual(picture_in(notebook.shown[-1]), job.picture(max_size=640))
 
-    def test_show_awaits_with_the_asynchronous_client(self):
+    def test_show_works_with_the_asynchronous_client(self):
         notebook = Notebook()
 
         async def run():
@@ -93,13 +93,13 @@ class Notebooks(ServerTest):
         self.assertEqual(png_size(picture_in(notebook.shown[-1]))[:2], (48, 32))
         self.assertEqual(Balance(job._repr_html_()).open, [])
 
-    def test_without_a_notebook_show_says_so(self):
+    def test_show_reports_a_missing_notebook(self):
         job = self.client.submit("cornell-box", size=(16, 16), layers=[], samples_per_pixel=1)
         with mock.patch.dict(sys.modules, {"IPython": None, "IPython.display": None}):
             with self.assertRaisesRegex(tessera.NotOffered, "IPython"):
                 job.show()
 
-    def test_a_failed_job_shows_why(self):
+    def test_failed_job_shows_the_reason(self):
         job = self.client.submit(
             "cornell-box", size=(16, 16), layers=[], samples_per_pixel=1
         ).wait()
@@ -113,7 +113,7 @@ class Notebooks(ServerTest):
             job.wait()
         self.assertEqual(job.wait(check=False).state, "failed")
 
-    def test_a_growing_picture_is_a_png(self):
+    def test_growing_image_is_a_png(self):
         job = self.client.submit(
             "cornell-box", size=(70, 40), layers=[], samples_per_pixel=1
         ).wait()

@@ -27,7 +27,7 @@ def run(*command):
 
 
 class Package(unittest.TestCase):
-    def test_it_needs_httpx_and_numpy_and_nothing_else(self):
+    def test_depends_only_on_httpx_and_numpy(self):
         needs = importlib.metadata.requires("tessera-client")
         self.assertEqual(
             sorted(re.match("[a-z]+", need).group() for need in needs), ["httpx", "numpy"]
@@ -37,19 +37,19 @@ class Package(unittest.TestCase):
             self.assertRegex(need, r"<[0-9.]+", need)
         self.assertEqual(importlib.metadata.version("tessera-client"), tessera.__version__)
 
-    def test_it_says_that_it_is_typed(self):
+    def test_is_marked_as_typed(self):
         self.assertTrue(importlib.resources.files("tessera").joinpath("py.typed").is_file())
 
-    def test_what_is_public_exists_and_is_documented(self):
+    def test_public_names_exist_and_are_documented(self):
         for name in tessera.__all__:
             self.assertTrue(getattr(tessera, name).__doc__, name)
 
-    def test_types_hold_in_strict_mode(self):
+    def test_passes_strict_type_checks(self):
         code, told = run("mypy", "--config-file", "clients/python/pyproject.toml", "--cache-dir",
                          "build/python/mypy", "clients/python/src/tessera")
         self.assertEqual(code, 0, told)
 
-    def test_the_client_that_waits_is_written_from_the_asynchronous_one(self):
+    def test_synchronous_client_is_generated_from_the_asynchronous_one(self):
         script = pathlib.Path(REPOSITORY, "clients/synchronous.py")
         self.assertEqual(run_python(script, "--check"), (0, ""))
         with tempfile.TemporaryDirectory() as folder:
@@ -63,17 +63,17 @@ class Package(unittest.TestCase):
             self.assertIn("job.py", told)
             self.assertNotIn("client.py,", told)
 
-    def test_types_of_the_examples_hold(self):
+    def test_examples_pass_type_checks(self):
         code, told = run("mypy", "--strict", "--cache-dir", "build/python/mypy", "clients/examples")
         self.assertEqual(code, 0, told)
 
-    def test_a_wrong_option_is_seen_by_the_types(self):
+    def test_type_checks_detect_a_wrong_option(self):
         wrong = ("from tessera import Client\nClient().submit('glass', colour='red')\n"
                  "Client().submit('glass', size=3)\n")
         code, told = run("mypy", "--strict", "--cache-dir", "build/python/mypy", "-c", wrong)
         self.assertEqual((code, told.count("error:")), (1, 2), told)
 
-    def test_the_style_holds(self):
+    def test_passes_style_checks(self):
         for step in (["check"], ["format", "--check"]):
             code, told = run(
                 "ruff",

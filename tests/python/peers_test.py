@@ -1,4 +1,4 @@
-"""The pure parts of the benchmark beside other engines: statistics, glTF, table and image."""
+"""The pure functions of the benchmark against other engines: statistics, glTF, table and chart."""
 
 import copy
 import json
@@ -23,7 +23,7 @@ import scenes  # noqa: E402
 
 
 class Intervals(unittest.TestCase):
-    def test_the_interval_of_three_numbers_is_that_of_student(self):
+    def test_interval_of_three_numbers_is_students(self):
         # Mean 2, standard deviation 1, t = 4.303: 4.303 / sqrt(3).
         mean, half = measures.interval([1, 2, 3])
         self.assertEqual(mean, 2)
@@ -34,23 +34,23 @@ class Intervals(unittest.TestCase):
         self.assertEqual(mean, 5)
         self.assertTrue(math.isnan(half))
 
-    def test_intervals_hold_the_mean_in_95_of_100_cases(self):
+    def test_intervals_contain_the_mean_in_95_of_100_cases(self):
         numbers = random.Random(3)
         rounds = 4000
         held = 0
         for _ in range(rounds):
             mean, half = measures.interval([numbers.gauss(7, 2) for _ in range(4)])
             held += abs(mean - 7) <= half
-        # Five standard deviations of a share of 0.95 over 4000 rounds: 0.017.
+        # Five standard deviations of a fraction of 0.95 over 4000 rounds: 0.017.
         self.assertAlmostEqual(held / rounds, 0.95, delta=0.017)
 
-    def test_a_ratio_is_taken_pair_by_pair(self):
+    def test_ratio_is_computed_pair_by_pair(self):
         ratio, low, high = measures.ratio_interval([2, 20, 200], [1, 10, 100])
         self.assertAlmostEqual(ratio, 2)
         self.assertAlmostEqual(low, 2)
         self.assertAlmostEqual(high, 2)
 
-    def test_the_interval_of_a_ratio_turns_with_the_ratio(self):
+    def test_interval_of_the_inverse_ratio_is_the_inverse(self):
         a, b = [3.0, 4.0, 6.0], [1.0, 2.5, 2.0]
         ratio, low, high = measures.ratio_interval(a, b)
         other, other_low, other_high = measures.ratio_interval(b, a)
@@ -58,7 +58,7 @@ class Intervals(unittest.TestCase):
         self.assertAlmostEqual(low * other_high, 1)
         self.assertAlmostEqual(high * other_low, 1)
 
-    def test_a_ratio_of_what_is_not_above_0_is_not_known(self):
+    def test_ratio_of_a_value_not_above_0_is_unknown(self):
         self.assertTrue(math.isnan(measures.ratio_interval([1, 2], [0, 1])[0]))
 
 
@@ -73,35 +73,35 @@ class Errors(unittest.TestCase):
     def expected(self, sigma):
         return float((sigma ** 2 / (self.truth ** 2 + 0.01)).mean())
 
-    def test_the_noise_of_the_reference_is_taken_off(self):
+    def test_subtracts_the_noise_of_the_reference(self):
         reference = measures.Reference([self.noisy(0.1) for _ in range(8)])
         errors = [
             measures.relative_mse(reference.pixel_errors(self.noisy(0.05), self.truth))
             for _ in range(8)
         ]
-        # Its own noise is half of what is measured: 0.1^2 / 8 beside 0.05^2.
+        # Its own noise contributes half of the measurement: 0.1^2 / 8 against 0.05^2.
         self.assertAlmostEqual(np.mean(errors) / self.expected(0.05), 1, delta=0.05)
 
-    def test_the_worst_pixel_in_a_thousand_is_left_out(self):
+    def test_trimming_drops_the_worst_pixel_in_a_thousand(self):
         errors = np.ones(2000)
         errors[[3, 1999]] = 1e6
         self.assertEqual(measures.without_worst(errors), 1)
         errors[7] = 1e6
         self.assertGreater(measures.without_worst(errors), 1)
 
-    def test_references_of_one_picture_do_not_differ_beyond_their_noise(self):
+    def test_references_of_one_image_do_not_differ_beyond_their_noise(self):
         a, b = (measures.Reference([self.noisy(0.1) for _ in range(4)]) for _ in range(2))
         difference, doubt = measures.difference(a, b)
         self.assertLess(abs(difference), 5 * doubt)
 
-    def test_a_picture_that_is_a_twentieth_brighter_differs(self):
+    def test_detects_an_image_a_twentieth_brighter(self):
         a = measures.Reference([self.noisy(0.02) for _ in range(4)])
         b = measures.Reference([self.noisy(0.02) * 1.05 for _ in range(4)])
         difference, doubt = measures.difference(b, a)
         self.assertGreater(difference, 10 * doubt)
         self.assertAlmostEqual(difference, 0.05 ** 2, delta=0.0004)
 
-    def test_the_common_reference_is_of_a_peer_that_agrees_with_others(self):
+    def test_common_reference_is_of_a_peer_that_agrees_with_others(self):
         truth = [self.noisy(0.02) for _ in range(9)]
         off = [picture * 1.3 for picture in truth[:3]]
         references = {
@@ -113,7 +113,7 @@ class Errors(unittest.TestCase):
         self.assertEqual(measures.most_agreed({"tessera": references["tessera"]}), "tessera")
         self.assertIsNone(measures.most_agreed({}))
 
-    def test_a_reference_is_no_different_from_itself(self):
+    def test_reference_does_not_differ_from_itself(self):
         a = measures.Reference([self.noisy(0.1) for _ in range(2)])
         self.assertEqual(measures.difference(a, a), (0.0, 0.0))
 
@@ -131,7 +131,7 @@ class Files(unittest.TestCase):
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def test_what_was_built_is_read_again(self):
+    def test_reads_back_a_generated_scene(self):
         builder = scenes.Builder()
         lamp = builder.material((0.2, 0.3, 0.4), specular=0, emission=(4, 8, 2))
         mesh = builder.mesh(scenes.quad((0, 0, 0), (2, 0, 0), (0, 3, 0), lamp))
@@ -151,7 +151,7 @@ class Files(unittest.TestCase):
         )
         self.assertEqual(scene.vertical_fov, 0.5)
 
-    def test_children_are_placed_by_their_parents(self):
+    def test_children_are_positioned_by_their_parents(self):
         half = math.sqrt(0.5)
         document = {
             "nodes": [
@@ -161,7 +161,7 @@ class Files(unittest.TestCase):
             "scenes": [{"nodes": [0]}],
         }
         matrices = [matrix for _, matrix in gltf.placed(document)]
-        # A quarter turn about y takes +x to -z.
+        # A quarter turn about y maps +x to -z.
         np.testing.assert_allclose(matrices[1][:3, 3], [0, 0, -1], atol=1e-12)
 
     def test_balls_and_grids_face_outwards(self):
@@ -171,7 +171,7 @@ class Files(unittest.TestCase):
             self.assertTrue((np.einsum("ij,ij->i", faces, a + b + c) > 0).all())
             np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1)
 
-    def test_a_file_without_a_camera_gets_one_that_sees_all_of_it(self):
+    def test_file_without_a_camera_gets_one_that_sees_all_of_it(self):
         builder = scenes.Builder()
         builder.node(
             builder.mesh(
@@ -190,7 +190,7 @@ class Files(unittest.TestCase):
         self.assertTrue((corners[:, 2] < 0).all())
         self.assertTrue((np.abs(corners[:, :2]) < reach[:, None]).all())
 
-    def test_files_beside_a_gltf_are_packed_into_it(self):
+    def test_packs_external_files_into_the_glb(self):
         pixels = np.arange(4 * 4 * 3, dtype=np.uint8).reshape(4, 4, 3)
         picture = scenes.write_png(pixels)
         with open(self.path("a b.png"), "wb") as file:
@@ -214,7 +214,7 @@ class Files(unittest.TestCase):
             scene.meshes[0][0].positions, [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
         )
 
-    def test_what_the_adapters_do_not_set_up_is_refused_by_name(self):
+    def test_refuses_unsupported_features_by_name(self):
         builder = scenes.Builder()
         material = builder.material((1, 1, 1))
         builder.document["materials"][material]["extensions"]["KHR_materials_sheen"] = {}
@@ -262,14 +262,14 @@ def document():
 
 
 class Reports(unittest.TestCase):
-    def test_a_peer_of_four_times_the_time_has_a_quarter_of_the_efficiency(self):
+    def test_peer_of_four_times_the_time_has_a_quarter_of_the_efficiency(self):
         data = document()
         ratio, low, high = report.ratios(data, data["scenes"][0], "slow & old")
         self.assertAlmostEqual(ratio, 0.25)
         self.assertAlmostEqual(low, 0.25)
         self.assertAlmostEqual(high, 0.25)
 
-    def test_tables_say_figures_their_source_and_who_is_missing(self):
+    def test_tables_show_values_their_reference_and_missing_engines(self):
         data = document()
         text = report.scene_table(data, data["scenes"][0])
         self.assertIn("0.25 [0.25, 0.25]", text)
@@ -277,7 +277,7 @@ class Reports(unittest.TestCase):
         self.assertIn("left out: gone: no wheel", text)
         self.assertRegex(report.summary(data), r"<box> +0\.25 \(0\.25\)")
 
-    def test_results_that_were_written_say_the_same_when_read(self):
+    def test_stored_results_give_the_same_tables(self):
         data = document()
         again = json.loads(json.dumps(data))
         self.assertEqual(
@@ -285,20 +285,20 @@ class Reports(unittest.TestCase):
             report.scene_table(again, again["scenes"][0]),
         )
 
-    def test_the_figure_compared_is_of_64_samples_or_the_most_below(self):
+    def test_compares_at_64_samples_or_the_most_below(self):
         data = document()
         self.assertEqual(report.compared(data), 64)
         self.assertEqual(report.compared(data | {"samples": [4, 16]}), 16)
         self.assertEqual(report.compared(data | {"samples": [128, 256]}), 128)
 
-    def test_an_error_below_the_noise_of_its_reference_gives_no_ratio(self):
+    def test_error_below_the_noise_of_its_reference_gives_no_ratio(self):
         data = document()
         for row in data["scenes"][0]["engines"]["slow & old"]["runs"][64]:
             row["relmse"] = -1e-6
         self.assertIsNone(report.ratios(data, data["scenes"][0], "slow & old"))
         self.assertIn("slow & old", report.scene_table(data, data["scenes"][0]))
 
-    def test_the_picture_is_xml_with_a_bar_to_the_right_where_tessera_is_ahead(self):
+    def test_chart_is_xml_with_a_bar_to_the_right_if_tessera_is_better(self):
         root = xml.fromstring(report.svg(document()))
         space = "{http://www.w3.org/2000/svg}"
         texts = [text.text for text in root.iter(space + "text")]

@@ -1,5 +1,5 @@
-"""Events and tiles over lines that break and servers that are killed, through a relay whose port
-stays."""
+"""Events and tiles over broken connections and restarted servers, through a relay with a fixed
+port."""
 
 import asyncio
 import unittest
@@ -17,7 +17,7 @@ PATIENT = Retry(first_delay_s=0.02, longest_delay_s=0.1, patience_s=60)
 
 
 def numbers(events):
-    """The sequence numbers of the events that have one of their own, by stream."""
+    """The sequence numbers of the durable events, by stream."""
     found = {}
     for event in events:
         if event.id and event.type not in ("snapshot", "progress", "reset"):
@@ -33,8 +33,8 @@ class Lines(ServerTest):
         self.client = Client(f"http://127.0.0.1:{self.relay.port}", retry=FAST)
         self.addCleanup(self.client.close)
 
-    def test_events_go_on_where_the_line_broke(self):
-        # Without an end of its own: how many events come before one depends on the machine.
+    def test_events_continue_after_a_broken_connection(self):
+        # Without an end of its own: the number of events before one depends on the machine.
         job = self.client.submit("cornell-box", samples_per_pixel=65536, **FILM)
         events, asked, shortened, stream = [], [], None, self.client.stream
         with mock.patch.object(
@@ -69,13 +69,13 @@ class Lines(ServerTest):
         events.close()
         self.assertEqual(job.refresh().state in ("queued", "loading", "rendering"), True)
 
-    def test_who_heard_the_end_hears_nothing_more(self):
+    def test_sends_nothing_after_a_received_end(self):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **FILM)
         last = list(job.events())[-1]
         self.assertEqual(list(job.events(last_event_id=last.id)), [])
         self.assertEqual([event.type for event in job.events()], ["snapshot", "end"])
 
-    def test_tiles_of_a_broken_line_come_again_until_the_picture_is_whole(self):
+    def test_repeats_tiles_of_a_broken_connection_until_the_image_is_complete(self):
         job = self.client.submit("cornell-box", samples_per_pixel=64, **FILM)
         film, self.relay.cuts, self.relay.cut_after = job.tile_image(), 3, 40_000
         self.client._http.close()
@@ -102,12 +102,12 @@ class Lines(ServerTest):
         np.testing.assert_array_equal(films[0].mean, films[1].mean)
         self.assertTrue(films[0].complete)
 
-    def test_only_newer_tiles_come_when_asked_for(self):
+    def test_sends_only_newer_tiles_on_request(self):
         job = self.client.submit("cornell-box", samples_per_pixel=4, **FILM).wait()
         newest = max(tile.revision for tile in job.tiles())
         self.assertEqual([tile.revision for tile in job.tiles(after=newest - 1)], [newest])
 
-    def test_a_job_that_is_not_there_is_told_at_once(self):
+    def test_reports_a_missing_job_at_once(self):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **FILM).wait()
         job.delete()
         for stream in (job.events(), job.tiles()):
@@ -132,7 +132,7 @@ class Restarts(unittest.TestCase):
         self.relay.target = self.server.port
         self.relay.cut()
 
-    def test_everything_outlasts_a_killed_and_a_stopped_server(self):
+    def test_everything_survives_a_killed_and_a_stopped_server(self):
         events = []
 
         async def follow(job):
@@ -177,7 +177,7 @@ class Restarts(unittest.TestCase):
             self.assertEqual(sequence, sorted(set(sequence)))
         np.testing.assert_array_equal(film.mean, image)
 
-    def test_who_stays_away_is_given_up(self):
+    def test_gives_up_if_the_server_stays_away(self):
         retry = Retry(first_delay_s=0.02, longest_delay_s=0.05, patience_s=0.5)
         with Client(self.address, retry=retry) as client:
             job = client.submit("cornell-box", samples_per_pixel=65536, **FILM)

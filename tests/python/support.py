@@ -1,4 +1,4 @@
-"""What the tests of the Python package share."""
+"""Helpers shared by the tests of the Python package."""
 
 import os
 import socket
@@ -27,7 +27,7 @@ class ServerTest(ApiTest):
 
 
 class Relay:
-    """A port that stays while the server behind it comes and goes, and that can cut its lines.
+    """A fixed port while the server behind it restarts; can cut its connections.
 
     cut_after: bytes of an answer after which each of the next `cuts` connections ends.
     """
@@ -47,13 +47,13 @@ class Relay:
         self.cut()
 
     def cut(self):
-        """Ends all lines that are open."""
+        """Ends all open connections."""
         for line in self._lines:
             for end in line:
                 try:
                     end.shutdown(socket.SHUT_RDWR)
                 except OSError:
-                    pass  # It is closed already.
+                    pass  # It is already closed.
         self._lines.clear()
 
     def _accept(self):
@@ -86,7 +86,7 @@ class Relay:
                 if left is not None and left <= 0:
                     break
         except OSError:
-            pass  # One of the two is gone: so is the other now.
+            pass  # One of the two has closed: close the other.
         for end in (source, sink):
             try:
                 end.shutdown(socket.SHUT_RDWR)
@@ -103,7 +103,7 @@ class RelayTest(unittest.TestCase):
 
 
 def frame(planes, x=0, y=0, width=1, height=1, revision=1, flags=0, error=0.5):
-    """A tile frame by the contract: planes is a list of lists of floats."""
+    """A tile frame in the documented format: planes is a list of lists of floats."""
     payload = b"".join(struct.pack(f"<{len(plane)}f", *plane) for plane in planes)
     head = struct.pack("<4sIIHHHHIfI", b"TSR1", len(payload), revision, x, y, width, height, flags,
                        error, zlib.crc32(payload))

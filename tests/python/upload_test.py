@@ -1,4 +1,4 @@
-"""Scenes and environments from files: what is sent, what is not, what is refused."""
+"""Scenes and environments from files: uploads, skipped uploads, refusals."""
 
 import asyncio
 import io
@@ -41,7 +41,7 @@ class Uploads(ServerTest):
         (self.folder / "the buffer.bin").write_bytes(TRIANGLE)
         return path
 
-    def test_a_glb_is_described_and_rendered(self):
+    def test_describes_and_renders_a_glb(self):
         path = self.folder / "one.glb"
         path.write_bytes(triangle_glb(materials=[{"name": "white"}]))
         scene = self.client.upload(path)
@@ -58,7 +58,7 @@ class Uploads(ServerTest):
         with self.assertRaises(tessera.NotFound):
             self.client.scene(scene.id)
 
-    def test_a_gltf_brings_its_files_and_sends_none_of_them_twice(self):
+    def test_gltf_sends_its_files_without_repeating_any(self):
         path = self.model()
         scene = self.client.upload(path)
         self.assertEqual((scene.name, scene.triangles), (path.name, 1))
@@ -70,7 +70,7 @@ class Uploads(ServerTest):
             [method for method, path in self.sent if "assets" in path], ["HEAD", "HEAD"]
         )
 
-    def test_a_folder_needs_exactly_one_document(self):
+    def test_folder_needs_exactly_one_document(self):
         with self.assertRaisesRegex(tessera.TesseraError, "one .gltf or .glb file, here: none"):
             self.client.upload(self.folder)
         self.model()
@@ -78,7 +78,7 @@ class Uploads(ServerTest):
         with self.assertRaisesRegex(tessera.TesseraError, "model.gltf, second.gltf"):
             self.client.upload(self.folder)
 
-    def test_a_zip_is_taken_as_a_file_and_as_bytes(self):
+    def test_accepts_a_zip_as_a_file_and_as_bytes(self):
         path = self.folder / "scene.zip"
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.write(self.model(), "in/model.gltf")
@@ -91,7 +91,7 @@ class Uploads(ServerTest):
         with self.assertRaises(tessera.Problem):
             self.client.upload(empty.getvalue())
 
-    def test_missing_files_are_told_before_anything_is_sent(self):
+    def test_reports_missing_files_before_sending_anything(self):
         path = self.model()
         (self.folder / "the buffer.bin").unlink()
         with self.assertRaisesRegex(FileNotFoundError, BUFFER):
@@ -104,7 +104,7 @@ class Uploads(ServerTest):
         with self.assertRaises(tessera.TesseraError):
             self.client.upload(b"neither")
 
-    def test_a_scene_may_not_name_files_outside_its_folder(self):
+    def test_scene_may_not_refer_to_files_outside_its_folder(self):
         inner = self.folder / "inner"
         inner.mkdir()
         secret = self.folder / "secret.bin"
@@ -123,7 +123,7 @@ class Uploads(ServerTest):
                 self.client.upload(path)
         self.assertEqual(self.sent, [])
 
-    def test_files_that_are_no_scenes_are_refused_with_a_reason(self):
+    def test_refuses_files_that_are_not_scenes_with_a_reason(self):
         path = self.folder / "bad.glb"
         path.write_bytes(b"glTF is not enough")
         with self.assertRaises(tessera.Problem) as caught:
@@ -133,17 +133,17 @@ class Uploads(ServerTest):
         with self.assertRaisesRegex(tessera.TesseraError, "is not JSON"):
             self.client.upload(self.folder / "bad.gltf")
 
-    def test_an_environment_lights_the_scene(self):
+    def test_environment_lights_the_scene(self):
         path = self.folder / "sky.hdr"
         path.write_bytes(hdr_image(8, 4, (0.25, 0.5, 0.75)))
         glb = self.folder / "one.glb"
         glb.write_bytes(triangle_glb())
         job = self.client.submit(glb, environment=path, **SMALL).wait()
-        # The corner sees the environment: RGBE holds these three numbers exactly.
+        # The corner shows the environment: RGBE represents these three numbers exactly.
         self.assertEqual(job.image()[0, 0].tolist(), [0.25, 0.5, 0.75])
         self.assertEqual(self.client.upload_asset(path), job.spec["environment"]["asset"])
 
-    def test_the_asynchronous_client_uploads_the_same(self):
+    def test_asynchronous_client_uploads_the_same(self):
         glb = self.folder / "large.glb"
         glb.write_bytes(triangle_glb(extras={"filler": "x" * 3_000_000}))
         model = self.model("model.gltf")

@@ -1,4 +1,4 @@
-"""The client without a server: when it tries again, what its exceptions say, what it sends."""
+"""The client without a server: retries, exceptions, and the requests it sends."""
 
 import asyncio
 import inspect
@@ -19,8 +19,8 @@ FAST = Retry(attempts=3, first_delay_s=0.001, longest_delay_s=0.002)
 
 
 class Script:
-    """Answers requests from a list: a status, (status, body, headers), or an exception; keeps what
-    came."""
+    """Answers requests from a list: a status, (status, body, headers), or an exception; records the
+    requests."""
 
     def __init__(self, *answers):
         self.answers = list(answers)
@@ -53,7 +53,7 @@ REFUSED = httpx.ConnectError("refused")
 
 
 class Retries(unittest.TestCase):
-    def test_a_submission_is_repeated_with_the_same_key_and_body(self):
+    def test_retries_a_submission_with_the_same_key_and_body(self):
         script = Script(REFUSED, LOST, 201)
         script.client().submit("glass", samples_per_pixel=4)
         keys = {request.headers["Idempotency-Key"] for request in script.requests}
@@ -67,27 +67,27 @@ class Retries(unittest.TestCase):
         client.submit("glass")
         self.assertEqual(len({r.headers["Idempotency-Key"] for r in script.requests}), 2)
 
-    def test_it_gives_up_after_so_many_attempts(self):
+    def test_gives_up_after_the_maximum_number_of_attempts(self):
         script = Script(*[REFUSED] * 9)
         with self.assertRaisesRegex(tessera.ConnectionFailed, "tessera.test.*refused"):
             script.client().info()
         self.assertEqual(len(script.requests), 3)
 
-    def test_an_extension_that_may_have_arrived_is_not_repeated(self):
+    def test_does_not_retry_an_extension_that_may_have_arrived(self):
         script = Script(200, LOST, 202)
         job = script.client().job(JOB["id"])
         with self.assertRaises(tessera.ConnectionFailed):
             job.extend(samples_per_pixel=8)
         self.assertEqual(len(script.requests), 2)
 
-    def test_an_extension_that_never_left_is_repeated(self):
+    def test_retries_an_extension_that_was_not_sent(self):
         script = Script(200, REFUSED, 202)
         script.client().job(JOB["id"]).extend(samples_per_pixel=8)
         self.assertEqual(
             json.loads(script.requests[-1].content), {"stop": {"samples_per_pixel": 8}}
         )
 
-    def test_503_is_tried_again_and_then_told(self):
+    def test_retries_503_and_then_reports_it(self):
         script = Script(*[problem(503)] * 3)
         with self.assertRaises(tessera.Unavailable):
             script.client().info()
@@ -100,40 +100,40 @@ class Retries(unittest.TestCase):
             script.client().job(JOB["id"])
         self.assertEqual([call.args[0] for call in sleep.call_args_list], [7.0])
 
-    def test_pauses_grow_to_a_limit_and_are_spread(self):
+    def test_delays_grow_to_a_limit_and_are_randomised(self):
         retry = Retry(first_delay_s=1, longest_delay_s=4)
         for tries, longest in ((1, 1), (2, 2), (3, 4), (9, 4)):
             drawn = [retry.pause_s(tries) for _ in range(200)]
             self.assertTrue(all(longest / 2 <= pause <= longest for pause in drawn))
             self.assertGreater(len(set(drawn)), 100)
 
-    def test_other_errors_are_not_tried_again(self):
+    def test_does_not_retry_other_errors(self):
         for status in (400, 404, 409, 422, 500):
             script = Script(problem(status), 200)
             with self.assertRaises(tessera.Problem):
                 script.client().info()
             self.assertEqual(len(script.requests), 1)
 
-    def test_404_after_a_lost_deletion_means_that_it_was_done(self):
+    def test_404_after_a_lost_deletion_counts_as_success(self):
         script = Script(200, LOST, problem(404))
         script.client().job(JOB["id"]).delete()
         script = Script(200, problem(404))
         with self.assertRaises(tessera.NotFound):
             script.client().job(JOB["id"]).delete()
 
-    def test_wait_outlasts_more_failures_than_a_request(self):
+    def test_wait_tolerates_more_failures_than_a_request(self):
         script = Script(201, *[REFUSED] * 20, (200, {**JOB, "state": "finished"}, {}))
         job = script.client().submit("glass")
         self.assertEqual(job.wait().state, "finished")
 
-    def test_wait_gives_up_when_patience_ends(self):
+    def test_wait_gives_up_after_its_patience(self):
         retry = Retry(first_delay_s=0.01, longest_delay_s=0.02, patience_s=0.1)
         script = Script(201, *[REFUSED] * 100)
         job = script.client(retry=retry).submit("glass")
         with self.assertRaises(tessera.ConnectionFailed):
             job.wait()
 
-    def test_the_asynchronous_client_follows_the_same_rules(self):
+    def test_asynchronous_client_follows_the_same_rules(self):
         script = Script(LOST, problem(503), 201)
 
         async def run():
@@ -163,7 +163,7 @@ class Problems(unittest.TestCase):
             self.assertEqual(caught.exception.status, status)
             self.assertEqual(caught.exception.request_id, "r-1")
 
-    def test_a_fault_names_its_place(self):
+    def test_fault_contains_its_pointer(self):
         errors = [{"pointer": "/film/width", "detail": "0 is outside [1, 16384]"}]
         with self.assertRaisesRegex(tessera.Invalid, "/film/width: 0 is outside") as caught:
             Script(problem(422, errors=errors)).client().info()
@@ -172,7 +172,7 @@ class Problems(unittest.TestCase):
         copy = pickle.loads(pickle.dumps(caught.exception))
         self.assertEqual((type(copy), str(copy)), (tessera.Invalid, str(caught.exception)))
 
-    def test_an_error_page_of_a_proxy_is_told_too(self):
+    def test_reports_an_error_page_of_a_proxy(self):
         with self.assertRaisesRegex(tessera.ServerFault, "502 Bad Gateway: <html>"):
             Script(*[(502, b"<html>", {})] * 3).client().info()
 
@@ -194,19 +194,19 @@ class Requests(unittest.TestCase):
             "stop": {"relative_error": 0.1, "confidence": 0.9, "seconds": 5},
             "integrator": {"type": "path"}, "sampler": {"type": "sobol", "replicates": 4}})
 
-    def test_nothing_is_sent_that_was_not_asked_for(self):
+    def test_sends_only_given_members(self):
         self.assertEqual(self.sent(), {"scene": "glass"})
         self.assertEqual(self.sent(camera=None), {"scene": "glass"})
         self.assertEqual(self.sent(environment=None), {"scene": "glass", "environment": None})
 
-    def test_a_size_is_two_numbers_or_a_text(self):
+    def test_size_is_two_numbers_or_a_string(self):
         for size in ((960, 540), [960, 540], "960x540", "960X540"):
             self.assertEqual(self.sent(size=size)["film"], {"width": 960, "height": 540})
         for size in ("big", "960", "960x", "9x5x4", "9.5x4", 960, (960,), (1, 2, 3), None):
             with self.assertRaisesRegex(ValueError, "960x540"):
                 self.sent(size=size)
 
-    def test_options_win_over_a_whole_request(self):
+    def test_options_override_a_whole_request(self):
         base = {"film": {"width": 9, "height": 9}, "stop": {"seconds": 1}, "seed": 3}
         body = self.sent(request=base, size=(8, 4), samples_per_pixel=2)
         self.assertEqual(body["film"], {"width": 8, "height": 4})
@@ -214,15 +214,15 @@ class Requests(unittest.TestCase):
         self.assertEqual(body["seed"], 3)
         self.assertEqual(base["film"]["width"], 9)
 
-    def test_unknown_options_reach_the_server_which_judges(self):
+    def test_sends_unknown_options_to_the_server(self):
         self.assertEqual(self.sent(colour="red")["colour"], "red")
 
-    def test_the_key_goes_with_every_request(self):
+    def test_sends_the_key_with_every_request(self):
         script = Script((200, {}, {}))
         script.client(key="secret").info()
         self.assertEqual(script.requests[0].headers["Authorization"], "Bearer secret")
 
-    def test_server_and_key_come_from_the_environment(self):
+    def test_reads_server_and_key_from_the_environment(self):
         with mock.patch.dict(
             os.environ, {"TESSERA_SERVER": "http://there:99/", "TESSERA_KEY": "k"}
         ):
@@ -246,7 +246,7 @@ class Requests(unittest.TestCase):
         self.assertEqual(len(list(script.client().jobs(limit=2))), 2)
         self.assertEqual((len(script.requests), script.requests[0].url.params["limit"]), (1, "2"))
 
-    def test_pages_are_asked_for_only_when_needed(self):
+    def test_requests_pages_only_when_needed(self):
         script = Script((200, {"jobs": [JOB], "next": "more"}, {}))
         next(script.client().jobs())
         self.assertEqual(len(script.requests), 1)
@@ -278,16 +278,16 @@ OTHER = "0b1e7c1c-0000-4000-8000-000000000002"
 
 
 class Extras(unittest.TestCase):
-    """Comparisons and the laboratory, by the shapes of the contract."""
+    """Comparisons and the laboratory, in the documented format."""
 
-    def test_a_comparison_is_read(self):
+    def test_reads_a_comparison(self):
         script = Script((201, COMPARISON, {}))
         comparison = script.client().compare(JOB["id"], OTHER)
         self.assertEqual(json.loads(script.requests[0].content), {"a": JOB["id"], "b": OTHER})
         self.assertEqual((comparison.relmse, comparison.bias.low, comparison.z_variance),
                          (0.25, -0.02, 1.1))
 
-    def test_an_unknown_job_is_not_a_missing_feature(self):
+    def test_unknown_job_is_not_a_missing_feature(self):
         script = Script(problem(404), (200, {"paths": {"/v1/comparisons": {}}}, {}))
         with self.assertRaises(tessera.NotFound):
             script.client().compare(JOB["id"], OTHER)
@@ -295,7 +295,7 @@ class Extras(unittest.TestCase):
         with self.assertRaisesRegex(tessera.NotOffered, "comparisons"):
             script.client().compare(JOB["id"], OTHER)
 
-    def test_an_experiment_is_read_line_by_line(self):
+    def test_reads_an_experiment_line_by_line(self):
         body = "".join(json.dumps(line) + "\n" for line in LINES).encode()
         script, seen = Script((200, body, {})), []
         run = script.client().lab("pi", n=[4, 16], seed=1, on_point=seen.append)
@@ -305,12 +305,12 @@ class Extras(unittest.TestCase):
         self.assertEqual(run.points, tuple(seen))
         self.assertEqual((run.slope, run.verdict, run.data["efficiency"]), (-0.52, "ok", 9))
 
-    def test_an_experiment_that_breaks_off_is_told(self):
+    def test_reports_an_experiment_that_breaks_off(self):
         point = json.dumps(LINES[0]).encode() + b"\n"
         for body in (b"", point, point + b'{"cancelled":true}\n'):
             with self.assertRaises(tessera.CorruptData):
                 Script((200, body, {})).client().lab("pi")
 
-    def test_a_server_without_a_laboratory_says_so(self):
+    def test_reports_a_server_without_a_laboratory(self):
         with self.assertRaises(tessera.NotOffered):
             Script(problem(404)).client().lab("pi")

@@ -1,7 +1,7 @@
-"""A network of namespaces on one machine: each process of a farm has an address of its own, and
-links that can be cut.
+"""A network of namespaces on one machine: each process of a farm has a separate address, and links
+that can be cut.
 
-Needs root; everything goes with the process that made it.
+Needs root; everything is removed with the process that made it.
 """
 
 import ctypes
@@ -17,7 +17,8 @@ INSIDE = "TESSERA_FARM_NETWORK"
 
 
 def enter_or_stay():
-    """Runs this program again in namespaces of its own. False: it may not; True: it is there."""
+    """Runs this program again in new namespaces. Returns False without permission; True inside
+    them."""
     if os.environ.get(INSIDE):
         return True
     if os.geteuid() != 0 or subprocess.run(["unshare", "--net", "--mount", "true"],
@@ -47,7 +48,7 @@ class Network:
         ip("link", "set", "hub", "up")
 
     def place(self):
-        """A place with an address of its own."""
+        """A namespace with its own address."""
         self.count += 1
         name, host = f"n{self.count}", f"10.77.0.{self.count}"
         ip("netns", "add", name)

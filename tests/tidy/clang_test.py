@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """Runs clang-format and clang-tidy, both of version 14 (Debian 12), over the C++ of the tree.
 
-    tests/tidy/clang_test.py format             every file is formatted as .clang-format says
+    tests/tidy/clang_test.py format             every file is formatted according to .clang-format
     tests/tidy/clang_test.py tidy BUILD         quick checks of core and api
-    tests/tidy/clang_test.py tidy BUILD --long  every check of .clang-tidy with the analyzer, over
-                                                server and the client too: an hour
+    tests/tidy/clang_test.py tidy BUILD --long  every check of .clang-tidy with the analyzer, also
+                                                over server and client: takes an hour
     tests/tidy/clang_test.py tidy BUILD FILE... quick checks of these sources
 
-BUILD is a folder that cmake has configured with Ninja. Exits 1 when there is a finding, and 77
-(left out) when the program is not there or has another version: others format and judge otherwise.
-Standard library only.
+BUILD is a folder that cmake has configured with Ninja. Exits 1 if there is a finding, and 77
+(skipped) if the program is missing or has another version: other versions format and check
+differently. Standard library only.
 """
 
 import concurrent.futures
@@ -26,9 +26,9 @@ LEFT_OUT = 77
 ROOTS = ("core", "api", "server", "clients/cli", "tests")
 TIDIED = ("core", "api")
 TIDIED_LONG = (*TIDIED, "server", "clients/cli")
-# The quick checks read so many sources as one: parsing the headers is most of their work.
+# The quick checks combine this many sources into one: parsing the headers is most of their work.
 TOGETHER = 12
-# Checks that cost little more than to parse the source (about 3 s each).
+# Checks that cost little more than parsing the source (about 3 s each).
 QUICK = (
     "-*",
     "bugprone-use-after-move",
@@ -42,7 +42,7 @@ QUICK = (
     "readability-container-size-empty",
     "readability-identifier-naming",
 )
-# Arguments of gcc that clang does not know, and how gcc's precompiled headers come in.
+# Arguments of gcc that clang does not support, and those that include gcc's precompiled headers.
 GCC_ONLY = {
     "-Winvalid-pch",
     "-Wduplicated-cond",
@@ -68,7 +68,7 @@ def has_version(program: str) -> bool:
 
 
 def program_of(name: str):
-    """The program of this version, or None; the plain name may be another version's."""
+    """The program of this version, or None; the plain name may be another version."""
     for program in (f"{name}-{VERSION}", name):
         if has_version(program):
             return program
@@ -91,7 +91,7 @@ def check_format() -> int:
 
 
 def arguments_of(command: str):
-    """The compiler's arguments without those that only gcc knows."""
+    """The compiler's arguments without those that only gcc supports."""
     words = shlex.split(command)
     while words and not re.search(r"(\+\+|gcc|cc|clang)(-\d+)?$", words[0]):
         words.pop(0)  # ccache
@@ -107,7 +107,8 @@ def arguments_of(command: str):
 
 
 def write_database(build: str, roots):
-    """compile_commands.json of our sources, in a folder of its own; gives folder and sources."""
+    """Writes compile_commands.json of our sources into a separate folder; returns folder and
+    sources."""
     said = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, text=True,
                           check=True).stdout
     here = os.getcwd()
@@ -128,7 +129,7 @@ def write_database(build: str, roots):
 
 
 def write_batches(folder: pathlib.Path, sources):
-    """Sources that include sources with the same flags; gives what each of them includes."""
+    """Sources that include sources with the same flags; returns the sources included by each."""
     database = folder / "compile_commands.json"
     entries = json.loads(database.read_text())
     alike = {}
@@ -156,7 +157,7 @@ def check_tidy(build: str, chosen, is_long: bool) -> int:
     folder, sources = write_database(build, TIDIED_LONG if is_long or chosen else TIDIED)
     if chosen:
         sources = [path for path in sources if path in chosen]
-    # Warnings are the compilers' own: they fail the build.
+    # Warnings come from the compilers, and fail the build.
     checks = ["--extra-arg=-w"] + ([] if is_long else ["--checks=" + ",".join(QUICK)])
 
     def findings(path: str, *more: str):
@@ -165,7 +166,8 @@ def check_tidy(build: str, chosen, is_long: bool) -> int:
         return done.stdout if done.returncode else ""
 
     def suspects(batch):
-        """Sources of a batch to be read alone: unnamed namespaces may collide in a batch."""
+        """Sources of a batch that must be compiled alone: unnamed namespaces may collide in a
+        batch."""
         path, members = batch
         said = findings(path, "--header-filter=/(core|api)/", "--extra-arg=-ferror-limit=0")
         named = re.findall(r"^(/\S+):\d+:\d+: (?:error|warning): ", said, re.M)
@@ -178,7 +180,7 @@ def check_tidy(build: str, chosen, is_long: bool) -> int:
             batches = write_batches(folder, sources)
             alone = [file for some in pool.map(suspects, batches.items()) for file in some]
         found = [text for text in pool.map(findings, alone) if text]
-    # A finding in a header comes once with each source that includes it.
+    # A finding in a header is repeated for each source that includes it.
     seen = set()
     for text in found:
         for part in re.split(r"^(?=\S+:\d+:\d+: (?:error|warning): )", text, flags=re.M):

@@ -3,7 +3,7 @@
 citations.
 
 Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each
-kind and exits 1 if one is not seen. Standard library only.
+kind and exits 1 if one is not detected. Standard library only.
 """
 
 import os
@@ -11,13 +11,14 @@ import pathlib
 import re
 import sys
 
-# The folders of core, bottom to top: each may include those before it, and never one after it.
+# The folders of core, bottom to top: each may include only those before it.
 CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
               "samplers", "textures", "accel", "geometry", "media", "bsdf", "materials", "lights",
               "camera", "scene", "light_samplers", "meter", "film", "error", "denoise", "layers",
               "compare", "transport", "labels", "policies", "integrators", "wave", "render",
               "scene_io", "lab"]
-# Folder -> folders (or headers) it may include besides itself. The longest folder that fits counts.
+# Folder -> folders (or headers) it may include in addition to itself. The longest matching folder
+# counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}
 LAYERS |= {
@@ -40,7 +41,7 @@ LAYERS |= {
     "clients/web": ["clients/web", "core/base"],
     "tests": ["tests", "clients/cli", "clients/web", "server", "api", "core"],
 }
-# Folder -> what it never includes although the table above would let it.
+# Folder -> folders it must not include although the table above would allow it.
 NEVER = {
     "core/integrators": ["core/image_io/image_io.h"],
     "core/render": ["core/image_io/image_io.h"],
@@ -75,7 +76,7 @@ CONFINED = {
 CONFINED_SOURCES = {"nlohmann/": ["core/scene_io"]}
 LINES_MAX = 500  # of a C++ file
 COLUMNS_MAX = 100
-# The table of random numbers, and what draws from a group.
+# The table of random numbers, and the functions that draw from a group.
 NUMBERS = "core/samplers/dimensions.h"
 DRAWS = {
     r"\bkCameraGroup\b\)?": "camera",
@@ -90,15 +91,16 @@ DRAWS = {
     r"\bstretch_group\([^()]*\)\)?": "stretch",
     r"\bextra_1d\(": "extra",
 }
-# Documents that people cite; each has to be in the tree.
+# Documents that may be cited; each must be in the tree.
 DOCUMENT = re.compile(r"\b[A-Za-z][\w/-]*\.md\b")
-# Names of documents without their ending, and numbers of issues, which the tree does not hold.
+# Names of documents without their extension, and numbers of issues, which the tree does not
+# contain.
 CITED = re.compile(r"\b(LIGHT_TRANSPORT|CONVENTIONS|ARCHITECTURE|FRONTIER|"
                    r"(?:HOUSE|DESIGN|SPEED|SERVICE|WORDS)(?='s\b| section| \d))|"
                    r"\b[Ii]ssue #?\d+")
 # An address or a regular expression that cannot be broken.
 LONG_WORD = re.compile(r"\S{90}")
-# Words that end in .md and are no documents: generated ones and those of examples.
+# Words that end in .md and are not documents: generated ones and those of examples.
 NO_DOCUMENT = {"notes.md"}
 BANNED = {
     r"\busing namespace std\b": "using namespace std",
@@ -115,7 +117,7 @@ BANNED_IN = {
     },
     "api": {r"\bstd::(cout|cerr)\b": "api does not print"},
 }
-# In comments and test names: words with a term of the field, or that hide who does what.
+# In comments and test names: words that have a technical term, or that hide the actor.
 WORDS = {
     r"matte?": "diffuse",
     r"rims?": "emitter boundary, or edge",
@@ -128,11 +130,11 @@ WORDS = {
 WORDS_IN = {"core": WORDS | {r"lamps?": "light, or emitter"}, "server/jobs": WORDS, "tests": WORDS}
 COMMENT = re.compile(r"(?<![:\"])//(.*)$")
 TEST_NAME = re.compile(r"^TEST(?:_F|_P)?\(\w+, (\w+)\)")
-# May print: stops the process when our own code is wrong.
+# May print: stops the process if our own code is wrong.
 PRINTS = {"core/base/check.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 SOURCES = {".h", ".cpp", ".py", ".ts", ".tsx", ".sh"}
-# Folders of installed packages and of what is built.
+# Folders of installed packages and of build output.
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
 THIS = "tests/tidy/tidy_test.py"
 ROOTS = ("core", "api", "server", "clients/cli", "tests")
@@ -190,7 +192,7 @@ def number_table(text: str):
 
 
 def number_faults(table: str, sources):
-    """sources: path from core and text of the files that draw random numbers of paths."""
+    """sources: path relative to core, and text of the files that draw random numbers of paths."""
     rows = number_table(table)
     uses = [(group, number) for group, numbers, _ in rows for number in numbers]
     for use in sorted({use for use in uses if uses.count(use) > 1}):
@@ -263,7 +265,7 @@ def faults_in(path: str, text: str):
 
 
 def word_faults(path: str, text: str):
-    """Comments end a line; a test's name is split where a capital begins a word."""
+    """Checks comments at the end of a line, and test names split at capitals."""
     words = next((words for root, words in WORDS_IN.items() if inside(path, root)), {})
     for number, line in enumerate(text.splitlines(), 1):
         comment = COMMENT.search(line)
@@ -282,7 +284,7 @@ def top_level_faults(names):
 
 
 def is_source(file: pathlib.Path) -> bool:
-    """C++, Python, TypeScript, or a shell script, which may have no ending."""
+    """C++, Python, TypeScript, or a shell script, which may have no extension."""
     if file.suffix in SOURCES:
         return True
     if file.suffix or not file.is_file():
@@ -319,7 +321,7 @@ def all_faults():
 
 
 HEADER = "/// A header.\n#pragma once\n"
-# One planted fault each: path, text, words that the report must hold.
+# One planted fault each: path, text, words that the report must contain.
 PLANTED = [
     ("core/math/a.h", HEADER + "// Whoever asks.\n", "write the caller"),
     ("core/math/a.h", HEADER + "// Under a lamp.\n", "write light"),
@@ -384,7 +386,7 @@ DRAWN = [
     ("integrators/b.cpp", "float u = s.get_4d(choice_group(path.depth)).x;"),
     ("integrators/c.cpp", "float u = s.get_4d(choice_group(path.depth)).x;"),
 ]
-# Changed table or source, and what the report must hold.
+# Changed table or source, and the text that the report must contain.
 PLANTED_NUMBERS = [
     (TABLE + "///   choice  x       again       render/a\n", DRAWN, "choice x has two uses"),
     (TABLE, DRAWN[:2], "integrators/c does not draw from choice"),

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Checks what users read (page, command line, API, README, guide): no wording of words.txt, and
-one term a thing.
+"""Checks texts for users (page, command line, API, README, guide): no wording of words.txt, and one
+term per concept.
 
 Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each
-kind and exits 1 if one is not seen. Standard library only.
+kind and exits 1 if one is not detected. Standard library only.
 """
 
 import pathlib
@@ -15,8 +15,8 @@ ROOTS = ("README.md", "clients", "api", "server", "core/lab", "core/scene_io",
          "core/settings")
 SUFFIXES = {".md", ".cpp", ".h", ".ts", ".tsx", ".py", ".html"}
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv", "build"}
-# Term -> what to write, in prose alone: names in code keep theirs. `--picture` is a flag,
-# `panorama` a camera.
+# Term -> replacement, only in prose: names in code keep theirs. `--picture` is a flag, `panorama` a
+# camera.
 TERMS = {
     r"(?<![-.])\bpictures?\b(?![=(:]|[.-]\w)": "image",
     r"\bpanoramas? (?:file|map|image)|\blight around\b": "environment",
@@ -40,7 +40,7 @@ def wordings():
 
 
 def prose(path: str, text: str):
-    """The lines of a document without code; the literals of a source that hold several words."""
+    """The lines of a document without code; the literals of a source that contain several words."""
     fenced = False
     for number, line in enumerate(text.splitlines(), 1):
         if path.endswith(".md"):

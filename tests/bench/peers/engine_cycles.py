@@ -1,4 +1,4 @@
-"""Cycles by Blender's Python module (PyPI's bpy, or a Blender that is installed), by Blender's own
+"""Cycles through Blender's Python module (PyPI's bpy, or an installed Blender), with Blender's own
 glTF reader."""
 
 import os
@@ -27,7 +27,7 @@ class Engine:
             ):
                 continue
             material.cycles.emission_sampling = (
-                "FRONT"  # Of a single-sided lamp; AUTO samples both sides.
+                "FRONT"  # single-sided emitter; AUTO samples both sides
             )
         self.world(scene)
         self.settings(scene)
@@ -42,7 +42,7 @@ class Engine:
         if self.job["environment"]:
             image = nodes.new("ShaderNodeTexEnvironment")
             image.image = bpy.data.images.load(self.job["environment"])
-            # Blender's directions are those of glTF, turned into its axes: +x is the centre.
+            # Blender's directions are those of glTF, converted to its axes: +x is the centre.
             links.new(image.outputs["Color"], background.inputs["Color"])
 
     def settings(self, scene):
@@ -56,12 +56,12 @@ class Engine:
         cycles.use_adaptive_sampling = cycles.use_denoising = False
         cycles.pixel_filter_type = "BOX"
         cycles.filter_width = 1
-        # Without what makes pictures smoother and wrong: clamps, blurred caustics, lights left out.
+        # Disables biased noise reduction: clamps, blurred caustics, skipped lights.
         cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
         cycles.blur_glossy = 0
         cycles.caustics_reflective = cycles.caustics_refractive = True
         cycles.light_sampling_threshold = 0
-        # Blender counts bounces behind the first surface.
+        # Blender counts bounces after the first surface.
         bounces = max(self.job["depth"] - 1, 0)
         for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"):
             setattr(cycles, name, bounces)

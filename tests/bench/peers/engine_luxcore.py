@@ -1,4 +1,4 @@
-"""LuxCore by the Python package: PATHCPU with its Sobol sampler."""
+"""LuxCore through its Python package: PATHCPU with its Sobol sampler."""
 import math
 import os
 import time
@@ -54,7 +54,8 @@ class Engine:
         matrix, fov = self.source.camera, self.source.vertical_fov
         width, height = self.job["width"], self.job["height"]
         eye, aspect, half = matrix[:3, 3], width / height, math.tan(fov / 2)
-        # LuxCore's field of view is that of the shorter side. Its pictures stand one row too low.
+        # LuxCore's field of view is that of the shorter side. Its images are shifted down by one
+        # row.
         right, top = max(aspect, 1.0), max(1 / aspect, 1.0)
         row = 2 * top / height
         values = {
@@ -72,7 +73,7 @@ class Engine:
         self.set("scene.camera", values)
 
     def texture(self, name, image, factor, channel=None, gamma=1.0):
-        """An image file times a factor."""
+        """An image file multiplied by a factor."""
         path = os.path.join(self.job["folder"], f"lux{image}.png")
         with open(path, "wb") as file:
             file.write(self.source.images[image])
@@ -110,7 +111,7 @@ class Engine:
                 name + "m", image, m.metallic, "blue")
             values["roughness"] = m.roughness if image is None else self.texture(
                 name + "r", image, m.roughness, "green")
-            # Disney's scale: F0 is 0.08 of it.
+            # Disney's scale: F0 is 0.08 times the value.
             values["specular"] = m.specular * ((m.ior - 1) / (m.ior + 1)) ** 2 / 0.08
         if m.normal_texture is not None:
             bump = self.texture(name + "n", m.normal_texture, None)
@@ -141,7 +142,7 @@ class Engine:
 
     def lights(self):
         if self.job["environment"]:
-            # LuxCore's maps stand with z up, and are seen from outside.
+            # LuxCore's maps have z up, and are seen from outside.
             turn = np.array([[-1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
             self.set(
                 "scene.lights.sky",

@@ -1,5 +1,5 @@
-"""Mitsuba 3 by the Python package: its LLVM wavefront, or the mode that MITSUBA_MODE names.
-`variant` is the sampler: multijitter or independent."""
+"""Mitsuba 3 through its Python package: its LLVM wavefront, or the mode in MITSUBA_MODE. `variant`
+is the sampler: multijitter or independent."""
 
 import math
 import os
@@ -22,8 +22,8 @@ class Engine:
         self.materials = [self.material(m) for m in self.source.materials]
         scene = {
             "type": "scene",
-            # A path of one scattering event is Mitsuba's depth 2. Hidden behaviour: roulette from
-            # depth 5 on.
+            # A path of one scattering event is Mitsuba's depth 2. Undocumented: roulette starts at
+            # depth 5.
             "integrator": {"type": "path", "max_depth": job["depth"] + 1},
             "sensor": {
                 "type": "perspective",
@@ -45,7 +45,7 @@ class Engine:
             },
         }
         if job["environment"]:
-            # Row 0 on top and the picture's centre at +x: Mitsuba has its centre at +z.
+            # Row 0 at the top and the image's centre at +x: Mitsuba has its centre at +z.
             scene["environment"] = {"type": "envmap", "filename": job["environment"],
                                     "to_world": mi.ScalarTransform4f().rotate([0, 1, 0], 90)}
         elif job["sky"]:
@@ -60,9 +60,9 @@ class Engine:
         self.scene = mi.load_dict(scene)
 
     def meter(self, points, samples, seed):
-        """Irradiance (r, g, b) at points (position, normal): pi times the light that a white square
-        of 1 mm reflects there, seen from 0.1 mm above. An irradiancemeter would not sample lights
-        at the point itself."""
+        """Irradiance (r, g, b) at points (position, normal): pi times the radiance that a white
+        square of 1 mm reflects there, seen from 0.1 mm above. An irradiancemeter would not sample
+        lights at the point itself."""
         out = []
         for position, normal in points:
             at, n = np.array(position, float), np.array(normal, float)
@@ -94,7 +94,7 @@ class Engine:
         return picture
 
     def texture(self, image, color, channel=None, is_color=True):
-        """An image times a colour; one channel of it as a number."""
+        """An image multiplied by a colour; one channel of it as a scalar."""
         path = os.path.join(self.folder, f"image{image}")
         with open(path, "wb") as file:
             file.write(self.source.images[image])
@@ -166,7 +166,7 @@ class Engine:
 
     def light(self, light):
         power = {"type": "rgb", "value": list(light.radiance)}
-        # glTF's lights shine along -z, Mitsuba's along +z.
+        # glTF's lights emit along -z, Mitsuba's along +z.
         matrix = mi.ScalarTransform4f(light.to_world @ np.diag([-1.0, 1, -1, 1]))
         if light.kind == "point":
             return {"type": "point", "position": light.to_world[:3, 3].tolist(), "intensity": power}
@@ -185,8 +185,8 @@ class Engine:
         }
 
     def shapes(self):
-        """Meshes used once stand in the world; those used again and again become instances, unless
-        they shine."""
+        """Meshes used once are in world space; those used several times become instances, unless
+        they emit."""
         source, uses = self.source, {}
         for mesh, matrix in source.instances:
             uses.setdefault(mesh, []).append(matrix)

@@ -1,5 +1,5 @@
-"""Tessera itself, over HTTP as users have it: the server's own CPU time, encoding and error
-estimates included."""
+"""Tessera itself, over HTTP as for users: the server's own CPU time, including encoding and error
+estimates."""
 
 import os
 import subprocess
@@ -85,8 +85,8 @@ class Engine:
         return self.last.data["statistics"]["rays"]
 
     def cpu_seconds(self):
-        # The thread that renders ends its slice after the job's last word: what it does then
-        # belongs to the job.
+        # The render thread ends its slice after the job's last message: that work belongs to the
+        # job.
         time.sleep(0.02)
         with open(f"/proc/{self.server.pid}/stat") as file:
             fields = file.read().rsplit(")", 1)[1].split()

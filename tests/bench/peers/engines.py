@@ -1,4 +1,4 @@
-"""The engines that the benchmark knows, and the processes they run in."""
+"""The engines of the benchmark, and the processes they run in."""
 import json
 import os
 import shutil
@@ -15,9 +15,9 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 class Kind:
     name: str
     adapter: str
-    environment: str | None  # of environments.PACKAGES
+    environment: str | None  # a key of environments.PACKAGES
     variant: str = ""
-    mode: str = ""  # of Mitsuba: how it computes; empty: llvm_ad_rgb
+    mode: str = ""  # Mitsuba's mode; empty: llvm_ad_rgb
 
 
 MITSUBA_SCALAR = Kind("mitsuba-scalar", "engine_mitsuba", "mitsuba", "independent", "scalar_rgb")
@@ -31,7 +31,7 @@ KINDS = (Kind("tessera", "engine_tessera", "bench"),
 
 
 def command_of(kind):
-    """How a worker of this kind is started, and with which variables; raises Missing."""
+    """Command and variables that start a worker of this kind; raises Missing."""
     variables = dict(os.environ)
     worker = os.path.join(HERE, "worker.py")
     if kind.environment is None:
@@ -47,11 +47,11 @@ def command_of(kind):
 
 
 class Broken(Exception):
-    """An engine that failed at a scene, and what it said."""
+    """An engine failed at a scene; contains its message."""
 
 
 class Worker:
-    """An engine's process. What it prints itself goes to a file."""
+    """An engine's process. Its own output goes to a file."""
 
     def __init__(self, kind, log):
         command, variables = command_of(kind)
@@ -96,7 +96,7 @@ class Worker:
 
 
 def available(wanted):
-    """The kinds that can be started; says which can not."""
+    """The kinds that can be started; reports the others."""
     out = []
     for kind in KINDS:
         if wanted and not any(kind.name.startswith(name) for name in wanted):

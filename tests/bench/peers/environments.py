@@ -13,17 +13,17 @@ PACKAGES = {
     "mitsuba": ("mitsuba==3.9.1", "numpy==2.4.6"),
     "cycles": (
         "bpy==5.0.1",
-    ),  # wheels for Python 3.11 alone; brings the numpy that it was built with
+    ),  # wheels only for Python 3.11; includes the numpy that it was built with
     "luxcore": ("pyluxcore==2.11.2", "numpy==2.4.6"),
 }
 
 
 class Missing(Exception):
-    """An engine that is not there, and why."""
+    """An engine is missing; contains the reason."""
 
 
 def python_of(name):
-    """The interpreter of an environment; installs it if it is not there in these versions."""
+    """Returns the interpreter of an environment; installs these versions if they are missing."""
     folder = os.path.join(HOME, name)
     python, stamp = os.path.join(folder, "bin", "python"), os.path.join(folder, "installed")
     wanted = "\n".join(PACKAGES[name])
@@ -49,7 +49,7 @@ def python_of(name):
 
 
 def run(command):
-    """None, or the last line of what a command that failed has said."""
+    """None, or the last line of the output of a failed command."""
     try:
         done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     except OSError as error:
@@ -61,8 +61,7 @@ def run(command):
 
 def newest_llvm():
     """Path of the newest libLLVM of the machine. Dr.Jit 1.5 needs 16 or newer: older ones abort the
-    process at
-    `fminimum`, which they cannot translate."""
+    process at `fminimum`, which they cannot translate."""
     found = []
     for folder in (
         "/usr/lib/x86_64-linux-gnu",

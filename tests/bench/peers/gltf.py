@@ -1,7 +1,8 @@
-"""Reads a glTF file for engines that have no reader of their own, and packs one as GLB.
+"""Reads a glTF file for engines without a reader, and packs one as GLB.
 
-Only what the benchmark sets up equally in every engine is read; anything else that would change the
-picture is refused by name (Unsupported), so that no engine renders another scene in silence.
+Reads only features that the benchmark sets up equally in every engine; refuses any other feature
+that would change the image by name (Unsupported), so that no engine silently renders a different
+scene.
 """
 import base64
 import json
@@ -39,7 +40,7 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 
 
 class Unsupported(Exception):
-    """The scene uses something that the adapters do not set up."""
+    """The scene uses a feature that the adapters do not support."""
 
 
 @dataclass
@@ -99,7 +100,7 @@ class Scene:
     vertical_fov: float = math.pi / 4
 
     def triangles(self):
-        """As instanced."""
+        """Number of triangles, counting instances."""
         sizes = [sum(len(p.indices) for p in mesh) for mesh in self.meshes]
         return sum(sizes[mesh] for mesh, _ in self.instances)
 
@@ -136,7 +137,7 @@ def open_file(path):
 
 
 def write_glb(document, binary):
-    """`document` with one buffer as a GLB."""
+    """Packs `document` with one buffer as a GLB."""
     document["buffers"] = [{"byteLength": len(binary)}] if binary else []
     if not binary:
         del document["buffers"]
@@ -150,7 +151,7 @@ def write_glb(document, binary):
 
 
 def pack(path, aspect):
-    """The file as one GLB, its images inside, and with a camera: of a file that has none, the one
+    """Packs the file as one GLB with embedded images and a camera: if it has none, the default one
     that frames it."""
     document, buffers, folder = open_file(path)
     binary, starts = bytearray(), []
@@ -174,8 +175,8 @@ def pack(path, aspect):
 
 
 def frame(box, aspect):
-    """Where a camera sees all of `box`, where it looks, and its vertical field of view: as the
-    renderer frames."""
+    """Position, target and vertical field of view of a camera that frames `box` like the renderer.
+    """
     low, high = box
     centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     fov = math.radians(45)
@@ -225,7 +226,7 @@ def local_matrix(translation, rotation, scale):
 
 
 def placed(document):
-    """The nodes of the scene, each with its matrix to the world."""
+    """The nodes of the scene, each with its matrix to world space."""
     nodes = document.get("nodes", [])
     if document.get("scenes"):
         roots = document["scenes"][document.get("scene", 0)].get("nodes", [])

@@ -1,4 +1,4 @@
-"""Errors of pictures, and intervals of what repeated runs say."""
+"""Errors of images, and confidence intervals of repeated runs."""
 import math
 import statistics
 
@@ -45,8 +45,8 @@ T_QUANTILES = (
 
 
 def interval(values):
-    """Mean and the half width of its 95 % interval; of a single value the half width is not
-    known."""
+    """Mean and the half width of its 95 % interval; for a single value the half width is unknown.
+    """
     values = [float(v) for v in values]
     mean = statistics.fmean(values)
     freedom = len(values) - 1
@@ -57,9 +57,9 @@ def interval(values):
 
 
 def ratio_interval(over, under):
-    """Geometric mean of over[i] / under[i] with its 95 % interval, for runs made side by side.
+    """Geometric mean of over[i] / under[i] with its 95 % interval, for interleaved runs.
 
-    Not known (nan) when a value is not above 0, as an error can be that is below the noise of its
+    Unknown (nan) if a value is not above 0, which happens for errors below the noise of their
     reference.
     """
     if min(*over, *under) <= 0:
@@ -69,8 +69,8 @@ def ratio_interval(over, under):
 
 
 class Reference:
-    """The mean of several long renders with its own variance, which is taken off the errors against
-    it."""
+    """The mean of several long renders with its own variance, which is subtracted from the errors
+    against it."""
 
     def __init__(self, pictures):
         stack = np.asarray(pictures, dtype=np.float64)
@@ -79,16 +79,16 @@ class Reference:
                          else np.zeros_like(self.mean))
 
     def pixel_errors(self, picture, weight=None):
-        """Relative squared error of each pixel, without the share of this reference's noise.
+        """Relative squared error of each pixel, minus the noise of this reference.
 
-        weight: the picture whose brightness errors are relative to; itself unless given.
+        weight: the image whose luminance normalises the errors; by default this reference.
         """
         bright = self.mean if weight is None else weight
         error = (np.asarray(picture, dtype=np.float64) - self.mean) ** 2 - self.variance
         return (error / (bright ** 2 + REGULARIZER)).mean(axis=-1)
 
     def brightness(self):
-        """Mean over the picture, and its standard error."""
+        """Mean over the image, and its standard error."""
         return float(self.mean.mean()), float(np.sqrt(self.variance.sum()) / self.variance.size)
 
 
@@ -103,8 +103,8 @@ def without_worst(errors):
 
 
 def difference(a, b):
-    """Relative mean square of what two references differ by beyond the noise of both, and its
-    standard error."""
+    """Relative mean squared difference of two references minus the noise of both, and its standard
+    error."""
     if a is b:
         return 0.0, 0.0
     error = ((a.mean - b.mean) ** 2 - a.variance - b.variance) / (b.mean ** 2 + REGULARIZER)
@@ -121,5 +121,5 @@ def most_agreed(references):
 
 
 def efficiency(error, cpu_seconds, threads):
-    """1 / (V T), T being the seconds that the CPU time is when all threads work."""
+    """1 / (V T), where T is the CPU time if all threads work."""
     return threads / (error * cpu_seconds) if error > 0 and cpu_seconds > 0 else math.nan

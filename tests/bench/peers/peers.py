@@ -1,37 +1,38 @@
 #!/usr/bin/env python3
-"""Tessera beside other path tracers: same glTF files, size, depth, filter and threads, alternating.
+"""Compares Tessera with other path tracers: same glTF files, size, depth, filter and threads,
+alternating.
 
 usage: tests/bench/run --peers [--short] [--scenes NAME,...] [--engines NAME,...]
                                [--scene FILE [--environment HDR]]...
 
-Prints a table for each scene and one of all, and writes results.json and peers.svg into build/peers
-(or --out). Engines are installed into build/peers on first use, in pinned versions; those that
-can't be are named and left out.
+Prints a table for each scene and one for all, and writes results.json and peers.svg into
+build/peers (or --out). Engines are installed into build/peers on first use, in pinned versions;
+those that cannot be installed are reported and skipped.
 
-How it is measured
-  Order     Runs of all engines alternate; each is repeated with seeds of its own. 95 % intervals
-            are Student's over the repetitions, of ratios over their logarithms, pair by pair.
-  T         CPU seconds of all threads of an engine's process while it renders. Scenes are loaded,
-            and each engine has made a picture of each number of samples (kernels, hierarchies),
-            before anything is timed.
-  relMSE    Mean of (a - r)^2 / (r^2 + 0.01) over pixels and channels; the noise of r, known from
-            its parts, is taken off. r is a long render by a peer, the one that differs least from
-            those of all others ("common"). An engine whose own long render differs from it beyond
-            noise is measured against its own ("own"): materials and lights of two engines are
-            never quite the same, and that is not noise.
+Method
+  Order     Runs of all engines alternate; each repetition has another seed. 95 % intervals are
+            Student's over the repetitions, of ratios over their logarithms, pair by pair.
+  T         CPU seconds of all threads of an engine's process while it renders. Before timing,
+            scenes are loaded, and each engine has rendered an image with each number of samples
+            (kernels, hierarchies).
+  relMSE    Mean of (a - r)^2 / (r^2 + 0.01) over pixels and channels; the noise of r, estimated
+            from its parts, is subtracted. r is a long render by a peer, the one that differs least
+            from those of all others ("common"). An engine whose own long render differs from it
+            beyond noise is measured against its own ("own"): materials and lights of two engines
+            are never exactly equal, and that is not noise.
   bright    Mean of the engine's long render over that of Tessera's. Other than 1: they do not
             render the same scene.
   eff       1/(V T) = threads / (relMSE x CPU seconds); (trimmed): without the worst 0.1 % of
             pixels.
-  peer/Tessera  Ratio of the two's eff; above 1 the peer wins.
-  samples/s     Per second of all threads at work, by CPU time, so that other load does not count.
-  rays/s    As the engine counts them; most do not.
-  start     From the start of the process until a first picture of 1 sample a pixel is there, files
-            read.
-  peak      Largest resident memory of the process.
+  peer/Tessera  Ratio of the two efficiencies; above 1 the peer is better.
+  samples/s     Per second with all threads busy, by CPU time, so that other load has no effect.
+  rays/s    As counted by the engine; most do not count.
+  start     From the start of the process to a first image with 1 sample per pixel, including
+            reading files.
+  peak      Peak resident memory of the process.
 Depth is 8 scattering events, the filter a box; roulette, samplers and light sampling are each
-engine's defaults. Clamps, denoisers, adaptive sampling, blurred caustics and whatever else trades
-noise for bias are off.
+engine's defaults. Clamps, denoisers, adaptive sampling, blurred caustics and all other biased noise
+reductions are off.
 """
 
 import argparse
@@ -117,7 +118,7 @@ def arguments(words):
 
 
 class Contest:
-    """All engines on one scene."""
+    """Runs all engines on one scene."""
 
     def __init__(self, case, kinds, options, folder):
         self.case, self.options, self.folder = case, options, folder
@@ -127,7 +128,7 @@ class Contest:
             self.attempt(kind.name, lambda kind=kind: self.start(kind))
 
     def attempt(self, name, action):
-        """Leaves an engine out that fails, and says why."""
+        """Skips an engine that fails, and reports the reason."""
         try:
             return action()
         except Exception as error:
@@ -168,7 +169,7 @@ class Contest:
         print(f"  {kind.name}: {loaded['version']}", file=sys.stderr)
 
     def render(self, name, samples, seed):
-        """Picture and cost."""
+        """Returns image and cost."""
         import numpy as np
         path = os.path.join(self.folder, f"{self.number % 8}.npy")
         self.number += 1
@@ -183,7 +184,7 @@ class Contest:
         return picture, cost
 
     def alternate(self, rounds, action):
-        """action(name, round) for all engines in turn, which starts with another one in each
+        """Runs action(name, round) for all engines in turn, starting with another one in each
         round."""
         for i in rounds:
             names = list(self.workers)
@@ -195,7 +196,7 @@ class Contest:
         options = self.options
         longs = {}
         parts, samples = options.reference
-        # Seeds from 1000 on: none of those that are measured.
+        # Seeds from 1000 on: distinct from the measured ones.
         self.alternate(range(parts), lambda name, i: longs.setdefault(name, []).append(
             self.render(name, samples, 1000 + i)[0]))
         references = {name: Reference(longs[name]) for name in self.workers}
@@ -221,7 +222,7 @@ class Contest:
             difference, doubt = measures.difference(own, shared)
             most = max(runs[name])
             noise = measures.relative_mse(own.pixel_errors(runs[name][most][0][0], shared.mean))
-            # Shown to agree: to a tenth of the least noise that is measured.
+            # They must agree to a tenth of the smallest measured noise.
             agrees = own is shared or difference + 2 * doubt <= 0.1 * noise
             reference = shared if agrees else own
             result.update(
@@ -244,7 +245,7 @@ class Contest:
 
 
 def is_quiet():
-    """Whether no more than a tenth of a core is busy beside us."""
+    """Returns whether other processes use at most a tenth of a core."""
     return os.getloadavg()[0] < 0.1 * (os.cpu_count() or 1)
 
 
@@ -316,7 +317,7 @@ def main(words):
 
 
 if __name__ == "__main__":
-    # numpy and the Python client's httpx are in an environment of their own.
+    # numpy and the Python client's httpx are in a separate environment.
     if os.environ.get("TESSERA_PEERS_PYTHON") != "here":
         try:
             interpreter = environments.python_of("bench")

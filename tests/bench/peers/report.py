@@ -1,10 +1,10 @@
-"""Tables and the picture of a run's results, as they stand in results.json."""
+"""Tables and the chart of a run's results, from results.json."""
 import math
 from xml.sax.saxutils import escape
 
 from measures import efficiency, interval, ratio_interval
 
-# Of at most so many samples is the figure that engines are compared by.
+# Engines are compared at the largest measured count up to this number of samples.
 COMPARED_SAMPLES = 64
 
 
@@ -15,7 +15,7 @@ def compared(document):
 
 def rows_of(engine, count):
     runs = engine["runs"]
-    return runs[count] if count in runs else runs[str(count)]  # JSON's keys are texts.
+    return runs[count] if count in runs else runs[str(count)]  # JSON keys are strings
 
 
 def efficiencies(document, engine, count, error="relmse"):
@@ -38,7 +38,7 @@ def ratios(document, scene, name, error="relmse"):
 
 
 def short(value, digits=3):
-    """A number in so many digits: 0.00123, 12.3, 1.23M."""
+    """A number with this many digits: 0.00123, 12.3, 1.23M."""
     if value is None or math.isnan(value):
         return "-"
     for unit, size in (("M", 1e6), ("k", 1e3)):
@@ -67,7 +67,7 @@ def ratio_text(ratio):
 
 
 def align(rows):
-    """Columns as wide as their widest cell, the first one left."""
+    """Columns as wide as their widest cell, the first one left-aligned."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return "\n".join(
         "  ".join(
@@ -144,7 +144,7 @@ def scene_table(document, scene):
 
 
 def peers_of(document):
-    """Names of all engines but our own, in the order of their first appearance."""
+    """Names of all engines except our own, in the order of their first appearance."""
     seen = {}
     for scene in document["scenes"]:
         seen.update({name: None for name in scene["engines"] if name != "tessera"})
@@ -152,8 +152,8 @@ def peers_of(document):
 
 
 def summary(document):
-    """Efficiency of each peer over Tessera's, in brackets without the worst pixels; the interval is
-    in the tables."""
+    """Efficiency of each peer over Tessera's, in brackets without the worst pixels; the tables have
+    the intervals."""
     names = peers_of(document)
     rows = [[f"peer/Tessera at {compared(document)} samples", *names]]
     for scene in document["scenes"]:
@@ -172,7 +172,8 @@ COLORS = ("#4269d0", "#efb118", "#ff725c", "#6cc5b0", "#3ca951", "#a463f2")
 
 
 def svg(document):
-    """Tessera's efficiency over each peer's, on a logarithmic axis: right of 1 Tessera is ahead."""
+    """Tessera's efficiency over each peer's, on a logarithmic axis: right of 1 Tessera is better.
+    """
     names = peers_of(document)
     left, width, bar, gap, top = 150, 720, 12, 14, 70
     ends = []

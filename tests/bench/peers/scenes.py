@@ -1,5 +1,5 @@
-"""The benchmark's scenes as GLB files: built-in ones as the server exports them, made ones, and
-those of files."""
+"""The benchmark's scenes as GLB files: built-in ones exported by the server, generated ones, and
+files."""
 
 import http.client
 import math
@@ -23,7 +23,7 @@ class Case:
 
 
 class Builder:
-    """Gathers meshes, materials and nodes of a glTF document."""
+    """Collects meshes, materials and nodes of a glTF document."""
 
     def __init__(self):
         self.binary = bytearray()
@@ -100,7 +100,7 @@ class Builder:
         return len(images) - 1
 
     def mesh(self, *parts):
-        """Of (positions, normals, uv, indices, material)."""
+        """Adds a primitive of (positions, normals, uv, indices, material)."""
         self.document["meshes"].append({"primitives": [
             {"attributes": {"POSITION": self.accessor(np.float32(positions), "VEC3"),
                             "NORMAL": self.accessor(np.float32(normals), "VEC3"),
@@ -121,7 +121,7 @@ class Builder:
 
 
 def write_png(pixels):
-    """8-bit RGB."""
+    """Adds an 8-bit RGB image."""
     height, width, _ = pixels.shape
     rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], axis=1)
 
@@ -139,7 +139,7 @@ def write_png(pixels):
 
 
 def quad(corner, along, up, material):
-    """A parallelogram that faces along x up."""
+    """A parallelogram with front side towards along x up."""
     corner, along, up = (np.asarray(v, float) for v in (corner, along, up))
     normal = np.cross(along, up)
     return (
@@ -152,8 +152,8 @@ def quad(corner, along, up, material):
 
 
 def grid(columns, rows, at, material, repeat=1.0):
-    """Columns x rows quads over [0, 1]^2, mapped by at(u, v) -> (..., 3); faces along dv x du of
-    `at`, turned."""
+    """Columns x rows quads over [0, 1]^2, mapped by at(u, v) -> (..., 3); front side towards dv x
+    du of `at`."""
     u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
     e = 1e-4
     normals = np.cross(at(u + e, v) - at(u - e, v), at(u, v + e) - at(u, v - e)).reshape(-1, 3)
@@ -168,7 +168,7 @@ def grid(columns, rows, at, material, repeat=1.0):
 
 
 def ball(material, columns=96, rows=48):
-    """Of radius 1."""
+    """A sphere of radius 1."""
     def at(u, v):
         phi, theta = 2 * math.pi * u, math.pi * (1 - v)
         return np.stack(
@@ -178,12 +178,12 @@ def ball(material, columns=96, rows=48):
     a, b, c = (positions[triangles[:, i]] for i in range(3))
     whole = (
         np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9
-    )  # Without those that end in a pole.
+    )  # without those at a pole
     return positions, positions, uv, triangles[whole], material
 
 
 def cornell_spheres(path):
-    """The box of the classical picture with a metal and a glass ball in place of the blocks."""
+    """The Cornell box with a metal and a glass ball instead of the blocks."""
     b = Builder()
     white = b.material((0.73, 0.73, 0.73), specular=0)
     red = b.material((0.65, 0.05, 0.05), specular=0)
@@ -207,7 +207,7 @@ def cornell_spheres(path):
 
 
 def noise_texture(seed):
-    """512x512, checked and speckled."""
+    """A checked and speckled 512x512 texture."""
     random = np.random.default_rng(seed)
     y, x = np.mgrid[0:512, 0:512]
     base = np.where((x // 64 + y // 64) % 2 == 0, 150, 210) + random.integers(0, 16, (512, 512))
@@ -215,8 +215,8 @@ def noise_texture(seed):
 
 
 def hall(path, fineness):
-    """A hall of columns under ribs that leave the sky open: some 400,000 triangles times fineness
-    squared."""
+    """A hall of columns under ribs with open sky between them: about 400,000 triangles times
+    fineness squared."""
     b = Builder()
     stuff = [b.material((1, 1, 1), metallic=float(i == 3), roughness=0.35 + 0.15 * i,
                         texture=b.texture(noise_texture(i))) for i in range(4)]
@@ -266,8 +266,8 @@ def hall(path, fineness):
 
 
 def field(path, count=10_000):
-    """Turned and scaled copies of three bodies of a few hundred triangles on a plain, each a node
-    of its own."""
+    """Rotated and scaled copies of three bodies of a few hundred triangles on a plane, each a
+    separate node."""
     b = Builder()
     random = np.random.default_rng(5)
     ground = b.material((0.5, 0.45, 0.38), specular=0)
@@ -293,7 +293,7 @@ def field(path, count=10_000):
 
 
 def export_builtin(binary, names, folder):
-    """Writes built-in scenes as the server exports them."""
+    """Writes built-in scenes as exported by the server."""
     paths = {}
     with tempfile.TemporaryDirectory() as data:
         server = subprocess.Popen([binary, "serve", "--port", "0", "--data", data],
@@ -317,7 +317,7 @@ def export_builtin(binary, names, folder):
     return paths
 
 
-# Taken out of built-in scenes, for all engines: no two of them model these layers alike.
+# Removed from built-in scenes, for all engines: no two of them model these layers identically.
 LAYERS = {"KHR_materials_sheen", "KHR_materials_clearcoat"}
 
 
@@ -342,7 +342,7 @@ def packed(path, folder, aspect):
 
 BUILTIN = ("cornell-box", "veach-mis", "interior", "many-lights")
 MADE = ("cornell-spheres", "hall", "instances", "triangles")
-# Products under maps that differ in how their light is spread: soft, a low sun, a small high one.
+# Products under maps with different distributions of light: soft, a low sun, a small high one.
 PRODUCTS = {"bottle": ("WaterBottle.glb", "env/chinese_garden_1k.hdr"),
             "bottle-sunset": ("WaterBottle.glb", "env/venice_sunset_256.hdr"),
             "engine": ("2CylinderEngine.glb", "env/venice_sunset_256.hdr"),
@@ -354,7 +354,7 @@ def names(assets):
 
 
 def prepare(wanted, binary, folder, aspect, assets):
-    """Cases by name, in the order asked for."""
+    """Cases by name, in the requested order."""
     os.makedirs(folder, exist_ok=True)
     builtin = export_builtin(binary, [n for n in wanted if n in BUILTIN], folder)
     cases = []

@@ -1,17 +1,17 @@
-"""Runs one engine on one scene in a process of its own, in that engine's interpreter.
+"""Runs one engine on one scene in a separate process, with that engine's interpreter.
 
 usage: worker.py ADAPTER REPLIES
 
-Reads one JSON request a line: {"do": "load", "job": {...}}, {"do": "render", "samples", "seed",
+Reads one JSON request per line: {"do": "load", "job": {...}}, {"do": "render", "samples", "seed",
 "output"}, {"do": "meter", "points", "samples", "seed"} and {"do": "end"}; answers with one line of
 JSON each on the file descriptor REPLIES, since engines print to stdout.
 
 An adapter is a module with a class Engine:
     Engine(job)   reads the scene; job: scene, environment (file or None), sky (RGB or None), width,
                   height, depth (scattering events), threads, variant, folder
-    render(samples, seed)   (height, width, 3) linear floats; as many samples a pixel, independent
-                  for each seed
-    meter(points, samples, seed)   [[r, g, b], ...], irradiance at [position, normal]; not of all
+    render(samples, seed)   (height, width, 3) linear floats; `samples` per pixel, independent for
+                  each seed
+    meter(points, samples, seed)   [[r, g, b], ...], irradiance at [position, normal]; optional
 and, if they differ from those of this process: cpu_seconds(), peak_bytes(), rays() of the last
 render, end().
 """
@@ -76,7 +76,7 @@ def main():
                 break
     if hasattr(engine, "end"):
         engine.end()
-    os._exit(0)  # Engines' threads and modules need not agree on how to end.
+    os._exit(0)  # Skips the shutdown of engines, whose threads and modules may hang.
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ constexpr double kLeft = 76;
 constexpr double kRight = 24;
 constexpr double kTop = 64;
 constexpr double kBottom = 56;
-// Width of the point plots beside it: all pairs of axes, in two columns if there are several.
+// Width of the point plots next to it: all pairs of axes, in two columns if there are several.
 constexpr double kPatterns = 336;
 constexpr double kGap = 16;
 

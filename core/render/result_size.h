@@ -1,4 +1,4 @@
-/// How large a result can be that another process brings: known before any of it is rendered.
+/// Upper bound of the size of a result from another process, known before rendering.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace core {
 
-/// Bytes of encode_work() for a result of so many slices, at most.
+/// Returns the maximum number of bytes of encode_work() for a result of this many slices.
 std::uint64_t result_bytes_max(const Film& film, std::size_t slices);
 
 }  // namespace core

@@ -146,7 +146,8 @@ bool is_sane(const ReplicateFit& f) {
          is_finite(f.xy) && is_finite(f.coefficient);
 }
 
-/// Has every half of every pixel what the plan, or the same for all, says?
+/// Returns whether every half of every pixel has the number of samples in the plan, or the uniform
+/// one.
 bool has_counts(const TileState& state, const RenderSettings& settings) {
   const auto replicates = static_cast<std::size_t>(settings.replicates);
   const int step = plan_step(settings);
@@ -173,7 +174,7 @@ bool has_counts(const TileState& state, const RenderSettings& settings) {
   return true;
 }
 
-/// What the renderer counts only goes up.
+/// Returns whether the counters of the renderer have not decreased.
 template <typename Counted>
 bool has_gone_on(const Counted& before, const Counted& after) {
   return std::isfinite(after.cpu_seconds) && after.cpu_seconds >= before.cpu_seconds &&
@@ -198,7 +199,7 @@ Status check_meter(const SliceWork& given, const RenderSettings& settings, const
              : Status(refused("it has no such sums of a meter"));
 }
 
-/// Of one slice; paths: those that its light is from are added.
+/// Checks the light paths of one slice; adds the number of paths of its sums to `paths`.
 Status check_light(const SliceWork& given, const SliceWork& done, bool is_first,
                    std::uint64_t& paths) {
   const LightBatch& before = given.light;
@@ -419,8 +420,8 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
 }
 
 std::uint64_t result_bytes_max(const Film& film, std::size_t slices) {
-  // Of a sum: a number that is passed over, and three of 128 bits, seven of them in a byte. A
-  // number above 127 stands for sums that are not there, which are more than its further bytes.
+  // Bytes of a sum: a skip count, and three numbers of 128 bits, seven of them per byte. A skip
+  // count above 127 takes more bytes, but skips more sums than that.
   constexpr std::uint64_t kSumBytes = 1 + 3 * ((128 + 6) / 7);
   const PixelRect crop = film.crop();
   const auto pixels =
@@ -436,7 +437,7 @@ std::uint64_t result_bytes_max(const Film& film, std::size_t slices) {
 
 std::string content_digest(std::vector<SliceWork> done) {
   for (SliceWork& each : done) {
-    // The rays of photons count for the worker that traces them, which may be the other one.
+    // Rays of photons count for the worker that traces them, which may be another one.
     each.state.cpu_seconds = each.light.cpu_seconds = each.meter.cpu_seconds = 0;
     each.state.rays = 0;
   }

@@ -1,6 +1,6 @@
-// A dark room beside a bright one. The emitter faces away from the door between them, whose keyhole
-// is the only opening: every contributing path is reflected at least twice and passes an opening of
-// a few centimetres.
+// A dark room next to a bright one. The emitter faces away from the door between them, whose
+// keyhole is the only opening: every contributing path is reflected at least twice and passes an
+// opening of a few centimetres.
 #include "core/scene_io/builtin_list.h"
 #include "core/scene_io/builtin_shapes.h"
 #include "core/scene_io/glb_writer.h"

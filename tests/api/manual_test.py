@@ -32,7 +32,7 @@ def run(command, text=None, **environ):
 class Program(ApiTest):
     def test_client_verbs_load_neither_the_renderer_nor_its_image_library(self):
         needed = run(["ldd", PROGRAM])
-        self.assertIn("libpng", needed)  # `watch --picture` reads pictures with it
+        self.assertIn("libpng", needed)  # `watch --picture` reads images with it
         for library in ("OpenImageIO", "embree", "tbb", "draco", "sqlite"):
             self.assertNotIn(library, needed)
 

@@ -48,7 +48,7 @@ core::View ball(const core::MaterialDescription& material) {
       test_support::view_of(test_support::build(test_support::scene_of(
                                 {material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
                             12, 12);
-  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the picture
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the image
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 64;
   return view;

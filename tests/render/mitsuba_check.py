@@ -220,7 +220,7 @@ def main(words):
 
 
 if __name__ == "__main__":
-    # numpy and the Python client's httpx are in an environment of their own.
+    # numpy and the Python client's httpx are in a separate environment.
     if os.environ.get("TESSERA_PEERS_PYTHON") != "here":
         try:
             interpreter = environments.python_of("bench")

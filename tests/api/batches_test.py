@@ -58,7 +58,7 @@ class BatchTest(ApiTest):
             if batch["state"] in ("finished", "failed", "cancelled"):
                 return batch
             time.sleep(0.02)
-        self.fail(f"no end: {batch}")
+        self.fail(f"did not end: {batch}")
 
     def finished(self, body):
         batch = self.ended(self.make(body)["id"])

@@ -87,7 +87,7 @@ def metric(server, name):
     for line in server.get("/metrics").body.decode().splitlines():
         if line.startswith(name + " "):
             return float(line.split()[1])
-    raise AssertionError("no metric " + name)
+    raise AssertionError("missing metric " + name)
 
 
 BUSY = ("tessera_queue_jobs", "tessera_rendering_jobs", "tessera_held_memory_bytes")

@@ -212,7 +212,7 @@ class Farm:
             if seen and condition(seen):
                 return seen
             time.sleep(0.02)
-        raise AssertionError(f"{what} never came: {seen}; {self.server.log_text()}")
+        raise AssertionError(f"timed out waiting for {what}: {seen}; {self.server.log_text()}")
 
     def metric(self, name):
         text = self.server.get("/metrics").body.decode()
@@ -250,7 +250,7 @@ class HandWorker:
             if name := self.pull():
                 return name
             time.sleep(0.05)
-        raise AssertionError("no unit came")
+        raise AssertionError("received no unit")
 
     @contextlib.contextmanager
     def report_requests(self):

@@ -36,7 +36,7 @@ class Flood(ApiTest):
             self.assertEqual(self.server.get(f"/v1/jobs/{job}?wait=60").json()["state"], "finished")
             deadline = time.monotonic() + PATIENCE_S
             while self.refused("address") < DRIPS - 256:
-                self.assertLess(time.monotonic(), deadline, "the connections that drip stay")
+                self.assertLess(time.monotonic(), deadline, "slow connections are not closed")
                 time.sleep(0.05)
             self.assertEqual(self.refused("served"), 0)
 
@@ -53,7 +53,7 @@ class Waits(ApiTest):
                 waiting.request("GET", f"/v1/jobs/{job}?wait=60")
             deadline = time.monotonic() + PATIENCE_S
             while (answer := self.server.get(f"/v1/jobs/{job}?wait=1")).status != 503:
-                self.assertLess(time.monotonic(), deadline, "a third one waits")
+                self.assertLess(time.monotonic(), deadline, "a third request is accepted")
             self.assertTrue(answer.headers["Retry-After"])
             self.assertEqual(self.server.get(f"/v1/jobs/{job}").status, 200)
             other = self.server.post("/v1/jobs", job_body(samples=65536), {"Prefer": "wait=60"})

@@ -76,12 +76,12 @@ class Server:
         line = self.process.stdout.readline().decode()
         if not line.startswith(f"listening on {self.scheme}://{self.host}:"):
             self.process.wait(10)
-            raise RuntimeError(f"no address but {line!r}; {self.log_text()}")
+            raise RuntimeError(f"expected an address, not {line!r}; {self.log_text()}")
         self.port = int(line.rsplit(":", 1)[1])
         deadline = time.monotonic() + PATIENCE_S
         while self.request("GET", "/readyz").status != 200:
             if time.monotonic() > deadline:
-                raise RuntimeError("never ready; " + self.log_text())
+                raise RuntimeError("not ready in time; " + self.log_text())
             time.sleep(0.01)
         return self
 
@@ -166,7 +166,7 @@ class Server:
             job = self.get(f"/v1/jobs/{job_id}?wait=20").json()
             if job["state"] in ("finished", "failed", "cancelled"):
                 return job
-        raise AssertionError(f"no end: {job}")
+        raise AssertionError(f"did not end: {job}")
 
     def render(self, body):
         """Renders a job that must finish."""
@@ -182,7 +182,7 @@ class Server:
             if condition(job):
                 return job
             time.sleep(0.01)
-        raise AssertionError(f"{what} never came: {job}")
+        raise AssertionError(f"timed out waiting for {what}: {job}")
 
     def wait_for_samples(self, job_id, count=1):
         return self.wait_until(
@@ -305,7 +305,7 @@ class Tile:
         if magic != b"TSR1":
             raise AssertionError(f"magic {magic!r}")
         if size != len(payload):
-            raise AssertionError("payload is cut")
+            raise AssertionError("payload is truncated")
         self.payload = payload
         self.is_end = bool(self.flags & self.END)
 
@@ -336,7 +336,7 @@ class TileStream(Stream):
             if not header:
                 return
             if len(header) < 32:
-                raise AssertionError("header is cut")
+                raise AssertionError("header is truncated")
             size = struct.unpack("<I", header[4:8])[0]
             tile = Tile(header, self.response.read(size))
             yield tile
@@ -476,7 +476,7 @@ def triangle_glb(**members):
 def png_size(data):
     """Returns width, height and colour type (2: RGB, 6: RGBA) of a PNG."""
     if data[:8] != b"\x89PNG\r\n\x1a\n":
-        raise AssertionError("no PNG")
+        raise AssertionError("not a PNG")
     width, height, _, colour = struct.unpack(">IIBB", data[16:26])
     return width, height, colour
 

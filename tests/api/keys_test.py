@@ -33,7 +33,7 @@ class Keyed(unittest.TestCase):
     def wait_for_status(self, status, path, key):
         deadline = time.monotonic() + PATIENCE_S
         while self.status(path, key) != status:
-            self.assertLess(time.monotonic(), deadline, f"never {status}")
+            self.assertLess(time.monotonic(), deadline, f"timed out waiting for {status}")
             time.sleep(0.05)
 
     def test_without_the_key_is_401(self):

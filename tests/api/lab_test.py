@@ -152,7 +152,7 @@ class LabTest(ApiTest):
         plug.close()
         deadline = time.monotonic() + PATIENCE_S
         while self.server.post("/v1/lab/runs", SMALL).status == 429:
-            self.assertLess(time.monotonic(), deadline, "the run went on without its client")
+            self.assertLess(time.monotonic(), deadline, "the run continued without its client")
             time.sleep(0.1)
 
     def test_patterns_are_points_of_the_unit_cube(self):

@@ -92,7 +92,7 @@ class Metrics(ApiTest):
     def wait_for(self, name, at_least, **labels):
         deadline = time.monotonic() + PATIENCE_S
         while (self.value(name, **labels) or 0) < at_least:
-            self.assertLess(time.monotonic(), deadline, f"{name} {labels} never {at_least}")
+            self.assertLess(time.monotonic(), deadline, f"{name} {labels} stays below {at_least}")
             time.sleep(0.05)
 
     def test_text_is_well_formed_and_names_follow_the_rules(self):

@@ -27,7 +27,7 @@ class Sharing(ApiTest):
             spent = [self.progress(job)["cpu_seconds"] - b for job, b in zip(jobs, before)]
             if sum(spent) > seconds:
                 return spent
-        self.fail(f"hardly anything is rendered: {spent}")
+        self.fail(f"too little was rendered: {spent}")
 
     def cancel(self, *jobs):
         for job in jobs:

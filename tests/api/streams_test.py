@@ -33,14 +33,14 @@ class ManyStreams(ApiTest):
             for number, _ in poll.poll(1000):
                 plug, before = waiting[number]
                 piece = plug.recv(65536)
-                self.assertTrue(piece, "a stream broke off")
+                self.assertTrue(piece, "a stream ended early")
                 seen = before + piece
                 if word in seen:
                     poll.unregister(number)
                     del waiting[number]
                 else:
                     waiting[number] = (plug, seen[-len(word):])
-        self.assertFalse(waiting, f"{len(waiting)} streams never had {word}")
+        self.assertFalse(waiting, f"{len(waiting)} streams did not receive {word}")
 
     def test_2048_watchers_get_everything_from_snapshot_to_end(self):
         job = self.server.submit(job_body(samples=65536))["id"]

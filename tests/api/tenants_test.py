@@ -214,7 +214,7 @@ class EveryRoute(Tenants):
                     walked += 1
                     continue
                 names_ours = "{" in path or operation in self.BODIES or operation in self.QUERIES
-                self.assertTrue(names_ours, f"{operation} is in none of the tables of this test")
+                self.assertTrue(names_ours, f"{operation} is missing from the tables of this test")
                 wanted = self.BODIES.get(operation, (None, self.STATUS.get(operation, 404)))[1]
                 answer = self.request(self.theirs, operation, method, path, self.our)
                 self.assertEqual(answer.status, wanted, answer)
@@ -442,7 +442,7 @@ class KeysOverHttp(Tenants):
     def wait_for_status(self, key, status):
         deadline = time.monotonic() + PATIENCE_S
         while self.ask(key, "GET", "/v1/jobs").status != status:
-            self.assertLess(time.monotonic(), deadline, f"never {status}")
+            self.assertLess(time.monotonic(), deadline, f"timed out waiting for {status}")
             time.sleep(0.05)
 
     def test_admin_creates_lists_and_removes_keys(self):

@@ -133,7 +133,7 @@ class Terminal:
         deadline = time.monotonic() + PATIENCE_S
         while not ready(self.text):
             if time.monotonic() > deadline:
-                raise AssertionError(f"nothing more after {self.text[-500:]!r}")
+                raise AssertionError(f"no more output after {self.text[-500:]!r}")
             if not select.select([self.end], [], [], 1)[0]:
                 continue
             try:
@@ -173,7 +173,7 @@ class Tev:
                 size = struct.unpack("<I", head)[0]
                 packet = stream.read(size - 4)
                 if len(packet) != size - 4:
-                    raise AssertionError("a packet is cut")
+                    raise AssertionError("a packet is truncated")
                 self.take(packet)
         self.listener.close()
 

@@ -162,7 +162,7 @@ class ReceiversApart(ApiTest):
             if found["state"] == wanted:
                 return found
             time.sleep(0.02)
-        self.fail(f"never {wanted}: {found}")
+        self.fail(f"timed out waiting for {wanted}: {found}")
 
     def test_silent_receiver_does_not_delay_others(self):
         silent, other = self.receiver(SilentReceiver), self.receiver()

@@ -58,7 +58,7 @@ class Lines(ServerTest):
         self.assertEqual([event.type for event in events].count("end"), 1)
         self.assertEqual(events[-1].type, "end")
         for sequence in numbers(events).values():
-            self.assertEqual(sequence, sorted(set(sequence)), "an event came twice or late")
+            self.assertEqual(sequence, sorted(set(sequence)), "an event was repeated or late")
         self.assertEqual(job.state, "finished")
         self.assertEqual(job.data, self.server.job(job.id))
 

@@ -90,7 +90,7 @@ class Engine:
         picture = np.array(mi.render(self.scene, spp=samples, seed=seed))
         taken = self.scene.sensors()[0].sampler().sample_count()
         if taken != samples:
-            raise ValueError(f"the sampler takes {taken} samples a pixel for {samples}")
+            raise ValueError(f"the sampler takes {taken} samples per pixel instead of {samples}")
         return picture
 
     def texture(self, image, color, channel=None, is_color=True):

@@ -178,8 +178,8 @@ class Contest:
         width, height = self.options.size
         if picture.shape != (height, width, 3) or not np.isfinite(picture).all():
             raise RuntimeError(
-                f"a picture of {picture.shape} with "
-                f"{np.count_nonzero(~np.isfinite(picture))} values that are not finite"
+                f"an image of {picture.shape} with "
+                f"{np.count_nonzero(~np.isfinite(picture))} non-finite values"
             )
         return picture, cost
 

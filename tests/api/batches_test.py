@@ -312,7 +312,7 @@ class Batches(BatchTest):
             self.assertIn("a video needs ffmpeg", said)
 
 
-class FewPlaces(BatchTest):
+class QueueLimit(BatchTest):
     FLAGS = ("--max-queue", "3")
 
     def test_refuses_a_batch_that_does_not_fit_the_queue_as_a_whole(self):
@@ -321,7 +321,7 @@ class FewPlaces(BatchTest):
         self.finished(batch_body({"seed": [1, 2, 3]}))
 
 
-class LittleDisk(BatchTest):
+class DiskLimit(BatchTest):
     FLAGS = ("--disk-limit", "1M")
 
     def test_archive_without_evicted_films_is_410_with_their_names(self):
@@ -339,7 +339,7 @@ class LittleDisk(BatchTest):
         self.assertEqual(self.server.get(f"/v1/batches/{batch['id']}/sheet.png").status, 200)
 
 
-class Told(BatchTest):
+class EndWebhook(BatchTest):
     FLAGS = ("--webhook-private",)
 
     def setUp(self):

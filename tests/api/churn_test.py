@@ -6,7 +6,7 @@ import churn
 from harness import ApiTest, job_body
 
 
-class CancelledAndDeleted(ApiTest):
+class CancelAndDelete(ApiTest):
     FLAGS = ("--max-running", "2")
 
     def test_releases_the_slot(self):
@@ -43,7 +43,7 @@ class CancelledAndDeleted(ApiTest):
         churn.wait_until_empty(self.server)
 
 
-class Churned(unittest.TestCase):
+class Churn(unittest.TestCase):
     def test_leaves_nothing_behind(self):
         """The short form of tests/stress/churn."""
         churn.run(rounds=1, seconds=6, seed=20261122)

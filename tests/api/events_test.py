@@ -16,7 +16,7 @@ def big_job(server, samples=65536):
     return server.submit(body)["id"]
 
 
-class FromTheStart(ApiTest):
+class StreamFromTheStart(ApiTest):
     """Streams opened before their job starts."""
 
     FLAGS = ("--max-running", "1")
@@ -200,7 +200,7 @@ class Events(ApiTest):
         self.fail(line)
 
 
-class FewStreams(ApiTest):
+class StreamLimit(ApiTest):
     FLAGS = ("--max-streams", "2")
 
     def test_answers_with_one_overloaded_event_at_the_limit(self):

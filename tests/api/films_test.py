@@ -421,7 +421,7 @@ class Films(FilmTest):
         self.assert_problem(self.server.get(f"/v1/jobs/{job['id']}/film"), 404)
 
 
-class Room(FilmTest):
+class FilmMemory(FilmTest):
     FLAGS = ("--max-running", "1")
 
     def test_refuses_films_that_need_too_much_memory_before_allocation(self):
@@ -530,7 +530,7 @@ class Killed(unittest.TestCase):
         self.assertEqual((code, found["damages"], found["leftovers"]), (0, [], []))
 
 
-class Rights(unittest.TestCase):
+class FilmAccess(unittest.TestCase):
     """Access to films and to merging."""
 
     def test_enforces_scopes_and_rates(self):

@@ -24,7 +24,7 @@ def large_body(samples, seed=0):
     return body(samples, seed, width=512, height=384)  # 13 MB
 
 
-class Full(unittest.TestCase):
+class FullDiskTest(unittest.TestCase):
     server: Server
 
     def is_paused_for_room(self, job):
@@ -45,7 +45,7 @@ class Full(unittest.TestCase):
         self.assertEqual(b"\nstorage_full: " in ready.body, is_full, ready.body)
 
 
-class SmallDisk(Full):
+class SmallDisk(FullDiskTest):
     """A file system of a few megabytes, which a file of the test fills to the last byte."""
 
     BYTES = 24 << 20
@@ -114,7 +114,7 @@ class SmallDisk(Full):
         self.assertEqual(self.server.render(body(2))["state"], "finished")
 
 
-class NothingMayGrow(Full):
+class FileSizeLimit(FullDiskTest):
     """No file may exceed a limit, which is lifted while the server runs."""
 
     # The journal of the database ends at 4 MB; the film is larger.

@@ -331,7 +331,7 @@ class Furnace(ApiTest):
         self.assert_close(mean, 1, 4 * deviation + 1e-4)
 
 
-class Growing(ApiTest):
+class RunningJob(ApiTest):
     def test_progress_changes_the_etag_of_the_image(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)

@@ -381,7 +381,7 @@ class Changing(ApiTest):
         self.assertNotEqual(self.server.get(f"/v1/jobs/{self.job}").headers["ETag"], before)
 
 
-class Ending(ApiTest):
+class CancelAndDelete(ApiTest):
     def test_cancel_is_idempotent_and_keeps_the_image(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)

@@ -228,7 +228,7 @@ class Keyed(unittest.TestCase):
         )
 
 
-class KeysOfTheStore(unittest.TestCase):
+class StoredKeys(unittest.TestCase):
     def test_first_stored_key_closes_an_open_server(self):
         server = Server()
         self.addCleanup(server.close)

@@ -409,7 +409,7 @@ class JobProblems(ApiTest):
         self.assertEqual(self.server.post(f"/v1/jobs/{job}/cancel").status, 200)
 
 
-class NothingRendersYet(ApiTest):
+class QueuedJobs(ApiTest):
     FLAGS = ("--max-running", "1")
 
     def test_queued_job_has_a_position_by_priority_and_no_image(self):

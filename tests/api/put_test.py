@@ -6,7 +6,7 @@ import uuid
 from harness import ApiTest, Server, in_background, job_body
 
 
-class OwnIds(ApiTest):
+class ClientIds(ApiTest):
     def put(self, name, body, **headers):
         return self.server.request("PUT", f"/v1/jobs/{name}", body, headers)
 
@@ -61,7 +61,7 @@ class OwnIds(ApiTest):
         self.assertEqual(answer.json()["state"], "finished")
 
 
-class OverAKill(unittest.TestCase):
+class ClientIdsAfterAKill(unittest.TestCase):
     def test_client_chosen_id_survives(self):
         server = Server()
         self.addCleanup(server.close)

@@ -120,7 +120,7 @@ class FilmsOfAKey(Quotas):
         self.assertEqual(self.submit(self.mine, samples=2).status, 201)
 
 
-class TheWholeServer(Quotas):
+class ServerLimit(Quotas):
     FLAGS = ("--disk-limit", "1M")
 
     def test_assets_beyond_the_disk_limit_are_507_for_all(self):

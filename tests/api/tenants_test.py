@@ -376,7 +376,7 @@ class SharedBytes(Tenants):
             self.assertEqual(self.ask(key, "GET", "/v1/scenes/cornell-box").status, 200)
 
 
-class KeysOfOneTenant(Tenants):
+class TenantKeys(Tenants):
     def test_rotated_key_keeps_its_work(self):
         job = self.rendered(self.theirs)
         tenant = self.theirs.split("_")[1]

@@ -5,7 +5,7 @@ import unittest
 from harness import ApiTest, EventStream, JobsStream, Server, Stream, job_body, png_size
 
 
-class FromTheStart(ApiTest):
+class StreamFromTheStart(ApiTest):
     """A stream opened before its jobs start."""
 
     FLAGS = ("--max-running", "1")

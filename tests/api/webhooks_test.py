@@ -146,7 +146,7 @@ class SilentReceiver:
         self.socket.close()
 
 
-class ReceiversApart(ApiTest):
+class IndependentReceivers(ApiTest):
     FLAGS = ("--webhook-private",)
 
     def receiver(self, kind=Receiver):
@@ -266,7 +266,7 @@ class ReceiversApart(ApiTest):
         self.assert_problem(self.server.post("/v1/webhooks/test", {"url": "ftp://h/"}), 422, "/url")
 
 
-class SecretsOfTenants(unittest.TestCase):
+class TenantSecrets(unittest.TestCase):
     def test_each_tenant_signs_with_its_own_secret(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
@@ -315,7 +315,7 @@ class SecretsOfTenants(unittest.TestCase):
         self.assertEqual(ask(reader, "GET", "/v1/webhooks/secret").status, 403)
 
 
-class WebhooksStay(unittest.TestCase):
+class WebhooksAfterAKill(unittest.TestCase):
     def test_pending_call_is_made_after_a_kill(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)

@@ -36,7 +36,7 @@ def long_job():
         "film": {"width": 160, "height": 128, "layers": ["albedo", "normal", "depth"]}}
 
 
-class Alone:
+class SingleProcess:
     """Digests of one process without workers; each is computed once."""
 
     server = None
@@ -69,7 +69,7 @@ class FarmTest(unittest.TestCase):
     def check_film(self, farm, job_id, body):
         job = farm.server.wait(job_id)
         self.assertEqual(job["state"], "finished", job)
-        self.assertEqual(job["film_digest"], Alone.digest(body))
+        self.assertEqual(job["film_digest"], SingleProcess.digest(body))
         return job
 
 
@@ -98,7 +98,7 @@ class WorkersTest(FarmTest):
         ):
             with self.subTest(body=body):
                 job = farm.server.render(body)
-                self.assertEqual(job["film_digest"], Alone.digest(body, upload))
+                self.assertEqual(job["film_digest"], SingleProcess.digest(body, upload))
         listed = farm.listed()
         for worker in farm.workers:
             self.assertGreater(listed[worker.id]["units"], 0)
@@ -125,7 +125,7 @@ class WorkersTest(FarmTest):
             with self.subTest(**members):
                 body = job_body(scene, 16, **members)
                 job = farm.server.render(body)
-                self.assertEqual(job["film_digest"], Alone.digest(body, upload))
+                self.assertEqual(job["film_digest"], SingleProcess.digest(body, upload))
                 digests.add(job["film_digest"])
         self.assertEqual(len(digests), 5)
 
@@ -138,7 +138,7 @@ class WorkersTest(FarmTest):
             with self.subTest(integrator=row["type"]):
                 body = job_body(samples=6, integrator={"type": row["type"]}) | {"film": film}
                 job = farm.server.render(body)
-                self.assertEqual(job["film_digest"], Alone.digest(body))
+                self.assertEqual(job["film_digest"], SingleProcess.digest(body))
                 units = sum(worker["units"] for worker in farm.listed().values())
                 if row["type"] == "irradiance-cache":
                     self.assertEqual(units, done)
@@ -170,7 +170,7 @@ class WorkersTest(FarmTest):
             with self.subTest(flags=flags):
                 farm = self.farm(*flags, workers=1)
                 job = farm.server.render(body)
-                self.assertEqual(job["film_digest"], Alone.digest(body))
+                self.assertEqual(job["film_digest"], SingleProcess.digest(body))
                 told = [w for w in job["warnings"] if w.startswith("Workers do not help")]
                 self.assertEqual(len(told), 0 if is_lent else 1, job["warnings"])
                 units = farm.listed()[farm.workers[0].id]["units"]
@@ -207,7 +207,7 @@ class WorkersTest(FarmTest):
     def test_render_threads_support_no_workers(self):
         farm = self.farm("--render-threads", "1")
         body = job_body(samples=16)
-        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+        self.assertEqual(farm.server.render(body)["film_digest"], SingleProcess.digest(body))
 
     def test_job_waits_for_workers_and_can_be_cancelled_while_they_work(self):
         farm = self.farm()
@@ -220,7 +220,7 @@ class WorkersTest(FarmTest):
         self.assertEqual(farm.server.wait(job["id"])["state"], "cancelled")
         # Units in progress are dropped, and the next job gets the worker.
         body = job_body(samples=8)
-        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+        self.assertEqual(farm.server.render(body)["film_digest"], SingleProcess.digest(body))
 
     def test_cancel_requests_reports_whose_answers_drop_the_unit(self):
         farm = self.farm(lease=600)
@@ -314,7 +314,7 @@ class VerifyTest(FarmTest):
     def test_units_rendered_by_two_workers_are_equal(self):
         farm = self.farm(verify=1, workers=2)
         for body in (job_body(samples=32), job_body(samples=4, integrator={"type": "bdpt"})):
-            self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+            self.assertEqual(farm.server.render(body)["film_digest"], SingleProcess.digest(body))
         verified = farm.metric("tessera_units_verified_total")
         self.assertEqual(verified, farm.metric("tessera_units_taken_total"))
         listed = farm.listed()
@@ -338,7 +338,7 @@ class VerifyTest(FarmTest):
     def test_single_worker_is_not_verified(self):
         farm = self.farm(verify=1, workers=1)
         body = job_body(samples=8)
-        self.assertEqual(farm.server.render(body)["film_digest"], Alone.digest(body))
+        self.assertEqual(farm.server.render(body)["film_digest"], SingleProcess.digest(body))
 
 
 class KillTest(FarmTest):
@@ -552,7 +552,7 @@ class RefusedTest(FarmTest):
         server = Server("--queue", f"nats://127.0.0.1:{port}", "--render-threads", "1").start()
         self.addCleanup(server.close)
         body = job_body(samples=8)
-        self.assertEqual(server.render(body)["film_digest"], Alone.digest(body))
+        self.assertEqual(server.render(body)["film_digest"], SingleProcess.digest(body))
 
     def test_invalid_address_is_wrong_usage(self):
         done = subprocess.run([BINARY, "worker", "--queue", "http://x"], capture_output=True,

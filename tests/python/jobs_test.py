@@ -262,7 +262,7 @@ class Waiting(ServerTest):
         self.assertIn("queued", job._repr_html_())
 
 
-class Together(ServerTest):
+class ManyJobs(ServerTest):
     def test_waits_for_many_jobs_at_once(self):
         async def one(client, seed):
             job = await client.submit("cornell-box", seed=seed, samples_per_pixel=2, **SMALL)

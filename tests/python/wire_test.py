@@ -252,7 +252,7 @@ class Requests(unittest.TestCase):
         self.assertEqual(len(script.requests), 1)
 
 
-class Twins(unittest.TestCase):
+class BothClients(unittest.TestCase):
     def test_both_clients_have_the_same_calls_with_the_same_parameters(self):
         for one, other in ((Client, AsyncClient), (Job, AsyncJob)):
             self.assertEqual(self.calls(one), self.calls(other))

@@ -1,5 +1,5 @@
 // Figures of the page in a browser: weight, first paint, tasks of the main thread while tiles
-// arrive, and how soon a moved camera is seen. Prints, never asserts. usage: page_bench.mjs
+// arrive, and the latency of a moved camera. Prints, never asserts. usage: page_bench.mjs
 // [--short], with the variables of e2e/harness.mjs.
 import http from 'node:http';
 import { performance } from 'node:perf_hooks';
@@ -20,7 +20,7 @@ const short = process.argv.includes('--short');
 const devices = [
   ['desktop', desktop, 1],
   ['phone', phone, 1],
-  // A phone's processor, as the developer tools of browsers imitate one.
+  // A phone's processor, as simulated by the developer tools of browsers.
   ['phone, processor 4 times slower', phone, 4],
 ];
 
@@ -343,7 +343,7 @@ function picturesOf(notes, cells) {
   let drawn = 0;
   for (const [kind, time, width] of notes) {
     if (kind === 'move') moved = time;
-    // The fine picture of the same camera is no new one.
+    // The refined image of the same camera does not count as a new one.
     if (kind === 'post' && moved !== null && moved !== asked?.moved) asked = { moved, width };
     if (kind === 'whole') {
       coming = asked;

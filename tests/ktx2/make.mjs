@@ -1,5 +1,5 @@
-// Makes the KTX2 files of this folder and, beside each, the RGBA that Basis Universal decodes it
-// to: what our own decoder is compared with. Run it after `npm install`: node make.mjs
+// Makes the KTX2 files of this folder and, for each, the RGBA that Basis Universal decodes it to,
+// the reference for our decoder. Run it after `npm install`: node make.mjs
 import { writeFileSync } from "node:fs";
 import makeBasis from "./node_modules/ktx2-encoder/dist/basis/basis_encoder.js";
 
@@ -13,7 +13,7 @@ const random = () => {
   return (state >>> 16) & 255;
 };
 
-// Areas of one colour, grey, noise, stripes, a gradient and a grid, so that many modes are of use.
+// Areas of one colour, grey, noise, stripes, a gradient and a grid, to use many modes.
 function mixed(x, y, alpha) {
   const area = ((x >> 3) + (y >> 3) * 3) % 6;
   const grey = (x * 37 + y * 91) % 256;

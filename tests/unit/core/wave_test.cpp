@@ -286,7 +286,7 @@ TEST(Waves, PassHolesAndBlendedSurfaces) {
   EXPECT_LT(differing(balls({hole, there, half})), 0.01);
 }
 
-TEST(Waves, SupportMapsOfTheSkyIncludingHiddenOnes) {
+TEST(Waves, SupportEnvironmentMaps) {
   core::View view = balls(metals_and_plastics());
   view.environment = test_support::sky_map(16, 8, [](int x, int y) {
     return x == 5 && y == 2 ? Rgb{80, 70, 60} : Rgb{0.3F, 0.3F, 0.3F};

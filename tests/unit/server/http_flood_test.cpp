@@ -119,7 +119,7 @@ TEST(HttpFlood, ClosesIdleConnectionsWhenFull) {
   EXPECT_EQ(Client(server).exchange(get("/echo/a")).status, 200);
 }
 
-TEST(HttpFlood, FullServerRefusesButAnswersProbesInFragments) {
+TEST(HttpFlood, FullServerRefusesClientsButAnswersProbes) {
   HttpLimits limits = patient_limits();
   limits.max_connections = 2;
   Door door;

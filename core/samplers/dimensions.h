@@ -1,17 +1,15 @@
 /// The random numbers of a path by use. They come in groups of four, which are stratified together.
 ///
-/// tests/tidy holds this table against the sources: no number has two uses, and each file draws
-/// from the groups that it is listed for, and from no others.
+/// tests/tidy compares this table with the sources: no number has two uses, and each file draws
+/// from exactly the groups that list it.
 ///
 ///   group   number  use                                   drawn in
-///   camera  x y     position on the film                  render/renderer render/split_pilot
-///                                                         wave/wave_tracer integrators/mlt
+///   camera  x y     position on the film                  film/camera_sample wave/wave_tracer
+///                                                         integrators/mlt
 ///                                                         integrators/cached_irradiance
-///                                                         render/feature_pass
-///   camera  z w     position on the lens                  render/renderer render/split_pilot
-///                                                         wave/wave_tracer integrators/mlt
+///   camera  z w     position on the lens                  film/camera_sample wave/wave_tracer
+///                                                         integrators/mlt
 ///                                                         integrators/cached_irradiance
-///                                                         render/feature_pass
 ///   light   x       which light                           integrators/path integrators/direct
 ///                                                         integrators/bdpt integrators/irradiance
 ///                                                         integrators/catcher

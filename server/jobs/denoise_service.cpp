@@ -14,7 +14,7 @@ using core::ErrorCode;
 
 namespace {
 
-/// Of last_: jobs beyond it are asked for again as if for the first time.
+/// Limit on the entries of last_; requests for further jobs are treated as first requests.
 constexpr std::size_t kLastMost = 1024;
 
 std::uint64_t pixels_of(const core::Film& film) {

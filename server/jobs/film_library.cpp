@@ -150,7 +150,7 @@ core::Result<std::shared_ptr<const core::Film>> FilmLibrary::final_film(
         "the job is " + std::string(api::to_text(state)) + "; its film is there when it has ended",
         ""};
   }
-  // A job is published as cancelled before its last slices have ended.
+  // A job is published as cancelled before its last slices end.
   core::Mutex mutex;
   core::CondVar never;
   const auto deadline = std::chrono::steady_clock::now() + kSettleTime;
@@ -194,7 +194,7 @@ void FilmLibrary::keep(Job& job, std::shared_ptr<const core::Film> film, FilmRec
 }
 
 void FilmLibrary::drop_if_removed(const Job& job) {
-  if (job.is_removed()) {  // remove() may have looked for its film before.
+  if (job.is_removed()) {  // remove() may have run before the film was cached.
     drop(job);
   }
 }
@@ -202,7 +202,7 @@ void FilmLibrary::drop_if_removed(const Job& job) {
 core::Result<FilmFile> FilmLibrary::open_film_file(Job& job) {
   const core::MutexLock changing(job.change_mutex());
   if (job.is_removed()) {
-    // Its id, and the name of the file, may belong to another job.
+    // The id, and thus the file name, may belong to another job by now.
     return Error{ErrorCode::kCancelled, "the job was deleted", ""};
   }
   return FilmFile::open(parts_.data.film_path(job.id()));
@@ -267,7 +267,7 @@ void FilmLibrary::remove_unused(Job& job) {
 
 bool FilmLibrary::evict(const JobRow& row) {
   const auto job = parts_.index.find(row.id);
-  // Noted first: a file that stays behind when the process ends is removed at the next start.
+  // Recorded first: if the process ends before the file is removed, the next start removes it.
   if (!job || !parts_.table.note_loose_film(row.id)) {
     return false;
   }
@@ -280,7 +280,7 @@ bool FilmLibrary::evict(const JobRow& row) {
         record.film = FilmPlace::kEvicted;
         return {};
       },
-      // Before anybody can delete the job and give its id, and this file, to another one.
+      // Before the job can be deleted and its id, and this file name, be reused by another job.
       {.unstored = Journal::Unstored::kRefused,
        .before_publishing = [&](const JobRecord&) { remove_loose(row.id); }});
   if (!evicted) {

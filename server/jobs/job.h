@@ -82,7 +82,7 @@ class Job {
     const core::MutexLock lock(mutex_);
     denoised_ = std::move(denoised);
   }
-  /// Deleted: nothing of it is stored, and its id may be reused.
+  /// True if the job was deleted: nothing of it is stored, and its id may be reused.
   bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
     const core::MutexLock lock(mutex_);

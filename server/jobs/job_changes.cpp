@@ -1,4 +1,4 @@
-// What clients change about a job: patch, extend, retry, delete.
+// Changes to a job requested by clients: patch, extend, retry, delete.
 
 #include <algorithm>
 #include <chrono>
@@ -20,8 +20,8 @@ using core::Status;
 
 namespace {
 
-/// After the spec has changed from `before`: removes warnings that no longer apply, and adds
-/// `more`.
+/// Updates the warnings after the spec has changed from `before`: removes those that no longer
+/// apply, and adds `more`.
 void update_warnings(api::JobView& view, const api::JobSpec& before,
                      const std::vector<std::string>& more) {
   const auto about = [](const api::JobSpec& spec) {
@@ -180,7 +180,7 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
 
 Verdict JobService::extend(const JobPointer& job, std::string_view body) {
   if (job->state() == JobState::kFinished) {
-    // It is read before anything is promised: what is damaged is not rendered again in silence.
+    // Reads the film before accepting: a damaged film must not be rendered again silently.
     if (const auto whole = films_.stored(*job); !whole && whole.error().code == api::kGone) {
       return api::make_problem(ErrorCode::kConflict, whole.error().message);
     }
@@ -207,7 +207,7 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
       return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
     }
     const auto& samples = parsed->stop.samples_per_pixel;
-    // The mean is off by a sample's fraction while an adaptive epoch is under way.
+    // The mean has a fractional part while an adaptive epoch is under way.
     const auto there = std::llround(view.progress.samples_mean);
     if (samples && *samples <= there) {
       return Error{ErrorCode::kInvalidArgument,
@@ -233,7 +233,8 @@ Verdict JobService::retry(const JobPointer& job) {
                    ""};
     }
     if (record.film != FilmPlace::kOnDisk) {
-      record.film = FilmPlace::kNone;  // An evicted one, too: it begins anew.
+      record.film =
+          FilmPlace::kNone;  // Also for an evicted film: the job starts from the beginning.
       const std::uint32_t revision = view.progress.revision;
       view.progress = api::JobView::nothing_rendered();
       view.progress.revision = revision;
@@ -258,7 +259,8 @@ Verdict JobService::remove(const JobPointer& job) {
     Status removed = table_.remove(job->id());
     if (!removed && removed.error().code == ErrorCode::kNoSpace &&
         remove_file(data_.film_path(job->id()))) {
-      removed = table_.remove(job->id());  // In the room that the film had.
+      removed =
+          table_.remove(job->id());  // The record reuses the disk space that the film occupied.
     }
     if (!removed) {
       return removed.error();

@@ -169,7 +169,7 @@ void JobService::upkeep(const std::stop_token& stop) {
       never.wait_for(mutex, stop, kUpkeepPause, [] { return false; });
     }
     if (book_.waits_for_memory()) {
-      life_.admit();  // A request may have given some back.
+      life_.admit();  // A request may have released memory.
     }
     life_.save_due(stop);
     if (seconds_since(forgot) > kForgetSeconds) {
@@ -180,7 +180,7 @@ void JobService::upkeep(const std::stop_token& stop) {
     if (seconds_since(kept_house) > kHousekeepingSeconds) {
       kept_house = Clock::now();
       films_.evict();
-      static_cast<void>(table_.forget_keys_before(unix_now() - kKeySeconds));  // Next time, then.
+      static_cast<void>(table_.forget_keys_before(unix_now() - kKeySeconds));  // Retried later.
     }
   }
 }
@@ -221,7 +221,8 @@ int JobService::jobs_without_room() const {
 }
 
 core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
-  // Scenes are loaded within the turn: many dry runs of many moments would be in memory together.
+  // Loads scenes only while holding the semaphore: otherwise the scenes of many dry runs would be
+  // in memory at the same time.
   pilots_.acquire();
   struct Release {
     std::counting_semaphore<16>& semaphore;

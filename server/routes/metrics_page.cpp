@@ -46,7 +46,8 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
              counts.waits_for_memory ? 1 : 0);
 }
 
-/// Without a queue there are families without samples, and counts of 0: alerts find their metrics.
+/// Without a queue, families without samples and counts of 0 are written, so that alerts find their
+/// metrics.
 void write_workers(MetricsText& text, const RouteContext& context) {
   const WorkBoard* board = context.jobs.board();
   std::map<std::string, int> states;

@@ -1,4 +1,4 @@
-// Probes, metrics, the API description, the web page, what the server can do.
+// Probes, metrics, the API description, the web page, and the server's capabilities.
 
 #include <memory>
 #include <string>
@@ -21,7 +21,7 @@ Handler file_handler(PageFile file) {
   return [file = std::move(file)](Request& request) { return page_answer(request, file); };
 }
 
-/// Below it a job's record with its events and their journal may not fit: 16 pages of the database.
+/// Space needed for a job's record, its events and their journal: 16 pages of the database.
 constexpr std::uint64_t kRecordBytes = std::uint64_t{16} * 4096;
 
 bool is_disk_full(const RouteContext& context) {

@@ -12,7 +12,7 @@ using core::Status;
 
 namespace {
 
-/// Taken at a time for an upload of unknown size.
+/// Reserved at a time for an upload of unknown size.
 constexpr std::uint64_t kStepBytes = std::uint64_t{4} << 20U;
 
 core::Result<std::uint64_t> sum_of(Statement& select) {

@@ -14,12 +14,12 @@
 namespace api {
 namespace {
 
-/// The request as it stands in the body.
+/// The members of the body.
 struct Body {
   Json job_template;
   Json matrix;
   std::string name;
-  JobSpec with_webhook;  ///< only its webhook counts
+  JobSpec with_webhook;  ///< only its webhook is used
 };
 
 void read_matrix(const Json& value, Body& out, const std::string& pointer, Faults& faults) {
@@ -131,7 +131,7 @@ std::vector<Axis> axes_of(const Json& matrix) {
   return axes;
 }
 
-/// Which value of each axis the job has; the last axis changes fastest.
+/// Returns the index of the job's value on each axis; the last axis changes fastest.
 std::vector<std::size_t> choices_of(const std::vector<Axis>& axes, std::size_t job) {
   std::vector<std::size_t> choices(axes.size());
   for (std::size_t i = axes.size(); i-- > 0;) {
@@ -168,7 +168,7 @@ const Json* member_at(const Json& job, const std::vector<std::string>& path) {
   return at;
 }
 
-/// As part of a name.
+/// Returns the value in a form suitable for names.
 std::string name_text(const Json& value) {
   if (value.is_string()) {
     return value.get<std::string>();
@@ -192,10 +192,10 @@ std::string name_text(const Json& value) {
 struct Naming {
   const std::string& pattern;
   const std::vector<Axis>& axes;
-  const Json& values;  ///< of the job, by the keys of the axes
+  const Json& values;  ///< the job's, by the keys of the axes
   const Json& job;
 
-  /// What stands in braces; null where there is no such member.
+  /// Returns the value for a key in braces; null if there is no such member.
   const Json* value_of(const std::string& key) const {
     const Json* found = nullptr;
     for (const Axis& axis : axes) {
@@ -209,7 +209,7 @@ struct Naming {
     return found != nullptr ? found : member_at(job, split_path(key));
   }
 
-  /// Empty with a fault for a name that the pattern cannot give.
+  /// Returns an empty name and adds a fault if the pattern cannot be filled in.
   std::string name(std::size_t index, Faults& faults) const {
     std::string made;
     for (std::size_t i = 0; i < pattern.size(); ++i) {

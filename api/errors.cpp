@@ -16,8 +16,8 @@ namespace {
 
 using core::ErrorCode;
 
-/// Of a text in an answer: what was sent is told, not sent back. The lists of names in our messages
-/// are shorter (missing_files() in core/scene_io).
+/// Longest text of a problem: input that it quotes is cut. The lists of names in our messages are
+/// shorter (missing_files() in core/scene_io).
 constexpr std::size_t kTextBytes = 4096;
 
 constexpr std::array kErrors = {
@@ -99,7 +99,7 @@ Problem make_problem(ErrorCode code, std::vector<FieldError> errors) {
 }
 
 Problem from_error(const core::Error& error) {
-  // Of these the place is a file of the server, which clients must not see.
+  // `where` of these is a path on the server, which clients must not see.
   if (error.code == ErrorCode::kNoSpace || error.code == ErrorCode::kInternal) {
     return make_problem(error.code, error.message);
   }

@@ -1,4 +1,4 @@
-/// The job's group `integrator`: the algorithm, and options that some of them have.
+/// The job's group `integrator`: the algorithm, and the options of individual integrators.
 #pragma once
 
 #include <string_view>
@@ -9,7 +9,7 @@
 
 namespace api {
 
-/// Of the integrators whose rows list it.
+/// Applies the row to integrators that list it.
 template <typename Row>
 constexpr auto own_option(std::string_view pointer, Row row) {
   return option_of(

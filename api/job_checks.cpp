@@ -14,8 +14,8 @@
 namespace api {
 namespace {
 
-/// Sine of the angle below which two directions count as one: float coordinates of a few metres
-/// cannot tell them apart.
+/// Sine of the angle below which two directions count as equal: float coordinates of a few metres
+/// cannot distinguish them.
 constexpr double kParallelSine = 1e-6;
 
 struct Exact {
@@ -44,7 +44,7 @@ void check_view(const core::CameraSettings& camera, Faults& faults) {
   }
 }
 
-/// The 2x2 system is about one light sample and one BSDF sample whose densities are known.
+/// Optimal MIS solves a 2x2 system for one light sample and one BSDF sample with known densities.
 void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   const core::EstimatorSettings& estimator = render.estimator;
   if (estimator.mis != core::MisType::kOptimal || estimator.strategy != core::Strategy::kMis) {
@@ -70,8 +70,8 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   }
 }
 
-/// Light samples are shared where the camera looks, by paths that have one continuation each and no
-/// other use for them.
+/// `restir` shares light samples at camera hits, for paths that have one continuation each and use
+/// the samples for nothing else.
 void check_restir(const core::RenderSettings& render, Faults& faults) {
   if (render.light_sampler != core::LightSamplerType::kRestir) {
     return;
@@ -99,7 +99,7 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
   }
 }
 
-/// Directions for study know one BSDF at each point, and irradiance is measured in colours.
+/// The study strategies require a single BSDF at each point, and irradiance is measured in RGB.
 void check_spectral(const core::RenderSettings& render, Faults& faults) {
   const core::Strategy strategy = render.estimator.strategy;
   if (!render.spectral) {
@@ -119,7 +119,7 @@ void check_spectral(const core::RenderSettings& render, Faults& faults) {
   }
 }
 
-/// Paths of different times have nothing to share, and a meter has one time.
+/// Paths of different times cannot share samples, and a meter has a single time.
 void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   constexpr std::string_view kOption = "/shutter_seconds";
   const auto accepts = [kOption](const core::IntegratorEntry& each) {
@@ -150,7 +150,7 @@ void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults
   }
 }
 
-/// What is not found along one path alone has no share.
+/// Only light found along a single path can be assigned to a share.
 void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   const core::RenderSettings& render = spec.render;
   for (const core::LightShare& share : render.film.shares) {
@@ -250,7 +250,7 @@ void check_class(const JobSpec& spec, Faults& faults) {
   if (spec.preview_key && spec.job_class != JobClass::kPreview) {
     faults.add("/preview_key", "applies to class 'preview' only");
   }
-  // A preview is in memory only; these promise something that outlives the process.
+  // A preview exists only in memory; these settings promise something that outlives the process.
   if (spec.webhook && spec.job_class == JobClass::kPreview) {
     faults.add("/webhook", "applies to class 'normal' only");
   }
@@ -261,7 +261,7 @@ void check_class(const JobSpec& spec, Faults& faults) {
 
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
   const core::RenderSettings& render = spec.render;
-  // Stored jobs may name an integrator that this build does not have.
+  // Stored jobs may name an integrator that this build lacks.
   const bool is_known = core::find_integrator(render.integrator) != nullptr;
   const auto refuse = [&](const char* pointer, const std::string& whose) {
     faults.add(pointer, whose + " '" + render.integrator +
@@ -308,7 +308,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
   for (const std::string_view option : core::integrator_options()) {
     const Json::json_pointer pointer{std::string(option)};
     if (!seen.contains(pointer) || !usual.contains(pointer)) {
-      continue;  // shown where it is accepted, and refused elsewhere when it is read
+      continue;  // printed where accepted, and refused elsewhere by the parser
     }
     const bool is_accepted =
         std::find(row->accepts.begin(), row->accepts.end(), option) != row->accepts.end();

@@ -30,7 +30,7 @@ const auto& crop_table() {
 }
 
 const auto& medium_table() {
-  // Beyond, a metre of it is as good as a wall.
+  // At the upper end, a metre of the medium is opaque.
   constexpr Range kCoefficient = {0, 1e6};
   constexpr double kMostForward = 0.999;
   static constexpr auto kTable = std::tuple{
@@ -95,7 +95,7 @@ Json labels_schema(const JobSpec& /*defaults*/) {
   return schema;
 }
 
-/// scheme://host[:port][/...] without a user, spaces or a fragment.
+/// Returns whether it is scheme://host[:port][/...] without a user, spaces or a fragment.
 bool is_web_address(std::string_view url) {
   const auto after_scheme = [&url](std::string_view scheme) {
     return url.substr(0, scheme.size()) == scheme ? url.substr(scheme.size()) : std::string_view();

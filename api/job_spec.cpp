@@ -17,7 +17,7 @@
 namespace api {
 namespace {
 
-constexpr double kFar = 1e9;  ///< metres; beyond, floats cannot tell a kilometre from the next
+constexpr double kFar = 1e9;  ///< metres; beyond, floats are at least 64 m apart
 constexpr Range kCoordinate = {-kFar, kFar};
 
 constexpr std::array kClasses = {
@@ -91,7 +91,7 @@ constexpr auto film_row() {
       CustomRow<JobSpec>{"layers", &read_layers, &print_layers, &layers_schema});
 }
 
-/// A choice that says where the adaptive rules are that the renderer does not have.
+/// A choice whose faults name the laboratory's experiment for adaptive rules that exist only there.
 template <typename Row>
 struct AdaptiveTypeRow : Row {
   template <typename S>
@@ -317,14 +317,14 @@ const auto& table() {
 
 namespace {
 
-/// Decisions are taken at certain counts only: the spec holds the one that is in force. False: it
-/// does already.
+/// Rounds min_samples to a count at which decisions are made, so that the spec holds the value in
+/// force. Returns false if it already was one.
 bool round_min_samples(core::RenderSettings& render) {
   if (render.adaptive.type == core::AdaptiveType::kNone) {
     return false;
   }
   const int in_force = core::first_epoch(render);
-  // Beyond what a job may have nothing is ever decided.
+  // Beyond the samples that a job may have, no decision is ever made.
   if (in_force == render.adaptive.min_samples || in_force > limits::kSamplesPerPixel) {
     return false;
   }
@@ -340,7 +340,7 @@ std::string min_samples_warning(int asked, const core::RenderSettings& render) {
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-/// The integrator that the request names, else the usual one.
+/// Returns the integrator named by the request, or the default one.
 std::string integrator_of(const Json& request) {
   const Json::json_pointer type("/integrator/type");
   return request.contains(type) && request.at(type).is_string()
@@ -366,7 +366,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
       !value->contains(Json::json_pointer("/estimator/splitting"))) {
     job.spec.render.estimator.splitting = core::SplittingType::kNone;
   }
-  // The rules between members speak about values that are fine by themselves.
+  // Rules between members require valid members.
   if (faults.empty()) {
     check_camera(job.spec, faults);
     check_film(job.spec.render.film, faults);

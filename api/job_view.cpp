@@ -87,7 +87,7 @@ core::Progress JobView::nothing_rendered() {
 namespace {
 
 double shown_fraction(const JobView& job) {
-  // Below 1 until the end, also after rounding to the four digits that a bar can show.
+  // Stays below 1 until the end, even after rounding to the four digits of a progress bar.
   constexpr double kNearlyDone = 0.9999;
   return job.state == JobState::kFinished ? 1.0
                                           : std::clamp(job.progress.fraction, 0.0, kNearlyDone);
@@ -145,12 +145,12 @@ const View<JobView>& progress_view() {
 }
 
 bool is_ended_by_error(const JobView& job) {
-  // It stays so when a clock ends the job later: the count is the larger of the two.
+  // Remains true if a time limit ends the job later: the count is the larger of the two.
   return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
 }
 
 DenoisedView promised(DenoisedView denoised, const JobView& job) {
-  // The errors that ended it were looked for: what is above them is promised, not what is below.
+  // Errors that ended the job were selected by their value: only their upper bound holds.
   for (core::ErrorInterval* error : {&denoised.mixed, &denoised.full}) {
     error->low = is_ended_by_error(job) && std::isfinite(error->low) ? 0 : error->low;
   }
@@ -159,7 +159,7 @@ DenoisedView promised(DenoisedView denoised, const JobView& job) {
 
 std::string_view bias_of(const core::RenderSettings& render, bool is_by_error) {
   const std::string_view bias = core::bias_of(render);
-  // A sample count that depends on the error it saw is no longer independent of the picture.
+  // A sample count that depends on the error estimate is not independent of the picture.
   return bias == "none" && is_by_error ? "consistent" : bias;
 }
 

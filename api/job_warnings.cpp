@@ -1,4 +1,4 @@
-// Warnings about what has no effect on a job.
+// Warnings about settings that have no effect on a job.
 #include <span>
 #include <string>
 #include <vector>

@@ -108,7 +108,7 @@ void read_parameters(const Json& value, LabRequest& out, const std::string& poin
 
 void print_nothing(const LabRequest& /*request*/, Json& /*object*/) {}
 
-/// The experiment is read first: names, n and parameters are its.
+/// Reads the experiment first, since it determines names, n and parameters.
 const auto& table() {
   static constexpr auto kTable = std::tuple{
       CustomRow<LabRequest>{"experiment", &read_experiment, &print_nothing,

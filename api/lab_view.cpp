@@ -1,4 +1,4 @@
-// What the laboratory answers, and its list of experiments.
+// Responses of the laboratory, and its list of experiments.
 
 #include <nlohmann/json.hpp>
 

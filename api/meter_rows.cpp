@@ -44,7 +44,7 @@ const auto& plane_table() {
   return kTable;
 }
 
-/// All of them have to be there.
+/// Requires all members of the table.
 template <typename Table, typename S>
 void read_whole(const Table& table, const Json& value, S& out, const std::string& pointer,
                 Faults& faults) {

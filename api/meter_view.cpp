@@ -1,4 +1,4 @@
-// What a job's meter has measured.
+// Readings of a job's meter.
 #include "api/job_view.h"
 #include "api/view_rows.h"
 #include "api/views.h"

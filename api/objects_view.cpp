@@ -88,16 +88,16 @@ Json matrix_json(const ViewpointView& c) {
   return rows;
 }
 
-/// The inverse, with y down and z ahead.
+/// Returns the inverse of to_world, with y down and z forward.
 Json world_to_camera(const ViewpointView& c) {
   Json rows = Json::array();
   for (const core::Vec3 axis : {c.to_world.x, -c.to_world.y, -c.to_world.z}) {
-    double along = 0;  // of the camera's place
+    double along = 0;  // component of the camera's position
     for (int i = 0; i < 3; ++i) {
       along += static_cast<double>(axis[i]) * static_cast<double>(c.to_world.t[i]);
       rows.push_back(static_cast<double>(axis[i]));
     }
-    rows.push_back(0 - along);  // and never -0
+    rows.push_back(0 - along);  // 0 - x is never -0
   }
   for (const int v : {0, 0, 0, 1}) {
     rows.push_back(v);

@@ -23,7 +23,7 @@ constexpr std::string_view kFormatPart = "{.format}";
 
 Json schema_of(std::string_view schema) {
   if (schema.empty()) {
-    // Bytes. `format` says so to generators that do not know OpenAPI 3.1, which needs no schema.
+    // Bytes. OpenAPI 3.1 needs no schema for them, but older generators need `format`.
     return {{"type", "string"}, {"format", "binary"}};
   }
   if (schema.front() == '{') {
@@ -84,15 +84,15 @@ Json parameters_of(const Operation& operation, const std::string& path,
   return list;
 }
 
-/// What the transport answers before any operation is asked.
+/// Problems that the HTTP layer returns before a route is called.
 constexpr std::array kTransportProblems = {408, 414, 431};
 
 std::vector<int> problem_statuses(const Operation& operation) {
   std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
-  statuses.insert(statuses.end(), {400, 421, 500});  // no HTTP; a wrong Host; a mistake of ours
+  statuses.insert(statuses.end(), {400, 421, 500});  // not HTTP; wrong Host; internal error
   statuses.insert(statuses.end(), kTransportProblems.begin(), kTransportProblems.end());
   if (!operation.scope.empty()) {
-    // No key; no right; a query parameter that it does not have; too much.
+    // No key; missing scope; unknown query parameter; too many requests.
     statuses.insert(statuses.end(), {401, 403, 422, 429});
   }
   if (!operation.scope.empty() || operation.id == "getReadiness") {
@@ -149,7 +149,7 @@ void add_operation(Json& paths, const Operation& operation, const Capabilities& 
                  [](char c) { return static_cast<char>(c - 'A' + 'a'); });
   std::string path(operation.path);
   const std::string id(operation.id);
-  // OpenAPI has no optional parts of a path: `image{.format}` is two of them.
+  // OpenAPI has no optional path parts: `image{.format}` becomes two paths.
   const auto at = path.find(kFormatPart);
   path.erase(std::min(at, path.size()));
   paths[path][method] = operation_json(operation, id, path, capabilities);
@@ -185,7 +185,7 @@ Json problem_responses() {
   return responses;
 }
 
-/// What the `type` of a problem may be. docs.js lists them at these anchors of /docs.
+/// Returns the possible values of a problem's `type`. docs.js lists them at these anchors of /docs.
 Json problem_types() {
   Json types = Json::array();
   for (const ErrorRow& row : error_table()) {

@@ -1,4 +1,4 @@
-// The camera's place on an orbit: "camera": {"orbit": {...}}.
+// A camera position on an orbit: "camera": {"orbit": {...}}.
 
 #include <tuple>
 
@@ -8,7 +8,7 @@
 namespace api {
 namespace {
 
-/// A member that is "auto" (empty) or what read_value takes.
+/// Reads a member that is "auto" (empty) or a value of read_value.
 bool is_automatic(const Json& value) {
   return value.is_string() && value.get_ref<const std::string&>() == "auto";
 }
@@ -43,7 +43,7 @@ void read_orbit_target(const Json& value, core::CameraOrbit& out, const std::str
   }
 }
 
-/// `other` or the word "auto".
+/// Returns the schema of `other` or the word "auto".
 Json automatic_or(Json other, std::string_view doc) {
   return {{"description", doc},
           {"anyOf", Json::array({Json{{"type", "string"}, {"enum", Json::array({"auto"})}},

@@ -56,7 +56,7 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
           "the image does not say how many samples it has: its text tessera:samples_per_pixel is "
           "no count");
     }
-    // Whatever rule ended the job: its film follows from the number of samples.
+    // The film follows from the number of samples, whichever rule ended the job.
     job.stop = core::StopRules{.samples_per_pixel = static_cast<int>(std::lround(samples)),
                                .relative_error = {},
                                .confidence = job.stop.confidence,

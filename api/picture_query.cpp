@@ -1,4 +1,4 @@
-// Queries of pictures: of one job, and of all jobs of a batch.
+// Queries of images: of one job, and of all jobs of a batch.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -19,7 +19,7 @@
 namespace api {
 namespace {
 
-/// x, y, width and height come together; tone_maps are the names that are allowed.
+/// x, y, width and height must be given together; tone_maps are the allowed names.
 struct ImageReading {
   ImageQuery query;
   std::array<std::optional<int>, 4> rect;
@@ -85,7 +85,7 @@ Json tone_map_schema(const ImageReading& defaults) {
   return schema;
 }
 
-// Numbers with commas between them.
+// Reads numbers separated by commas.
 void read_mix(const std::string& value, ImageReading& out, const std::string& pointer,
               Faults& faults) {
   out.query.mix.clear();
@@ -107,7 +107,7 @@ Json mix_schema(const ImageReading& /*defaults*/) {
   return schema;
 }
 
-// "auto", or two numbers with a comma between them.
+// Reads "auto", or two numbers separated by a comma.
 void read_range(const std::string& value, ImageReading& out, const std::string& pointer,
                 Faults& faults) {
   if (value == "auto") {
@@ -161,7 +161,7 @@ constexpr std::array kDenoiseShows = {
     core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
 };
 
-/// What a picture shows and how.
+/// Rows that select the layer and its display.
 constexpr auto look_rows() {
   return std::tuple{
       ParameterField<ImageReading>{"layer", "Beauty when absent (EXR: all layers).", &read_layer,
@@ -227,11 +227,11 @@ const auto& image_table() {
   return kTable;
 }
 
-/// Of all pictures of a batch.
+/// Query of the archive of a batch.
 struct ArchiveReading : ImageReading {
   std::string format = BatchPicturesQuery{}.format;
 };
-// As core::image_formats(), which nobody who only parses requests has to link.
+// As core::image_formats(), which would have to be linked into programs that only parse requests.
 constexpr std::array<std::string_view, 6> kExtensions = {"png", "jpg", "webp", "exr", "hdr", "tif"};
 
 void read_extension(const std::string& text, ArchiveReading& out, const std::string& pointer,

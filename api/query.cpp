@@ -86,7 +86,7 @@ std::span<const core::NamedValue<ListQuery::Class>> job_classes() { return kJobC
 
 Json cursor_schema() { return {{"type", "string"}, {"pattern", kCursorPattern}}; }
 
-/// The rows of a page.
+/// Rows of a list page.
 template <typename S>
 constexpr auto page_rows() {
   return std::tuple{
@@ -212,7 +212,7 @@ const auto& wait_table() {
   return kTable;
 }
 
-/// Wrong values of a list's query are 400.
+/// Parses a list's query; invalid values give 400.
 template <typename S, typename Table>
 Parsed<S> parse_list_query(const Table& table, QueryParams query) {
   S out;

@@ -33,12 +33,12 @@ void read_stop_patch(const Json& value, PatchBody& out, const std::string& point
   if (!expect_object(value, pointer, faults)) {
     return;
   }
-  // Merging would drop a field of no row that is null without a word.
+  // Refused here because merging would silently drop an unknown field that is null.
   refuse_unknown_members(value, stop_member_names(), pointer, faults);
   Json merged = print_stop(out.spec.stop);
   merged.merge_patch(value);
   if (merged.contains("scope") && !merged.contains("relative_error") && !value.contains("scope")) {
-    merged.erase("scope");  // it went with the rule it belonged to
+    merged.erase("scope");  // removed together with its rule
   }
   out.spec.stop = read_stop(merged, pointer, faults);
 }

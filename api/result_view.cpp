@@ -12,8 +12,8 @@
 namespace api {
 namespace {
 
-/// 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it the
-/// expansion in 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
+/// Returns the 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it
+/// the expansion in 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
 double student_t_975(std::size_t degrees) {
   constexpr std::array kTable = {12.7062, 4.3027, 3.1824, 2.7764, 2.5706,
                                  2.4469,  2.3646, 2.3060, 2.2622, 2.2281};

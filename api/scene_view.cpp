@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
-// A node may be scaled to nothing: such a camera looks along -z of the world.
+// Returns the axis; `otherwise` for a node that is scaled to zero, whose camera looks along -z of
+// the world.
 Json axis_json(core::Vec3 axis, core::Vec3 otherwise) {
   return triple_json(core::length(axis) > 0 ? core::normalize(axis) : otherwise);
 }

@@ -37,7 +37,7 @@ Json names_of(const Entries& entries) {
   return list;
 }
 
-/// Of layers that every film has or a job records unless it says otherwise; or of the others.
+/// Returns the layers that are recorded by default or always, or the others.
 Json layer_names(bool by_default) {
   Json names = Json::array();
   for (const core::LayerEntry& row : core::layers()) {
@@ -49,8 +49,8 @@ Json layer_names(bool by_default) {
   return names;
 }
 
-/// Switches of one group: a patch of one string at `path` for each row, and of null at what rows of
-/// other values accept, which takes it out of a request that has it.
+/// Returns the switches of one group. Each row's patch sets one string at `path`, and sets to null
+/// the options that only other rows accept, which removes them from a request.
 template <typename Value>
 void add_options(std::vector<OptionRow>& options, const std::string& path, std::string_view group,
                  std::span<const core::NamedValue<Value>> rows) {
@@ -86,7 +86,7 @@ Json limits_json(const ServerView& server) {
   return limits;
 }
 
-/// The members of a job that does not name them; `scene` is always named.
+/// Returns the default members of a job, without `scene`, which has no default.
 Json defaults_json() {
   Json defaults = to_json(parse_job(R"({"scene":"x"})")->spec);
   defaults.erase("scene");
@@ -101,11 +101,11 @@ std::vector<std::string_view> error_names() {
   return names;
 }
 
-/// Where members of `own` differ from those of `usual`, which has all of them.
+/// Returns the members of `own` that differ from those of `usual`.
 Json difference(const Json& own, const Json& usual) {
   Json patch = Json::object();
   for (const auto& member : own.items()) {
-    if (!usual.contains(member.key())) {  // an option of its own
+    if (!usual.contains(member.key())) {  // an option that `usual` lacks
       patch[member.key()] = member.value();
       continue;
     }
@@ -118,7 +118,7 @@ Json difference(const Json& own, const Json& usual) {
   return patch;
 }
 
-/// Defaults of an integrator's jobs that differ from those of any job.
+/// Returns the defaults of an integrator's jobs that differ from those of other jobs.
 Json own_defaults_json(std::string_view integrator) {
   JobSpec spec;
   spec.render = core::default_settings(integrator);

@@ -1,4 +1,4 @@
-// What a model stands in: environment, background, ground.
+// Surroundings of a model: environment, background, ground.
 
 #include <array>
 #include <cmath>
@@ -98,7 +98,7 @@ Json sun_schema(const JobSpec& /*defaults*/) {
   return schema;
 }
 
-// The short form of background type 'transparent'.
+// Reads the short form of background type 'transparent'.
 void read_visible(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
   const auto visible = read_flag(value, pointer, faults);
   if (visible && !*visible) {
@@ -170,7 +170,7 @@ const auto& background_table() {
 }
 
 const auto& ground_table() {
-  constexpr Range kMetres = {-1e9, 1e9};  // as of cameras
+  constexpr Range kMetres = {-1e9, 1e9};  // as for cameras
   constexpr Range kAlbedo = {0, 1};
   constexpr auto kIsThere = [](const core::GroundSettings& s) {
     return s.type != core::GroundType::kNone;

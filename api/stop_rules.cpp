@@ -123,7 +123,8 @@ Json stop_schema(const StopRules& defaults) {
   Json schema = object_schema(
       table(), defaults,
       "When to stop: the first rule met ends the job. If given, only the rules in it apply.");
-  // That one member is a rule is left to the text: generators of clients lose the type at an anyOf.
+  // Only the description says that a rule is required: generators of clients lose the type at an
+  // anyOf.
   schema["minProperties"] = 1;
   schema["default"] = print_stop(defaults);
   return schema;
@@ -138,7 +139,7 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
   }
   const int asked = *rules.samples_per_pixel;
   int in_force = core::rounded_samples(settings, asked);
-  if (in_force > limits::kSamplesPerPixel) {  // the most whole sets that are allowed
+  if (in_force > limits::kSamplesPerPixel) {  // rounds down to the largest allowed count
     in_force -= core::sample_unit(settings);
   }
   if (in_force == asked) {

@@ -60,7 +60,7 @@ const auto& job_events_table() {
   return kTable;
 }
 
-/// The server takes last_event_id from the header or from here.
+/// The server uses last_event_id from the header or from here.
 struct EventsReading {
   EventsQuery query;
   std::string last_event_id;

@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "deliver
 constexpr std::int64_t kRateMax = 100'000'000;
 constexpr std::int64_t kDaysMax = 36'500;
 
-/// A member of an answer: how it is printed and what its schema says.
+/// A member of a response: its printer and its schema.
 template <typename View>
 struct Column {
   std::string_view name;

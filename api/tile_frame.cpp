@@ -17,7 +17,7 @@ constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', '1'};
 constexpr int kSideMax = 65535;
 constexpr float kHalfMax = 65504;  // of float16
 
-// Bytes are put and taken one by one, so that the order is the same on every machine.
+// Writes and reads byte by byte, so that the order is the same on every machine.
 void put(std::string& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) {
     out += static_cast<char>((value >> (8 * i)) & 0xFFU);

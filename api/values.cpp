@@ -91,7 +91,7 @@ std::optional<std::int64_t> read_integer(const Json& value, const Range& range,
     faults.add(pointer, shown(value) + " is not a whole number");
     return {};
   }
-  // Every range ends below 2^53, where doubles still hold each whole number.
+  // Every range ends below 2^53, so doubles represent each whole number exactly.
   if (!range.contains(number)) {
     faults.add(pointer, shown(value) + " is outside " + range.text());
     return {};

@@ -1,4 +1,4 @@
-// The components of the OpenAPI document that answers are made of.
+// Components of the OpenAPI document for responses.
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 namespace api {
 namespace {
 
-/// Calls `change` with the schema and all that it is made of, the inner ones first.
+/// Calls `change` with the schema and all its subschemas, the inner ones first.
 template <typename Change>
 void each_schema(Json& schema, const Change& change) {
   if (schema.contains("properties")) {
@@ -53,7 +53,7 @@ void require_members(Json& schema) {
       required.push_back(property.key());
     }
   }
-  schema.erase("anyOf");  // which members a request needs
+  schema.erase("anyOf");  // members that a request requires
   schema["required"] = std::move(required);
 }
 

@@ -43,7 +43,7 @@ std::string number_text(double value) {
   return {text.data(), end};
 }
 
-/// Empty when the text is a number of the range.
+/// Returns empty if the text is a number in the range.
 std::string fault_of_number(const std::string& text, double min, double max, bool open) {
   const auto value = number_of(text);
   if (!value) {
@@ -55,7 +55,7 @@ std::string fault_of_number(const std::string& text, double min, double max, boo
                       number_text(max) + "]";
 }
 
-/// What other renderers call the same.
+/// Option names used by other renderers, and ours.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewhere = {{
     {"width", "size"},
     {"height", "size"},
@@ -67,7 +67,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewher
     {"out", "output"},
 }};
 
-/// The option's name that `unknown` (without dashes) may stand for; empty if none is near.
+/// Returns the option that `unknown` (without dashes) is probably a misspelling of; empty if none
+/// is near.
 std::string nearest_option(const CLI::App& app, std::string_view unknown) {
   std::string best;
   std::size_t least = 3;
@@ -128,7 +129,7 @@ int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
     return kDone;
   }
   try {
-    // CLI11 takes the arguments from the back.
+    // CLI11 reads the arguments from the end.
     app.parse(std::vector<std::string>(args.rbegin(), args.rend()));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {

@@ -89,7 +89,7 @@ core::Error error_of_reply(const Reply& reply) {
       for (const auto& fault : *faults) {
         const std::string line =
             fault.is_object() ? member(fault, "pointer") + ": " + member(fault, "detail") : "";
-        if (text.find(line) == std::string::npos) {  // the detail may be the only fault itself
+        if (text.find(line) == std::string::npos) {  // the detail may repeat the only fault
           text += "\n  " + line;
         }
       }
@@ -109,7 +109,7 @@ struct ApiClient::Impl {
   Impl(const Address& address, const std::string& key)
       : http(address.origin), prefix(address.prefix) {
     http.set_connection_timeout(5);
-    http.set_read_timeout(90);  // above the longest wait a request may ask for
+    http.set_read_timeout(90);  // above the longest allowed wait
     http.set_write_timeout(60);
     http.set_keep_alive(true);
     http.set_tcp_nodelay(true);

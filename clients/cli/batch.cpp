@@ -1,4 +1,4 @@
-// The verb for series of jobs: batch.
+// The verb for batches of jobs: batch.
 #include <chrono>
 #include <cstdio>
 #include <string>
@@ -52,7 +52,7 @@ core::Result<Json> read_request(const std::string& path) {
   return request;
 }
 
-/// A model that the template names by its file is sent first.
+/// Uploads the model if the template names it by its file.
 core::Status upload_model(ApiClient& client, Json& request) {
   Json& job = request["template"];
   const std::string scene = job.is_object() ? text_at(job, "scene") : "";
@@ -71,7 +71,7 @@ core::Status upload_model(ApiClient& client, Json& request) {
   return core::ok_status();
 }
 
-/// Until all jobs have ended; the batch as it is then.
+/// Waits until all jobs have ended and returns the final batch.
 core::Result<Json> wait_for_end(ApiClient& client, const std::string& path) {
   const bool shows = is_terminal(stderr);
   while (true) {
@@ -119,12 +119,12 @@ core::Status fetch_pictures(ApiClient& client, const BatchFlags& flags, const st
                         flags.sheet);
 }
 
-/// A video of the finished images in the order of the batch.
+/// Writes a video of the finished images in the order of the batch.
 core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& batch) {
   std::vector<std::string> paths;
   for (const Json& job : batch.contains("jobs") ? batch["jobs"] : Json::array()) {
     if (text_at(job, "state") == "finished") {
-      // A video has no alpha.
+      // A white background, since a video has no alpha.
       paths.push_back("/v1/jobs/" + encode_url(text_at(job, "id")) +
                       "/image.png?background=ffffff" +
                       (flags.denoise.empty() ? "" : "&denoise=" + flags.denoise));

@@ -29,7 +29,7 @@ std::string format_of(const std::string& output) {
   return extension;
 }
 
-/// Linear formats have neither exposure nor tone map; what changes nothing is no wish.
+/// Refuses exposure and tone map for linear formats, unless they have no effect.
 core::Status check_look(const PictureQuery& query, const std::string& output) {
   constexpr std::array<std::string_view, 3> kLinear = {"exr", "hdr", "tif"};
   const std::string format = format_of(output);

@@ -32,7 +32,7 @@ std::optional<std::pair<int, int>> parse_size(const std::string& text) {
   return good ? std::optional(std::pair(width, height)) : std::nullopt;
 }
 
-/// Empty when the text is a size that a film may have.
+/// Returns empty if the text is a valid film size.
 std::string fault_of_size(const std::string& text) {
   const auto size = parse_size(text);
   if (!size) {
@@ -52,7 +52,7 @@ std::string fault_of_size(const std::string& text) {
                    std::to_string(limits::kFilmPixels) + " are allowed";
 }
 
-/// The member as an object, made if it is not there.
+/// Returns the member as an object, adding it if it is missing.
 Json& object_at(Json& request, const char* key) {
   Json& member = request[key];
   if (!member.is_object()) {
@@ -89,7 +89,7 @@ void add_denoise_option(CLI::App& app, std::string& denoise) {
 
 namespace {
 
-/// What is seen, and from where.
+/// Camera, size and crop.
 void add_view_flags(CLI::App& app, JobFlags& flags) {
   app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
   auto* position =
@@ -138,7 +138,7 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
                "is not seen itself");
 }
 
-/// What the model stands in.
+/// Environment, background and ground.
 void add_stage_flags(CLI::App& app, JobFlags& flags) {
   auto* map = app.add_option("--environment", flags.environment,
                              "Equirectangular map that lights the scene: .hdr, .exr")
@@ -171,7 +171,7 @@ void add_stage_flags(CLI::App& app, JobFlags& flags) {
       ->type_name("0..1");
 }
 
-/// Linear Rec.709 of six hexadecimal digits; empty: they are none.
+/// Converts six hexadecimal digits of sRGB to linear Rec.709; empty if they are invalid.
 std::optional<Json> linear_color(const std::string& text) {
   const bool is_hex =
       text.size() == 6 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;

@@ -1,4 +1,4 @@
-// `tessera lab`: an experiment of the estimator laboratory on this machine, without a service.
+// `tessera lab`: runs an experiment of the estimator laboratory locally, without a server.
 #include "api/lab.h"
 
 #include <algorithm>
@@ -78,8 +78,7 @@ void explain(const lab::Experiment& e) {
   std::printf("\nn (--n) counts %s.\n", text(e.unit).c_str());
 }
 
-/// The request that the flags stand for, as the service would get it: one parser, one set of
-/// messages.
+/// Returns the request that the flags describe, parsed like a request to the server.
 core::Result<json> request_of(const LabFlags& flags) {
   json body = {{"experiment", flags.experiment}, {"seed", flags.seed}};
   if (!flags.estimator.empty()) {
@@ -197,7 +196,8 @@ int run(const LabFlags& flags) {
   return outcome->verdict == lab::Verdict::kDiffers ? kFailed : kDone;
 }
 
-/// Of all experiments: which one is meant stands elsewhere on the line.
+/// Returns the choices of all experiments, since options are completed without knowing the
+/// experiment.
 Choices choices() {
   Choices all = {{"--sampler", {}}, {"--estimator", {}}};
   const auto add = [](std::vector<std::string>& to, std::string_view name) {

@@ -1,6 +1,6 @@
-// tessera: the client verbs. `serve`, `render` and `lab` are the program tessera-server next to it,
-// which is executed in this one's place: client verbs start without the renderer's and
-// OpenImageIO's libraries.
+// tessera: the client verbs. `serve`, `render` and `lab` belong to the program tessera-server next
+// to it, which is executed in place of this one: client verbs start without loading the libraries
+// of the renderer and OpenImageIO.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -35,7 +35,7 @@ int execute_sibling(char** argv) {
   std::error_code problem;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", problem);
   const std::string program = (self.parent_path() / "tessera-server").string();
-  execvp(program.c_str(), argv);  // without /proc: the one in PATH
+  execvp(program.c_str(), argv);  // without /proc: the program in PATH
   std::fprintf(stderr, "tessera: cannot start %s: %s\n", program.c_str(), std::strerror(errno));
   return kFailed;
 }

@@ -1,4 +1,4 @@
-// The verbs that look after jobs: jobs, cancel, retry, drain, health.
+// The verbs that manage jobs: jobs, cancel, retry, drain, health.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -80,7 +80,7 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   return kDone;
 }
 
-/// POST /v1/jobs/{id}/VERB of each, and the states that they have then.
+/// Sends POST /v1/jobs/{id}/VERB for each job and prints the resulting states.
 int change_jobs(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {

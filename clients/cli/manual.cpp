@@ -1,4 +1,4 @@
-// The verbs that tell about the others: completion, man.
+// The verbs that document the others: completion, man.
 #include <algorithm>
 #include <array>
 #include <cstdio>

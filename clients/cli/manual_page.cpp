@@ -7,7 +7,7 @@
 namespace cli {
 namespace {
 
-/// Text as it is: backslashes, minus signs, and a first character that would be a request.
+/// Escapes backslashes, minus signs, and a first character that would be a request.
 std::string roff(std::string_view text) {
   std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {

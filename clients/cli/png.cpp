@@ -18,7 +18,7 @@ std::uint8_t over_black(std::uint8_t value, std::uint8_t alpha) {
   return static_cast<std::uint8_t>((value * alpha + 127) / 255);
 }
 
-/// Frees what libpng holds however the reading ends.
+/// Frees libpng's memory on every return path.
 class Reader {
  public:
   Reader() { image_.version = PNG_IMAGE_VERSION; }

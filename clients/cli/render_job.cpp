@@ -27,7 +27,7 @@ Error error_of_problem(const api::Problem& problem) {
   std::string text = problem.detail.empty() ? problem.title : problem.detail;
   for (const api::FieldError& fault : problem.errors) {
     const std::string line = fault.pointer + ": " + fault.detail;
-    if (text.find(line) == std::string::npos) {  // the detail names the first fault itself
+    if (text.find(line) == std::string::npos) {  // the detail may repeat the first fault
       text += "\n  " + line;
     }
   }

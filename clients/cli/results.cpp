@@ -1,4 +1,4 @@
-// The verbs for what came of jobs: merge, compare, meter.
+// The verbs for results of jobs: merge, compare, meter.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kUuidLength = 36;
 
-/// The id of a job or an asset: a file is uploaded, anything else is a job's name.
+/// Returns the id of a job or an asset: uploads files, and treats anything else as a job's id.
 core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   if (is_file(name)) {
     return upload_asset(client, name);
@@ -38,7 +38,7 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   return path->substr(path->rfind('/') + 1);
 }
 
-/// The server speaks of "/films/1" or "/b": says which argument that was.
+/// Translates the server's pointers, "/films/1" or "/b", to the arguments.
 core::Error with_argument(core::Error error,
                           const std::vector<std::pair<std::string, std::string>>& pointers) {
   for (const auto& [pointer, argument] : pointers) {
@@ -96,7 +96,7 @@ void print_figures(const Json& comparison) {
               figure(z, "variance").c_str(), figure(z, "share_above_3").c_str());
 }
 
-/// Files of display values end at white: what shines brighter in the job counts as a difference.
+/// Image files with display values clip at white: brighter pixels of the job appear as differences.
 void warn_of_display_values(const std::vector<std::string>& names) {
   constexpr std::array<std::string_view, 4> kDisplay = {"png", "jpg", "jpeg", "webp"};
   for (const std::string& name : names) {
@@ -114,7 +114,7 @@ void warn_of_display_values(const std::vector<std::string>& names) {
 /// One side of a comparison.
 struct Side {
   std::string picture;
-  std::string denoise;  ///< empty: as the server does
+  std::string denoise;  ///< empty: the server's default
 };
 
 int compare_pictures(const ServerFlags& server, const Side& left, const Side& right, bool json) {

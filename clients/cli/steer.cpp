@@ -1,4 +1,4 @@
-// The verbs that look at one job or change it: show, pause, resume, extend, delete.
+// The verbs that show or change one job: show, pause, resume, extend, delete.
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -19,7 +19,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// Asks about each job in its turn; an answer that is a job is printed with its state.
+/// Sends a request for each job in turn; a job in the response is printed with its state.
 using Ask = std::function<core::Result<Reply>(ApiClient&, const std::string& path)>;
 int each_job(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids,
              const Ask& ask) {
@@ -68,7 +68,7 @@ std::string size_text(const Json& spec) {
   return whole(number_at(film, "width", 0)) + "x" + whole(number_at(film, "height", 0));
 }
 
-/// The rules in force, as they stand in the job.
+/// Returns the stop rules of the job as text.
 std::string stop_text(const Json& spec) {
   std::string text;
   for (const auto& rule : object_in(spec, "stop").items()) {

@@ -61,7 +61,7 @@ core::Result<Json> request_of(const SubmitFlags& flags) {
   return request;
 }
 
-/// Replaces files by the ids they get on the server.
+/// Uploads files and replaces them by their ids.
 core::Status upload_files(ApiClient& client, const SubmitFlags& flags, Json& request) {
   const auto file = model_file(flags.job.scene);
   if (!file) {
@@ -110,7 +110,7 @@ void tell_warnings(const Json& job) {
   }
 }
 
-/// Follows the job to its end and gets the picture, if one is wanted.
+/// Follows the job to its end and downloads the image if requested.
 int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& path) {
   const auto ended = follow_with_progress(client, path, stderr);
   if (!ended) {

@@ -59,7 +59,7 @@ class Packet {
 
 std::string system_text() { return std::generic_category().message(errno); }
 
-/// HOST and PORT; both empty when the text has another form.
+/// Returns HOST and PORT; both empty if the text has another form.
 std::pair<std::string, std::string> parts_of(const std::string& address) {
   const auto colon = address.rfind(':');
   if (colon == std::string::npos || colon == 0 || colon + 1 == address.size()) {

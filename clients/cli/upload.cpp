@@ -37,7 +37,7 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
   return id;
 }
 
-/// The file's name goes along, so that lists have one.
+/// Adds the file's name for lists of scenes.
 std::string scenes_path(const std::string& file) {
   return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1));
 }

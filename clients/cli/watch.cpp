@@ -32,7 +32,7 @@ int refuse(const std::string& why) {
   return kWrongUsage;
 }
 
-/// Every event as a line of JSON: {"event": "progress", "data": {...}}.
+/// Prints every event as a line of JSON: {"event": "progress", "data": {...}}.
 core::Result<Json> follow_as_json(ApiClient& client, const std::string& path) {
   Follower follower;
   follower.on_event = [](const ServerEvent& event) {
@@ -85,7 +85,7 @@ core::Result<Watched> follow(ApiClient& client, const std::string& path, const W
   return end;
 }
 
-/// Starts to send the tiles to tev, which must be there.
+/// Starts sending tiles to tev, which must be running.
 core::Result<std::unique_ptr<TevFeed>> feed_tev(ApiClient& client, const std::string& path,
                                                 const WatchFlags& flags) {
   auto tev = TevConnection::open(flags.tev);

@@ -29,10 +29,11 @@ constexpr const char* kText =
     "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.";
 
 constexpr int kPage = 200;
-/// A film is copied again when a checkpoint was written meanwhile: those are seconds apart.
+/// A film is copied again if a checkpoint was written in the meantime; checkpoints are seconds
+/// apart.
 constexpr int kTries = 5;
 
-/// Durable. Errors: those of file_error().
+/// Copies and syncs a file. Errors: those of file_error().
 Status copy_file(const std::string& from, const std::string& to) {
   std::error_code code;
   fs::copy_file(from, to, fs::copy_options::overwrite_existing, code);
@@ -43,8 +44,8 @@ Status copy_file(const std::string& from, const std::string& to) {
   return file ? sync_file(file->get(), to) : Status(file.error());
 }
 
-/// Copies the files below `from` that are not below `to`. Files named by their hash never change;
-/// one that is deleted meanwhile is needed by no record, or was copied before.
+/// Copies the files below `from` that do not exist below `to`. Files named by their hash never
+/// change; if one is deleted in the meantime, no record needs it, or it was copied already.
 Status copy_new_files(const fs::path& from, const fs::path& to) {
   std::error_code code;
   for (fs::recursive_directory_iterator entry(from, code), end; !code && entry != end;
@@ -65,7 +66,7 @@ Status copy_new_files(const fs::path& from, const fs::path& to) {
   return code ? Status(file_error("cannot read", from.string(), code.value())) : core::ok_status();
 }
 
-/// Films are written in place: a copy that a checkpoint overtook is damaged, and made again.
+/// Films are written in place: a copy taken during a checkpoint is damaged, and is made again.
 Status copy_film(const JobRecord& record, const std::string& from, const std::string& to) {
   Status whole = core::ok_status();
   for (int i = 0; i < kTries; ++i) {
@@ -104,7 +105,7 @@ core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const D
       query.before = row.sequence;
       auto record = to_record(row);
       if (!record || record->film == FilmPlace::kEvicted) {
-        continue;  // The verb check reports records that cannot be read.
+        continue;  // The verb `check` reports unreadable records.
       }
       const std::string path = to.film_path(row.id);
       const Status done = copy_film(*record, from + "/films/" + row.id + ".film", path);
@@ -137,7 +138,7 @@ core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   if (!data) {
     return data.error();
   }
-  // Files before the records that name them, and again for those that came in between.
+  // Copies files before the records that refer to them, then files added in the meantime.
   const auto copy_files = [&]() -> Status {
     for (const char* folder : {"/assets", "/comparisons"}) {
       if (const Status copied = copy_new_files(from + folder, to + folder); !copied) {

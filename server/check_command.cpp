@@ -42,7 +42,7 @@ struct Leftover {
 struct Findings {
   std::vector<std::string> damages;
   std::vector<Leftover> leftovers;
-  int removed = 0;  ///< Of the leftovers.
+  int removed = 0;  ///< Removed leftovers.
   int jobs = 0;
   int films = 0;
   int scenes = 0;
@@ -64,7 +64,7 @@ void check_pages(Database& database, Findings& findings) {
   }
 }
 
-/// Empty: it cannot be read.
+/// Returns empty if the file cannot be read.
 std::optional<std::string> hash_of_file(const std::string& path) {
   const auto fd = open_file(path, O_RDONLY);
   if (!fd) {
@@ -198,7 +198,7 @@ void check_comparisons(Database& database, const DataDir& data, Findings& findin
   }
 }
 
-/// Records that cannot be read name files that are not known: then nothing is removed.
+/// Removes nothing if a record is damaged, since the files that it refers to are unknown.
 void repair(Findings& findings) {
   if (!findings.damages.empty()) {
     return;

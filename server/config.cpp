@@ -22,9 +22,9 @@ using core::Error;
 using core::ErrorCode;
 using core::Status;
 
-constexpr const char* kSecret = "SECRET";  // Values of this type are never shown.
+constexpr const char* kSecret = "SECRET";  // Values of this type are never printed.
 
-/// "50%", or bytes as "4096", "512M", "2G": powers of 1024.
+/// Accepts "50%", or bytes as "4096", "512M", "2G": powers of 1024.
 CLI::Validator share_or_bytes() {
   return {[](std::string& text) {
             return text.ends_with('%') ? flags::within(1, 100)(text.substr(0, text.size() - 1))
@@ -41,14 +41,14 @@ std::vector<std::string> split_commas(const std::string& text) {
 
 const std::vector<std::string> kLogLevels = {"debug", "info", "warning", "error", "off"};
 
-/// Adds options to an app; their defaults are the values that the members have.
+/// Adds options to an app; the members' values are the defaults.
 class Rows {
  public:
   explicit Rows(CLI::App& app) : app_(app) {
     app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   }
 
-  /// Numbers and texts.
+  /// Adds a number or text.
   template <typename Member>
   CLI::Option* operator()(const char* name, Member& member, const char* value,
                           const char* text) const {
@@ -100,8 +100,8 @@ class Rows {
   CLI::App& app_;
 };
 
-/// One row a flag. Its variable, its line in a configuration file, --help, --print-config,
-/// completions and the manual page follow from it.
+/// One row per flag. Its variable, its line in a configuration file, --help, --print-config,
+/// completions and the manual page are derived from it.
 void add_flags(CLI::App& app, Config& config) {
   const Rows row(app);
   row("listen", config.listen, "ADDRESS",
@@ -220,7 +220,7 @@ std::string variable_name(std::string flag) {
   return "TESSERA_" + flag;
 }
 
-/// An app for --help and --describe, which show the defaults and the variables.
+/// Returns an app for --help and --describe, which print defaults and variables.
 std::unique_ptr<CLI::App> described_app() {
   Config defaults;
   auto app = std::make_unique<CLI::App>(
@@ -239,7 +239,7 @@ std::unique_ptr<CLI::App> described_app() {
 Status apply_args(CLI::App& app, std::span<const std::string_view> args, std::string where) {
   std::vector<std::string> words;
   for (const std::string_view arg : args) {
-    // CLI11 would take the next word for the value of "--key=".
+    // CLI11 would read the next word as the value of "--key=".
     const bool empty = arg.starts_with("--") && arg.find('=') == arg.size() - 1;
     words.emplace_back(arg.substr(0, arg.size() - (empty ? 1 : 0)));
     if (empty) {
@@ -260,7 +260,7 @@ Status apply_value(CLI::App& app, const std::string& name, const std::string& va
   return apply_args(app, std::array{std::string_view(arg)}, std::move(where));
 }
 
-/// `flag = value` on each line; `#` begins a line that is not read.
+/// Reads `flag = value` on each line; lines that begin with `#` are comments.
 Status apply_file(CLI::App& app, const std::string& path) {
   std::ifstream file(path);
   if (!file) {
@@ -300,7 +300,7 @@ std::string default_data_dir(const Environ& environ) {
   return "tessera-data";
 }
 
-/// The key is the first line.
+/// Reads the key from the first line of the file.
 Status read_key_file(Config& config) {
   if (config.key_file.empty()) {
     return core::ok_status();
@@ -336,7 +336,7 @@ core::Result<Config> parse_config(std::span<const std::string_view> args, const 
   Config config;
   CLI::App app("", "tessera serve");
   add_flags(app, config);
-  // Flags win, so they come last; they come first as well because they may name the file.
+  // Flags take precedence and are applied last; also first, because they may name the file.
   if (auto status = apply_args(app, args, ""); !status) {
     return status.error();
   }
@@ -412,7 +412,7 @@ bool is_loopback(std::string_view host) {
   if (equal_ignoring_case(host, "localhost") || host == "::1" || host == "[::1]") {
     return true;
   }
-  // The whole of it has to be an address: 127.0.0.1.example.org is anybody's name.
+  // The whole name must be an address: 127.0.0.1.example.org can belong to anyone.
   in_addr address = {};
   return ::inet_pton(AF_INET, std::string(host).c_str(), &address) == 1 &&
          (ntohl(address.s_addr) >> 24U) == 127;

@@ -28,8 +28,8 @@ std::string_view without_port(std::string_view host) {
   return colon == std::string_view::npos ? host : host.substr(0, colon);
 }
 
-/// What a key needs for the row of the API: "read", "write", "admin", "worker", or "" for nothing.
-/// What is no row (page files, unknown paths) needs nothing, but everything below /v1 does.
+/// Returns the scope that the request's operation needs: "read", "write", "admin", "worker", or ""
+/// for none. Requests outside the table (page files, unknown paths) need none, except below /v1.
 std::string_view needed_scope(const Request& request) {
   const std::string_view method =
       request.method == "HEAD" ? "GET" : std::string_view(request.method);
@@ -41,7 +41,7 @@ std::string_view needed_scope(const Request& request) {
   return request.path.rfind("/v1/", 0) == 0 && request.path != "/v1/session" ? "read" : "";
 }
 
-/// The jobs that a request would watch, if it is one that a ticket can stand for; else none.
+/// Returns the jobs that the request would watch, if a ticket may authorize it; otherwise none.
 std::vector<std::string> watched_jobs(const Request& request) {
   constexpr std::array<std::string_view, 3> kOfOneJob = {
       "/v1/jobs/{id}/events", "/v1/jobs/{id}/tiles", "/v1/jobs/{id}/image{.format}"};
@@ -85,7 +85,7 @@ std::string cookie_field(const Request& request, std::string_view value,
   return request.is_https ? field + "; Secure" : field;
 }
 
-/// Of `Authorization: Bearer TOKEN`.
+/// Returns TOKEN of `Authorization: Bearer TOKEN`.
 std::optional<std::string_view> bearer_token(const Request& request) {
   constexpr std::string_view kScheme = "Bearer ";
   const std::string_view given = request.header("Authorization").value_or("");
@@ -102,7 +102,7 @@ bool may(const Holder& holder, std::string_view scope) {
                              : holder.may_read;
 }
 
-/// RFC 6750, 3: an error is named only to who brought something.
+/// RFC 6750, 3: only requests with credentials get an error code.
 enum class Brought : std::uint8_t { kNothing, kUnknown };
 
 Response unauthorized(const Request& request, Brought brought, std::string detail) {
@@ -114,7 +114,7 @@ Response unauthorized(const Request& request, Brought brought, std::string detai
   return response;
 }
 
-/// For a request whose holder is not known.
+/// Returns the response to a request whose holder is unknown.
 Response unknown_holder(const Request& request) {
   if (bearer_token(request)) {
     return unauthorized(request, Brought::kUnknown, "this key is not known, or has expired");
@@ -229,7 +229,7 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
     return error_answer(request, core::ErrorCode::kForbidden,
                         "the key '" + holder->id + "' has no scope '" + std::string(scope) + "'");
   }
-  // Workers ask as often as their units end.
+  // Workers send as many requests as they finish units.
   return scope == "worker" ? std::nullopt : count(request, *holder);
 }
 
@@ -281,7 +281,7 @@ void Guard::decorate(const Request& request, Response& response) const {
   if (caching.starts_with(kPublic) && request.path.starts_with("/v1/") && keys_.is_needed()) {
     response.headers.set("Cache-Control", "private" + caching.substr(kPublic.size()));
   }
-  // draft-ietf-httpapi-ratelimit-headers-10: a list of policies, and what is left of them.
+  // draft-ietf-httpapi-ratelimit-headers-10: a list of policies, and the remaining quota.
   if (const auto rate = request.principal.empty() ? std::nullopt : rates_.last(request.principal)) {
     response.headers.set("RateLimit-Policy", "\"key\";q=" + std::to_string(rate->limit) + ";w=60");
     response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) +
@@ -315,7 +315,7 @@ Response Guard::start_session(const Request& request) {
   }
   const auto token = bearer_token(request);
   if (!token) {
-    return empty_response();  // The session that it has goes on.
+    return empty_response();  // The existing session continues.
   }
   const auto cookie = sessions_.begin(secret_hash(*token), unix_now());
   if (!cookie) {

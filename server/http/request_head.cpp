@@ -28,7 +28,7 @@ Refusal bad_field(std::string_view name, std::string_view complaint) {
   return bad_request(std::move(detail));
 }
 
-/// Takes a line off; the scanner has seen that each ends in CRLF.
+/// Removes and returns a line; the scanner has checked that each ends in CRLF.
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = text.find(kCrlf);
   const std::string_view line = text.substr(0, end);
@@ -54,7 +54,8 @@ bool is_authority(std::string_view text) {
   });
 }
 
-/// Takes `http://authority` off an absolute target, giving it to authority. False: malformed.
+/// Removes `http://authority` from an absolute target and sets authority. Returns false if
+/// malformed.
 bool take_authority(std::string_view& target, std::string& authority) {
   constexpr std::array<std::string_view, 2> kSchemes = {"http://", "https://"};
   for (const std::string_view scheme : kSchemes) {
@@ -132,7 +133,7 @@ std::optional<Refusal> parse_request_line(std::string_view line, HeadLimits limi
   return std::nullopt;
 }
 
-/// Fields that mean something else, or two things, when they come twice.
+/// Fields that are ambiguous when repeated.
 constexpr std::array<std::string_view, 6> kSingleFields = {
     "Host", "Content-Length", "Transfer-Encoding", "Content-Type", "Authorization", "Origin"};
 
@@ -217,7 +218,7 @@ std::optional<Refusal> check_host(Request& request, const Framing& framing,
   if (!host && framing.is_http_1_1) {
     return bad_request("the header Host is missing");
   }
-  // RFC 9112 3.2.2: an absolute target overrules Host.
+  // RFC 9112 3.2.2: an absolute target overrides Host.
   if (!authority.empty()) {
     request.headers.set("Host", authority);
   }
@@ -228,14 +229,14 @@ std::optional<Refusal> check_host(Request& request, const Framing& framing,
 
 HeadScanner::Progress HeadScanner::scan(std::string_view received) {
   const auto refuse = [](Refusal refusal) { return Progress{.refusal = std::move(refusal)}; };
-  // At once: other protocols (TLS above all) may never send a line.
+  // Refused at once: other protocols (mainly TLS) may never send a line.
   if (!received.empty() && !is_visible_ascii(received.front()) && received.front() != '\r') {
     return refuse(bad_request("this is not HTTP"));
   }
   while (true) {
     const std::size_t newline = received.find('\n', scanned_);
     const std::size_t line_bytes = std::min(newline, received.size()) - line_begin_;
-    // Method, version and spaces around the target are short.
+    // Longest method, version and spaces around the target.
     constexpr std::size_t kLineExtraBytes = 64;
     if (lines_ == 0 && line_bytes > limits_.target_bytes + kLineExtraBytes) {
       return refuse(

@@ -1,5 +1,5 @@
 // tessera-server: the verbs that need the renderer or the store. The program `tessera`
-// (clients/cli) executes it in its own place.
+// (clients/cli) executes it in place of itself.
 #include <cstdio>
 #include <exception>
 #include <span>

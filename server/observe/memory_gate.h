@@ -77,7 +77,7 @@ class MemoryGate {
   /// Changes the lease to this use if everything then fits into `most` (0: the gate's limit) once
   /// idle memory is dropped.
   bool try_change(Lease& lease, const MemoryUse& use, std::uint64_t most = 0);
-  /// Whether try_change() would succeed once all idle memory is dropped.
+  /// Returns whether try_change() would succeed once all idle memory is dropped.
   bool has_room(const Lease& lease, const MemoryUse& use, std::uint64_t most = 0) const;
   /// Changes the lease, beyond the limit if necessary.
   static void change(Lease& lease, const MemoryUse& use);

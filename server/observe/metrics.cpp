@@ -12,7 +12,7 @@ struct CounterRow {
   Counter counter;
   std::string_view family;
   std::string_view labels;
-  std::string_view help;  ///< Of the family; rows of one family stand together.
+  std::string_view help;  ///< Of the family; rows of one family are adjacent.
 };
 constexpr std::array kCounters = {
     CounterRow{Counter::kCheckpointWritten, "tessera_checkpoints_total", R"(outcome="written")",
@@ -40,7 +40,7 @@ constexpr std::array kRefusals = {
     RefusalRow{431, "header_size"}, RefusalRow{503, "busy"},      RefusalRow{507, "storage"},
 };
 
-/// Anybody can make up methods.
+/// Clients can invent methods, so unknown ones share a label.
 std::string_view known_method(std::string_view method) {
   constexpr std::array<std::string_view, 7> kMethods = {"GET",   "HEAD",   "POST",   "PUT",
                                                         "PATCH", "DELETE", "OPTIONS"};

@@ -25,7 +25,7 @@ using core::ErrorCode;
 
 namespace {
 
-/// Without the channel named A; what stays keeps its order.
+/// Removes the channel named A; the others keep their order.
 core::ImageRows without_alpha(core::ImageRows image) {
   std::vector<std::size_t> kept;
   std::vector<std::string> names;
@@ -49,7 +49,7 @@ core::ImageRows without_alpha(core::ImageRows image) {
   return image;
 }
 
-/// Where a picture comes from, in the file itself.
+/// Returns the metadata of the image's origin, stored in the file.
 std::map<std::string, std::string> provenance(const api::JobView& view,
                                               const api::ServerView& about) {
   const std::string build = view.build.empty() ? api::build_json(about) : view.build;
@@ -81,13 +81,13 @@ std::map<std::string, std::string> provenance(const api::JobView& view,
   return texts;
 }
 
-/// EXR shows all layers unless one is asked for, or the denoised picture.
+/// EXR contains all layers unless a layer or the denoised picture is requested.
 bool shows_all_layers(const Picture& picture) {
   return picture.query.mix.empty() && !picture.query.layer && picture.format.extension == "exr" &&
          !picture.denoised;
 }
 
-/// What a picture takes at most until it is sent.
+/// Returns the largest memory of a picture until it is sent.
 std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
   const bool all_layers = shows_all_layers(picture);
   const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
@@ -111,7 +111,7 @@ bool is_color(const api::ImageQuery& query) {
   if (layer != nullptr) {
     return layer->is_color;
   }
-  const auto share = core::light_share(layer_of(query));  // has no row
+  const auto share = core::light_share(layer_of(query));  // not in the table
   return !share || !share->is_irradiance;
 }
 
@@ -142,7 +142,8 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
   return options;
 }
 
-/// Ids are whole and mattes belong to their pixel: neither has a scale, a range or a mean.
+/// Ids are integers and mattes belong to their pixel: neither can be scaled, mapped to a range or
+/// averaged.
 std::optional<Error> refused_ids(const Picture& picture) {
   const core::LayerForm form = form_of(picture.query);
   const core::FilmSettings& film = picture.view.spec.render.film;
@@ -170,7 +171,7 @@ std::optional<Error> refused_ids(const Picture& picture) {
   return std::nullopt;
 }
 
-/// Sums of shares of the light stand for the picture, and have its error.
+/// A mix of light shares replaces the picture, and has its error.
 std::optional<Error> refused_mix(const core::Film& film, const Picture& picture) {
   const api::ImageQuery& query = picture.query;
   if (query.mix.empty()) {
@@ -235,7 +236,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
     return Error{layers.error().code, layers.error().message, "/layer"};
   }
   core::ImageRows rows = layers->rows();
-  // Formats without alpha need it to stand before something.
+  // Formats without alpha composite over a background, which needs it.
   if (!all_layers && !core::is_transparent(picture.view.spec.render)) {
     rows = without_alpha(std::move(rows));
   }

@@ -1,4 +1,4 @@
-// The address and the version of a NATS server.
+// Address and version of a NATS server.
 #include <array>
 #include <charconv>
 #include <cstring>
@@ -20,7 +20,7 @@ using core::ErrorCode;
 
 struct Place {
   std::string host;
-  std::string port = "4222";  // the one that NATS has with IANA
+  std::string port = "4222";  // the port registered for NATS with IANA
 };
 
 std::optional<Place> place_of(std::string_view url) {
@@ -113,7 +113,7 @@ core::Result<std::string> server_version(const std::string& url) {
         ::connect(socket.fd(), each->ai_addr, each->ai_addrlen) != 0) {
       continue;
     }
-    // "INFO {...,"version":"2.9.10",...}\r\n", of some hundred bytes.
+    // "INFO {...,"version":"2.9.10",...}\r\n", a few hundred bytes.
     std::string line;
     constexpr std::size_t kLineMax = 65536;
     while (line.find('\n') == std::string::npos && line.size() < kLineMax) {

@@ -22,7 +22,7 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   }
   jsCtx* js = link_->handles_->jetstream;
   jsErrCode code{};
-  // What an earlier process or connection has left is of no use.
+  // Units left by an earlier process or connection are obsolete.
   static_cast<void>(js_DeleteStream(js, kStream, nullptr, &code));
   std::array<const char*, 1> subjects = {kSubject};
   jsStreamConfig stream;
@@ -121,7 +121,7 @@ std::optional<UnitPuller::Unit> UnitPuller::next(std::chrono::milliseconds time)
     natsSubscription* made = nullptr;
     if (js_PullSubscribe(&made, link_->handles_->jetstream, kSubject, kConsumer, nullptr, &options,
                          &code) != NATS_OK) {
-      return wait_the_rest();  // No coordinator has made the consumer yet.
+      return wait_the_rest();  // No coordinator has created the consumer yet.
     }
     subscription_ = made;
   }
@@ -144,7 +144,7 @@ std::optional<UnitPuller::Unit> UnitPuller::next(std::chrono::milliseconds time)
 
 UnitPuller::Unit::~Unit() { natsMsg_Destroy(static_cast<natsMsg*>(message_)); }
 
-// A signal that gets lost does no harm: the coordinator knows which units are open.
+// A lost message is harmless: the coordinator knows which units are open.
 void UnitPuller::Unit::renew() const {
   static_cast<void>(natsMsg_InProgress(static_cast<natsMsg*>(message_), nullptr));
 }

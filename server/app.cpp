@@ -359,7 +359,7 @@ class App {
     if (!webhook_key(*secret)) {
       return core::Error{
           core::ErrorCode::kInvalidArgument,
-          "the secret is not whsec_ and the base64 of at least 16 bytes",
+          "expected whsec_ followed by the base64 of at least 16 bytes",
           config_.webhook_secret.empty() ? data_.path() + "/webhook.secret" : "--webhook-secret"};
     }
     webhook_secrets_ =

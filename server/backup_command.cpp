@@ -24,9 +24,9 @@ using core::Status;
 namespace fs = std::filesystem;
 
 constexpr const char* kText =
-    "Copies a data directory while a server uses it. The copy is of one moment: its records are a "
-    "snapshot, and what they name is copied with them. A job that renders goes on from the "
-    "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.";
+    "Copies a data directory while a server uses it. The copy is consistent: a snapshot of the "
+    "records, with the files that they refer to. A rendering job resumes from the checkpoint in "
+    "the copy. Verify the copy with `tessera check --data`.";
 
 constexpr int kPage = 200;
 /// A film is copied again if a checkpoint was written in the meantime; checkpoints are seconds
@@ -129,7 +129,7 @@ core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const D
 core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   std::error_code code;
   if (!fs::exists(from + "/tessera.db", code)) {
-    return Error{ErrorCode::kNotFound, "no data directory", from};
+    return Error{ErrorCode::kNotFound, "not a data directory", from};
   }
   if (fs::exists(to, code) && !fs::is_empty(to, code)) {
     return Error{ErrorCode::kConflict, "the directory is not empty", to};
@@ -196,9 +196,10 @@ int backup_command(const std::vector<std::string>& args) {
   std::string data;
   std::string to;
   CLI::App app(kText, "tessera backup");
-  app.add_option("--data", data, "The data directory; a server of the same version may use it.")
+  app.add_option("--data", data,
+                 "The data directory; a server of the same version may be using it.")
       ->type_name("DIR");
-  app.add_option("--to", to, "Where the copy goes: a directory that is empty, or not there yet.")
+  app.add_option("--to", to, "Directory for the copy; must be empty or not exist.")
       ->type_name("DIR")
       ->required();
   return flags::parse_and_run(app, args, [&] {

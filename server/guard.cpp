@@ -117,17 +117,16 @@ Response unauthorized(const Request& request, Brought brought, std::string detai
 /// Returns the response to a request whose holder is unknown.
 Response unknown_holder(const Request& request) {
   if (bearer_token(request)) {
-    return unauthorized(request, Brought::kUnknown, "this key is not known, or has expired");
+    return unauthorized(request, Brought::kUnknown, "the key is unknown or has expired");
   }
   const std::string_view cookies = request.header("Cookie").value_or("");
   if (request.header("Authorization").value_or("").empty() &&
       !cookie_value(cookies, kCookieName).empty()) {
-    return unauthorized(
-        request, Brought::kUnknown,
-        "the session is over, or the key that it was begun with is not known any more");
+    return unauthorized(request, Brought::kUnknown,
+                        "the session has ended, or its key is no longer valid");
   }
   return unauthorized(request, Brought::kNothing,
-                      "no key was given; bring one as 'Authorization: Bearer KEY'");
+                      "no key was given; send one as 'Authorization: Bearer KEY'");
 }
 
 }  // namespace
@@ -170,8 +169,9 @@ std::optional<Response> Guard::check_host_and_origin(const Request& request) con
   const std::string_view host = request.header("Host").value_or("");
   if (!is_known_host(host)) {
     return error_answer(request, api::kMisdirected,
-                        "this server is not known as '" + std::string(without_port(host)) +
-                            "'; name it with --hosts or TESSERA_HOSTS");
+                        "this server does not accept the host name '" +
+                            std::string(without_port(host)) +
+                            "'; add it with --hosts or TESSERA_HOSTS");
   }
   if (const auto origin = request.header("Origin")) {
     const bool same = equal_ignoring_case(*origin, "http://" + std::string(host)) ||
@@ -204,7 +204,7 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
       query.erase(ticket);
       if (!holder) {
         return unauthorized(request, Brought::kUnknown,
-                            "the ticket is not for this, or its minute is over");
+                            "the ticket is not valid for this request, or has expired");
       }
       request.principal = std::move(holder->key);
       request.access = std::move(holder->access);
@@ -226,8 +226,9 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
   request.principal_name = holder->name;
   request.access = access_of(*holder);
   if (!may(*holder, scope)) {
-    return error_answer(request, core::ErrorCode::kForbidden,
-                        "the key '" + holder->id + "' has no scope '" + std::string(scope) + "'");
+    return error_answer(
+        request, core::ErrorCode::kForbidden,
+        "the key '" + holder->id + "' lacks the scope '" + std::string(scope) + "'");
   }
   // Workers send as many requests as they finish units.
   return scope == "worker" ? std::nullopt : count(request, *holder);
@@ -241,9 +242,9 @@ std::optional<Response> Guard::count(const Request& request, const Holder& holde
   if (state.allowed) {
     return std::nullopt;
   }
-  Response response = error_answer(
-      request, api::kTooManyRequests,
-      "the key '" + holder.id + "' may ask " + std::to_string(state.limit) + " times a minute");
+  Response response = error_answer(request, api::kTooManyRequests,
+                                   "the key '" + holder.id + "' is limited to " +
+                                       std::to_string(state.limit) + " requests per minute");
   response.headers.set("Retry-After", std::to_string(state.reset_seconds));
   return response;
 }
@@ -256,7 +257,7 @@ std::optional<Response> Guard::check_probe(const Request& request) const {
     return std::nullopt;
   }
   return unauthorized(request, given ? Brought::kUnknown : Brought::kNothing,
-                      "figures need the key of --metrics-key");
+                      "/metrics requires the key of --metrics-key");
 }
 
 std::optional<Response> Guard::check(Request& request) {

@@ -12,7 +12,7 @@ namespace {
 core::Status check_config(const Config& config) {
   if (config.tls_cert.empty() != config.tls_key.empty()) {
     return core::Error{
-        core::ErrorCode::kInvalidArgument, "--tls-cert and --tls-key come together", {}};
+        core::ErrorCode::kInvalidArgument, "--tls-cert and --tls-key must be given together", {}};
   }
   const auto trusted = Networks::parse(config.trusted_proxies);
   return trusted ? core::ok_status()

@@ -136,8 +136,8 @@ class HttpServer::Impl {
     if (port < 0) {
       std::string reason = errno != 0 ? std::strerror(errno) : "the host is unknown";
       if (errno == EADDRINUSE) {
-        reason.append("; another program has this port: choose another by --port N, or any free ");
-        reason.append("one by --port 0");
+        reason.append("; another program uses this port: choose another with --port N, or any ");
+        reason.append("free one with --port 0");
       }
       return core::Error{.code = core::ErrorCode::kUnavailable,
                          .message = "cannot listen on " + options_.host + ":" +

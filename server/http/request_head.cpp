@@ -76,7 +76,7 @@ std::optional<Refusal> parse_target(Request& request, std::string_view& raw_path
   std::string_view target = request.target;
   if (!std::all_of(target.begin(), target.end(), is_visible_ascii) ||
       target.find('#') != std::string_view::npos) {
-    return bad_request("the request target holds a character that must be percent-encoded");
+    return bad_request("the request target contains a character that must be percent-encoded");
   }
   if (target == "*" && request.method == "OPTIONS") {
     request.path.assign(1, '*');
@@ -93,13 +93,13 @@ std::optional<Refusal> parse_target(Request& request, std::string_view& raw_path
   }
   auto path = percent_decode(raw_path, PlusSign::kIsPlus);
   if (!path) {
-    return bad_request("the path holds a broken percent-encoding");
+    return bad_request("the path contains a broken percent-encoding");
   }
   request.path = std::move(*path);
   if (question != std::string_view::npos) {
     auto query = parse_query(target.substr(question + 1));
     if (!query) {
-      return bad_request("the query holds a broken percent-encoding");
+      return bad_request("the query contains a broken percent-encoding");
     }
     request.query_params = std::move(*query);
   }
@@ -148,13 +148,13 @@ std::optional<Refusal> parse_field(std::string_view line, Request& request) {
   const std::string_view name = line.substr(0, colon);
   const std::string_view value = trim(line.substr(colon + 1));
   if (!is_field_value(value)) {
-    return bad_field(name, "holds a control character");
+    return bad_field(name, "contains a control character");
   }
   const bool is_single = std::any_of(kSingleFields.begin(), kSingleFields.end(), [&](auto single) {
     return equal_ignoring_case(single, name);
   });
   if (is_single && request.headers.contains(name)) {
-    return bad_field(name, "must not come twice");
+    return bad_field(name, "must not be repeated");
   }
   request.headers.add(name, value);
   return std::nullopt;
@@ -189,7 +189,7 @@ std::optional<Refusal> parse_body_framing(const Request& request, Framing& frami
   }
   if (const auto expect = request.header("Expect")) {
     if (!equal_ignoring_case(*expect, "100-continue")) {
-      return Refusal{.status = 417, .detail = "the only expectation that is met is 100-continue"};
+      return Refusal{.status = 417, .detail = "the only supported expectation is 100-continue"};
     }
     framing.expects_continue = framing.is_http_1_1;
   }
@@ -269,7 +269,7 @@ HeadScanner::Progress HeadScanner::scan(std::string_view received) {
 ParsedHead parse_head(std::string_view head, HeadLimits limits, Request& request) {
   ParsedHead parsed;
   if (head.find('\0') != std::string_view::npos) {
-    parsed.refusal = bad_request("the head holds a NUL");
+    parsed.refusal = bad_request("the head contains a NUL");
     return parsed;
   }
   parsed.refusal = parse_request_line(take_line(head), limits, request, parsed.framing);

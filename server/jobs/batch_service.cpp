@@ -237,8 +237,8 @@ Verdict BatchService::remove(std::string_view id, const Access& access) {
   }
   for (const JobPointer& job : *found) {
     if (!api::is_final(job->state())) {
-      return Error{ErrorCode::kConflict, "job " + job->id() + " has not ended: cancel the batch",
-                   ""};
+      return Error{ErrorCode::kConflict,
+                   "job " + job->id() + " has not ended: cancel the batch first", ""};
     }
   }
   for (const JobPointer& job : *found) {

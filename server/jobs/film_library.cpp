@@ -68,8 +68,8 @@ core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& reco
   const bool is_kept = api::is_final(record.view.state) && record.film == FilmPlace::kOnDisk;
   if (const auto there = open_file(path, O_RDONLY); !there) {
     return there.error().code != ErrorCode::kNotFound ? there.error()
-           : is_kept ? Error{api::kGone, "its file is not there", ""}
-                     : no_sample_yet();
+           : is_kept                                  ? Error{api::kGone, "its file is missing", ""}
+                                                      : no_sample_yet();
   }
   auto file = FilmFile::open(path);
   if (!file) {
@@ -109,10 +109,9 @@ Error FilmLibrary::report_damage(const Job& job, const Error& damage) {
           if (std::any_of(record.view.warnings.begin(), record.view.warnings.end(), is_known)) {
             return Error{ErrorCode::kCancelled, "", ""};
           }
-          record.view.warnings.push_back(
-              std::string(kWords) + " (" + damage.message +
-              "). It is not rendered again by itself; the same job, submitted again, ends "
-              "with the same film.");
+          record.view.warnings.push_back(std::string(kWords) + " (" + damage.message +
+                                         "). It is not rendered again automatically; submitting "
+                                         "the same job again gives the same film.");
           return {};
         },
         {.unstored = Journal::Unstored::kInMemory});
@@ -145,10 +144,10 @@ core::Result<std::shared_ptr<const core::Film>> FilmLibrary::final_film(
     const Job& job, const std::stop_token& stop) {
   const JobState state = job.state();
   if (!api::is_final(state)) {
-    return Error{
-        ErrorCode::kConflict,
-        "the job is " + std::string(api::to_text(state)) + "; its film is there when it has ended",
-        ""};
+    return Error{ErrorCode::kConflict,
+                 "the job is " + std::string(api::to_text(state)) +
+                     "; its film is available once it has ended",
+                 ""};
   }
   // A job is published as cancelled before its last slices end.
   core::Mutex mutex;

@@ -191,7 +191,7 @@ int JobBook::running_count() const {
 
 std::string JobBook::full_text(Rank rank) const {
   if (rank.is_preview) {
-    return "As many previews as there may be are waiting or rendering; try again in a few seconds.";
+    return "The limit on concurrent previews is reached; try again in a few seconds.";
   }
   const int waiting = queue_length();
   return "The queue is full: " + std::to_string(waiting) +

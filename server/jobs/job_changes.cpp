@@ -59,7 +59,7 @@ Verdict priority_allowed(int priority, const Access& access) {
       ErrorCode::kInvalidArgument,
       {api::FieldError{"/priority", std::to_string(priority) + " is more than " +
                                         std::to_string(access.priority_max) +
-                                        ", the highest priority that this key may give"}});
+                                        ", the highest priority that this key allows"}});
 }
 
 Verdict JobService::apply_patch(JobRecord& record, const Job& job,
@@ -67,7 +67,7 @@ Verdict JobService::apply_patch(JobRecord& record, const Job& job,
   api::JobView& view = record.view;
   const std::string state(api::to_text(view.state));
   if (api::is_final(view.state) && patch.stop_named) {
-    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to let it go on",
+    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to continue it",
                  "/stop"};
   }
   if (api::is_final(view.state) && patch.paused.value_or(false)) {
@@ -108,9 +108,9 @@ Verdict JobService::patch(const JobPointer& job, std::string_view body,
         if (if_versions && std::find(if_versions->begin(), if_versions->end(),
                                      record.view.spec_version) == if_versions->end()) {
           return Error{api::kPreconditionFailed,
-                       "the spec has changed: it is version " +
+                       "the spec has changed: its version is " +
                            std::to_string(record.view.spec_version) +
-                           " now, which If-Match does not name",
+                           " now, which does not match If-Match",
                        ""};
         }
         auto parsed = api::parse_job_patch(body, record.view.spec);
@@ -140,12 +140,11 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
   const api::JobView view = job->record().view;
   if (!scenes_.facts(view.spec.scene, Access::operators())) {
-    return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
+    return api::make_problem(ErrorCode::kConflict, "the job's scene no longer exists");
   }
   const auto& environment = view.spec.environment_asset;
   if (environment && !scenes_.check_environment(*environment, Access::operators())) {
-    return api::make_problem(ErrorCode::kConflict,
-                             "the environment of the job is not there any more");
+    return api::make_problem(ErrorCode::kConflict, "the job's environment no longer exists");
   }
   const Rank rank = rank_of(view.spec);
   if (!book_.has_room(rank, builder_.memory_of(view.spec))) {
@@ -199,12 +198,12 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
     }
     if (!view.ledger.empty()) {
       return Error{ErrorCode::kConflict,
-                   "the film was merged from samples that no single job goes on with: " +
+                   "the film was merged from samples that no single job can continue: " +
                        api::ledger_words(view.ledger),
                    ""};
     }
     if (record.film != FilmPlace::kOnDisk) {
-      return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
+      return Error{ErrorCode::kConflict, "the job's film no longer exists", ""};
     }
     const auto& samples = parsed->stop.samples_per_pixel;
     // The mean has a fractional part while an adaptive epoch is under way.
@@ -212,7 +211,7 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
     if (samples && *samples <= there) {
       return Error{ErrorCode::kInvalidArgument,
                    std::to_string(*samples) + " is not more than the " + std::to_string(there) +
-                       " that are there",
+                       " that exist",
                    "/stop/samples_per_pixel"};
     }
     const api::JobSpec before = view.spec;

@@ -99,7 +99,7 @@ core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
   }
   if (!*row || (*row)->body_hash != submission.body_hash) {
     return Error{ErrorCode::kConflict,
-                 "the job " + submission.id + " is there, and was asked for otherwise", ""};
+                 "the job " + submission.id + " already exists with a different body", ""};
   }
   return job;
 }
@@ -312,7 +312,8 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   record.view = view_of_finished(finished);
   if (!record.view.spec.render.meter.empty()) {
     record.view.spec.render.meter = {};
-    record.view.warnings.emplace_back("meter: films have no readings, and so has their sum none.");
+    record.view.warnings.emplace_back(
+        "meter: films contain no readings, so the merged job has none.");
   }
   record.sequence = ++last_sequence_;
   record.view.id = make_uuid();

@@ -17,7 +17,9 @@ using core::Status;
 
 namespace {
 
-Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
+Error already_final() {
+  return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
+}
 
 }  // namespace
 
@@ -228,8 +230,8 @@ void LifeCycle::settle_cancelled(const JobPointer& job, const std::shared_ptr<Re
         record.view.build = build_;
         if (!saved) {
           record.view.warnings.emplace_back(
-              "The image could not be stored as it was when the job was cancelled; that of the "
-              "last checkpoint is kept.");
+              "The image at the time of cancellation could not be stored; that of the last "
+              "checkpoint is kept.");
         }
         if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
           record.film = FilmPlace::kOnDisk;

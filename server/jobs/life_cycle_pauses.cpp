@@ -23,7 +23,9 @@ constexpr double kWriteShare = 20;
 /// Fraction of the interval after which writing begins, so that it completes within the interval.
 constexpr double kBegin = 0.8;
 
-Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
+Error already_final() {
+  return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
+}
 
 }  // namespace
 
@@ -119,7 +121,7 @@ void LifeCycle::park(const JobPointer& job) {
       *job,
       [&](JobRecord& record) -> Verdict {
         if (record.view.state != JobState::kPaused || job->run() != run) {
-          return Error{ErrorCode::kCancelled, "the job goes on, or has ended", ""};
+          return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
         }
         if (run) {
           record.view.progress = run->task().progress();

@@ -55,7 +55,7 @@ void RenderRun::guarded(Call&& call) {
   try {
     call();
   } catch (const std::bad_alloc&) {
-    fail(core::Error{core::ErrorCode::kUnavailable, "not enough memory to go on rendering", ""});
+    fail(core::Error{core::ErrorCode::kUnavailable, "not enough memory to continue rendering", ""});
   } catch (const std::exception& error) {
     fail(core::Error{core::ErrorCode::kInternal, error.what(), ""});
   }

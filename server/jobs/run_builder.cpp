@@ -95,11 +95,11 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
   const std::uint64_t film_bytes = memory.film_bytes + memory.work_bytes;
   std::string detail = "the job would take " + memory_words(memory.bytes()) + " of memory, " +
                        memory_words(film_bytes) +
-                       " of them for its film; a job of this server may hold " +
-                       memory_words(most) + " (--memory). ";
+                       " of it for its film; a job on this server may use " + memory_words(most) +
+                       " (--memory). ";
   const bool is_film = film_bytes > most / 2;
-  detail += is_film ? "Fewer pixels, replicates or layers make it smaller"
-                    : "Its scene or environment is too large";
+  detail +=
+      is_film ? "Reduce its pixels, replicates or layers" : "Its scene or environment is too large";
   return api::FieldError{is_film ? "/film" : "/scene", std::move(detail)};
 }
 
@@ -270,9 +270,9 @@ core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const c
   if (local_ == nullptr || needed <= most) {
     return local_;
   }
-  const std::string warning = "Workers do not help with this job: a result of theirs might have " +
-                              memory_words(needed) + ", and this server takes " +
-                              memory_words(most) + ". It renders the job itself.";
+  const std::string warning = "Workers cannot render this job: one of their results could have " +
+                              memory_words(needed) + ", and this server accepts " +
+                              memory_words(most) + ". The server renders the job alone.";
   const std::vector<std::string> told = job.record().view.warnings;
   if (std::find(told.begin(), told.end(), warning) == told.end()) {
     if (const auto warned = warn(job, warning); !warned) {
@@ -317,8 +317,9 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
     if (auto removed = remove_file(parts_.data.film_path(job.id())); !removed) {
       return removed.error();
     }
-    if (auto warned =
-            warn(job, "The stored film was damaged; rendering begins anew and will end the same.");
+    if (auto warned = warn(
+            job,
+            "The stored film was damaged; the job is rendered again and gives the same image.");
         !warned) {
       return warned.error();
     }
@@ -332,8 +333,8 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
     }
   }
   if (const std::string& before = restored->arithmetic; !before.empty() && before != arithmetic_) {
-    if (auto warned = warn(job, "The film was begun with " + before + " and goes on with " +
-                                    arithmetic_ + "; its bits may be neither's.");
+    if (auto warned = warn(job, "The film was begun with " + before + " and continues with " +
+                                    arithmetic_ + "; its bits may match neither.");
         !warned) {
       return warned.error();
     }

@@ -128,7 +128,7 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
   const core::MutexLock lock(mutex_);
   if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
     return Error{api::kTooManyRequests,
-                 std::to_string(kWorkersMax) + " workers are known; no more are let in", ""};
+                 std::to_string(kWorkersMax) + " workers have reported; no more are accepted", ""};
   }
   const auto [found, is_new] = workers_.try_emplace(worker);
   Worker& known = found->second;
@@ -175,10 +175,10 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const std::s
       return Error{ErrorCode::kUnavailable, "a result of the unit is being taken", ""};
     }
     if (unit.wanted() < 1) {
-      return Error{ErrorCode::kConflict, "another worker has the unit", ""};
+      return Error{ErrorCode::kConflict, "another worker holds the unit", ""};
     }
     if (unit.has_lease(worker) || (unit.first && unit.first->worker == worker)) {
-      return Error{ErrorCode::kUnavailable, "another worker is to have the unit", ""};
+      return Error{ErrorCode::kUnavailable, "the unit is meant for another worker", ""};
     }
     const auto now = Clock::now();
     unit.leases.push_back({.worker = worker, .since = now, .until = now + lease_time()});
@@ -214,7 +214,7 @@ Status WorkBoard::check_lease(const std::string& name, const std::string& worker
   }
   return unit->second.has_lease(worker)
              ? core::ok_status()
-             : Status(Error{ErrorCode::kConflict, "the worker does not have the unit", ""});
+             : Status(Error{ErrorCode::kConflict, "the worker does not hold the unit", ""});
 }
 
 core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,

@@ -160,7 +160,7 @@ void WorkBoard::expire_leases() {
       for (const WorkUnit::Lease& lease : std::vector(unit.leases)) {
         if (!unit.is_busy && now > lease.until) {
           ++counts_.expired;
-          lose(entry, lease.worker, "nothing was heard of it in time");
+          lose(entry, lease.worker, "it did not report in time");
         }
       }
       // Publishes again a name that the broker has lost with its message.

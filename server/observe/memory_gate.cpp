@@ -177,8 +177,8 @@ struct MemoryGate::Room {
     const std::string needs = std::string(what) + " needs " + memory_words(bytes) + " of memory";
     if (!is_within(bytes, 0)) {
       return Error{ErrorCode::kTooLarge,
-                   needs + "; all requests and jobs of this server may have " +
-                       memory_words(bytes_max) + " together (--memory)",
+                   needs + "; the limit for all requests and jobs of this server is " +
+                       memory_words(bytes_max) + " (--memory)",
                    ""};
     }
     const auto deadline = Clock::now() + patience;

@@ -86,7 +86,7 @@ void write_process_metrics(MetricsText& text) {
   text.gauge("process_open_fds", "Open file descriptors.", open_files());
   rlimit limit = {};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) {
-    text.gauge("process_max_fds", "Most file descriptors that may be open.",
+    text.gauge("process_max_fds", "Maximum number of open file descriptors.",
                static_cast<double>(limit.rlim_cur));
   }
 }

@@ -165,7 +165,7 @@ std::optional<Error> refused_ids(const Picture& picture) {
                         (form == core::LayerForm::kIds && picture.format.extension == "tif");
   if (!is_plain && is_linear && !is_exact) {
     return refused("." + std::string(picture.format.extension) +
-                       " does not hold this layer; exr does, and tif holds ids",
+                       " cannot store this layer; exr can, and tif can store ids",
                    "/layer");
   }
   return std::nullopt;
@@ -181,11 +181,11 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
     return Error{ErrorCode::kInvalidArgument, std::move(why), "/mix"};
   };
   if (query.mix.size() != film.shares().size()) {
-    return refused("has " + std::to_string(query.mix.size()) + " weights; the job keeps " +
-                   std::to_string(film.shares().size()) + " shares of the light");
+    return refused("has " + std::to_string(query.mix.size()) + " weights; the job records " +
+                   std::to_string(film.shares().size()) + " light shares");
   }
   if (layer_of(query) != core::kBeauty && layer_of(query) != "error") {
-    return refused("is of the layers beauty and error");
+    return refused("applies only to the layers beauty and error");
   }
   if (query.denoise != api::DenoiseShow::kOff) {
     return refused("is not denoised");
@@ -204,7 +204,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   }
   if (picture.query.background &&
       (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
-    return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
+    return Error{ErrorCode::kInvalidArgument, "only a single colour layer can have a background",
                  "/background"};
   }
   if (picture.query.parts && !shows_all_layers(picture)) {

@@ -34,7 +34,7 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   stream.Storage = js_MemoryStorage;
   stream.Replicas = 1;
   if (const natsStatus s = js_AddStream(nullptr, js, &stream, nullptr, &code); s != NATS_OK) {
-    return nats_error("the stream of units cannot be made (is JetStream on?)", s);
+    return nats_error("the stream of units cannot be created (is JetStream enabled?)", s);
   }
   jsConsumerConfig consumer;
   jsConsumerConfig_Init(&consumer);
@@ -45,7 +45,7 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   consumer.MaxAckPending = -1;
   if (const natsStatus s = js_AddConsumer(nullptr, js, kStream, &consumer, nullptr, &code);
       s != NATS_OK) {
-    return nats_error("the consumer of units cannot be made", s);
+    return nats_error("the consumer of units cannot be created", s);
   }
   return core::ok_status();
 }
@@ -54,7 +54,8 @@ core::Status UnitPublisher::publish(std::string_view unit) {
   jsErrCode code{};
   const natsStatus s = js_Publish(nullptr, link_->handles_->jetstream, kSubject, unit.data(),
                                   static_cast<int>(unit.size()), nullptr, &code);
-  return s == NATS_OK ? core::ok_status() : core::Status(nats_error("a unit is not published", s));
+  return s == NATS_OK ? core::ok_status()
+                      : core::Status(nats_error("a unit could not be published", s));
 }
 
 void UnitPublisher::request_report(const std::string& worker) {

@@ -73,9 +73,9 @@ Response upload(const RouteContext& context, Request& request, const std::string
 Response put(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (!api::is_sha256(id)) {
-    return error_answer(request,
-                        Error{ErrorCode::kInvalidArgument,
-                              "\"" + id + "\" is no sha256: 64 lower-case hex digits", "/sha256"});
+    return error_answer(
+        request, Error{ErrorCode::kInvalidArgument,
+                       "\"" + id + "\" is not a sha256 (64 lower-case hex digits)", "/sha256"});
   }
   return upload(context, request, id);
 }
@@ -113,7 +113,7 @@ Response remove(const RouteContext& context, Request& request) {
     return error_answer(request, found.error());
   }
   if (!precondition_holds(request, make_etag(id))) {
-    return error_answer(request, api::kPreconditionFailed, "If-Match names another content");
+    return error_answer(request, api::kPreconditionFailed, "If-Match does not match the content");
   }
   // No request can refer to the asset between the check and its deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());

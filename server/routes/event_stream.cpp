@@ -72,7 +72,7 @@ void EventStream::run(StreamWriter& writer) {
     if (writer.stopping()) {
       // Asks the client to reconnect and resume.
       writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
-                   format_sse_comment("the server stops"));
+                   format_sse_comment("the server is shutting down"));
       return;
     }
     if (!send_news(writer)) {
@@ -129,7 +129,7 @@ std::string EventStream::from_store(const SseId& last) {
     }
   }
   text += text_of("", api::EventType::kReset,
-                  api::reset_event("progress and tiles of the time in between are not kept"));
+                  api::reset_event("progress and tiles from the time in between are not stored"));
   if (api::is_final(job_->state())) {
     return text + ended_job();
   }

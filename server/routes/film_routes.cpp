@@ -109,7 +109,7 @@ core::Result<Source> film_of_asset(const RouteContext& context, const std::strin
     return Error{ErrorCode::kInvalidArgument, "not a usable film: its text: " + reason, ""};
   }
   if (!speaks_of(origin->spec, file->part)) {
-    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text is about another film",
+    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text describes another film",
                  ""};
   }
   return Source{.part = std::move(file->part), .origin = std::move(*origin)};
@@ -193,7 +193,8 @@ std::optional<api::Problem> misfit(const Source& first, const Source& next,
   std::vector<api::FieldError> errors;
   for (const std::string& pointer : differences) {
     errors.push_back(
-        {where, "the film is of another image than the first one: its job differs at " + pointer});
+        {where,
+         "the film is not of the same image as the first one: its job differs at " + pointer});
   }
   return api::make_problem(ErrorCode::kInvalidArgument, std::move(errors));
 }

@@ -129,7 +129,7 @@ Response put(const RouteContext& context, Request& request) {
   std::string id(request.path_param("id"));
   if (!api::is_uuid(id)) {
     return error_answer(request,
-                        Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is no UUID", "/id"});
+                        Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is not a UUID", "/id"});
   }
   std::transform(id.begin(), id.end(), id.begin(), [](char c) {
     return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -303,7 +303,8 @@ Response patch(const RouteContext& context, Request& request) {
       }
     }
     if (versions->empty()) {
-      return error_answer(request, api::kPreconditionFailed, "If-Match names no ETag of this job");
+      return error_answer(request, api::kPreconditionFailed,
+                          "If-Match does not match an ETag of this job");
     }
   }
   const auto patched = context.jobs.patch(job, request.body, versions, request.access);

@@ -82,7 +82,7 @@ void JobsStream::run(StreamWriter& writer) {
   while (writer.write(text) && !has_ended() && !writer.client_gone()) {
     if (writer.stopping()) {
       writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
-                   format_sse_comment("the server stops"));
+                   format_sse_comment("the server is shutting down"));
       return;
     }
     wait(!text.empty(), writer);

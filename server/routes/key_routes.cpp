@@ -62,8 +62,8 @@ Response create(const RouteContext& context, Request& request) {
   }
   if (!context.key_ring.is_needed()) {
     return error_answer(request, ErrorCode::kForbidden,
-                        "this server has no keys, and with the first every request needs one; make "
-                        "it with `tessera keys add`");
+                        "this server has no keys, and once one exists, every request needs a key; "
+                        "create the first one with `tessera keys add`");
   }
   const MadeKey made = made_key(*asked);
   if (const auto inserted = context.keys.insert(made.row); !inserted) {

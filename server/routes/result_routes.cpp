@@ -276,7 +276,7 @@ Response image(const RouteContext& context, Request& request) {
     return error_answer(request,
                         Error{ErrorCode::kConflict,
                               "revision " + std::to_string(*query->revision) +
-                                  " is not there yet; the newest is " + std::to_string(revision),
+                                  " does not exist yet; the newest is " + std::to_string(revision),
                               "/revision"});
   }
   const core::PixelRect crop = (*film)->crop();

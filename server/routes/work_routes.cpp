@@ -70,7 +70,7 @@ core::Result<api::WorkInputs> inputs_of(const RouteContext& context, const Reque
   WorkBoard* board = context.jobs.board();
   const JobPointer job = board == nullptr ? nullptr : board->job_of_units(id);
   if (!job) {
-    return Error{ErrorCode::kNotFound, "no unit of a job \"" + id + "\" is open", ""};
+    return Error{ErrorCode::kNotFound, "no unit of job \"" + id + "\" is open", ""};
   }
   api::WorkInputs inputs{.spec = job->record().view.spec, .files = {}};
   if (core::find_builtin_scene(inputs.spec.scene) == nullptr) {

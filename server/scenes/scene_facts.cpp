@@ -150,7 +150,7 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                           facts.variants.end()) {
     faults.push_back(
         {"/variant", '"' + *spec.variant +
-                         "\" is no variant of the scene, which has: " + listed(facts.variants)});
+                         "\" is not a variant of the scene; available: " + listed(facts.variants)});
   }
   const auto& groups = facts.light_groups;  // absent in facts stored by an older build
   for (const core::LightShare& share : spec.render.film.shares) {
@@ -158,7 +158,7 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
         std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
       faults.push_back({"/film/layers",
                         '"' + *share.group +
-                            "\" is no group of lights of the scene, which has: " + listed(groups)});
+                            "\" is not a light group of the scene; available: " + listed(groups)});
     }
   }
   return faults;

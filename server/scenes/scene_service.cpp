@@ -48,7 +48,7 @@ std::uint64_t environment_bytes(const core::Image& image) { return pixels_of(ima
 constexpr std::uint64_t kEnvironmentLoadBytes = 40;
 
 Error unknown_scene(const std::string& id, std::string where) {
-  std::string text = "no scene has the id \"" + id + "\"; built in are";
+  std::string text = "no scene has the id \"" + id + "\"; built-in scenes:";
   for (const core::BuiltinScene& scene : core::builtin_scenes()) {
     text += " " + std::string(scene.name);
   }

@@ -60,7 +60,7 @@ core::Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
       return at;
     }
   }
-  return broken("no central directory; the file is cut short or no zip");
+  return broken("no central directory; the file is cut short or is not a zip");
 }
 
 bool is_safe_name(std::string_view name) {
@@ -172,7 +172,7 @@ core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte
       continue;
     }
     if (!names.insert(entry->name).second) {
-      return broken("the name \"" + entry->name + "\" is there twice");
+      return broken("the name \"" + entry->name + "\" appears more than once");
     }
     total += entry->bytes;
     if (total > limits.total_bytes_max) {
@@ -225,7 +225,7 @@ core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> a
   }
   const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
   if (!content.empty() && crc != entry.crc32) {
-    return broken("\"" + entry.name + "\" does not fit its checksum");
+    return broken("\"" + entry.name + "\" does not match its checksum");
   }
   return content;
 }

@@ -27,7 +27,7 @@ Error sqlite_error(int code, const std::string& message, const std::string& path
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full(number))) {
     return Error{ErrorCode::kNoSpace, "the disk is full", path};
   }
-  std::string words = "the database says: " + message;
+  std::string words = "database error: " + message;
   if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB) {
     words += "; restore it from a backup, or start with another --data directory";
   }

@@ -130,11 +130,11 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   const std::size_t fields_bytes = is_first ? kFirstHeadBytes : sizeof fields;
   if ((!is_first && fields.magic != kHeadMagic) || fields.bytes < fields_bytes ||
       fields.bytes > *got) {
-    return damaged(path_, "its head is not one");
+    return damaged(path_, "its head is invalid");
   }
   part.resize(fields.bytes);
   if (crc_after_field(part) != fields.crc) {
-    return damaged(path_, "the checksum of its head does not fit");
+    return damaged(path_, "its head does not match its checksum");
   }
   const core::PixelRect rect = {fields.x, fields.y, fields.width, fields.height};
   if (rect != film.crop() || fields.full_width != film.full_width() ||
@@ -146,7 +146,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   const std::size_t text_begin = fields_bytes + fields.point_count * sizeof(PointFields) +
                                  fields.tile_count * sizeof(Tile) + splat_head_bytes(film);
   if (fields.bytes < text_begin || fields.bytes > text_begin + kArithmeticBytesMax) {
-    return damaged(path_, "its head has another length");
+    return damaged(path_, "its head has the wrong length");
   }
   Checkpoint checkpoint;
   checkpoint.sequence = fields.sequence;
@@ -208,7 +208,7 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     part.resize(size);
     if (fields.magic != kSlotMagic || fields.sequence != entry.sequence ||
         fields.tile != static_cast<std::uint32_t>(tile) || crc_after_field(part) != fields.crc) {
-      return damaged(path_, "tile " + std::to_string(tile) + " does not fit its checksum");
+      return damaged(path_, "tile " + std::to_string(tile) + " does not match its checksum");
     }
     state.samples = fields.samples;
     state.rejected_samples = fields.rejected_samples;
@@ -261,7 +261,7 @@ Status FilmFile::restore_meter(core::Film& film, std::uint32_t sequence) const {
   std::memcpy(&fields, part.data(), sizeof fields);
   if (*got < part.size() || fields.magic != MeterFields{}.magic || fields.sequence != sequence ||
       fields.bytes != part.size() || crc_after_field(part) != fields.crc) {
-    return damaged(path_, "the meter does not fit its checksum");
+    return damaged(path_, "the meter does not match its checksum");
   }
   auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
   for (int i = 0; i < film.meter_chunk_count(); ++i) {

@@ -25,7 +25,7 @@ template <typename Row, typename Applies>
 struct WhenRow {
   Row row;
   Applies applies;
-  std::string_view otherwise;  ///< "applies to type 'power' only"
+  std::string_view otherwise;  ///< "applies only to type 'power'"
 
   constexpr std::string_view name() const { return row.name(); }
   static constexpr bool required() { return false; }
@@ -79,7 +79,7 @@ struct AcceptedRow {
         names += (names.empty() ? "type '" : ", '") + std::string(entry.name) + "'";
       }
     }
-    return "applies to " + names + " only";
+    return "applies only to " + names;
   }
   template <typename S>
   void read(const Json& value, S& out, const std::string& at, Faults& faults) const {

@@ -51,7 +51,7 @@ class Builder {
     }
     if (!level.keys.insert(name).second) {
       return refuse(core::ErrorCode::kInvalidArgument, join_pointer(here(), name),
-                    "is there more than once");
+                    "appears more than once");
     }
     level.key = name;
     return true;

@@ -182,7 +182,7 @@ void each_part(const std::string& text, const Take& take) {
 /// Ignored here: the server reads the ticket when it authorizes the request.
 template <typename S>
 constexpr auto ticket_row() {
-  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, in place of the key.",
+  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, instead of the key.",
                            [](const std::string&, S&, const std::string&, Faults&) {},
                            [](const S&) { return text_schema(); }};
 }

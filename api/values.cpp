@@ -119,7 +119,7 @@ std::optional<std::string> read_text(const Json& value, const TextRule& rule,
     return byte < 0x20U || byte == 0x7FU;
   };
   if (std::any_of(text.begin(), text.end(), is_control)) {
-    faults.add(pointer, "holds a control character");
+    faults.add(pointer, "contains a control character");
     return {};
   }
   return text;
@@ -185,8 +185,8 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
     if (std::find(known.begin(), known.end(), member.key()) != known.end()) {
       continue;
     }
-    std::string detail =
-        known.empty() ? "Unknown field; none is known here" : "Unknown field; expected one of: ";
+    std::string detail = known.empty() ? "Unknown field; no fields are allowed here"
+                                       : "Unknown field; expected one of: ";
     for (std::size_t i = 0; i < known.size(); ++i) {
       detail += (i == 0 ? "" : ", ") + std::string(known[i]);
     }

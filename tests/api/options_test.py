@@ -73,4 +73,4 @@ class Options(ApiTest):
         plain = next(e for e in experiments if not e["params"])
         answer = self.server.post("/v1/lab/runs", {"experiment": plain["name"], "params": {"x": 1}})
         problem = self.assert_problem(answer, 422, "/params/x")
-        self.assertEqual(problem["errors"][0]["detail"], "Unknown field; none is known here")
+        self.assertEqual(problem["errors"][0]["detail"], "Unknown field; no fields are allowed here")

@@ -305,8 +305,8 @@ std::string fish_completion(std::span<const VerbText> verbs) {
   std::string out =
       "# Completion of tessera for fish: tessera completion fish | source\n"
       "complete -c tessera -f\n"
-      "complete -c tessera -n __fish_use_subcommand -l help -d 'what there is'\n"
-      "complete -c tessera -n __fish_use_subcommand -l version -d 'which one this is'\n";
+      "complete -c tessera -n __fish_use_subcommand -l help -d 'list the verbs'\n"
+      "complete -c tessera -n __fish_use_subcommand -l version -d 'print the version'\n";
   for (const VerbText& verb : verbs) {
     out += "complete -c tessera -n __fish_use_subcommand -a " + verb.name + " -d " +
            fish_quoted(verb.summary) + "\n";

@@ -220,20 +220,21 @@ Choices choices() {
 
 int lab_command(const Args& args) {
   CLI::App app(
-      "Runs an experiment of the estimator laboratory on this machine. Without a name it lists "
-      "them, with\n"
+      "Runs an experiment of the estimator laboratory on this machine. Without a name, lists them, "
+      "with\n"
       "--json in full. Exit code 1 when theory and measurement differ.",
       "tessera lab");
   LabFlags flags;
   bool wants_text = false;
-  app.add_option("experiment", flags.experiment, "What to try; `tessera lab` alone lists them")
+  app.add_option("experiment", flags.experiment,
+                 "Experiment to run; `tessera lab` alone lists them")
       ->type_name("EXPERIMENT");
   app.add_flag("--explain", wants_text,
-               "Say what is estimated, by which formula, and what to see; run nothing");
-  app.add_option("--estimator", flags.estimator, "One of the experiment's")->type_name("NAME");
+               "Print the estimated quantity, its formula and what to look for; run nothing");
+  app.add_option("--estimator", flags.estimator, "Estimator of the experiment")->type_name("NAME");
   app.add_option("--sampler", flags.sampler, "Sampler to use, if the experiment supports it")
       ->type_name("NAME");
-  app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")
+  app.add_option("--n", flags.n, "Numbers of evaluations per replicate, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("N,N");
@@ -244,13 +245,12 @@ int lab_command(const Args& args) {
   app.add_option("--param", flags.parameters, "Parameter of the experiment; may be repeated")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
-  app.add_option("--threads", flags.threads, "Threads; results do not depend on it")
+  app.add_option("--threads", flags.threads, "Threads; results do not depend on the number")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  app.add_flag("--json", flags.as_json, "JSON lines, as the service streams them");
-  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout")
-      ->type_name("FILE");
-  app.add_option("--svg", flags.svg, "Write the plot to this file; - is stdout")->type_name("FILE");
+  app.add_flag("--json", flags.as_json, "Print JSON lines, as the server streams them");
+  app.add_option("--csv", flags.csv, "Write the points to FILE; - is stdout")->type_name("FILE");
+  app.add_option("--svg", flags.svg, "Write the plot to FILE; - is stdout")->type_name("FILE");
   const auto chosen = [&] {
     if (flags.experiment.empty()) {
       return list(app, flags);

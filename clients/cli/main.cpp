@@ -28,7 +28,9 @@ std::string help_text() {
     name.resize(12, ' ');
     text += "  " + name + std::string(verb.summary) + "\n";
   }
-  return text + "\n`tessera VERB --help` says more. Exit codes: 0 done, 1 failed, 2 wrong usage.\n";
+  return text +
+         "\n`tessera VERB --help` lists a verb's options. Exit codes: 0 success, 1 failure, 2 "
+         "wrong usage.\n";
 }
 
 int execute_sibling(char** argv) {
@@ -48,7 +50,7 @@ int unknown_verb(const std::string& name) {
   constexpr std::size_t kTypos = 2;
   const bool alike = edit_distance(name, near->name) <= std::min(kTypos, near->name.size() - 1);
   const std::string meant = alike ? "; did you mean " + std::string(near->name) + "?" : ".";
-  std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists what there is.\n",
+  std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists the verbs.\n",
                name.c_str(), meant.c_str());
   return kWrongUsage;
 }

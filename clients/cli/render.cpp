@@ -111,7 +111,7 @@ class FilmDenoiser {
     }
     if (!core::has_both_halves(film)) {
       return Error{ErrorCode::kInvalidArgument,
-                   "a pixel has samples of one half only; denoising needs both (--spp 2 or more)",
+                   "a pixel has samples of only one half; denoising needs both (--spp 2 or more)",
                    "--denoise"};
     }
     if (!features_) {
@@ -279,7 +279,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(),
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
                interval_text(facts).c_str(),
-               valid ? "" : " without an interval: the samples were chosen by what was seen",
+               valid ? "" : " without an interval: the samples were chosen by the estimate",
                rate_text(facts.rays_per_second).c_str());
   if (look.picture != nullptr) {
     const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
@@ -356,7 +356,7 @@ Choices choices() {
 }  // namespace
 
 int render(const Args& args) {
-  CLI::App app("Renders one image on this machine, without a service.", "tessera render");
+  CLI::App app("Renders one image on this machine, without a server.", "tessera render");
   JobFlags flags;
   add_job_flags(app, flags,
                 "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");

@@ -29,7 +29,7 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   }
   if (name.size() != kUuidLength && name != "latest") {
     return core::Error{core::ErrorCode::kNotFound,
-                       "there is no such file, and the id of a job looks different", name};
+                       "there is no such file, and it is not the id of a job", name};
   }
   const auto path = job_path(client, name);
   if (!path) {
@@ -103,9 +103,8 @@ void warn_of_display_values(const std::vector<std::string>& names) {
     if (is_file(name) &&
         std::find(kDisplay.begin(), kDisplay.end(), extension_of(name)) != kDisplay.end()) {
       std::fprintf(stderr,
-                   "warning: %s has display values, which end at white: what is brighter counts as "
-                   "a difference. "
-                   "Only FLIP fits it; for the others compare an EXR.\n",
+                   "warning: %s has display values, which clip at white: brighter values count as "
+                   "a difference. Only FLIP is valid for it; for the others compare an EXR.\n",
                    name.c_str());
     }
   }
@@ -175,12 +174,12 @@ int print_meter(const ServerFlags& server, const std::string& id, bool json) {
 }  // namespace
 
 int merge(const Args& args) {
-  CLI::App app("Adds up films of the same image to a job of its own, and prints its id.",
+  CLI::App app("Merges films of the same image into a new job, and prints its id.",
                "tessera merge");
   ServerFlags server;
   std::vector<std::string> films;
   bool json = false;
-  app.add_option("film", films, "Jobs, or files that `fetch --film` wrote")
+  app.add_option("film", films, "Jobs, or files written by `fetch --film`")
       ->required()
       ->type_name("ID|FILE...");
   app.add_flag("--json", json, "Print the job as JSON");
@@ -198,18 +197,18 @@ int compare(const Args& args) {
   app.add_option("a", a.picture, "Job or image file")->required()->type_name("ID|FILE");
   app.add_option("b", b.picture, "Job or image file")->required()->type_name("ID|FILE");
   app.add_option("--a-denoise", a.denoise, "Image of job a: off, mixed, full")->type_name("MODE");
-  app.add_option("--b-denoise", b.denoise, "The same of job b")->type_name("MODE");
+  app.add_option("--b-denoise", b.denoise, "Image of job b: off, mixed, full")->type_name("MODE");
   app.add_flag("--json", json, "Print the comparison as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return compare_pictures(server, a, b, json); });
 }
 
 int meter(const Args& args) {
-  CLI::App app("Prints what the meter of a job has measured so far, as CSV.", "tessera meter");
+  CLI::App app("Prints the current readings of a job's meter as CSV.", "tessera meter");
   ServerFlags server;
   std::string id = "latest";
   bool json = false;
-  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", id, "Job (the newest)")->type_name("ID");
   app.add_flag("--json", json, "Print JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return print_meter(server, id, json); });

@@ -70,7 +70,7 @@ core::Status write_video(const VideoOptions& options, std::size_t count,
                          const std::function<core::Result<std::string>(std::size_t)>& frame) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    return Error{ErrorCode::kInternal, "no pipe to ffmpeg could be made", ""};
+    return Error{ErrorCode::kInternal, "cannot create a pipe to ffmpeg", ""};
   }
   pid_t child = 0;
   const int code = spawn_ffmpeg(options, ends[1], child);

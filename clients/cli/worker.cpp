@@ -180,7 +180,7 @@ double Worker::report(ApiClient& server) {
   }
   const json orders = json::parse(reply->body, nullptr, false);
   if (!orders.is_object() || !orders.contains("suitable") || !orders.contains("dropped")) {
-    tell("the server's answer is not understood");
+    tell("the server's response is invalid");
     return kAskAgainSeconds;
   }
   is_suitable_ = orders["suitable"] == true;
@@ -367,11 +367,10 @@ int worker(const Args& args) {
   WorkerFlags flags;
   flags.cache = default_cache();
   CLI::App app(
-      "Renders parts of the images of a server that was started with --queue. Joins and leaves "
-      "at "
-      "any\ntime: SIGTERM lets it finish what it has.",
+      "Renders parts of the images of a server that was started with --queue. Joins and leaves at "
+      "any\ntime: after SIGTERM it finishes its parts.",
       "tessera worker");
-  app.add_option("--queue", flags.queue.url, "NATS server that hands the parts out")
+  app.add_option("--queue", flags.queue.url, "NATS server that distributes the parts")
       ->envname("TESSERA_QUEUE")
       ->required()
       ->check(CLI::Validator(
@@ -384,37 +383,40 @@ int worker(const Args& args) {
   app.add_option("--queue-creds", flags.queue.credentials, "Credentials (JWT and seed) for --queue")
       ->envname("TESSERA_QUEUE_CREDS")
       ->type_name("FILE");
-  app.add_option("--queue-ca", flags.queue.ca, "Certificates (PEM) that --queue is checked with")
+  app.add_option("--queue-ca", flags.queue.ca,
+                 "CA certificates (PEM) that verify the server of --queue")
       ->envname("TESSERA_QUEUE_CA")
       ->type_name("FILE");
   add_server_flags(app, flags.server);
-  app.add_option("--threads", flags.threads, "Parts at a time; 0: as many as the machine has cores")
+  app.add_option("--threads", flags.threads,
+                 "Concurrent parts; 0: as many as the machine has cores")
       ->envname("TESSERA_THREADS")
       ->capture_default_str()
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--cache", flags.cache, "Folder for files of scenes")
+  app.add_option("--cache", flags.cache, "Folder for cached scene files")
       ->envname("TESSERA_CACHE")
       ->default_str("$XDG_CACHE_HOME/tessera/worker")
       ->type_name("DIR");
-  app.add_option("--cache-size", flags.cache_bytes, "Files beyond it go, the oldest first")
+  app.add_option("--cache-size", flags.cache_bytes,
+                 "Maximum size of the cache; the oldest files are removed first")
       ->envname("TESSERA_CACHE_SIZE")
       ->default_str("10G")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");
-  app.add_option("--idle", flags.idle_seconds, "Leave after so long without work; 0: never")
+  app.add_option("--idle", flags.idle_seconds, "Exit after this time without work; 0: never")
       ->envname("TESSERA_IDLE")
       ->capture_default_str()
       ->check(within(0, 1e9))
       ->type_name("SECONDS");
   app.add_option("--grace", flags.grace_seconds,
-                 "After SIGTERM: what is not finished by then is handed back")
+                 "Time after SIGTERM to finish parts; others are returned")
       ->envname("TESSERA_GRACE")
       ->capture_default_str()
       ->check(within(0, 3600))
       ->type_name("SECONDS");
   app.add_option("--isa", flags.isa,
-                 "Instruction set Embree is held to: native, sse2, sse4.2, avx, avx2, avx512")
+                 "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512")
       ->envname("TESSERA_ISA")
       ->capture_default_str()
       ->type_name("NAME");

@@ -53,12 +53,12 @@ core::Result<std::string> WorkerJobs::file(const std::string& job, const std::st
     return reply.error();
   }
   if (sha256_hex(reply->body) != id) {
-    return Error{ErrorCode::kUnavailable, "the file came damaged", id};
+    return Error{ErrorCode::kUnavailable, "the file arrived damaged", id};
   }
   std::error_code code;
   fs::create_directories(options_.folder, code);
   if (code) {
-    return Error{ErrorCode::kInternal, "cannot be made: " + code.message(), options_.folder};
+    return Error{ErrorCode::kInternal, "cannot be created: " + code.message(), options_.folder};
   }
   if (const auto written = write_file(path.string(), reply->body); !written) {
     return written.error();
@@ -116,8 +116,8 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   const auto parsed =
       is_whole ? api::parse_job(inputs["spec"].dump()) : api::parse_job(std::string_view());
   if (!parsed) {
-    return Error{ErrorCode::kInternal,
-                 "the server's job is not understood: " + parsed.problem().detail, ""};
+    return Error{ErrorCode::kInternal, "the server's job is invalid: " + parsed.problem().detail,
+                 ""};
   }
   const api::JobSpec& spec = parsed->spec;
   std::map<std::string, core::SharedBytes> files;

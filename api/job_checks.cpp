@@ -97,7 +97,7 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
   if (estimator.control_variate != core::ControlVariateType::kNone) {
     faults.add("/estimator/control_variate/type",
                "cannot be combined with light sampler 'restir': a neighbour's sample does not "
-               "cancel what is subtracted for one's own");
+               "cancel the term subtracted for a path's own sample");
   }
 }
 

@@ -140,7 +140,7 @@ int change(const KeyFlags& flags) {
                           : remove(table, flags);
 }
 
-/// Refuses values that `is_right` does not accept: "... is no <words>".
+/// Refuses values that `is_right` does not accept: "... is not a <words>".
 CLI::Validator needs(const std::function<bool(const std::string&)>& is_right, std::string words) {
   return {[is_right, words = std::move(words)](const std::string& text) {
             return is_right(text) ? std::string() : '"' + text + "\" is not a " + words;

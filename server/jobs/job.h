@@ -115,8 +115,8 @@ class Job {
   /// With change_mutex() held.
   void set_removed() { is_removed_ = true; }
 
-  /// Loading is slow, and the job may be paused and resumed meanwhile: only the latest load counts.
-  /// Call both with change_mutex() held.
+  /// Loading is slow, and the job may be paused and resumed in the meantime: only the latest load
+  /// counts. Call both with change_mutex() held.
   int begin_load() { return ++load_generation_; }
   bool is_latest_load(int generation) const { return generation == load_generation_; }
 

@@ -249,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(
              R"("estimator":{"control_variate":{"type":"analytic"}})",
              "/estimator/control_variate/type",
              "cannot be combined with light sampler 'restir': a neighbour's sample does not cancel "
-             "what is subtracted for one's own"},
+             "the term subtracted for a path's own sample"},
         Case{R"("estimator":{"mis":{"type":"optimal"}},"light_sampler":{"type":"restir"})",
              "/estimator/mis/type",
              "'optimal' cannot be combined with light sampler 'restir', whose density is unknown"},

@@ -2,8 +2,8 @@
 ///
 /// One limit for all: films and scenes of jobs, scenes being decoded, dry runs, films and images of
 /// requests, comparisons. A request that does not fit waits, or is refused with the figures. A
-/// shared object (a scene) has a name and counts once. Cached objects that nobody uses are dropped
-/// when memory is short.
+/// shared object (a scene) has a name and counts once. Cached objects that are not in use are
+/// dropped when memory is short.
 #pragma once
 
 #include <chrono>

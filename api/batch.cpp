@@ -14,12 +14,12 @@
 namespace api {
 namespace {
 
-/// The request as it stands in the body.
+/// The members of the body.
 struct Body {
   Json job_template;
   Json matrix;
   std::string name;
-  JobSpec with_webhook;  ///< only its webhook counts
+  JobSpec with_webhook;  ///< only its webhook is used
 };
 
 void read_matrix(const Json& value, Body& out, const std::string& pointer, Faults& faults) {
@@ -52,9 +52,9 @@ void read_matrix(const Json& value, Body& out, const std::string& pointer, Fault
 Json matrix_schema(const Body& /*defaults*/) {
   Json schema = basic_schema(
       "object",
-      "Paths of members of the job request, each with its values: {\"variant\": [\"a\", \"b\"]}. "
-      "Every combination is a job; the last member changes fastest. Values that are objects are "
-      "merged into the member. At most `batch_jobs` jobs.");
+      "Paths of members of the job request, each with an array of values: {\"variant\": [\"a\", "
+      "\"b\"]}. Every combination is a job; the last member changes fastest. Values that are "
+      "objects are merged into the member. At most `batch_jobs` jobs.");
   schema["minProperties"] = 1;
   schema["additionalProperties"] = {{"type", "array"}, {"items", Json::object()}, {"minItems", 1}};
   return schema;
@@ -72,7 +72,8 @@ const auto& batch_table() {
           [](const Body& body, Json& object) { object["template"] = body.job_template; },
           [](const Body&) {
             return basic_schema(
-                "object", "A JobRequest; what the matrix gives may be missing. Class normal only.");
+                "object",
+                "A JobRequest; members that the matrix sets may be missing. Class normal only.");
           },
           true},
       CustomRow<Body>{"matrix", &read_matrix,
@@ -80,8 +81,9 @@ const auto& batch_table() {
                       &matrix_schema, true},
       text(
           "name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
-          "Pattern of the jobs' names. {variant} stands for the value of a member, by its path or "
-          "the last part of it; {index} counts from 1. Empty: all that the matrix changes."),
+          "Pattern of the jobs' names. {variant} is replaced by the value of a member, given by "
+          "its path or the last part of it; {index} counts from 1. Empty: the values of the "
+          "matrix."),
       CustomRow<Body>{
           "webhook",
           [](const Json& value, Body& out, const std::string& pointer, Faults& faults) {
@@ -131,7 +133,7 @@ std::vector<Axis> axes_of(const Json& matrix) {
   return axes;
 }
 
-/// Which value of each axis the job has; the last axis changes fastest.
+/// Returns the index of the job's value on each axis; the last axis changes fastest.
 std::vector<std::size_t> choices_of(const std::vector<Axis>& axes, std::size_t job) {
   std::vector<std::size_t> choices(axes.size());
   for (std::size_t i = axes.size(); i-- > 0;) {
@@ -168,7 +170,7 @@ const Json* member_at(const Json& job, const std::vector<std::string>& path) {
   return at;
 }
 
-/// As part of a name.
+/// Returns the value in a form suitable for names.
 std::string name_text(const Json& value) {
   if (value.is_string()) {
     return value.get<std::string>();
@@ -192,10 +194,10 @@ std::string name_text(const Json& value) {
 struct Naming {
   const std::string& pattern;
   const std::vector<Axis>& axes;
-  const Json& values;  ///< of the job, by the keys of the axes
+  const Json& values;  ///< the job's, by the keys of the axes
   const Json& job;
 
-  /// What stands in braces; null where there is no such member.
+  /// Returns the value for a key in braces; null if there is no such member.
   const Json* value_of(const std::string& key) const {
     const Json* found = nullptr;
     for (const Axis& axis : axes) {
@@ -209,7 +211,7 @@ struct Naming {
     return found != nullptr ? found : member_at(job, split_path(key));
   }
 
-  /// Empty with a fault for a name that the pattern cannot give.
+  /// Returns an empty name and adds a fault if the pattern cannot be filled in.
   std::string name(std::size_t index, Faults& faults) const {
     std::string made;
     for (std::size_t i = 0; i < pattern.size(); ++i) {
@@ -225,7 +227,7 @@ struct Naming {
       } else if (value != nullptr) {
         made += name_text(*value);
       } else {
-        faults.add("/name", "{" + key + "} is no member of the jobs");
+        faults.add("/name", "{" + key + "} is not a member of the jobs");
         return {};
       }
       i = end;
@@ -266,7 +268,7 @@ Parsed<BatchJob> make_job(const Body& body, const std::vector<Axis>& axes, std::
     return batch_problem(parsed.problem(), made);
   }
   if (parsed->spec.job_class != JobClass::kNormal) {
-    faults.add("/template/class", "jobs of a batch are of class normal");
+    faults.add("/template/class", "jobs of a batch must be of class normal");
     return faults.problem();
   }
   made.job = *std::move(parsed);
@@ -336,7 +338,8 @@ Parsed<BatchRequest> parse_batch(std::string_view text_of_body) {
 }
 
 Json batch_request_schema() {
-  return object_schema(batch_table(), Body{}, "A template and a matrix of values make jobs.");
+  return object_schema(batch_table(), Body{},
+                       "A template and a matrix of values that define jobs.");
 }
 
 }  // namespace api

@@ -23,10 +23,10 @@
 namespace api {
 
 struct BatchJob {
-  std::string name;    ///< no other of the batch has it
+  std::string name;    ///< unique within the batch
   std::string values;  ///< JSON text of an object: its value for each key of the matrix
   ParsedJob job;
-  /// Places of the matrix that its values come from: pointer in the job, pointer in the request.
+  /// Origins of its values: pointer in the job, pointer in the request.
   std::vector<std::pair<std::string, std::string>> origins;
 };
 
@@ -36,16 +36,16 @@ struct BatchRequest {
   std::vector<BatchJob> jobs;
 };
 
-/// POST /v1/batches. Problems: 400, 413, 422 at /matrix, /name, /template; of the jobs the first
-/// that is wrong is told.
+/// POST /v1/batches. Problems: 400, 413, 422 at /matrix, /name, /template; of several invalid jobs,
+/// the first is reported.
 Parsed<BatchRequest> parse_batch(std::string_view body);
 
-/// A problem of one of its jobs, with pointers into the request.
+/// Converts a problem of one of its jobs, with pointers into the request.
 Problem batch_problem(Problem problem, const BatchJob& job);
 
 /// GET /v1/batches/{id}/archive.zip and /sheet.png.
 struct BatchPicturesQuery {
-  std::string format = "png";  ///< extension; of the archive alone
+  std::string format = "png";  ///< extension; only for the archive
   ImageQuery look;
 };
 Parsed<BatchPicturesQuery> parse_archive_query(QueryParams query,
@@ -70,19 +70,20 @@ struct BatchView {
   std::string id;
   std::string name;
   double created_at_unix_seconds = 0;
-  std::vector<BatchMember> jobs;  ///< at least one
+  std::vector<BatchMember> jobs;  ///< not empty
 };
 
-/// queued: none has begun; rendering: some have not ended; paused: those that have not ended are;
-/// then failed, cancelled or finished: the first that any of them is.
+/// Returns queued if no job has begun; rendering while some have not ended; paused if all
+/// unfinished ones are paused; then failed, cancelled or finished: the first of these that any job
+/// has.
 std::string_view batch_state(const BatchView& batch);
 std::string batch_json(const BatchView& batch);
-/// Without the jobs of each.
+/// The list omits the jobs of each batch.
 std::string batch_list_json(std::span<const BatchView> batches,
                             const std::optional<std::string>& next);
-/// What the request would make.
+/// Returns the jobs that the request would create.
 std::string batch_dry_run_json(const BatchRequest& request);
-/// The body of the webhook at the end.
+/// Returns the body of the webhook call at the end.
 std::string batch_webhook_body(double unix_seconds, const BatchView& batch);
 
 void add_batch_schemas(Json& components);

@@ -1,4 +1,4 @@
-/// What a job will cost, said before it is done.
+/// Estimated cost of a job, before it is rendered.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@ struct CostView {
   double seconds = 0;  ///< on an idle server
   double seconds_low = 0;
   double seconds_high = 0;
-  double confidence = 0.95;  ///< of the interval
+  double confidence = 0.95;  ///< of the intervals
   double cpu_seconds = 0;
-  double samples_per_pixel = 0;  ///< that the stop rules will need
+  double samples_per_pixel = 0;  ///< required by the stop rules
   double memory_bytes = 0;       ///< film and scene
-  double memory_bytes_low = 0;   ///< the film alone: the scene may be loaded already
-  double memory_bytes_high = 0;  ///< what it is admitted with: while it is loaded, or renders
+  double memory_bytes_low = 0;   ///< the film alone, if the scene is loaded already
+  double memory_bytes_high = 0;  ///< reserved at admission: the larger of loading and rendering
   double pilot_cpu_seconds = 0;
 };
 struct DryRunView {

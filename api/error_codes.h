@@ -1,6 +1,6 @@
-/// Error codes of the service, beside those of the renderer (core/base/result.h).
+/// Error codes of the service, in addition to the renderer's (core/base/result.h).
 ///
-/// Stored jobs hold the numbers of both, so a number keeps its meaning.
+/// Stored jobs contain both, so a code never changes its meaning.
 #pragma once
 
 #include "core/base/result.h"

@@ -16,8 +16,8 @@ namespace {
 
 using core::ErrorCode;
 
-/// Of a text in an answer: what was sent is told, not sent back. The lists of names in our messages
-/// are shorter (missing_files() in core/scene_io).
+/// Longest text of a problem: input that it quotes is cut. The lists of names in our messages are
+/// shorter (missing_files() in core/scene_io).
 constexpr std::size_t kTextBytes = 4096;
 
 constexpr std::array kErrors = {
@@ -99,7 +99,7 @@ Problem make_problem(ErrorCode code, std::vector<FieldError> errors) {
 }
 
 Problem from_error(const core::Error& error) {
-  // Of these the place is a file of the server, which clients must not see.
+  // `where` of these is a path on the server, which clients must not see.
   if (error.code == ErrorCode::kNoSpace || error.code == ErrorCode::kInternal) {
     return make_problem(error.code, error.message);
   }
@@ -115,10 +115,10 @@ Problem from_error(const core::Error& error) {
 const View<FieldError>& field_error_view() {
   static const View<FieldError> kView = {
       "FieldError",
-      "One fault of the input.",
+      "One error of the input.",
       {{"pointer", shape::text("JSON pointer into the body; /name for the query parameter `name`."),
         [](const FieldError& e) -> Json { return cut_text(e.pointer, kTextBytes); }},
-       {"detail", shape::text("What was seen and what is allowed."),
+       {"detail", shape::text("What was found and what is allowed."),
         [](const FieldError& e) -> Json { return cut_text(e.detail, kTextBytes); }}}};
   return kView;
 }
@@ -127,17 +127,17 @@ const View<Problem>& problem_view() {
   static const View<Problem> kView = {
       "Problem",
       "RFC 9457.",
-      {{"type", shape::text("Kind of problem, a URI reference."),
+      {{"type", shape::text("Type of problem, a URI reference."),
         [](const Problem& p) -> Json { return p.type; }},
-       {"title", shape::text("The same for every problem of the type."),
+       {"title", shape::text("Same for every problem of the type."),
         [](const Problem& p) -> Json { return p.title; }},
        {"status", shape::count("HTTP status."), [](const Problem& p) -> Json { return p.status; }},
-       {"detail", shape::text("About this one."),
+       {"detail", shape::text("About this problem."),
         [](const Problem& p) -> Json { return cut_text(p.detail, kTextBytes); }},
        {"instance", shape::text("Path of the request."),
         [](const Problem& p) -> Json { return p.instance; },
         [](const Problem& p) { return !p.instance.empty(); }},
-       {"errors", shape::list(field_error_view().shape(), "Faults of the input."),
+       {"errors", shape::list(field_error_view().shape(), "Errors of the input."),
         [](const Problem& p) { return print_list(field_error_view(), p.errors); },
         [](const Problem& p) { return !p.errors.empty(); }}}};
   return kView;

@@ -50,7 +50,7 @@ const View<JobView>& state_event_view() {
        pause_reason_row(),
        stop_reason_row(),
        queue_position_row(),
-       {"spec_version", shape::count("Counts the changes of `spec`."),
+       {"spec_version", shape::count("Number of changes of `spec`."),
         [](const JobView& j) -> Json { return j.spec_version; }}}};
   return kView;
 }
@@ -59,7 +59,7 @@ std::string state_event(const JobView& job) { return dump(state_event_view().pri
 
 const View<JobView>& progress_event_view() {
   static const View<JobView> kView = {"ProgressEvent",
-                                      "The image has come on.",
+                                      "The image has progressed.",
                                       {state_row(), progress_row(), error_estimate_row(),
                                        statistics_row(), revision_row(), denoised_row()}};
   return kView;
@@ -82,7 +82,7 @@ std::string tile_url(const TileEventView& view) {
 const View<TileEventView>& tile_event_view() {
   static const View<TileEventView> kView = {
       "TileEvent",
-      "A tile has changed; only the newest of each tile is kept.",
+      "A tile has changed; only the newest event of each tile is kept.",
       {{"x", shape::count("Left column, in pixels of the full film."),
         [](const TileEventView& t) -> Json { return t.tile.rect.x; }},
        {"y", shape::count("Top row."),
@@ -130,7 +130,7 @@ std::string end_event(const JobView& job) { return dump(end_event_view().print(j
 const View<WebhookView>& webhook_view() {
   static const View<WebhookView> kView = {
       "Webhook",
-      "The body of a webhook, signed as Standard Webhooks are.",
+      "The body of a webhook, signed as defined by Standard Webhooks.",
       {{"type", shape::text("`job.state`, `job.warning` or `job.end`."),
         [](const WebhookView& w) -> Json { return "job." + std::string(to_text(w.type)); }},
        {"timestamp", shape::time(),
@@ -156,7 +156,7 @@ std::string reset_event(std::string_view reason) { return dump(reset_event_view(
 const View<OverloadedView>& overloaded_event_view() {
   static const View<OverloadedView> kView = {
       "OverloadedEvent",
-      "The stream is refused: the server is at its limit of streams.",
+      "The stream is refused: the server's limit of streams is reached.",
       {{"detail", shape::text(),
         [](const OverloadedView&) -> Json {
           return "Too many streams are open; try again later.";

@@ -1,4 +1,4 @@
-/// Payloads of the event stream: the text behind `data:`.
+/// Payloads of the event stream: the text after `data:`.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ enum class EventType { kSnapshot, kState, kProgress, kTile, kWarning, kEnd, kRes
 /// "snapshot" "state" "progress" "tile" "warning" "end" "reset" "overloaded".
 std::string_view to_text(EventType type);
 std::optional<EventType> event_type_from_text(std::string_view text);
-/// state, warning and end survive a restart.
+/// Returns whether events of that type survive a restart: state, warning and end.
 bool is_durable(EventType type);
 
-/// The job, as GET shows it.
+/// The job, as GET returns it.
 std::string snapshot_event(const JobView& job);
 /// {"state", "stop_reason", "queue_position", "spec_version"}.
 std::string state_event(const JobView& job);
@@ -39,10 +39,10 @@ std::string tile_event(std::string_view job_id, const TileEvent& tile);
 std::string warning_event(std::string_view message);
 /// {"state", "stop_reason", "film_digest", "revision", "error", "failure"}.
 std::string end_event(const JobView& job);
-/// The body of a webhook: {"type": "job.end", "timestamp", "data": the job}.
+/// Returns the body of a webhook call: {"type": "job.end", "timestamp", "data": the job}.
 std::string webhook_body(EventType type, double unix_seconds, const JobView& job);
 
-/// {"reason"}: what was lost; a snapshot follows.
+/// {"reason"}: the events that were lost; a snapshot follows.
 std::string reset_event(std::string_view reason);
 /// {"detail", "retry_after_seconds"}.
 std::string overloaded_event(int retry_after_seconds);

@@ -1,4 +1,4 @@
-/// Faults: the field errors that a parser has found so far.
+/// Faults: the field errors found by a parser.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ class Faults {
     all_too_large_ = false;
     keep({std::move(pointer), std::move(detail)});
   }
-  /// A value that is right in form but asks for too much.
+  /// Adds a fault for a well-formed value that exceeds a size limit.
   void add_too_large(std::string pointer, std::string detail) {
     keep({std::move(pointer), std::move(detail)});
   }
@@ -29,14 +29,14 @@ class Faults {
     all_too_large_ = all_too_large_ && others.all_too_large_;
   }
   bool empty() const noexcept { return errors_.empty(); }
-  /// 413 when every fault is one of size, else 422. Pre: not empty.
+  /// Returns 413 if every fault is one of size, otherwise 422. Pre: not empty.
   Problem problem() const {
     return make_problem(
         all_too_large_ ? core::ErrorCode::kTooLarge : core::ErrorCode::kInvalidArgument, errors_);
   }
 
  private:
-  /// A hostile body can be wrong in a hundred thousand places.
+  /// Limit on the faults kept: a hostile body can contain a hundred thousand.
   static constexpr std::size_t kKept = 256;
   void keep(FieldError error) {
     if (errors_.size() < kKept) {

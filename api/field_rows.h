@@ -1,12 +1,13 @@
 /// Rows of field tables (api/fields.h): each reads, checks, prints and documents one member of a
-/// JSON object that stands for a plain struct S. A row has
+/// JSON object that represents a plain struct S. A row has
 ///   name()                                   the member
-///   required()                               must be there
-///   read(value, S&, pointer, Faults&)        the member is there
+///   required()                               whether the member must be present
+///   read(value, S&, pointer, Faults&)        called if the member is present
 ///   print(const S&, Json& object)            adds the member
 ///   schema(const S& defaults, Json& properties)   adds its JSON schema
-/// Rows reach their value through an accessor, [](auto& s) -> auto& { return s.film.width; }, which
-/// serves const and mutable structs alike. An accessor of std::optional makes the member nullable.
+/// Rows access their value through an accessor, [](auto& s) -> auto& { return s.film.width; },
+/// which works for const and mutable structs. An accessor of std::optional makes the member
+/// nullable.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,8 @@
 
 namespace api {
 
-/// A mark in the schema of a member that is printed only at times; never left in a document.
+/// Marks the schema of a member that is not always printed; removed before the document is
+/// complete.
 inline constexpr const char* kMayBeAbsent = "x-may-be-absent";
 
 template <typename T>
@@ -40,7 +42,7 @@ struct OptionalOf<std::optional<T>> {
   static constexpr bool kNullable = true;
 };
 
-/// What every row has. Get: the accessor.
+/// Members common to all rows. Get: the accessor.
 template <typename Get>
 struct RowBase {
   std::string_view key;
@@ -53,7 +55,7 @@ struct RowBase {
   template <typename S>
   using Member = OptionalOf<std::remove_cvref_t<decltype(std::declval<Get>()(std::declval<S&>()))>>;
 
-  /// True when the value was a permitted null and the work is done.
+  /// Returns true if the value was a permitted null, which it has then read.
   template <typename S>
   bool read_null(const Json& value, S& out) const {
     if constexpr (Member<S>::kNullable) {
@@ -175,7 +177,7 @@ struct FlagRow : RowBase<Get> {
   }
 };
 
-/// core::Vec3 or core::Rgb as an array of three numbers.
+/// Reads core::Vec3 or core::Rgb as an array of three numbers.
 template <typename Get>
 struct TripleRow : RowBase<Get> {
   Range range;
@@ -206,8 +208,8 @@ struct TripleRow : RowBase<Get> {
   }
 };
 
-/// One of the names of a registry. entries(): rows with `name`, and `value` unless the name is what
-/// is stored.
+/// Reads one of the names of a registry. entries(): rows with `name`, and `value` unless the name
+/// itself is stored.
 template <typename Get, typename Entries>
 struct ChoiceRow : RowBase<Get> {
   Entries entries;
@@ -288,8 +290,8 @@ struct FixedRow {
   }
   template <typename S>
   void schema(const S& /*defaults*/, Json& properties) const {
-    // The type that the member has where more is available: with one value alone, generators of
-    // clients leave the member out.
+    // Gives the type that the member has in other builds: generators of clients omit a member with
+    // a single value.
     const Json only = fixed();
     const std::string_view type = only.is_null()      ? "object"
                                   : only.is_boolean() ? "boolean"
@@ -313,7 +315,7 @@ struct CustomRow {
   void (*print_value)(const S& s, Json& object);
   Json (*make_schema)(const S& defaults);
   bool must_be_there = false;
-  bool may_be_absent = false;  ///< print_value adds the member only at times
+  bool may_be_absent = false;  ///< print_value does not always add the member
 
   constexpr std::string_view name() const { return key; }
   constexpr bool required() const { return must_be_there; }

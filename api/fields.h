@@ -1,5 +1,5 @@
 /// Field tables: a std::tuple of rows (api/field_rows.h) over a plain struct S reads, checks,
-/// prints and documents a whole JSON object. Makers of rows are at the end.
+/// prints and documents a whole JSON object. Factory functions for rows are at the end.
 #pragma once
 
 #include <algorithm>
@@ -19,13 +19,13 @@
 
 namespace api {
 
-/// The inner row while `applies(s)`, which looks at members read before it; elsewhere the member is
-/// refused (null is let through, so that merge patches can take it away) and not printed.
+/// Uses the inner row while `applies(s)`, which examines members read earlier. Otherwise the member
+/// is refused (except null, so that merge patches can remove it) and not printed.
 template <typename Row, typename Applies>
 struct WhenRow {
   Row row;
   Applies applies;
-  std::string_view otherwise;  ///< "applies to type 'power' only"
+  std::string_view otherwise;  ///< "applies only to type 'power'"
 
   constexpr std::string_view name() const { return row.name(); }
   static constexpr bool required() { return false; }
@@ -53,13 +53,13 @@ struct WhenRow {
   }
 };
 
-/// The inner row while the value chosen by `type` has a row that accepts the member's pointer;
-/// elsewhere as in WhenRow.
+/// Uses the inner row while the registry row of the value chosen by `type` accepts the member's
+/// pointer; otherwise as WhenRow.
 template <typename Row, typename Type, typename Entries>
 struct AcceptedRow {
   Row row;
   std::string_view pointer;
-  Type type;        ///< accessor of the choice
+  Type type;        ///< accessor of the chosen value
   Entries entries;  ///< its registry
 
   constexpr std::string_view name() const { return row.name(); }
@@ -79,7 +79,7 @@ struct AcceptedRow {
         names += (names.empty() ? "type '" : ", '") + std::string(entry.name) + "'";
       }
     }
-    return "applies to " + names + " only";
+    return "applies only to " + names;
   }
   template <typename S>
   void read(const Json& value, S& out, const std::string& at, Faults& faults) const {
@@ -105,7 +105,7 @@ struct AcceptedRow {
   }
 };
 
-/// The inner row, printed only while `applies(s)`.
+/// Prints the inner row only while `applies(s)`.
 template <typename Row, typename Applies>
 struct ShownIfRow {
   Row row;
@@ -183,7 +183,7 @@ Json object_schema(const Table& table, const S& defaults, std::string_view doc) 
   return schema;
 }
 
-/// A nested object over the part of S that the accessor names.
+/// A nested object over the part of S returned by the accessor.
 template <typename Get, typename Table>
 struct ObjectRow : RowBase<Get> {
   Table table;
@@ -202,7 +202,7 @@ struct ObjectRow : RowBase<Get> {
   }
 };
 
-// Makers: clang 14 deduces no template arguments of aggregates.
+// Factory functions, since clang 14 does not deduce template arguments of aggregates.
 
 template <typename Get>
 constexpr auto number(std::string_view key, Get get, Range range, std::string_view doc) {
@@ -232,7 +232,7 @@ template <typename Get, typename... Rows>
 constexpr auto nested(std::string_view key, Get get, std::string_view doc, Rows... rows) {
   return ObjectRow<Get, std::tuple<Rows...>>{{key, get, doc}, std::tuple<Rows...>(rows...)};
 }
-/// A nested object whose rows look at the whole struct.
+/// A nested object whose rows access the whole struct.
 template <typename... Rows>
 constexpr auto group(std::string_view key, std::string_view doc, Rows... rows) {
   return nested(
@@ -250,7 +250,7 @@ template <typename Applies, typename Row>
 constexpr auto shown_if(Applies applies, Row row) {
   return ShownIfRow<Row, Applies>{row, applies};
 }
-/// {"type": NAME} with one name in this build.
+/// {"type": NAME} with a single name in this build.
 constexpr auto only_type(std::string_view key, std::string_view name_text, std::string_view doc) {
   return group(key, doc, FixedRow{"type", name_text, "Kind."});
 }

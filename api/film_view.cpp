@@ -28,7 +28,7 @@ Json ledger_part(const core::SampleLedger& ledger) {
   return list;
 }
 
-/// The members that decide what a film is a film of.
+/// Returns the members on which the film's expectation, size and layers depend.
 Json picture_part(const JobSpec& spec) {
   Json part = to_json(spec);
   for (const char* member : {"name", "labels", "priority", "class", "preview_key", "seed", "stop",
@@ -39,7 +39,7 @@ Json picture_part(const JobSpec& spec) {
   part["sampler"].erase("first_replicate");
   if (part.contains("adaptive")) {
     part["adaptive"].erase(
-        "min_samples");  // goes with the number of replicates, and changes no expectation
+        "min_samples");  // depends on the number of replicates, but does not change the expectation
   }
   return part;
 }

@@ -1,4 +1,4 @@
-/// The job's group `integrator`: the algorithm, and options that some of them have.
+/// The job's group `integrator`: the algorithm, and the options of individual integrators.
 #pragma once
 
 #include <string_view>
@@ -9,7 +9,7 @@
 
 namespace api {
 
-/// Of the integrators whose rows list it.
+/// Applies the row to integrators that list it.
 template <typename Row>
 constexpr auto own_option(std::string_view pointer, Row row) {
   return option_of(
@@ -30,32 +30,33 @@ constexpr auto integrator_row() {
                  number(
                      "photons", [](auto& s) -> auto& { return s.render.photons.paths; },
                      {0, limits::kPhotons},
-                     "Particles that leave the lights for each sample of the pixels; 0: "
-                     "as many as the full film has pixels, from 1024 to 262144.")),
+                     "Particles emitted from the lights for each sample of the pixels; 0: one per "
+                     "pixel of the full film, at least 1024 and at most 262144.")),
       own_option(
           "/integrator/radius_m",
           number(
               "radius_m", [](auto& s) -> auto& { return s.render.photons.radius_m; }, {0, 1e6},
-              "Radius within which photons are gathered, metres; sppm: at first. "
-              "0: three pixels where the camera looks.")),
-      own_option("/integrator/alpha",
-                 number(
-                     "alpha", [](auto& s) -> auto& { return s.render.photons.alpha; }, {0.1, 1},
-                     "After N samples of each replicate the disk of photons is about "
-                     "N^(alpha - 1) of the first, and so is the bias; the variance falls "
-                     "as N^-alpha. 2/3 lets both fall alike.")),
+              "Radius within which photons are gathered, in metres; sppm: initial radius. 0: three "
+              "pixels at the distance of the visible surfaces.")),
+      own_option(
+          "/integrator/alpha",
+          number(
+              "alpha", [](auto& s) -> auto& { return s.render.photons.alpha; }, {0.1, 1},
+              "After N samples of each replicate, the area in which photons are gathered, and the "
+              "bias, are about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. "
+              "With 2/3 the squared bias and the variance fall at the same rate.")),
       own_option("/integrator/final_gather",
                  number(
                      "final_gather", [](auto& s) -> auto& { return s.render.photons.final_gather; },
                      {0, limits::kFinalGather},
-                     "Directions in which each path looks up the map one reflection later; 0: the "
-                     "map itself is shown, direct light included.")),
+                     "Directions in which each path continues to look up the photon map at the "
+                     "next surface; 0: shows the map itself, including direct light.")),
       own_option(
           "/integrator/tolerance",
           number(
               "tolerance", [](auto& s) -> auto& { return s.render.cache.tolerance; }, {0.05, 1},
-              "Error of interpolation up to which a record of irradiance is used, as a share; "
-              "half of it takes about four times as many records.")),
+              "Relative interpolation error up to which an irradiance record is used; half of it "
+              "needs about four times as many records.")),
       own_option("/integrator/rays",
                  number(
                      "rays", [](auto& s) -> auto& { return s.render.cache.rays; },
@@ -65,8 +66,8 @@ constexpr auto integrator_row() {
                  number(
                      "records", [](auto& s) -> auto& { return s.render.cache.records; },
                      {1, limits::kRecords},
-                     "Most records of each replicate. Where there are none, other light "
-                     "than direct light is path traced.")));
+                     "Maximum number of records of each replicate. Where there are none, indirect "
+                     "light is path traced.")));
 }
 
 }  // namespace api

@@ -14,8 +14,8 @@
 namespace api {
 namespace {
 
-/// Sine of the angle below which two directions count as one: float coordinates of a few metres
-/// cannot tell them apart.
+/// Sine of the angle below which two directions count as equal: float coordinates of a few metres
+/// cannot distinguish them.
 constexpr double kParallelSine = 1e-6;
 
 struct Exact {
@@ -31,7 +31,7 @@ void check_view(const core::CameraSettings& camera, Faults& faults) {
   const Exact target = exact(*camera.target);
   const Exact forward = {target.x - eye.x, target.y - eye.y, target.z - eye.z};
   if (norm(forward) == 0) {
-    faults.add("/camera/target", "is the same point as position");
+    faults.add("/camera/target", "equals position");
     return;
   }
   const Exact up = exact(camera.up.value_or(core::Vec3{0, 1, 0}));
@@ -44,7 +44,7 @@ void check_view(const core::CameraSettings& camera, Faults& faults) {
   }
 }
 
-/// The 2x2 system is about one light sample and one BSDF sample whose densities are known.
+/// Optimal MIS solves a 2x2 system for one light sample and one BSDF sample with known densities.
 void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   const core::EstimatorSettings& estimator = render.estimator;
   if (estimator.mis != core::MisType::kOptimal || estimator.strategy != core::Strategy::kMis) {
@@ -54,24 +54,25 @@ void check_optimal_mis(const core::RenderSettings& render, Faults& faults) {
   if (render.light_sampler == core::LightSamplerType::kRis ||
       render.light_sampler == core::LightSamplerType::kRestir) {
     const std::string_view name = core::row_of(core::light_samplers(), render.light_sampler).name;
-    faults.add(kWhere, "'optimal' does not go with light sampler '" + std::string(name) +
-                           "', whose density is not known");
+    faults.add(kWhere, "'optimal' cannot be combined with light sampler '" + std::string(name) +
+                           "', whose density is unknown");
   }
   if (estimator.roulette == core::RouletteType::kThreshold) {
     faults.add(kWhere,
-               "'optimal' does not go with roulette 'threshold', which leaves out shadow rays");
+               "'optimal' cannot be combined with roulette 'threshold', which skips shadow rays");
   }
   if (estimator.control_variate != core::ControlVariateType::kNone) {
-    faults.add(kWhere, "'optimal' does not go with a control variate; it is one");
+    faults.add(kWhere, "'optimal' cannot be combined with a control variate; it is one");
   }
   if (!estimator.expected_values) {
-    faults.add(kWhere,
-               "'optimal' does not go with expected_values false, where paths end at random");
+    faults.add(
+        kWhere,
+        "'optimal' cannot be combined with expected_values false, where paths end at random");
   }
 }
 
-/// Light samples are shared where the camera looks, by paths that have one continuation each and no
-/// other use for them.
+/// `restir` shares light samples at camera hits, for paths that have one continuation each and use
+/// the samples for nothing else.
 void check_restir(const core::RenderSettings& render, Faults& faults) {
   if (render.light_sampler != core::LightSamplerType::kRestir) {
     return;
@@ -79,27 +80,28 @@ void check_restir(const core::RenderSettings& render, Faults& faults) {
   const int paths = render.light_block * render.light_block * render.light_history;
   if (paths > static_cast<int>(core::SharedSamples::kMost)) {
     const std::string block = std::to_string(render.light_block);
-    faults.add("/light_sampler/history", std::to_string(render.light_history) + " passes of " +
-                                             block + " x " + block + " pixels are " +
-                                             std::to_string(paths) + " paths that share; at most " +
-                                             std::to_string(core::SharedSamples::kMost) + " can");
+    faults.add("/light_sampler/history",
+               std::to_string(render.light_history) + " passes of " + block + " x " + block +
+                   " pixels are " + std::to_string(paths) + " paths that share samples; at most " +
+                   std::to_string(core::SharedSamples::kMost) + " can");
   }
   const core::EstimatorSettings& estimator = render.estimator;
   if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
-    faults.add("/light_sampler/type", "'restir' applies to strategies 'mis' and 'light' only");
+    faults.add("/light_sampler/type", "'restir' applies only to strategies 'mis' and 'light'");
   }
   if (estimator.splitting != core::SplittingType::kNone) {
-    faults.add("/estimator/splitting/type",
-               "does not go with light sampler 'restir', which gives each path one light sample");
+    faults.add(
+        "/estimator/splitting/type",
+        "cannot be combined with light sampler 'restir', which gives each path one light sample");
   }
   if (estimator.control_variate != core::ControlVariateType::kNone) {
     faults.add("/estimator/control_variate/type",
-               "does not go with light sampler 'restir': a neighbour's sample does not cancel what "
-               "is subtracted for one's own");
+               "cannot be combined with light sampler 'restir': a neighbour's sample does not "
+               "cancel the term subtracted for a path's own sample");
   }
 }
 
-/// Directions for study know one BSDF at each point, and irradiance is measured in colours.
+/// The study strategies require a single BSDF at each point, and irradiance is measured in RGB.
 void check_spectral(const core::RenderSettings& render, Faults& faults) {
   const core::Strategy strategy = render.estimator.strategy;
   if (!render.spectral) {
@@ -107,19 +109,18 @@ void check_spectral(const core::RenderSettings& render, Faults& faults) {
   }
   if (strategy == core::Strategy::kCosine || strategy == core::Strategy::kUniform) {
     faults.add("/estimator/strategy", shown(Json(core::row_of(core::strategies(), strategy).name)) +
-                                          " does not go with spectral true");
+                                          " cannot be combined with spectral true");
   }
   const auto& shares = render.film.shares;
   if (!render.meter.empty() ||
       std::any_of(shares.begin(), shares.end(),
                   [](const core::LightShare& share) { return share.is_irradiance; })) {
     faults.add("/spectral",
-               "true does not go with a meter or layer 'irradiance', which measure "
-               "in colours");
+               "true cannot be combined with a meter or layer 'irradiance', which use RGB");
   }
 }
 
-/// Paths of different times have nothing to share, and a meter has one time.
+/// Paths of different times cannot share samples, and a meter has a single time.
 void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   constexpr std::string_view kOption = "/shutter_seconds";
   const auto accepts = [kOption](const core::IntegratorEntry& each) {
@@ -130,7 +131,7 @@ void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults
   }
   if (!spec.time_seconds) {
     faults.add(std::string(kOption),
-               "does not go with time_seconds null: in the rest pose nothing moves");
+               "cannot be combined with time_seconds null: in the rest pose nothing moves");
   }
   if (!accepts(row)) {
     std::string others;
@@ -143,14 +144,14 @@ void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults
                "is not used by integrator '" + std::string(row.name) + "'" + others);
   }
   if (spec.render.light_sampler == core::LightSamplerType::kRestir) {
-    faults.add("/light_sampler/type", "'restir' does not go with shutter_seconds");
+    faults.add("/light_sampler/type", "'restir' cannot be combined with shutter_seconds");
   }
   if (!spec.render.meter.empty()) {
-    faults.add("/meter", "does not go with shutter_seconds");
+    faults.add("/meter", "cannot be combined with shutter_seconds");
   }
 }
 
-/// What is not found along one path alone has no share.
+/// Only light found along a single path can be assigned to a share.
 void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   const core::RenderSettings& render = spec.render;
   for (const core::LightShare& share : render.film.shares) {
@@ -163,16 +164,17 @@ void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults&
         others += (others.empty() ? ", but by '" : ", '") + std::string(other.name) + "'";
       }
     }
-    faults.add("/film/layers", "'" + share.layer + "' is not kept by integrator '" +
+    faults.add("/film/layers", "'" + share.layer + "' is not supported by integrator '" +
                                    std::string(row.name) + "'" + others);
   }
   if (render.film.shares.empty() && !render.fog && !render.spectral) {
     return;
   }
   const std::string reason =
-      render.fog        ? "does not go with a medium"
-      : render.spectral ? "does not go with spectral true"
-                        : "does not go with layers bounce:N, light:NAME, st:S,T and irradiance";
+      render.fog ? "cannot be combined with a medium"
+      : render.spectral
+          ? "cannot be combined with spectral true"
+          : "cannot be combined with layers bounce:N, light:NAME, st:S,T and irradiance";
   if (render.estimator.mis == core::MisType::kOptimal) {
     faults.add("/estimator/mis/type", "'optimal' " + reason);
   }
@@ -189,19 +191,18 @@ void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults&
 void check_camera(const JobSpec& spec, Faults& faults) {
   const core::CameraSettings& camera = spec.camera;
   if (camera.name && camera.index) {
-    faults.add("/camera/index",
-               "name and index both choose a camera of the file; give one of them");
+    faults.add("/camera/index", "name and index both select a camera of the file; give only one");
   }
   if (camera.up && norm(exact(*camera.up)) == 0) {
     faults.add("/camera/up", "is the zero vector");
   }
   if (camera.type && *camera.type != core::CameraType::kPerspective &&
       camera.vertical_fov_degrees) {
-    faults.add("/camera/vertical_fov_degrees", "is of perspective cameras only");
+    faults.add("/camera/vertical_fov_degrees", "applies only to perspective cameras");
   }
   if (camera.type && *camera.type != core::CameraType::kOrthographic &&
       camera.orthographic_height_m) {
-    faults.add("/camera/orthographic_height", "is of orthographic cameras only");
+    faults.add("/camera/orthographic_height", "applies only to orthographic cameras");
   }
   if (camera.type == core::CameraType::kPanorama) {
     if (camera.aperture_radius_m.value_or(0) > 0) {
@@ -210,18 +211,19 @@ void check_camera(const JobSpec& spec, Faults& faults) {
     const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
     if (row != nullptr && row->splats) {
       faults.add("/camera/type",
-                 "'panorama' does not go with integrator '" + spec.render.integrator +
-                     "', whose light paths end in the picture: its filters reach over the seam");
+                 "'panorama' cannot be combined with integrator '" + spec.render.integrator +
+                     "', whose light paths are splatted: their filters would cross the seam");
     }
   }
   if (spec.orbit && (camera.position || camera.target)) {
-    faults.add("/camera/orbit", "places the camera; give it, or position and target");
+    faults.add("/camera/orbit",
+               "sets the camera's position; give either orbit or position and target");
   } else if (camera.position && camera.target) {
     check_view(camera, faults);
   } else if (camera.position) {
-    faults.add("/camera/target", "is required with position; they come together");
+    faults.add("/camera/target", "is required with position");
   } else if (camera.target) {
-    faults.add("/camera/position", "is required with target; they come together");
+    faults.add("/camera/position", "is required with target");
   }
 }
 
@@ -248,20 +250,20 @@ void check_film(const core::FilmSettings& film, Faults& faults) {
 
 void check_class(const JobSpec& spec, Faults& faults) {
   if (spec.preview_key && spec.job_class != JobClass::kPreview) {
-    faults.add("/preview_key", "applies to class 'preview' only");
+    faults.add("/preview_key", "applies only to class 'preview'");
   }
-  // A preview is in memory only; these promise something that outlives the process.
+  // A preview exists only in memory; these settings promise something that outlives the process.
   if (spec.webhook && spec.job_class == JobClass::kPreview) {
-    faults.add("/webhook", "applies to class 'normal' only");
+    faults.add("/webhook", "applies only to class 'normal'");
   }
   if (spec.retention_seconds && spec.job_class == JobClass::kPreview) {
-    faults.add("/retention_seconds", "applies to class 'normal' only");
+    faults.add("/retention_seconds", "applies only to class 'normal'");
   }
 }
 
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
   const core::RenderSettings& render = spec.render;
-  // Stored jobs may name an integrator that this build does not have.
+  // Stored jobs may name an integrator that this build lacks.
   const bool is_known = core::find_integrator(render.integrator) != nullptr;
   const auto refuse = [&](const char* pointer, const std::string& whose) {
     faults.add(pointer, whose + " '" + render.integrator +
@@ -275,8 +277,8 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
   } else if (stop.denoised_error && is_known &&
              core::pixel_errors(render) != core::PixelErrors::kIndependent) {
     faults.add("/stop/denoised_error",
-               "errors of neighbouring pixels are correlated, so that the error of a denoised "
-               "image has no interval; give samples_per_pixel or seconds");
+               "errors of neighbouring pixels are correlated, so the error of a denoised image has "
+               "no interval; give samples_per_pixel or seconds");
   } else if (stop.denoised_error && is_known && !core::errors_are_valid(render)) {
     refuse("/stop/denoised_error", "the error of integrator");
   }
@@ -287,11 +289,11 @@ void check_options(const JobSpec& spec, Faults& faults) {
   const core::EstimatorSettings& estimator = spec.render.estimator;
   if (estimator.strategy != core::Strategy::kMis &&
       (estimator.mis != defaults.mis || estimator.mis_exponent != defaults.mis_exponent)) {
-    faults.add("/estimator/mis", "applies to strategy 'mis' only");
+    faults.add("/estimator/mis", "applies only to strategy 'mis'");
   }
   if (estimator.control_variate != core::ControlVariateType::kNone &&
       estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
-    faults.add("/estimator/control_variate", "applies to strategies 'mis' and 'light' only");
+    faults.add("/estimator/control_variate", "applies only to strategies 'mis' and 'light'");
   }
   check_optimal_mis(spec.render, faults);
   check_restir(spec.render, faults);
@@ -308,7 +310,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
   for (const std::string_view option : core::integrator_options()) {
     const Json::json_pointer pointer{std::string(option)};
     if (!seen.contains(pointer) || !usual.contains(pointer)) {
-      continue;  // shown where it is accepted, and refused elsewhere when it is read
+      continue;  // printed where accepted, and refused elsewhere by the parser
     }
     const bool is_accepted =
         std::find(row->accepts.begin(), row->accepts.end(), option) != row->accepts.end();

@@ -1,4 +1,4 @@
-/// Rules of a job request that look at more than one member.
+/// Rules of a job request that depend on several members.
 #pragma once
 
 #include "api/faults.h"
@@ -7,15 +7,16 @@
 
 namespace api {
 
-/// Camera members that exclude or need each other, or that describe no view.
+/// Checks for camera members that exclude or require each other, or that describe no view.
 void check_camera(const JobSpec& spec, Faults& faults);
-/// Crop inside the film; size of the film (the one fault that is 413).
+/// Checks that the crop is inside the film, and the size of the film (the only fault with 413).
 void check_film(const core::FilmSettings& film, Faults& faults);
-/// preview_key without class preview.
+/// Refuses preview_key without class preview.
 void check_class(const JobSpec& spec, Faults& faults);
-/// An option that differs from its default, though neither strategy nor integrator uses it.
+/// Refuses options that differ from their defaults but that neither strategy nor integrator uses.
 void check_options(const JobSpec& spec, Faults& faults);
-/// A stop rule that needs an error that the job has not. stop: may be other rules than the job's.
+/// Refuses a stop rule that needs an error estimate that the job lacks. stop: may differ from the
+/// job's.
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults);
 
 }  // namespace api

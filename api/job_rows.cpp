@@ -30,7 +30,7 @@ const auto& crop_table() {
 }
 
 const auto& medium_table() {
-  // Beyond, a metre of it is as good as a wall.
+  // At the upper end, a metre of the medium is opaque.
   constexpr Range kCoefficient = {0, 1e6};
   constexpr double kMostForward = 0.999;
   static constexpr auto kTable = std::tuple{
@@ -44,11 +44,12 @@ const auto& medium_table() {
           "Coefficient in 1/m, linear RGB."),
       number(
           "g", [](auto& s) -> auto& { return s.g; }, {-kMostForward, kMostForward},
-          "Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 "
+          "Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 "
           "forward."),
       number(
           "height_falloff", [](auto& s) -> auto& { return s.height_falloff; }, {0, 1e3},
-          "Density falls with exp(-height_falloff y); coefficients are those at y = 0."),
+          "Density is proportional to exp(-height_falloff y); the coefficients are those at y = "
+          "0."),
   };
   return kTable;
 }
@@ -86,7 +87,7 @@ void print_labels(const JobSpec& spec, Json& object) {
 }
 
 Json labels_schema(const JobSpec& /*defaults*/) {
-  Json schema = basic_schema("object", "Free key-value pairs to find jobs by.");
+  Json schema = basic_schema("object", "Key-value pairs for finding jobs.");
   schema["maxProperties"] = limits::kLabels;
   schema["propertyNames"] = {{"minLength", 1}, {"maxLength", limits::kLabelKeyCharacters}};
   schema["additionalProperties"] = {{"type", "string"},
@@ -95,7 +96,7 @@ Json labels_schema(const JobSpec& /*defaults*/) {
   return schema;
 }
 
-/// scheme://host[:port][/...] without a user, spaces or a fragment.
+/// Returns whether it is scheme://host[:port][/...] without a user, spaces or a fragment.
 bool is_web_address(std::string_view url) {
   const auto after_scheme = [&url](std::string_view scheme) {
     return url.substr(0, scheme.size()) == scheme ? url.substr(scheme.size()) : std::string_view();
@@ -125,7 +126,7 @@ void read_webhook_events(const Json& value, Webhook& webhook, const std::string&
                                           value[i].get<std::string>()) != kWebhookEvents.end();
     if (!known) {
       faults.add(join_pointer(pointer, std::to_string(i)),
-                 shown(value[i]) + " is none of state, warning, end");
+                 shown(value[i]) + " is not one of state, warning, end");
     }
   }
   for (const std::string_view name : kWebhookEvents) {
@@ -200,7 +201,7 @@ void print_crop(const JobSpec& spec, Json& object) {
 
 Json crop_schema(const JobSpec& /*defaults*/) {
   Json schema = object_schema(crop_table(), core::PixelRect{},
-                              "Part of the film that is rendered; null: all of it.");
+                              "Part of the film to render; null: all of it.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
@@ -291,8 +292,8 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
   }
   if (spec.render.film.shares.size() > static_cast<std::size_t>(limits::kLightShares)) {
     faults.add(pointer, "names " + std::to_string(spec.render.film.shares.size()) +
-                            " shares of the light; at most " +
-                            std::to_string(limits::kLightShares) + " are allowed");
+                            " light shares; at most " + std::to_string(limits::kLightShares) +
+                            " are allowed");
   }
   for (const core::LayerEntry& layer : core::layers()) {
     if (layer.recorded != nullptr) {
@@ -328,10 +329,10 @@ Json layers_schema(const JobSpec& defaults) {
   for (const std::string& name : recordable_layers()) {
     recordable += (recordable.empty() ? "" : ", ") + name;
   }
-  Json schema = basic_schema(
-      "array", "Layers to record: " + recordable +
-                   ", shares of the light, bounce:N and light:NAME (path and bdpt) and "
-                   "st:S,T (bdpt), and irradiance. The others are always there.");
+  Json schema =
+      basic_schema("array", "Layers to record: " + recordable +
+                                ", light shares (bounce:N and light:NAME for path and bdpt, st:S,T "
+                                "for bdpt), and irradiance. All other layers are always recorded.");
   schema["items"] = layer_schema();
   schema["uniqueItems"] = true;
   schema["default"] = defaults.layers;
@@ -367,10 +368,9 @@ void read_first_replicate(const Json& value, JobSpec& spec, const std::string& p
 }
 
 Json first_replicate_schema(const JobSpec& defaults) {
-  Json schema =
-      basic_schema("integer",
-                   "Number of the first replicate of the seed; even. Jobs that hold different "
-                   "ones can be merged into the film of one job.");
+  Json schema = basic_schema("integer",
+                             "Number of the seed's first replicate; even. Jobs with different "
+                             "replicates can be merged into the film of a single job.");
   schema["minimum"] = 0;
   schema["maximum"] = limits::kFirstReplicate;
   schema["multipleOf"] = 2;

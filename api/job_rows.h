@@ -1,5 +1,5 @@
-/// Members of the job request that are more than one number, word or triple: how each is read,
-/// printed and described. Rows of the table in api/job_spec.cpp.
+/// Members of the job request that are more than one number, word or triple: reading, printing and
+/// schema of each. Rows of the table in api/job_spec.cpp.
 #pragma once
 
 #include <string>
@@ -26,9 +26,9 @@ void read_ground(const Json& value, JobSpec& spec, const std::string& pointer, F
 void print_ground(const JobSpec& spec, Json& object);
 Json ground_schema(const JobSpec& defaults);
 
-/// What follows from what the request leaves out, for background and denoising.
+/// Sets defaults of background and denoising that depend on omitted members.
 void settle_stage(const Json& request, JobSpec& spec);
-/// Rules between environment, background, ground and other members.
+/// Checks rules between environment, background, ground and other members.
 void check_stage(const Json& request, const JobSpec& spec, Faults& faults);
 
 void read_orbit(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
@@ -51,7 +51,7 @@ void read_meter(const Json& value, JobSpec& spec, const std::string& pointer, Fa
 void print_meter(const JobSpec& spec, Json& object);
 Json meter_schema(const JobSpec& defaults);
 
-/// Of the name of a layer.
+/// Returns the schema of a layer's name.
 Json layer_schema();
 void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_layers(const JobSpec& spec, Json& object);

@@ -17,36 +17,39 @@
 namespace api {
 namespace {
 
-constexpr double kFar = 1e9;  ///< metres; beyond, floats cannot tell a kilometre from the next
+constexpr double kFar = 1e9;  ///< metres; beyond, floats are at least 64 m apart
 constexpr Range kCoordinate = {-kFar, kFar};
 
 constexpr std::array kClasses = {
-    core::NamedValue<JobClass>{"normal", JobClass::kNormal, "Kept, in the order of priority."},
-    core::NamedValue<JobClass>{"preview", JobClass::kPreview,
-                               "Served first, in memory only, superseded by the next of its key."},
+    core::NamedValue<JobClass>{"normal", JobClass::kNormal,
+                               "Stored, and served in the order of priority."},
+    core::NamedValue<JobClass>{
+        "preview", JobClass::kPreview,
+        "Served first, kept only in memory, superseded by the next preview with its key."},
 };
 std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
 
 constexpr auto camera_row() {
   return group(
       "camera",
-      "Null members keep the value of the file's camera, chosen by name or index, else the first.",
+      "Null members keep the value of the file's camera, selected by name or index, otherwise the "
+      "first.",
       text(
           "name", [](auto& s) -> auto& { return s.camera.name; }, {1, limits::kNameCharacters},
-          "Camera of the file by name."),
+          "Name of the file's camera."),
       number(
           "index", [](auto& s) -> auto& { return s.camera.index; }, {0, 65535},
-          "Camera of the file by index; not together with name."),
+          "Index of the file's camera; excludes name."),
       triple(
           "position", [](auto& s) -> auto& { return s.camera.position; }, kCoordinate,
-          "Camera position in world space, metres. Comes with target; together they replace the "
+          "Camera position in world space, metres. Requires target; together they replace the "
           "file's pose."),
       triple(
           "target", [](auto& s) -> auto& { return s.camera.target; }, kCoordinate,
-          "Point that the camera looks at, metres, world."),
+          "Point that the camera looks at, in world space, metres."),
       triple(
           "up", [](auto& s) -> auto& { return s.camera.up; }, kCoordinate,
-          "Upward direction; [0, 1, 0] if position and target are given without it."),
+          "Up direction; [0, 1, 0] if position and target are given without it."),
       shown_if([](const JobSpec& s) { return s.orbit.has_value(); },
                CustomRow<JobSpec>{"orbit", &read_orbit, &print_orbit, &orbit_schema}),
       shown_if([](const JobSpec& s) { return s.camera.type.has_value(); },
@@ -91,7 +94,7 @@ constexpr auto film_row() {
       CustomRow<JobSpec>{"layers", &read_layers, &print_layers, &layers_schema});
 }
 
-/// A choice that says where the adaptive rules are that the renderer does not have.
+/// A choice whose faults name the laboratory's experiment for adaptive rules that exist only there.
 template <typename Row>
 struct AdaptiveTypeRow : Row {
   template <typename S>
@@ -99,8 +102,8 @@ struct AdaptiveTypeRow : Row {
     for (const core::LaboratoryRule& rule : core::laboratory_rules()) {
       if (value.is_string() && value.get_ref<const std::string&>() == rule.name) {
         faults.add(pointer, "'" + std::string(rule.name) +
-                                "' is in the laboratory, because its image or its error is not "
-                                "right: experiment '" +
+                                "' is available only in the laboratory, because its image or its "
+                                "error estimate is not correct: experiment '" +
                                 std::string(rule.experiment) + "', estimator '" +
                                 std::string(rule.estimator) + "'");
         return;
@@ -119,28 +122,26 @@ constexpr auto adaptive_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.adaptive.type; };
   return group(
       "adaptive", "Adaptive sampling.",
-      adaptive_type(choice(
-          "type", kType, &core::adaptive_types,
-          "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' "
-          "for others.")),
-      option_of(
-          "/adaptive/min_samples", kType, &core::adaptive_types,
-          number(
-              "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
-              {1, limits::kSamplesPerPixel},
-              "Samples of every pixel before the first decision, all replicates together; rounded "
-              "up to where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each "
-              "replicate.")),
+      adaptive_type(choice("type", kType, &core::adaptive_types,
+                           "Rule that assigns samples. Default: 'pilot' for jobs with "
+                           "stop.relative_error, otherwise 'none'.")),
+      option_of("/adaptive/min_samples", kType, &core::adaptive_types,
+                number(
+                    "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
+                    {1, limits::kSamplesPerPixel},
+                    "Samples of every pixel before the first decision, all replicates together; "
+                    "rounded up to a count at which decisions are made: 20, or 1, 1.25, 1.5 and "
+                    "1.75 times 2^k of each replicate.")),
       option_of("/adaptive/granularity", kType, &core::adaptive_types,
                 choice(
                     "granularity", [](auto& s) -> auto& { return s.render.adaptive.granularity; },
-                    &core::granularities, "What gets the same number of samples.")),
+                    &core::granularities, "Unit that gets the same number of samples.")),
       option_of("/adaptive/dilation", kType, &core::adaptive_types,
                 number(
                     "dilation", [](auto& s) -> auto& { return s.render.adaptive.dilation; },
                     {0, limits::kDilation},
-                    "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour "
-                    "counts.")));
+                    "Radius in pixels, in tiles for granularity 'tile': each takes the largest "
+                    "need of its neighbours.")));
 }
 
 constexpr auto estimator_row() {
@@ -148,10 +149,10 @@ constexpr auto estimator_row() {
   constexpr auto kRoulette = [](auto& s) -> auto& { return s.render.estimator.roulette; };
   constexpr auto kSplitting = [](auto& s) -> auto& { return s.render.estimator.splitting; };
   return group(
-      "estimator", "How paths are made and combined.",
+      "estimator", "How paths are sampled and combined.",
       choice(
           "strategy", [](auto& s) -> auto& { return s.render.estimator.strategy; },
-          &core::strategies, "Where directions come from."),
+          &core::strategies, "How directions are sampled."),
       group("mis", "Weights of multiple importance sampling.",
             choice("type", kMis, &core::mis_types, "Heuristic."),
             option_of(
@@ -161,53 +162,54 @@ constexpr auto estimator_row() {
                     {1, 16}, "Exponent of the power heuristic."))),
       group(
           "roulette", "Russian roulette.",
-          choice("type", kRoulette, &core::roulette_types, "What decides about survival."),
+          choice("type", kRoulette, &core::roulette_types, "Rule for the survival probability."),
           option_of("/estimator/roulette/delta", kRoulette, &core::roulette_types,
                     number(
                         "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
                         {0, 1e9}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
-      group("splitting", "Several continuations of a path at its first surface.",
-            choice("type", kSplitting, &core::splitting_types, "How many there are."),
+      group("splitting", "Splitting of a path into several at its first surface.",
+            choice("type", kSplitting, &core::splitting_types, "How their number is chosen."),
             option_of("/estimator/splitting/count", kSplitting, &core::splitting_types,
                       number(
                           "count", [](auto& s) -> auto& { return s.render.estimator.split_count; },
-                          {1, limits::kSplitCount}, "Continuations of each path."))),
-      group("control_variate", "What is subtracted from samples and added in closed form.",
+                          {1, limits::kSplitCount}, "Number of continuations."))),
+      group("control_variate", "Quantity that is subtracted from samples and added in closed form.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.estimator.control_variate; },
                 &core::control_variate_types, "Kind of control variate.")),
       flag(
           "expected_values", [](auto& s) -> auto& { return s.render.estimator.expected_values; },
-          "True: absorption and transparency are factors; false: they end paths at random."));
+          "True: absorption and transparency weight paths; false: they terminate paths at "
+          "random."));
 }
 
 constexpr auto light_sampler_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.light_sampler; };
   return group(
       "light_sampler", "How a light is selected.",
-      choice("type", kType, &core::light_samplers, "Kind of choice."),
-      option_of("/light_sampler/candidates", kType, &core::light_samplers,
-                number(
-                    "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
-                    {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
+      choice("type", kType, &core::light_samplers, "Method of selection."),
+      option_of(
+          "/light_sampler/candidates", kType, &core::light_samplers,
+          number(
+              "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
+              {1, limits::kLightCandidates}, "Candidate light samples, of which one is selected.")),
       option_of("/light_sampler/block", kType, &core::light_samplers,
                 number(
                     "block", [](auto& s) -> auto& { return s.render.light_block; },
                     {1, limits::kLightBlock},
-                    "Side in pixels of the squares whose pixels share light samples.")),
-      option_of(
-          "/light_sampler/history", kType, &core::light_samplers,
-          number(
-              "history", [](auto& s) -> auto& { return s.render.light_history; },
-              {1, limits::kLightHistory},
-              "Passes that share light samples too: samples of a replicate, one after another. "
-              "At most 64 paths share, block x block x history.")),
+                    "Side, in pixels, of the squares whose pixels share light samples.")),
+      option_of("/light_sampler/history", kType, &core::light_samplers,
+                number(
+                    "history", [](auto& s) -> auto& { return s.render.light_history; },
+                    {1, limits::kLightHistory},
+                    "Passes that also share light samples: successive samples of a replicate. At "
+                    "most 64 paths share samples: block x block x history.")),
       option_of(
           "/light_sampler/candidates_per_pixel", kType, &core::light_samplers,
           number(
               "candidates_per_pixel", [](auto& s) -> auto& { return s.render.block_candidates; },
               {1, limits::kLightCandidates},
-              "Light samples of each path, of which one is shared.")));
+              "Candidate light samples of each path, of which one is shared.")));
 }
 
 const auto& table() {
@@ -221,7 +223,7 @@ const auto& table() {
       CustomRow<JobSpec>{"labels", &read_labels, &print_labels, &labels_schema},
       number(
           "priority", [](auto& s) -> auto& { return s.priority; },
-          {-limits::kPriority, limits::kPriority}, "Higher is served first."),
+          {-limits::kPriority, limits::kPriority}, "Higher values are served first."),
       number(
           "seed", [](auto& s) -> auto& { return s.render.seed; }, {0, limits::kSeed},
           "Seed for all random numbers in the job."),
@@ -231,21 +233,22 @@ const auto& table() {
           "Material variant of the file by name (KHR_materials_variants)."),
       number(
           "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
-          "Animation time, seconds; null: the rest pose, which the file's own transforms give."),
+          "Animation time, seconds; null: the rest pose given by the file's transforms."),
       shown_if([](const JobSpec& s) { return s.render.shutter_seconds > 0; },
                number(
                    "shutter_seconds", [](auto& s) -> auto& { return s.render.shutter_seconds; },
                    {0, 1e6},
-                   "How long the shutter is open, seconds, from time_seconds on: what animations "
-                   "move then, the file's camera too, is blurred. 0: nothing is.")),
+                   "Time that the shutter is open, in seconds, starting at time_seconds: animated "
+                   "objects and the file's camera are blurred. 0: no motion blur.")),
       shown_if([](const JobSpec& s) { return s.render.film.motion; },
                number(
                    "motion_seconds", [](auto& s) -> auto& { return s.motion_seconds; }, {-1e6, 1e6},
-                   "From time_seconds to the second time of the layer motion, whose file camera "
-                   "counts too; below 0: before. In the rest pose nothing moves.")),
+                   "Time from time_seconds to the second moment of the layer motion, which "
+                   "includes the motion of the file's camera; negative: an earlier moment. In the "
+                   "rest pose nothing moves.")),
       CustomRow<JobSpec>{"medium", &read_medium, &print_medium, &medium_schema},
       choice(
-          "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
+          "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "Scheduling class."),
       text(
           "preview_key", [](auto& s) -> auto& { return s.preview_key; },
           {1, limits::kNameCharacters},
@@ -264,10 +267,10 @@ const auto& table() {
       film_row(),
       integrator_row(),
       estimator_row(),
-      group("sampler", "Where random numbers come from.",
+      group("sampler", "Sequence of sample points.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
-                "Kind of point set. Each has a rule for sample counts; see /v1/server."),
+                "Type of point set. Each has a rule for sample counts; see /v1/server."),
             CustomRow<JobSpec>{
                 "replicates", &read_replicates,
                 [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },
@@ -293,22 +296,22 @@ const auto& table() {
           },
           [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
           [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
-      shown_if(
-          [](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
-          group("denoise", "Denoised images, which are made on demand and are no part of the film.",
-                choice(
-                    "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
-                    "What makes them."),
-                flag(
-                    "preview", [](auto& s) -> auto& { return s.denoise.preview; },
-                    "If false, there are none before the job has ended."))),
+      shown_if([](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
+               group("denoise",
+                     "Denoised images, which are made on demand and are not part of the film.",
+                     choice(
+                         "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
+                         "Denoiser."),
+                     flag(
+                         "preview", [](auto& s) -> auto& { return s.denoise.preview; },
+                         "If false, there are none until the job has ended."))),
       shown_if([](const JobSpec& s) { return s.webhook.has_value(); },
                CustomRow<JobSpec>{"webhook", &read_webhook, &print_webhook, &webhook_schema}),
       shown_if([](const JobSpec& s) { return s.retention_seconds.has_value(); },
                number(
                    "retention_seconds", [](auto& s) -> auto& { return s.retention_seconds; },
                    {0, limits::kRetentionSeconds},
-                   "The job and its files are deleted so long after its end; null: kept.")),
+                   "Time after its end at which the job and its files are deleted; null: kept.")),
   };
   return kTable;
 }
@@ -317,14 +320,14 @@ const auto& table() {
 
 namespace {
 
-/// Decisions are taken at certain counts only: the spec holds the one that is in force. False: it
-/// does already.
+/// Rounds min_samples to a count at which decisions are made, so that the spec holds the value in
+/// force. Returns false if it already was one.
 bool round_min_samples(core::RenderSettings& render) {
   if (render.adaptive.type == core::AdaptiveType::kNone) {
     return false;
   }
   const int in_force = core::first_epoch(render);
-  // Beyond what a job may have nothing is ever decided.
+  // Beyond the samples that a job may have, no decision is ever made.
   if (in_force == render.adaptive.min_samples || in_force > limits::kSamplesPerPixel) {
     return false;
   }
@@ -335,12 +338,11 @@ bool round_min_samples(core::RenderSettings& render) {
 std::string min_samples_warning(int asked, const core::RenderSettings& render) {
   return "adaptive.min_samples: " + std::to_string(asked) + " was asked for, " +
          std::to_string(render.adaptive.min_samples) +
-         " is in force: decisions are taken at 1, 1.25, 1.5 and 1.75 times 2^k samples of each "
-         "of " +
+         " is in force: decisions are made at 1, 1.25, 1.5 and 1.75 times 2^k samples of each of " +
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-/// The integrator that the request names, else the usual one.
+/// Returns the integrator named by the request, or the default one.
 std::string integrator_of(const Json& request) {
   const Json::json_pointer type("/integrator/type");
   return request.contains(type) && request.at(type).is_string()
@@ -366,7 +368,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
       !value->contains(Json::json_pointer("/estimator/splitting"))) {
     job.spec.render.estimator.splitting = core::SplittingType::kNone;
   }
-  // The rules between members speak about values that are fine by themselves.
+  // Rules between members require valid members.
   if (faults.empty()) {
     check_camera(job.spec, faults);
     check_film(job.spec.render.film, faults);

@@ -87,7 +87,7 @@ core::Progress JobView::nothing_rendered() {
 namespace {
 
 double shown_fraction(const JobView& job) {
-  // Below 1 until the end, also after rounding to the four digits that a bar can show.
+  // Stays below 1 until the end, even after rounding to the four digits of a progress bar.
   constexpr double kNearlyDone = 0.9999;
   return job.state == JobState::kFinished ? 1.0
                                           : std::clamp(job.progress.fraction, 0.0, kNearlyDone);
@@ -100,14 +100,14 @@ Json eta_interval(const JobView& job) {
 }
 
 Json stop_reason_shape() {
-  return shape::nullable(
-      shape::one_of({kReasons.begin() + 1, kReasons.end()}, "What ended the job; null before."));
+  return shape::nullable(shape::one_of({kReasons.begin() + 1, kReasons.end()},
+                                       "Why the job ended; null until it has ended."));
 }
 
 const View<JobView>& samples_view() {
   static const View<JobView> kView = {
       "",
-      "Samples a pixel has, over the pixels of the crop.",
+      "Samples per pixel, over the pixels of the crop.",
       {{"min", shape::count(), [](const JobView& j) -> Json { return j.progress.samples_min; }},
        {"mean", shape::real(),
         [](const JobView& j) { return number_json(j.progress.samples_mean); }},
@@ -124,8 +124,8 @@ Json job_state_schema() {
 const View<JobView>& progress_view() {
   static const View<JobView> kView = {
       "Progress",
-      "How far it is.",
-      {{"fraction", shape::real("0 to 1; 1 only at the end."),
+      "Progress of the job.",
+      {{"fraction", shape::real("From 0 to 1; 1 only at the end."),
         [](const JobView& j) { return number_json(shown_fraction(j)); }},
        {"samples_per_pixel", samples_view().shape(),
         [](const JobView& j) { return samples_view().print(j); }},
@@ -133,24 +133,24 @@ const View<JobView>& progress_view() {
         [](const JobView& j) { return number_json(j.progress.elapsed_seconds); }},
        {"cpu_seconds", shape::real("CPU time summed over all threads."),
         [](const JobView& j) { return number_json(j.progress.cpu_seconds); }},
-       {"eta_seconds", shape::nullable(shape::real("Until the end; null: unknown.")),
+       {"eta_seconds", shape::nullable(shape::real("Time until the end; null: unknown.")),
         [](const JobView& j) {
           return j.progress.eta_seconds ? number_json(*j.progress.eta_seconds) : Json(nullptr);
         }},
        {"eta_interval_seconds",
-        shape::nullable(shape::interval("Lower and upper bound of eta_seconds, as long as the pace "
-                                        "stays the same; null: unknown.")),
+        shape::nullable(shape::interval(
+            "Lower and upper bound of eta_seconds at the current speed; null: unknown.")),
         &eta_interval}}};
   return kView;
 }
 
 bool is_ended_by_error(const JobView& job) {
-  // It stays so when a clock ends the job later: the count is the larger of the two.
+  // Remains true if a time limit ends the job later: the count is the larger of the two.
   return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
 }
 
 DenoisedView promised(DenoisedView denoised, const JobView& job) {
-  // The errors that ended it were looked for: what is above them is promised, not what is below.
+  // Errors that ended the job were selected by their value: only their upper bound holds.
   for (core::ErrorInterval* error : {&denoised.mixed, &denoised.full}) {
     error->low = is_ended_by_error(job) && std::isfinite(error->low) ? 0 : error->low;
   }
@@ -159,7 +159,7 @@ DenoisedView promised(DenoisedView denoised, const JobView& job) {
 
 std::string_view bias_of(const core::RenderSettings& render, bool is_by_error) {
   const std::string_view bias = core::bias_of(render);
-  // A sample count that depends on the error it saw is no longer independent of the picture.
+  // A sample count that depends on the error estimate is not independent of the picture.
   return bias == "none" && is_by_error ? "consistent" : bias;
 }
 
@@ -181,11 +181,11 @@ const View<JobView>& error_view() {
       "ErrorEstimate",
       "Error estimate of the current image.",
       {{"relative_rmse",
-        shape::nullable(shape::real(
-            "Noise over signal of the average tile: sqrt(mean over tiles of N / (S + F)), N the "
-            "sum of (A - B)^2 / 4 over pixels and channels, S that of A B, A and B the "
-            "halves' means, F the floor 3 n (0.05 L)^2 of n pixels in an image of mean "
-            "luminance L; null: unknown.")),
+        shape::nullable(
+            shape::real("Noise-to-signal ratio of the average tile: sqrt(mean over tiles of N / (S "
+                        "+ F)), N the sum of (A - B)^2 / 4 over pixels and channels, S that of A "
+                        "B, A and B the halves' means, F the floor 3 n (0.05 L)^2 of n pixels in "
+                        "an image of mean luminance L; null: unknown.")),
         [](const JobView& j) { return number_json(j.progress.error.relative_rmse); }},
        {"low",
         shape::nullable(shape::real("Lower end of the interval; null: unknown, or not valid.")),
@@ -195,11 +195,10 @@ const View<JobView>& error_view() {
        {"confidence", shape::real("Of the interval."),
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
-       {"valid",
-        shape::flag("False: the two halves depend on each other, and there is no interval."),
+       {"valid", shape::flag("False: the two halves are dependent, so there is no interval."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
-        shape::flag("Few places of the image carry the error: the interval is a guess."),
+        shape::flag("A few small regions dominate the error, so the interval is only a guess."),
         [](const JobView& j) -> Json { return j.progress.error.unreliable; }}}};
   return kView;
 }
@@ -207,7 +206,7 @@ const View<JobView>& error_view() {
 const View<JobView>& statistics_view() {
   static const View<JobView> kView = {
       "Statistics",
-      "What it cost.",
+      "Cost of the job.",
       {{"rays", shape::count(), [](const JobView& j) -> Json { return j.progress.rays; }},
        {"rays_per_second", shape::nullable(shape::real()),
         [](const JobView& j) { return number_json(j.progress.rays_per_second); }},
@@ -217,12 +216,12 @@ const View<JobView>& statistics_view() {
         [](const JobView& j) { return interval_end(j, j.progress.efficiency_low()); }},
        {"efficiency_high", shape::nullable(shape::real("Null also if `error.low` is 0.")),
         [](const JobView& j) { return interval_end(j, j.progress.efficiency_high()); }},
-       {"rejected_samples", shape::count("Non-finite ones, counted as zero."),
+       {"rejected_samples", shape::count("Samples that were not finite, counted as zero."),
         [](const JobView& j) -> Json { return j.progress.rejected_samples; }},
        {"peak_bytes", shape::nullable(shape::count("Memory; null: unknown.")),
         [](const JobView& j) { return j.peak_bytes == 0 ? Json(nullptr) : Json(j.peak_bytes); }},
        {"split_count",
-        shape::nullable(shape::count("Continuations of each path that splitting 'measured' found; "
+        shape::nullable(shape::count("Number of continuations that splitting 'measured' has found; "
                                      "null: not yet known, or another type.")),
         [](const JobView& j) {
           return j.split_count == 0 ? Json(nullptr) : Json(j.split_count);
@@ -240,8 +239,8 @@ const ViewRow<JobView>& pause_reason_row() {
   static const ViewRow<JobView> kRow = {
       "pause_reason",
       shape::nullable(shape::one_of({kPauseReasons.begin() + 1, kPauseReasons.end()},
-                                    "Why it is paused; null: it is not. `storage_full`: it goes on "
-                                    "by itself when the disk has room.")),
+                                    "Why the job is paused; null: it is not. `storage_full`: it "
+                                    "resumes by itself when the disk has space.")),
       [](const JobView& j) -> Json {
         const std::string_view reason = to_text(j.pause_reason);
         return reason.empty() ? Json(nullptr) : Json(reason);
@@ -294,7 +293,7 @@ const ViewRow<JobView>& failure_row() {
 
 const ViewRow<JobView>& revision_row() {
   static const ViewRow<JobView> kRow = {
-      "revision", shape::count("Counts the changes of the image."),
+      "revision", shape::count("Number of changes of the image."),
       [](const JobView& j) -> Json { return j.progress.revision; }};
   return kRow;
 }
@@ -312,41 +311,43 @@ Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr)
 const View<DenoisedView>& denoised_view() {
   static const View<DenoisedView> kView = {
       "Denoised",
-      "The newest denoised image that was made; the mixed one's error.",
+      "The newest denoised image, with the error of `mixed`.",
       {{"type", shape::text("The denoiser."),
         [](const DenoisedView& d) -> Json { return d.by.type; }},
        {"version", shape::text(), [](const DenoisedView& d) -> Json { return d.by.version; }},
-       {"sha256", shape::nullable(shape::text("Of the file with its weights; null: it has none.")),
+       {"sha256",
+        shape::nullable(shape::text("Hash of the file with its weights; null: it has none.")),
         [](const DenoisedView& d) { return text_or_null(d.by.sha256); }},
-       {"quality", shape::nullable(shape::text("null: it has none to choose.")),
+       {"quality", shape::nullable(shape::text("null: the denoiser has no quality settings.")),
         [](const DenoisedView& d) { return text_or_null(d.by.quality); }},
-       {"note", shape::nullable(shape::text("Why `auto` did not take the better denoiser.")),
+       {"note", shape::nullable(shape::text("Why `auto` did not choose the better denoiser.")),
         [](const DenoisedView& d) { return text_or_null(d.note); }},
        {"features",
         shape::flag("Albedo, normal, depth and emission were used; false: the scene is gone."),
         [](const DenoisedView& d) -> Json { return d.has_features; }},
        {"relative_rmse",
-        shape::nullable(shape::real("As in `error`, N being an estimate of the squared error, "
-                                    "bias included; 0 where it is too small to be seen.")),
+        shape::nullable(shape::real("As in `error`, with N an estimate of the squared error "
+                                    "including bias; 0 if it is too small to be measured.")),
         [](const DenoisedView& d) { return number_json(d.mixed.relative_rmse); }},
        {"low",
-        shape::nullable(shape::real("Of its 95% interval; null: not valid; 0 where an error ended "
-                                    "the job: `high` alone is promised then.")),
+        shape::nullable(shape::real("Lower end of its 95% interval; null: not valid; 0 if an error "
+                                    "target ended the job, because only `high` holds then.")),
         [](const DenoisedView& d) { return number_json(d.mixed.low); }},
        {"high", shape::nullable(shape::real()),
         [](const DenoisedView& d) { return number_json(d.mixed.high); }},
-       {"full_relative_rmse", shape::nullable(shape::real("Of the denoiser's own image.")),
+       {"full_relative_rmse",
+        shape::nullable(shape::real("Relative error of `full`, the denoiser's own image.")),
         [](const DenoisedView& d) { return number_json(d.full.relative_rmse); }},
        {"gain",
-        shape::nullable(shape::real("(plain relative_rmse / this one)^2: samples that the plain "
-                                    "image needs for the same error, over those it has.")),
+        shape::nullable(shape::real("(plain relative_rmse / this one)^2: factor of samples that "
+                                    "the plain image would need for the same error.")),
         [](const DenoisedView& d) {
           const double ratio = d.plain.relative_rmse / d.mixed.relative_rmse;
           return number_json(ratio * ratio);
         }},
-       {"revision", shape::count("Of the image it was made from."),
+       {"revision", shape::count("Revision of the image that was denoised."),
         [](const DenoisedView& d) -> Json { return d.revision; }},
-       {"seconds", shape::real("That it took."),
+       {"seconds", shape::real("Time that denoising took."),
         [](const DenoisedView& d) { return number_json(d.seconds); }}}};
   return kView;
 }
@@ -419,11 +420,11 @@ const View<TicketView>& ticket_view() {
   static const View<TicketView> kView = {
       "Ticket",
       "A stream ticket.",
-      {{"ticket", shape::text("Goes into `?ticket=`."),
+      {{"ticket", shape::text("Value of `?ticket=`."),
         [](const TicketView& t) -> Json { return t.ticket; }},
        {"expires_at", shape::time(),
         [](const TicketView& t) -> Json { return rfc3339(t.ends_unix_seconds); }},
-       {"jobs", shape::texts("Ids of the jobs that it lets its bearer watch."),
+       {"jobs", shape::texts("Ids of the jobs that its bearer may watch."),
         [](const TicketView& t) -> Json {
           return std::vector<std::string>(t.jobs.begin(), t.jobs.end());
         }}}};
@@ -455,8 +456,8 @@ namespace {
 const View<CostView>& cost_view() {
   static const View<CostView> kView = {
       "",
-      "From a pilot of at most half a second.",
-      {{"seconds", shape::real("On an idle server."),
+      "Estimate from a pilot of at most half a second.",
+      {{"seconds", shape::real("Rendering time on an idle server."),
         [](const CostView& c) { return number_json(c.seconds); }},
        {"seconds_low", shape::real("Lower end of the interval."),
         [](const CostView& c) { return number_json(c.seconds_low); }},
@@ -472,9 +473,9 @@ const View<CostView>& cost_view() {
        {"memory_bytes_low", shape::real("The film alone."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_low)); }},
        {"memory_bytes_high",
-        shape::real("What the job is admitted with: the most while it is loaded, or renders."),
+        shape::real("Memory reserved at admission: the larger of loading and rendering."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
-       {"pilot_cpu_seconds", shape::real("What the pilot took."),
+       {"pilot_cpu_seconds", shape::real("CPU time of the pilot."),
         [](const CostView& c) { return number_json(c.pilot_cpu_seconds); }}}};
   return kView;
 }
@@ -484,10 +485,10 @@ const View<CostView>& cost_view() {
 const View<DryRunView>& dry_run_view() {
   static const View<DryRunView> kView = {
       "DryRun",
-      "What a job would be, and what it would cost.",
+      "A job's effective request and its estimated cost.",
       {{"spec", shape::reference("JobSpec"),
         [](const DryRunView& d) { return to_json(d.job.spec); }},
-       {"warnings", shape::texts("As a job's."),
+       {"warnings", shape::texts("Same as the warnings of a job."),
         [](const DryRunView& d) -> Json { return d.job.warnings; }},
        {"estimate", cost_view().shape(),
         [](const DryRunView& d) { return cost_view().print(d.cost); }}}};

@@ -1,6 +1,6 @@
-/// What GET answers: jobs, scenes, convergence, pixels, comparisons, and the server itself.
+/// Bodies of GET responses: jobs, scenes, convergence, pixels, comparisons, and the server.
 ///
-/// Everything returns the text of the body. NaN and infinity are null.
+/// Every function returns the text of the body. NaN and infinity are printed as null.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,9 @@ enum class JobState { kQueued, kLoading, kRendering, kPaused, kFinished, kFailed
 /// "queued" ... "cancelled".
 std::string_view to_text(JobState state);
 std::optional<JobState> job_state_from_text(std::string_view text);
-/// finished, failed or cancelled.
+/// Returns true for finished, failed and cancelled.
 bool is_final(JobState state);
-/// Why a paused job stands still. kStorageFull: the server paused it, and lets it go on by itself.
+/// Reason for a pause. kStorageFull: the server paused the job and will resume it.
 enum class PauseReason { kNone, kRequested, kStorageFull };
 /// "requested" "storage_full"; "" for kNone.
 std::string_view to_text(PauseReason reason);
@@ -39,19 +39,19 @@ std::optional<PauseReason> pause_reason_from_text(std::string_view text);
 std::string_view to_text(core::StopReason reason);
 std::optional<core::StopReason> stop_reason_from_text(std::string_view text);
 
-/// A job as the server knows it at one moment.
-/// The newest denoised picture that was made of a job.
+/// The newest denoised picture of a job.
 struct DenoisedView {
   core::DenoiserFacts by;
-  std::string note;          ///< why `auto` did not take the better one; empty: it did
+  std::string note;          ///< why `auto` did not choose the better denoiser; empty: it did
   bool has_features = true;  ///< false: the scene is gone
   core::ErrorInterval mixed;
   core::ErrorInterval full;
-  core::ErrorInterval plain;  ///< of the same samples
+  core::ErrorInterval plain;  ///< of the picture before denoising
   std::uint32_t revision = 0;
-  double seconds = 0;  ///< that it took
+  double seconds = 0;  ///< duration
 };
 
+/// The state of a job at one moment.
 struct JobView {
   std::string id;
   JobState state = JobState::kQueued;
@@ -61,48 +61,49 @@ struct JobView {
   std::optional<double> started_at_unix_seconds;
   std::optional<double> finished_at_unix_seconds;
   JobSpec spec;
-  std::uint32_t spec_version = 1;  ///< counts the changes of spec; part of the ETag
-  /// Its revision is the job's. Default: nothing rendered yet (error.relative_rmse NaN).
+  std::uint32_t spec_version = 1;  ///< number of changes of spec; part of the ETag
+  /// Its revision is that of the job. Default: nothing rendered yet (error.relative_rmse NaN).
   core::Progress progress = nothing_rendered();
   std::optional<Problem> failure;
   std::optional<int> queue_position;  ///< 0 is next
   std::uint64_t peak_bytes = 0;       ///< 0: unknown
   std::string film_digest;            ///< empty until finished
   std::vector<std::string> warnings;
-  std::string build;  ///< JSON text: what made the film; empty: unknown
-  core::SampleLedger
-      ledger;  ///< of a film that was merged from several; empty: follows from the spec
-  /// Samples per pixel of the film when its error ended it, as long as no count that was fixed
-  /// beforehand goes beyond; 0: no error did.
+  std::string build;          ///< JSON text: build that rendered the film; empty: unknown
+  core::SampleLedger ledger;  ///< of a merged film; empty: follows from the spec
+  /// Samples per pixel of the film when its error estimate ended it, unless a count fixed
+  /// beforehand is larger; 0: no error did.
   int samples_by_error = 0;
   std::optional<DenoisedView> denoised;
-  int split_count = 0;  ///< that `measured` splitting found; 0: not yet, or nothing to find
+  int split_count = 0;  ///< measured for `measured` splitting; 0: not measured, or nothing to split
 
   static core::Progress nothing_rendered();
 };
 
-/// Did an error choose the job's sample count?
+/// Returns whether an error estimate chose the job's sample count.
 bool is_ended_by_error(const JobView& job);
-/// What is told of the denoised picture of such a job: `low` is 0.
+/// Returns the denoised view as reported for the job: `low` is 0 if an error chose its sample
+/// count.
 DenoisedView promised(DenoisedView denoised, const JobView& job);
 
-/// "none", "consistent" or "biased": the worst of what the job chooses and of how its sample count
-/// came about.
+/// Returns "none", "consistent" or "biased": the worst of the job's settings and of the choice of
+/// its sample count.
 std::string_view bias_of(const JobView& job);
-/// The same where there is no job: is_by_error as is_ended_by_error().
+/// The same without a job: is_by_error as is_ended_by_error().
 std::string_view bias_of(const core::RenderSettings& render, bool is_by_error);
 
 std::string job_json(const JobView& job);
-/// Covers state, spec and revision: `"s3-r120-rendering"` with its quotes.
+/// Returns an ETag of state, spec and revision: `"s3-r120-rendering"` with its quotes.
 std::string job_etag(const JobView& job);
-/// The spec_version in an ETag made by job_etag(), strong or weak; empty for any other text.
+/// Returns the spec_version in an ETag made by job_etag(), strong or weak; empty for any other
+/// text.
 std::optional<std::uint32_t> etag_spec_version(std::string_view etag);
 
-/// next: cursor of the next page; empty: this was the last one.
+/// next: cursor of the next page; empty: this is the last one.
 std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next);
 
 std::string scene_json(std::string_view id, const core::SceneSummary& summary);
-/// scenes: texts made by scene_json().
+/// scenes: texts of scene_json().
 std::string scene_list_json(std::span<const std::string> scenes,
                             const std::optional<std::string>& next);
 
@@ -114,8 +115,8 @@ std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
                         std::span<const std::string> jobs);
 
 /// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95 %
-/// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are left
-/// out. The points of one run are not independent, so that the interval is a guide.
+/// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are omitted.
+/// The points of one run are dependent, so the interval is only a guide.
 struct Slope {
   double value = 0;
   double low = 0;
@@ -126,16 +127,16 @@ std::string convergence_json(std::span<const core::ConvergencePoint> points);
 
 /// {"bias", "points"} of a job's meter.
 std::string meter_json(std::span<const core::MeterReading> readings);
-/// The same as a table (RFC 4180).
+/// The readings as CSV (RFC 4180).
 std::string meter_csv(std::span<const core::MeterReading> readings);
 
 struct PixelLayer {
   std::string name;
-  std::vector<double> mean;            ///< as many as the layer has channels
+  std::vector<double> mean;            ///< one for each channel of the layer
   std::vector<double> standard_error;  ///< NaN: unknown
   std::vector<double> low;             ///< 95 % interval
   std::vector<double> high;
-  std::vector<std::vector<double>> halves;  ///< A and B; empty for a layer that has none
+  std::vector<std::vector<double>> halves;  ///< A and B; empty for a layer without halves
 };
 struct PixelView {
   int x = 0;

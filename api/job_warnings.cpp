@@ -1,4 +1,4 @@
-// Warnings about what has no effect on a job.
+// Warnings about settings that have no effect on a job.
 #include <span>
 #include <string>
 #include <vector>
@@ -30,7 +30,8 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
   if (adaptive.type != usual.adaptive.type && spec.stop.samples_per_pixel &&
       *spec.stop.samples_per_pixel <= first) {
     warnings.push_back(
-        "adaptive: every pixel gets the same, because the first decision is taken at " +
+        "adaptive: every pixel gets the same number of samples, because the first decision is made "
+        "at " +
         std::to_string(first) + " samples and " + std::to_string(*spec.stop.samples_per_pixel) +
         " are asked for.");
   }
@@ -47,13 +48,13 @@ std::vector<std::string> idle_warnings(const JobSpec& spec) {
       warnings.push_back(
           "light_sampler: " + quoted_name(core::light_samplers(), render.light_sampler) +
           " has no effect: strategy " + strategy +
-          " takes no light samples but those of punctual lights, which it chooses evenly.");
+          " samples no lights except punctual lights, which it selects uniformly.");
     }
     if (estimator.roulette == core::RouletteType::kThreshold) {
       warnings.push_back(
-          "estimator.roulette: 'threshold' is about the shadow rays of light samples, and "
+          "estimator.roulette: 'threshold' applies to the shadow rays of light samples, and "
           "strategy " +
-          strategy + " takes none but those of punctual lights.");
+          strategy + " uses none except those of punctual lights.");
     }
   }
   if (!render.film.motion && spec.motion_seconds != JobSpec{}.motion_seconds) {

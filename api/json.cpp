@@ -15,8 +15,8 @@
 namespace api {
 namespace {
 
-/// Builds the value while it watches depth, repeated members and number range. nlohmann's own
-/// builder keeps the last of two equal members and has no depth limit.
+/// Builds the value and checks depth, repeated members and number range. nlohmann's own builder
+/// keeps the last of two equal members and has no depth limit.
 class Builder {
  public:
   explicit Builder(std::string_view text) : text_(text) {}
@@ -51,7 +51,7 @@ class Builder {
     }
     if (!level.keys.insert(name).second) {
       return refuse(core::ErrorCode::kInvalidArgument, join_pointer(here(), name),
-                    "is there more than once");
+                    "appears more than once");
     }
     level.key = name;
     return true;
@@ -85,8 +85,8 @@ class Builder {
     std::unordered_set<std::string> keys;
   };
 
-  /// "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while ...;
-  /// last read: ..." without the parts that name the library.
+  /// Removes from "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error
+  /// while ...; last read: ..." the parts that name the library.
   static std::string reason(std::string what) {
     if (const auto bracket = what.find("] "); bracket != std::string::npos) {
       what.erase(0, bracket + 2);
@@ -130,7 +130,7 @@ class Builder {
     if (level.value.is_array()) {
       level.value.push_back(std::move(value));
     } else {
-      // Not operator[]: it looks through all members each time, and the key is known to be new.
+      // Not operator[], which searches all members each time: the key is known to be new.
       auto& members = level.value.get_ref<Json::object_t&>();
       members.emplace_back(std::move(level.key), std::move(value));
       level.key.clear();
@@ -188,7 +188,7 @@ double shortest_double(float value) {
   const auto written = std::to_chars(text.data(), text.data() + text.size(), value);
   double shortest = 0;
   std::from_chars(text.data(), written.ptr, shortest);
-  // Rounding twice, to double and then to float, could in principle end elsewhere.
+  // Rounding twice, to double and then to float, could give another float.
   return static_cast<float>(shortest) == value ? shortest : static_cast<double>(value);
 }
 

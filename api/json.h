@@ -1,4 +1,4 @@
-/// Json: ordered JSON values, strict reading and honest numbers.
+/// Json: ordered JSON values, strict parsing and exact numbers.
 #pragma once
 
 #include <string>
@@ -10,26 +10,28 @@
 
 namespace api {
 
-/// Members keep the order in which the documentation shows them.
+/// Members keep their order, which is that of the documentation.
 using Json = nlohmann::ordered_json;
 
-/// Text without line breaks. NaN and infinity become null; bytes that are not UTF-8 become U+FFFD.
+/// Returns text without line breaks. NaN and infinity become null; bytes that are not UTF-8 become
+/// U+FFFD.
 std::string dump(const Json& value);
-/// The same for people: indented by two spaces.
+/// Returns text indented by two spaces.
 std::string dump_pretty(const Json& value);
 
-/// Reads a whole text, strictly: RFC 8259, no repeated member, depth, text size, key length and
-/// number range limited (api/limits.h).
-/// Problems: 400 for what is not JSON, with the byte offset; 413 for a text beyond bytes_max; 422
-/// with the pointer for repeated members, depth, and numbers that no double can hold.
+/// Parses a whole text strictly: RFC 8259, no repeated member, with limits on depth, text size, key
+/// length and number range (api/limits.h). Problems: 400 for invalid JSON, with the byte offset;
+/// 413 for a text longer than bytes_max; 422 with the pointer for repeated members, depth, and
+/// numbers out of double's range.
 Parsed<Json> parse_json(std::string_view text, std::size_t bytes_max);
 
-/// The float as the shortest decimal that names it: 0.8F is shown as 0.8, and reads back exactly.
+/// Returns the double with the shortest decimal that identifies the float: 0.8F is printed as 0.8,
+/// and reads back exactly.
 double shortest_double(float value);
-/// Shortest text; whole numbers without a point. For messages.
+/// Returns the shortest text; whole numbers without a point. For messages.
 std::string number_text(double value);
 
-/// pointer + "/" + key, escaped by RFC 6901.
+/// Returns pointer + "/" + key, escaped by RFC 6901.
 std::string join_pointer(std::string_view pointer, std::string_view key);
 
 }  // namespace api

@@ -108,36 +108,37 @@ void read_parameters(const Json& value, LabRequest& out, const std::string& poin
 
 void print_nothing(const LabRequest& /*request*/, Json& /*object*/) {}
 
-/// The experiment is read first: names, n and parameters are its.
+/// Reads the experiment first, since it determines names, n and parameters.
 const auto& table() {
   static constexpr auto kTable = std::tuple{
       CustomRow<LabRequest>{"experiment", &read_experiment, &print_nothing,
                             [](const LabRequest&) {
                               Json schema = basic_schema(
-                                  "string", "What is tried; see `experiments` of GET /v1/server.");
+                                  "string",
+                                  "Experiment to run; see `experiments` of GET /v1/server.");
                               schema["enum"] = experiment_names();
                               return schema;
                             },
                             true},
-      CustomRow<LabRequest>{
-          "estimator", &read_estimator, &print_nothing,
-          [](const LabRequest&) {
-            return basic_schema("string", "One of the experiment's; its own default when absent.");
-          }},
-      CustomRow<LabRequest>{"sampler", &read_sampler, &print_nothing,
+      CustomRow<LabRequest>{"estimator", &read_estimator, &print_nothing,
                             [](const LabRequest&) {
                               return basic_schema(
                                   "string",
-                                  "Sampler to use, if the experiment supports it; its own default "
-                                  "when absent.");
+                                  "One of the experiment's estimators; its default if absent.");
                             }},
+      CustomRow<LabRequest>{
+          "sampler", &read_sampler, &print_nothing,
+          [](const LabRequest&) {
+            return basic_schema(
+                "string", "Sampler to use, if the experiment supports it; its default if absent.");
+          }},
       CustomRow<LabRequest>{
           "n", &read_n, &print_nothing,
           [](const LabRequest&) {
             Json schema =
                 basic_schema("array",
-                             "How many evaluations a replicate has, one line of the answer "
-                             "each; rounded as estimator and sampler need it.");
+                             "Numbers of evaluations per replicate, each of which gives one line "
+                             "of the response; rounded as required by estimator and sampler.");
             schema["items"] = {{"type", "integer"}, {"minimum", 1}, {"maximum", lab::kTrialMax}};
             schema["minItems"] = 1;
             schema["maxItems"] = lab::kPointsMax;
@@ -146,7 +147,7 @@ const auto& table() {
       number(
           "replicates", [](auto& s) -> auto& { return s.options.replicates; },
           {2, limits::kLabReplicates},
-          "Independent repetitions, which the errors are measured from."),
+          "Independent repetitions, from which the errors are measured."),
       number(
           "seed", [](auto& s) -> auto& { return s.options.seed; }, {0, limits::kSeed},
           "Random seed; the same seed gives identical results, except for timings."),
@@ -175,7 +176,7 @@ Parsed<LabRequest> parse_lab_request(std::string_view body) {
   if (faults.empty()) {
     const double total = lab::total_evaluations(request.setup, request.options);
     if (total > lab::kEvaluationsMax) {
-      faults.add("/n", "with these replicates the run takes " +
+      faults.add("/n", "with these replicates the run needs " +
                            dump(number_json(std::floor(total))) + " evaluations, at most " +
                            std::to_string(limits::kLabEvaluations) + " are allowed");
     }

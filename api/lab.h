@@ -1,7 +1,7 @@
-/// The laboratory's requests and answers: POST /v1/lab/runs, and `experiments` of GET /v1/server.
+/// The laboratory's requests and responses: POST /v1/lab/runs, and `experiments` of GET /v1/server.
 ///
-/// An answer is JSON lines: one object for each n as it is done, then one with the outcome. The
-/// same request gives the same bytes but for the members that are times: `seconds` and
+/// A response consists of JSON lines: one object for each completed n, then one with the outcome.
+/// Equal requests give equal bytes except for the members that are times: `seconds` and
 /// `efficiency`.
 #pragma once
 
@@ -14,15 +14,15 @@
 
 namespace api {
 
-/// Independent repetitions unless the request says otherwise.
+/// Default number of independent repetitions.
 inline constexpr int kLabReplicatesDefault = 64;
 
 struct LabRequest {
   core::lab::Setup setup;
   core::lab::RunOptions options;
 };
-/// 400 broken JSON, 413 too large, 422 with pointers. What is not given is the experiment's
-/// default.
+/// Problems: 400 invalid JSON, 413 too large, 422 with pointers. Omitted members take the
+/// experiment's defaults.
 Parsed<LabRequest> parse_lab_request(std::string_view body);
 
 /// {"n", "n_asked", "mean", "rmse", "standard_error", "cost", "seconds"}, without a line break.
@@ -31,11 +31,11 @@ struct LabOutcomeView {
   const LabRequest& request;
   const core::lab::Outcome& outcome;
 };
-/// The outcome with the request that led to it, all defaults filled in.
+/// Returns the outcome with its request, all defaults filled in.
 std::string lab_outcome_json(const LabRequest& request, const core::lab::Outcome& outcome);
-/// The last line when the server stops before the outcome.
+/// Returns the last line when the server stops before the outcome.
 std::string lab_cancelled_json();
-/// Every experiment with its texts, estimators, parameters and defaults.
+/// Returns every experiment with its texts, estimators, parameters and defaults.
 Json experiments_json();
 
 Json lab_request_schema();

@@ -1,4 +1,4 @@
-// What the laboratory answers, and its list of experiments.
+// Responses of the laboratory, and its list of experiments.
 
 #include <nlohmann/json.hpp>
 
@@ -41,17 +41,17 @@ const View<lab::Point>& lab_point_view() {
   using lab::Point;
   static const View<Point> kView = {
       "LabPoint",
-      "One n, measured.",
+      "Results for one n.",
       {{"n", shape::count("In force."), [](const Point& p) -> Json { return p.n; }},
        {"n_asked", shape::count("As in the request."),
         [](const Point& p) -> Json { return p.n_asked; }},
-       {"mean", shape::real("Of the replicates."),
+       {"mean", shape::real("Mean of the replicates."),
         [](const Point& p) { return number_json(p.mean); }},
-       {"rmse", shape::real("Of the replicates against the exact value."),
+       {"rmse", shape::real("Root mean square error of the replicates."),
         [](const Point& p) { return number_json(p.rmse); }},
        {"standard_error", shape::real("Of the mean."),
         [](const Point& p) { return number_json(p.standard_error); }},
-       {"cost", shape::real("Mean work of a replicate; n unless the experiment counts."),
+       {"cost", shape::real("Mean work of a replicate; n unless the experiment counts it."),
         [](const Point& p) { return number_json(p.cost); }},
        {"seconds",
         shape::real(
@@ -67,21 +67,23 @@ const View<LabOutcomeView>& lab_outcome_view() {
   using Out = LabOutcomeView;
   static const View<Out> kView = {
       "LabOutcome",
-      "The outcome, last line of the answer.",
+      "The outcome; last line of the response.",
       {{"expected", shape::real("Exact value, from a formula."),
         [](const Out& o) { return number_json(o.outcome.expected); }},
        {"slope",
-        shape::nullable(shape::real("Of log RMSE over log n, least squares; null with fewer than "
-                                    "two n, or without an error.")),
+        shape::nullable(shape::real("Slope of log RMSE over log n, by least squares; null with "
+                                    "fewer than two n, or without an error.")),
         [](const Out& o) { return optional_json(o.outcome.slope); }},
        {"slope_interval",
-        shape::nullable(shape::interval("95%, low and high; null without a slope.")),
+        shape::nullable(
+            shape::interval("Lower and upper end of the 95% interval; null without a slope.")),
         [](const Out& o) {
           const auto& interval = o.outcome.slope_interval;
           return interval ? Json::array({number_json(interval->low), number_json(interval->high)})
                           : Json(nullptr);
         }},
-       {"expected_slope", shape::nullable(shape::real("Of theory; null where it gives none.")),
+       {"expected_slope",
+        shape::nullable(shape::real("Slope predicted by theory; null if unknown.")),
         [](const Out& o) { return optional_json(o.outcome.expected_slope); }},
        {"intercept",
         shape::nullable(shape::real("log RMSE = intercept + slope log n, natural logarithms.")),
@@ -91,16 +93,16 @@ const View<LabOutcomeView>& lab_outcome_view() {
                                     "largest n. Measured: differs from run to run.")),
         [](const Out& o) { return optional_json(o.outcome.efficiency); }},
        {"efficiency_by_cost",
-        shape::nullable(shape::real("The same with `cost` for seconds; reproducible.")),
+        shape::nullable(shape::real("The same with `cost` instead of seconds; reproducible.")),
         [](const Out& o) { return optional_json(o.outcome.efficiency_by_cost); }},
        {"verdict",
-        shape::one_of({"agrees", "differs", "biased", "undecided"},
-                      "agrees: means and slope are those of theory (a wrong `differs` has a chance "
-                      "of 0.2%); biased: as the estimator says of itself; undecided: nothing to "
-                      "compare, fewer than eight replicates, or a slope whose interval is too wide "
-                      "to tell."),
+        shape::one_of(
+            {"agrees", "differs", "biased", "undecided"},
+            "agrees: means and slope agree with theory (a false `differs` has a probability of "
+            "0.2%); biased: as declared by the estimator; undecided: nothing to compare, fewer "
+            "than eight replicates, or too wide an interval of the slope."),
         [](const Out& o) -> Json { return lab::to_text(o.outcome.verdict); }},
-       {"explanation", shape::text("The verdict in words."),
+       {"explanation", shape::text("Explanation of the verdict."),
         [](const Out& o) -> Json { return o.outcome.explanation; }},
        {"experiment", shape::text(),
         [](const Out& o) -> Json { return o.request.setup.experiment->name; }},
@@ -116,7 +118,7 @@ const View<LabOutcomeView>& lab_outcome_view() {
        {"replicates", shape::count(),
         [](const Out& o) -> Json { return o.request.options.replicates; }},
        {"seed", shape::count(), [](const Out& o) -> Json { return o.request.options.seed; }},
-       {"params", shape::map(shape::real(), "Parameters in force."),
+       {"params", shape::map(shape::real(), "Effective parameters."),
         [](const Out& o) { return parameters_json(o.request.setup); }},
        {"pattern",
         shape::list(
@@ -133,7 +135,7 @@ std::string lab_outcome_json(const LabRequest& request, const lab::Outcome& outc
 const View<std::monostate>& lab_cancelled_view() {
   static const View<std::monostate> kView = {
       "LabCancelled",
-      "Last line in place of the outcome: the server stops.",
+      "Last line instead of the outcome if the server shuts down.",
       {{"cancelled", shape::flag(), [](const std::monostate&) -> Json { return true; }}}};
   return kView;
 }
@@ -177,27 +179,27 @@ const View<lab::Experiment>& experiment_view() {
       {{"name", shape::text(), [](const Row& e) -> Json { return e.name; }},
        {"title", shape::text(), [](const Row& e) -> Json { return e.title; }},
        {"summary", shape::text(), [](const Row& e) -> Json { return e.summary; }},
-       {"estimates", shape::text("The quantity."),
+       {"estimates", shape::text("Estimated quantity."),
         [](const Row& e) -> Json { return e.estimates; }},
        {"formula", shape::text(), [](const Row& e) -> Json { return e.formula; }},
-       {"look_for", shape::text("What there is to see."),
+       {"look_for", shape::text("What to look for."),
         [](const Row& e) -> Json { return e.look_for; }},
        {"estimators", shape::list(estimator_view().shape()),
         [](const Row& e) { return print_list(estimator_view(), e.estimators); }},
        {"estimator", shape::text("Default."), [](const Row& e) -> Json { return e.estimator; }},
-       {"samplers", shape::texts("That it takes."),
+       {"samplers", shape::texts("Samplers that it supports."),
         [](const Row& e) -> Json { return lab::allowed_samplers(e); }},
        {"sampler", shape::text("Default."), [](const Row& e) -> Json { return e.sampler; }},
        {"n", shape::list(shape::count(), "Default."),
         [](const Row& e) -> Json { return std::vector<std::int64_t>(e.n.begin(), e.n.end()); }},
-       {"unit", shape::text("What n counts."), [](const Row& e) -> Json { return e.unit; }},
+       {"unit", shape::text("Unit of n."), [](const Row& e) -> Json { return e.unit; }},
        {"replicates", shape::count("Default."),
         [](const Row&) -> Json { return kLabReplicatesDefault; }},
        {"params", shape::list(parameter_view().shape()),
         [](const Row& e) { return print_list(parameter_view(), e.parameters); }},
        {"expected", shape::real("Exact value with the default parameters."),
         [](const Row& e) { return number_json(e.expected(lab::default_setup(e))); }},
-       {"pattern_dimensions", shape::count("Coordinates of the points shown; 0: none."),
+       {"pattern_dimensions", shape::count("Dimensions of the points that it shows; 0: none."),
         [](const Row& e) -> Json { return e.pattern_dimensions; }}}};
   return kView;
 }

@@ -1,6 +1,5 @@
-/// Every maximum of the service that is fixed by the contract, in one table: used by the parsers,
-/// shown by GET /v1/server. What an operator can set (streams, queue, upload size) is handed to
-/// server_json() beside it.
+/// Every limit that the API fixes, in one table: used by the parsers, shown by GET /v1/server.
+/// Limits set by the operator (streams, queue, upload size) are passed to server_json() separately.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +46,7 @@ inline constexpr std::int64_t kDilation = 8;
 inline constexpr std::int64_t kFirstReplicate = 65536;
 inline constexpr std::int64_t kSamplesPerPixel = 65536;
 inline constexpr std::int64_t kStopSeconds = 604800;
-inline constexpr std::int64_t kStopCpuSeconds = 1024 * kStopSeconds;  // as many threads, at most
+inline constexpr std::int64_t kStopCpuSeconds = 1024 * kStopSeconds;  // 1024 threads
 inline constexpr double kRelativeErrorMin = 1e-5;
 inline constexpr double kRelativeErrorMax = 10;
 inline constexpr std::int64_t kWaitSeconds = 60;

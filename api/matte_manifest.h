@@ -1,4 +1,4 @@
-/// What readers of Cryptomatte look for in the head of an EXR.
+/// Cryptomatte metadata in the header of an EXR.
 #pragma once
 
 #include <map>
@@ -9,7 +9,7 @@
 
 namespace api {
 
-/// For each layer of mattes that the film has: its name, how names become ids, and the names.
+/// Adds, for each layer of mattes in the film, its name, the hash from names to ids, and the names.
 /// Source: Cryptomatte specification 1.2.0, "Metadata". scene: null, without names.
 void add_mattes(std::map<std::string, std::string>& texts, const core::FilmSettings& film,
                 const core::Scene* scene);

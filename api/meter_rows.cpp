@@ -18,7 +18,7 @@ const auto& point_table() {
           "position", [](auto& s) -> auto& { return s.position; }, kMetres, "World, metres."),
       triple(
           "normal", [](auto& s) -> auto& { return s.normal; }, kMetres,
-          "Where it faces, of any length but 0."),
+          "Normal; any length except 0."),
   };
   return kTable;
 }
@@ -30,10 +30,10 @@ const auto& plane_table() {
           "Corner of the rectangle, world, metres."),
       triple(
           "edge_u", [](auto& s) -> auto& { return s.edge_u; }, kMetres,
-          "From there to the next corner; the plane faces along edge_u x edge_v."),
+          "Vector from origin to the next corner; the plane faces along edge_u x edge_v."),
       triple(
           "edge_v", [](auto& s) -> auto& { return s.edge_v; }, kMetres,
-          "From there to the corner before."),
+          "Vector from origin to the other adjacent corner."),
       number(
           "columns", [](auto& s) -> auto& { return s.columns; }, {1, limits::kMeterPoints},
           "Cells along edge_u."),
@@ -44,7 +44,7 @@ const auto& plane_table() {
   return kTable;
 }
 
-/// All of them have to be there.
+/// Requires all members of the table.
 template <typename Table, typename S>
 void read_whole(const Table& table, const Json& value, S& out, const std::string& pointer,
                 Faults& faults) {
@@ -82,7 +82,7 @@ void read_points(const Json& value, core::MeterSettings& out, const std::string&
     core::MeterPoint point;
     read_whole(point_table(), value[i], point, place, faults);
     if (faults.empty() && !has_length(point.normal)) {
-      faults.add(join_pointer(place, "normal"), "has no length");
+      faults.add(join_pointer(place, "normal"), "is the zero vector");
     }
     out.points.push_back(point);
   }
@@ -97,7 +97,7 @@ void read_plane(const Json& value, core::MeterSettings& out, const std::string& 
   core::MeterPlane plane;
   read_whole(plane_table(), value, plane, pointer, faults);
   if (faults.empty() && !has_length(cross(plane.edge_u, plane.edge_v))) {
-    faults.add(pointer, "edge_u and edge_v span no rectangle");
+    faults.add(pointer, "edge_u and edge_v do not span a rectangle");
   }
   out.plane = plane;
 }
@@ -113,8 +113,9 @@ const auto& meter_table() {
             }
           },
           [](const core::MeterSettings&) {
-            Json schema = basic_schema("array", "Where it is measured.");
-            schema["items"] = whole_schema(point_table(), core::MeterPoint{}, "A small plane.");
+            Json schema = basic_schema("array", "Points at which irradiance is measured.");
+            schema["items"] =
+                whole_schema(point_table(), core::MeterPoint{}, "A point with its normal.");
             schema["maxItems"] = limits::kMeterPoints;
             schema["default"] = Json::array();
             return schema;
@@ -162,9 +163,10 @@ void print_meter(const JobSpec& spec, Json& object) {
 }
 
 Json meter_schema(const JobSpec& /*defaults*/) {
-  Json schema = object_schema(meter_table(), core::MeterSettings{},
-                              "Where irradiance is measured beside the image, by path tracing "
-                              "with 16 paths for each sample of a pixel; GET /v1/jobs/{id}/meter.");
+  Json schema = object_schema(
+      meter_table(), core::MeterSettings{},
+      "Points at which irradiance is measured in addition to the image, by path tracing with 16 "
+      "paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;

@@ -1,4 +1,4 @@
-// What a job's meter has measured.
+// Readings of a job's meter.
 #include "api/job_view.h"
 #include "api/view_rows.h"
 #include "api/views.h"
@@ -18,18 +18,18 @@ const View<core::MeterReading>& meter_reading_view() {
   using Reading = core::MeterReading;
   static const View<Reading> kView = {
       "MeterReading",
-      "Light that falls on one side of a point. One lux of a light of the scene is one lux here.",
+      "Light that arrives at one side of a point. One lux of a light in the scene is one lux here.",
       {{"position", shape::triple("World, metres."),
         [](const Reading& r) { return triple_of(r.at.position); }},
-       {"normal", shape::triple("Where it faces, unit."),
+       {"normal", shape::triple("Unit normal."),
         [](const Reading& r) { return triple_of(r.at.normal); }},
-       {"irradiance_w_m2", shape::real("Illuminance over 683 lm/W: of nominal white."),
+       {"irradiance_w_m2", shape::real("Illuminance divided by 683 lm/W, for nominal white."),
         [](const Reading& r) { return number_json(watts(r)); }},
        {"illuminance_lux", shape::real("Luminance (Rec. 709) of irradiance_rgb."),
         [](const Reading& r) { return number_json(r.illuminance); }},
-       {"low", shape::real("Of the 95% interval of illuminance_lux."),
+       {"low", shape::real("End of the 95% interval of illuminance_lux."),
         [](const Reading& r) { return number_json(r.low); }},
-       {"high", shape::real("Of the 95% interval of illuminance_lux."),
+       {"high", shape::real("End of the 95% interval of illuminance_lux."),
         [](const Reading& r) { return number_json(r.high); }},
        {"irradiance_rgb", shape::triple("In the scene's units, linear."),
         [](const Reading& r) -> Json {
@@ -44,7 +44,7 @@ const View<core::MeterReading>& meter_reading_view() {
 const View<MeterView>& meter_view() {
   static const View<MeterView> kView = {
       "Meter",
-      "What a job's meter has measured so far.",
+      "Current readings of a job's meter.",
       {{"bias", shape::bias(), [](const MeterView&) -> Json { return "none"; }},
        {"points", shape::list(meter_reading_view().shape(), "The points, then the plane's cells."),
         [](const MeterView& m) { return print_list(meter_reading_view(), m.readings); }}}};

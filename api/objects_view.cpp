@@ -21,7 +21,7 @@ Json box_shape(std::string_view doc, bool has_pixels) {
     shape["required"].push_back(name);
   }
   if (has_pixels) {
-    shape["properties"]["pixels"] = shape::count("That show it.");
+    shape["properties"]["pixels"] = shape::count("Number of pixels that show it.");
     shape["required"].push_back("pixels");
   }
   shape["additionalProperties"] = false;
@@ -40,7 +40,7 @@ Json box_json(const std::optional<BoxView>& box, bool has_pixels) {
 }
 
 Json bounds_shape() {
-  Json shape = shape::object("Box in the world, metres; null: not placed in this view.");
+  Json shape = shape::object("Bounding box in world space, metres; null: not in this view.");
   for (const char* name : {"min", "max"}) {
     shape["properties"][name] = shape::triple();
     shape["required"].push_back(name);
@@ -58,14 +58,14 @@ template <typename S>
 std::vector<ViewRow<S>> place_rows() {
   return {{"bounds", bounds_shape(), [](const S& s) { return bounds_json(s.place.bounds); }},
           {"visible",
-           box_shape("Pixels of the full film whose centre shows it; null: none, or the job did "
-                     "not record ids.",
+           box_shape("Bounding box of the pixels whose centre shows it, on the full film; null: "
+                     "none, or the job did not record ids.",
                      true),
            [](const S& s) { return box_json(s.place.visible, true); }},
           {"amodal",
-           box_shape("Of all of it that lies within the film, hidden or not, in pixels; null: "
-                     "nothing.",
-                     false),
+           box_shape(
+               "Bounding box of its part within the film, hidden or not, in pixels; null: nothing.",
+               false),
            [](const S& s) { return box_json(s.place.amodal, false); }}};
 }
 
@@ -88,16 +88,16 @@ Json matrix_json(const ViewpointView& c) {
   return rows;
 }
 
-/// The inverse, with y down and z ahead.
+/// Returns the inverse of to_world, with y down and z forward.
 Json world_to_camera(const ViewpointView& c) {
   Json rows = Json::array();
   for (const core::Vec3 axis : {c.to_world.x, -c.to_world.y, -c.to_world.z}) {
-    double along = 0;  // of the camera's place
+    double along = 0;  // component of the camera's position
     for (int i = 0; i < 3; ++i) {
       along += static_cast<double>(axis[i]) * static_cast<double>(c.to_world.t[i]);
       rows.push_back(static_cast<double>(axis[i]));
     }
-    rows.push_back(0 - along);  // and never -0
+    rows.push_back(0 - along);  // 0 - x is never -0
   }
   for (const int v : {0, 0, 0, 1}) {
     rows.push_back(v);
@@ -128,18 +128,19 @@ const View<ViewpointView>& viewpoint_view() {
        {"width", shape::count(), [](const Seen& c) -> Json { return c.width; }},
        {"height", shape::count(), [](const Seen& c) -> Json { return c.height; }},
        {"fx",
-        shape::real("Focal length in pixels; orthographic: pixels a metre; panorama: a radian."),
+        shape::real(
+            "Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian."),
         [](const Seen& c) -> Json { return c.scale_px[0]; }},
        {"fy", shape::real(), [](const Seen& c) -> Json { return c.scale_px[1]; }},
        {"cx", shape::real("Centre of the film; the centre of pixel 0 is at 0.5."),
         [](const Seen& c) -> Json { return 0.5 * c.width; }},
        {"cy", shape::real(), [](const Seen& c) -> Json { return 0.5 * c.height; }},
        {"world_to_camera",
-        shape::reals("16 numbers, row by row; x to the right, y down, z ahead, as in OpenCV and "
-                     "COCO."),
+        shape::reals(
+            "16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO."),
         &world_to_camera},
        {"to_world",
-        shape::reals("16 numbers, column by column; x to the right, y up, -z ahead, as in glTF."),
+        shape::reals("16 numbers, column by column; x to the right, y up, -z forward, as in glTF."),
         &matrix_json}}};
   return kView;
 }
@@ -151,15 +152,15 @@ const View<ObjectView>& object_view() {
   static const View<Object> kView = {
       "SceneObject", "A node of the file that shows a mesh.",
       with_place<Object>(
-          {{"id", shape::count("Of the layer object: 1 + the node's number."),
+          {{"id", shape::count("Id in the layer object: 1 + the node's index."),
             [](const Object& o) -> Json { return o.id; }},
            {"pointer", shape::text("JSON pointer into the glTF document."),
             [](const Object& o) -> Json { return o.pointer; }},
-           {"name", shape::text("Of the node or its mesh, made unlike all others; Cryptomatte's."),
+           {"name", shape::text("Name of the node or its mesh, made unique; used by Cryptomatte."),
             [](const Object& o) -> Json { return o.name; }},
-           {"first_instance", shape::count("Of the layer instance."),
+           {"first_instance", shape::count("Id in the layer instance."),
             [](const Object& o) -> Json { return o.first_instance; }},
-           {"instances", shape::count("Ids of the layer instance, one after another."),
+           {"instances", shape::count("Number of consecutive ids in the layer instance."),
             [](const Object& o) -> Json { return o.instances; }}})};
   return kView;
 }
@@ -168,7 +169,7 @@ const View<InstanceView>& instance_view() {
   using Instance = InstanceView;
   static const View<Instance> kView = {
       "ObjectInstance", "An instance of an object that the image shows.",
-      with_place<Instance>({{"id", shape::count("Of the layer instance."),
+      with_place<Instance>({{"id", shape::count("Id in the layer instance."),
                              [](const Instance& i) -> Json { return i.id; }},
                             {"object", shape::count("Id of its object."),
                              [](const Instance& i) -> Json { return i.object; }}})};
@@ -178,7 +179,7 @@ const View<InstanceView>& instance_view() {
 const View<LabelView>& label_view() {
   static const View<LabelView> kView = {
       "Label",
-      "What an id of the layers material and primitive stands for.",
+      "Meaning of an id in the layers material and primitive.",
       {{"id", shape::count(), [](const LabelView& l) -> Json { return l.id; }},
        {"pointer", shape::nullable(shape::text("Null: glTF's default material.")),
         [](const LabelView& l) { return l.pointer.empty() ? Json(nullptr) : Json(l.pointer); }},
@@ -190,16 +191,15 @@ const View<ObjectsView>& objects_view() {
   using Objects = ObjectsView;
   static const View<Objects> kView = {
       "Objects",
-      "What the ids of an image's layers are. They follow from the file alone: all views, "
-      "variants "
-      "and times of a scene have the same ones.",
+      "Meaning of the ids in an image's layers. They follow from the file alone: all views, "
+      "variants and times of a scene have the same ids.",
       {{"camera", viewpoint_view().shape(),
         [](const Objects& o) { return viewpoint_view().print(o.camera); }},
-       {"has_ids", shape::flag("The job recorded ids, and `visible` is known."),
+       {"has_ids", shape::flag("Whether the job recorded ids, so that `visible` is known."),
         [](const Objects& o) -> Json { return o.has_ids; }},
-       {"objects", shape::list(object_view().shape(), "All of the file."),
+       {"objects", shape::list(object_view().shape(), "All objects of the file."),
         [](const Objects& o) { return print_list(object_view(), o.objects); }},
-       {"instances", shape::list(instance_view().shape(), "Those that are seen."),
+       {"instances", shape::list(instance_view().shape(), "Instances that are visible."),
         [](const Objects& o) { return print_list(instance_view(), o.instances); }},
        {"materials", shape::list(label_view().shape()),
         [](const Objects& o) { return print_list(label_view(), o.materials); }},

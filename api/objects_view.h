@@ -1,4 +1,5 @@
-/// GET /v1/jobs/{id}/objects: what the ids of a picture's layers are.
+/// GET /v1/jobs/{id}/objects: the objects, materials and camera to which the ids in the layers
+/// refer.
 #pragma once
 
 #include <array>
@@ -19,19 +20,19 @@ struct BoxView {
   double y = 0;
   double width = 0;
   double height = 0;
-  std::uint64_t pixels = 0;  ///< that show it
+  std::uint64_t pixels = 0;  ///< number of pixels that show it
 };
 
 struct PlaceView {
-  core::Bounds bounds;             ///< empty: it is not placed
+  core::Bounds bounds;             ///< empty: not in the scene
   std::optional<BoxView> visible;  ///< of pixels whose centre shows it
-  std::optional<BoxView> amodal;   ///< of all of it within the film, hidden or not
+  std::optional<BoxView> amodal;   ///< of its part within the film, hidden or not
 };
 
 struct ObjectView {
   std::uint32_t id = 0;
   std::string pointer;  ///< JSON pointer into the glTF document
-  std::string name;     ///< no two are equal
+  std::string name;     ///< unique
   std::uint32_t first_instance = 0;
   std::uint32_t instances = 1;
   PlaceView place;
@@ -43,7 +44,7 @@ struct InstanceView {
 };
 struct LabelView {
   std::uint32_t id = 0;
-  std::string pointer;  ///< "": the default material, which stands in no document
+  std::string pointer;  ///< "": the default material, which is in no document
   std::string name;     ///< "" for primitives
 };
 struct ViewpointView {
@@ -55,7 +56,7 @@ struct ViewpointView {
 };
 struct ObjectsView {
   ViewpointView camera;
-  bool has_ids = false;  ///< the job recorded the layers
+  bool has_ids = false;  ///< whether the job recorded the layers
   std::vector<ObjectView> objects;
   std::vector<InstanceView> instances;
   std::vector<LabelView> materials;

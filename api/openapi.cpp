@@ -23,7 +23,7 @@ constexpr std::string_view kFormatPart = "{.format}";
 
 Json schema_of(std::string_view schema) {
   if (schema.empty()) {
-    // Bytes. `format` says so to generators that do not know OpenAPI 3.1, which needs no schema.
+    // Bytes. OpenAPI 3.1 needs no schema for them, but older generators need `format`.
     return {{"type", "string"}, {"format", "binary"}};
   }
   if (schema.front() == '{') {
@@ -84,15 +84,15 @@ Json parameters_of(const Operation& operation, const std::string& path,
   return list;
 }
 
-/// What the transport answers before any operation is asked.
+/// Problems that the HTTP layer returns before a route is called.
 constexpr std::array kTransportProblems = {408, 414, 431};
 
 std::vector<int> problem_statuses(const Operation& operation) {
   std::vector<int> statuses(operation.problems.begin(), operation.problems.end());
-  statuses.insert(statuses.end(), {400, 421, 500});  // no HTTP; a wrong Host; a mistake of ours
+  statuses.insert(statuses.end(), {400, 421, 500});  // not HTTP; wrong Host; internal error
   statuses.insert(statuses.end(), kTransportProblems.begin(), kTransportProblems.end());
   if (!operation.scope.empty()) {
-    // No key; no right; a query parameter that it does not have; too much.
+    // No key; missing scope; unknown query parameter; too many requests.
     statuses.insert(statuses.end(), {401, 403, 422, 429});
   }
   if (!operation.scope.empty() || operation.id == "getReadiness") {
@@ -111,7 +111,7 @@ Json responses_of(const Operation& operation) {
       response["content"] = content_of(row.content);
     }
     if (row.status == 201) {
-      response["headers"]["Location"] = {{"description", "Path of what was made."},
+      response["headers"]["Location"] = {{"description", "Path of the created resource."},
                                          {"schema", {{"type", "string"}}}};
     }
     responses[std::to_string(row.status)] = std::move(response);
@@ -149,7 +149,7 @@ void add_operation(Json& paths, const Operation& operation, const Capabilities& 
                  [](char c) { return static_cast<char>(c - 'A' + 'a'); });
   std::string path(operation.path);
   const std::string id(operation.id);
-  // OpenAPI has no optional parts of a path: `image{.format}` is two of them.
+  // OpenAPI has no optional path parts: `image{.format}` becomes two paths.
   const auto at = path.find(kFormatPart);
   path.erase(std::min(at, path.size()));
   paths[path][method] = operation_json(operation, id, path, capabilities);
@@ -185,7 +185,7 @@ Json problem_responses() {
   return responses;
 }
 
-/// What the `type` of a problem may be. docs.js lists them at these anchors of /docs.
+/// Returns the possible values of a problem's `type`. docs.js lists them at these anchors of /docs.
 Json problem_types() {
   Json types = Json::array();
   for (const ErrorRow& row : error_table()) {
@@ -203,16 +203,17 @@ Json tags() {
   };
   constexpr std::array kTags = {
       Tag{"Jobs", "Submit, monitor and manage render jobs."},
-      Tag{"Batches", "Series of jobs that vary a template."},
+      Tag{"Batches", "Sets of jobs that vary a template."},
       Tag{"Results", "Images, pixel values and error estimates."},
       Tag{"Streams", "Live events and tiles."},
       Tag{"Scenes", "glTF scenes, loaded and checked."},
       Tag{"Assets", "Content-addressed file storage."},
       Tag{"Service", "The server itself."},
-      Tag{"Webhooks", "Calls that jobs make when something happens."},
-      Tag{"Keys", "Who may ask, and what tenants use."},
+      Tag{"Webhooks", "Calls made on events of jobs."},
+      Tag{"Keys", "Access keys, and usage of tenants."},
       Tag{"Workers",
-          "Machines that render units of jobs; all but the list is for `tessera worker`."},
+          "Machines that render units of jobs; everything except the list is for `tessera "
+          "worker`."},
       Tag{"Laboratory", "Monte Carlo experiments."},
   };
   Json list = Json::array();
@@ -262,12 +263,13 @@ Json components() {
       {"bearer",
        {{"type", "http"},
         {"scheme", "bearer"},
-        {"description", "A key of the server. Without any, only loopback is served."}}},
+        {"description",
+         "A key of the server. If no key exists, only local connections are accepted."}}},
       {"cookie",
        {{"type", "apiKey"},
         {"in", "cookie"},
         {"name", "tessera_session"},
-        {"description", "What the web page gets in exchange for the key."}}}};
+        {"description", "Session cookie that the web page gets in exchange for the key."}}}};
   return body;
 }
 
@@ -276,16 +278,15 @@ Json components() {
 Json openapi_document(const Capabilities& capabilities, std::string_view version) {
   Json document;
   document["openapi"] = "3.1.0";
-  document["info"] = {{"title", "Tessera"},
-                      {"version", version},
-                      {"summary", "A render server."},
-                      {"description",
-                       "Upload a glTF scene, post a job, watch the image converge. Bodies are "
-                       "JSON in UTF-8; errors are "
-                       "application/problem+json (RFC 9457) with JSON pointers to what is wrong; "
-                       "unknown fields are "
-                       "refused; every answer has X-Request-Id."},
-                      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
+  document["info"] = {
+      {"title", "Tessera"},
+      {"version", version},
+      {"summary", "A render server."},
+      {"description",
+       "Upload a glTF scene, post a job, watch the image converge. Bodies are JSON in UTF-8; "
+       "errors are application/problem+json (RFC 9457) with JSON pointers to the errors; unknown "
+       "fields are refused; every response has X-Request-Id."},
+      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
   document["servers"] = Json::array({{{"url", "/"}, {"description", "This server."}}});
   // The empty requirement: a server on loopback needs no key.
   document["security"] =

@@ -1,4 +1,4 @@
-/// The OpenAPI 3.1 document, made from the tables that validate requests and name routes.
+/// The OpenAPI 3.1 document, generated from the tables that validate requests and name routes.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace api {
 
-/// Only operations that are available. version: of the program.
+/// Contains only available operations. version: of the program.
 Json openapi_document(const Capabilities& capabilities, std::string_view version);
-/// Its text: GET /openapi.json.
+/// Returns its text: GET /openapi.json.
 std::string openapi_json(const Capabilities& capabilities, std::string_view version);
 
 }  // namespace api

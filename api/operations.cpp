@@ -12,16 +12,16 @@ using Contents = std::span<const ContentRow>;
 
 // Headers.
 constexpr HeaderRow kIfNoneMatch = {"If-None-Match", R"({"type":"string"})",
-                                    "ETag that is known already: 304 while it holds."};
+                                    "Known ETag: 304 while it is current."};
 constexpr HeaderRow kIfMatch = {"If-Match", R"({"type":"string"})",
-                                "ETag whose spec part must still hold, else 412."};
+                                "ETag whose spec part must be current; otherwise 412."};
 constexpr HeaderRow kRange = {"Range", R"({"type":"string"})", "Part of the bytes."};
 constexpr HeaderRow kPrefer = {
     "Prefer", R"({"type":"string"})",
-    "`wait=N`: answer when the job has ended, or after N (at most 60) seconds."};
+    "`wait=N`: respond when the job has ended, or after N (at most 60) seconds."};
 constexpr HeaderRow kIdempotencyKey = {
     "Idempotency-Key", R"({"type":"string","minLength":1,"maxLength":255})",
-    "The same key with the same body answers with the first job (200)."};
+    "Repeating the same key with the same body returns the first job (200)."};
 
 constexpr std::array kConditional = {kIfNoneMatch};
 constexpr std::array kFileHeaders = {kRange, kIfNoneMatch};
@@ -30,7 +30,7 @@ constexpr std::array kBatchHeaders = {kIdempotencyKey};
 constexpr std::array kPatchHeaders = {kIfMatch};
 constexpr std::array kEventsHeaders = {
     HeaderRow{"Last-Event-ID", R"({"type":"string"})",
-              "Continue after this event; `reset` announces events that are lost."}};
+              "Continue after this event; `reset` announces lost events."}};
 constexpr std::array kWatchHeaders = {
     HeaderRow{"Last-Event-ID", R"({"type":"string"})",
               "Continue after this event of the same jobs in the same order."}};
@@ -133,26 +133,28 @@ constexpr std::array kAssetContent = {ResponseRow{200, "The bytes.", kBytes},
                                       ResponseRow{206, "Part of the bytes.", kBytes},
                                       ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kGone = {ResponseRow{204, "Deleted.", kNothing}};
-constexpr std::array kSessionMade = {ResponseRow{204, "`Set-Cookie` has the session.", kNothing}};
-constexpr std::array kSessionEnded = {ResponseRow{204, "There is no session now.", kNothing}};
+constexpr std::array kSessionMade = {
+    ResponseRow{204, "`Set-Cookie` contains the session.", kNothing}};
+constexpr std::array kSessionEnded = {ResponseRow{204, "The session has ended.", kNothing}};
 constexpr std::array kSceneMade = {ResponseRow{201, "Loaded and stored.", kScene},
                                    ResponseRow{200, "Already stored.", kScene}};
 constexpr std::array kSceneListAnswer = {ResponseRow{200, "Scenes, newest first.", kSceneList}};
 constexpr std::array kSceneAnswer = {ResponseRow{200, "The scene.", kScene}};
 constexpr std::array kGlbAnswer = {ResponseRow{200, "The scene as GLB.", kGlb}};
 constexpr std::array kJobMade = {
-    ResponseRow{201, "Accepted (with Prefer: wait: it has ended).", kJob},
-    ResponseRow{202, "It has not ended within the time of Prefer: wait.", kJob},
-    ResponseRow{200, "A dry run, or the job that this Idempotency-Key made before.", kJobOrDryRun}};
+    ResponseRow{201, "Accepted; with Prefer: wait, the job has ended.", kJob},
+    ResponseRow{202, "The job has not ended within the time of Prefer: wait.", kJob},
+    ResponseRow{200, "A dry run, or the job created earlier with this Idempotency-Key.",
+                kJobOrDryRun}};
 constexpr std::array kJobListAnswer = {ResponseRow{200, "Jobs, newest first.", kJobList}};
 constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
                                    ResponseRow{304, "Unchanged.", kNothing}};
-constexpr std::array kJobChanged = {ResponseRow{200, "The job as it is now.", kJob}};
+constexpr std::array kJobChanged = {ResponseRow{200, "The job after the change.", kJob}};
 constexpr std::array kJobExtended = {ResponseRow{202, "The job resumes.", kJob}};
-constexpr std::array kJobRetried = {ResponseRow{202, "It is queued again.", kJob}};
+constexpr std::array kJobRetried = {ResponseRow{202, "The job is queued again.", kJob}};
 constexpr std::array kBatchMade = {
     ResponseRow{201, "Accepted.", kBatch},
-    ResponseRow{200, "A dry run, or the batch that this Idempotency-Key made before.",
+    ResponseRow{200, "A dry run, or the batch created earlier with this Idempotency-Key.",
                 kBatchOrDryRun}};
 constexpr std::array kBatchAnswer = {ResponseRow{200, "The batch.", kBatch}};
 constexpr std::array kBatchRetried = {ResponseRow{202, "Failed jobs are queued again.", kBatch}};
@@ -168,38 +170,43 @@ constexpr std::array kConvergenceAnswer = {ResponseRow{200, "The curve.", kConve
 constexpr std::array kObjectsAnswer = {ResponseRow{200, "The ids.", kObjects}};
 constexpr std::array kEventsAnswer = {
     ResponseRow{200, "Server-sent events, until the job ends.", kEvents},
-    ResponseRow{204, "Last-Event-ID was the end: nothing will follow.", kNothing}};
+    ResponseRow{204, "Last-Event-ID was the end event: nothing will follow.", kNothing}};
 constexpr std::array kJobPut = {
     ResponseRow{201, "Accepted.", kJob},
-    ResponseRow{200, "The job that the same request made before.", kJob}};
+    ResponseRow{200, "The job created earlier by the same request.", kJob}};
 constexpr std::array kWatchAnswer = {
     ResponseRow{200, "Server-sent events of all these jobs, until they have ended.", kEvents},
-    ResponseRow{204, "Last-Event-ID was the end of all: nothing will follow.", kNothing}};
-constexpr std::array kTicketMade = {ResponseRow{201, "Good for a minute.", kTicket}};
+    ResponseRow{204, "Last-Event-ID included the end of every job: nothing will follow.",
+                kNothing}};
+constexpr std::array kTicketMade = {
+    ResponseRow{201, "A ticket that is valid for one minute.", kTicket}};
 constexpr std::array kTilesAnswer = {ResponseRow{200, "Tile frames, until the job ends.", kTiles}};
 constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm},
                                     ResponseRow{206, "Part of it.", kFilm},
                                     ResponseRow{304, "Unchanged.", kNothing}};
-constexpr std::array kMergeAnswer = {ResponseRow{201, "A finished job with the sum.", kJob}};
+constexpr std::array kMergeAnswer = {
+    ResponseRow{201, "A finished job with the merged film.", kJob}};
 constexpr std::array kComparisonAnswer = {ResponseRow{201, "The comparison.", kComparison}};
 constexpr std::array kComparisonKept = {ResponseRow{200, "The comparison.", kComparison}};
 constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng},
                                    ResponseRow{206, "Part of it.", kPng},
                                    ResponseRow{304, "Unchanged.", kNothing}};
-constexpr std::array kLabAnswer = {ResponseRow{
-    200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
+constexpr std::array kLabAnswer = {
+    ResponseRow{200, "JSON lines: a LabPoint for each completed n, then a LabOutcome.", kLines}};
 constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
 constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
-constexpr std::array kDrainAnswer = {ResponseRow{200, "How far it is.", kDrain}};
+constexpr std::array kDrainAnswer = {ResponseRow{200, "The state of draining.", kDrain}};
 constexpr std::array kWorkersAnswer = {ResponseRow{200, "The workers.", kWorkerList}};
 constexpr std::array kWorkerTilesAnswer = {ResponseRow{200, "The tiles.", kWorkerTiles}};
-constexpr std::array kOrdersAnswer = {ResponseRow{200, "What it is to do.", kWorkerOrders}};
+constexpr std::array kOrdersAnswer = {ResponseRow{200, "Orders for the worker.", kWorkerOrders}};
 constexpr std::array kInputsAnswer = {ResponseRow{200, "The inputs.", kInputs}};
-constexpr std::array kLeaseAnswer = {ResponseRow{200, "Its slices.", kBytes}};
-constexpr std::array kWorkDone = {ResponseRow{204, "Done, now or before.", kNothing}};
-constexpr std::array kUsageAnswer = {ResponseRow{200, "What is used.", kUsage}};
+constexpr std::array kLeaseAnswer = {ResponseRow{200, "The unit's slices.", kBytes}};
+constexpr std::array kWorkDone = {
+    ResponseRow{204, "Done, by this or an earlier request.", kNothing}};
+constexpr std::array kUsageAnswer = {ResponseRow{200, "The usage.", kUsage}};
 constexpr std::array kDeliveryAnswer = {ResponseRow{200, "The call.", kDelivery}};
-constexpr std::array kDeliveryBegun = {ResponseRow{202, "It will be sent at once.", kDelivery}};
+constexpr std::array kDeliveryBegun = {
+    ResponseRow{202, "The call will be sent at once.", kDelivery}};
 constexpr std::array kDeliveryListAnswer = {
     ResponseRow{200, "Calls, newest first.", kDeliveryList}};
 constexpr std::array kSecretAnswer = {ResponseRow{200, "The secret.", kWebhookSecret}};
@@ -236,39 +243,39 @@ constexpr std::span<const int> kNoProblems = {};
 
 constexpr std::array kOperations = {
     Operation{"getLiveness", "GET", "/livez", "Service", "Liveness check.",
-              "Answers while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
+              "Responds even while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
               kNoProblems, true},
-    Operation{
-        "getReadiness", "GET", "/readyz", "Service", "Readiness check.",
-        "503 while it starts or stops. A line `storage_full: ...` follows while the disk is full: "
-        "what needs room is refused with 507, rendering jobs pause, and all else works.",
-        "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
+    Operation{"getReadiness", "GET", "/readyz", "Service", "Readiness check.",
+              "503 while the server is starting or stopping. A line `storage_full: ...` follows "
+              "while the disk is full: requests that need space are refused with 507, rendering "
+              "jobs pause, and everything else works.",
+              "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
     Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.",
-              "Where the operator has set `--metrics-key`, it has to come as the bearer token.", "",
+              "If the operator has set `--metrics-key`, it is required as the bearer token.", "",
               kNoHeaders, kNoBody, kTextAnswer, kMetricsProblems, true},
     Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "", kNoHeaders,
               kNoBody, kDocumentAnswer, kNoProblems, true},
     Operation{"getDocs", "GET", "/docs", "Service",
-              "This document as a page, where requests can be tried.", "", "", kNoHeaders, kNoBody,
-              kPageAnswer, kNoProblems, true},
+              "This document as a page on which requests can be tried.", "", "", kNoHeaders,
+              kNoBody, kPageAnswer, kNoProblems, true},
     Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoHeaders, kNoBody,
               kPageAnswer, kNoProblems, true},
     Operation{"createSession", "POST", "/v1/session", "Service", "Exchange a key for a cookie.",
-              "The key comes as the bearer token. The cookie is random, for this browser alone, "
-              "and ends after a week, or with its key.",
+              "Send the key as the bearer token. The cookie is random, belongs to this browser "
+              "alone, and expires after a week or with its key.",
               "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
     Operation{"deleteSession", "DELETE", "/v1/session", "Service", "End the session of the cookie.",
               "", "", kNoHeaders, kNoBody, kSessionEnded, kNoProblems, true},
     Operation{"getServer", "GET", "/v1/server", "Service", "Server capabilities.",
               "Version, build, limits, and every name that a job may use.", "read", kNoHeaders,
               kNoBody, kServerAnswer, kNoProblems, true},
-    Operation{"getDrain", "GET", "/v1/drain", "Service", "Is the server being drained?", "",
+    Operation{"getDrain", "GET", "/v1/drain", "Service", "Get whether the server is draining.", "",
               "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
-    Operation{"startDrain", "PUT", "/v1/drain", "Service", "Drain the server.",
-              "From now on new jobs are refused with 503 and those of the queue do not begin; what "
-              "has begun ends, and everything else works. A restart ends it, too.",
-              "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
-    Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Take jobs again.", "", "admin",
+    Operation{
+        "startDrain", "PUT", "/v1/drain", "Service", "Drain the server.",
+        "Refuses new jobs with 503; running jobs continue, queued ones wait. Ends on restart.",
+        "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
+    Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Accept jobs again.", "", "admin",
               kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
               "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoHeaders,
@@ -282,12 +289,12 @@ constexpr std::array kOperations = {
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
               "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
               kRetryProblems, true},
-    Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-              "A GLB, a glTF without other files, a zip with everything (the three also as "
-              "application/octet-stream), or asset ids. The file can name only what is uploaded "
-              "with it; 424 lists what is missing.",
-              "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
-              &scene_upload_parameters},
+    Operation{
+        "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
+        "A GLB, a glTF without other files, a zip (these three also as application/octet-stream), "
+        "or asset ids. All files that it refers to are required; 424 lists missing ones.",
+        "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
+        &scene_upload_parameters},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,
               kNoBody, kSceneListAnswer, k400, true, &scene_list_parameters},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
@@ -301,10 +308,9 @@ constexpr std::array kOperations = {
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
               kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
-    Operation{
-        "putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
-        "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
-        "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
+    Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
+              "The id is a UUID. The same body again: 200 and no second job; another body: 409.",
+              "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Get a job, or wait for it to finish.", "",
@@ -313,42 +319,41 @@ constexpr std::array kOperations = {
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
               kPatchHeaders, kJobPatch, kJobChanged, kPatchProblems, true},
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
-              "Keeps the image so far. Cancelling twice is no error.", "write", kNoHeaders, kNoBody,
-              kJobChanged, kCancelProblems, true},
-    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Try a failed job again.",
-              "It goes on from its last whole checkpoint, or begins anew where there is none. 409 "
-              "for a job that has not failed, or whose scene was deleted.",
-              "write", kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
+              "Keeps the image so far. Cancelling twice is not an error.", "write", kNoHeaders,
+              kNoBody, kJobChanged, kCancelProblems, true},
+    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Retry a failed job.",
+              "From its last complete checkpoint, if any. 409 if its scene was deleted.", "write",
+              kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Extend a finished job.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Delete a job and its files.",
               "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
-              "All of them or none. Jobs of the same scene share it in memory.", "write",
+              "Creates all jobs or none. Jobs with the same scene share it in memory.", "write",
               kBatchHeaders, kBatchBody, kBatchMade, kSubmitProblems, true,
               &batch_submit_parameters},
     Operation{"listBatches", "GET", "/v1/batches", "Batches", "List batches.",
-              "A batch is forgotten with its last job.", "read", kNoHeaders, kNoBody,
+              "A batch is deleted with its last job.", "read", kNoHeaders, kNoBody,
               kBatchListAnswer, k400, true, &batch_list_parameters},
     Operation{"getBatch", "GET", "/v1/batches/{id}", "Batches", "Get a batch.", "", "read",
               kNoHeaders, kNoBody, kBatchAnswer, k404, true},
     Operation{"cancelBatch", "POST", "/v1/batches/{id}/cancel", "Batches",
-              "Cancel all jobs that have not ended.", "", "write", kNoHeaders, kNoBody,
-              kBatchAnswer, kCancelProblems, true},
-    Operation{"retryBatch", "POST", "/v1/batches/{id}/retry", "Batches",
-              "Try the failed jobs again.", "409 when none has failed.", "write", kNoHeaders,
-              kNoBody, kBatchRetried, kRetryProblems, true},
+              "Cancel the unfinished jobs.", "", "write", kNoHeaders, kNoBody, kBatchAnswer,
+              kCancelProblems, true},
+    Operation{"retryBatch", "POST", "/v1/batches/{id}/retry", "Batches", "Retry the failed jobs.",
+              "409 when none has failed.", "write", kNoHeaders, kNoBody, kBatchRetried,
+              kRetryProblems, true},
     Operation{"deleteBatch", "DELETE", "/v1/batches/{id}", "Batches",
               "Delete a batch and its jobs.", "409 while one of them runs.", "write", kNoHeaders,
               kNoBody, kGone, kRetryProblems, true},
     Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
               "Download the images of a batch.",
-              "A zip of one file for each job that has an image. 409 while a job has not ended; "
-              "410 with the names where films were evicted.",
+              "A zip with one file for each job that has an image. 409 while a job has not ended; "
+              "410, with the names, if films were evicted.",
               "read", kNoHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true,
               &archive_parameters},
     Operation{"getBatchSheet", "GET", "/v1/batches/{id}/sheet.png", "Batches",
-              "All images of a batch on one sheet.",
+              "Get the images of a batch on one sheet.",
               "In the order of the jobs, row by row; white where there is no image yet.", "read",
               kNoHeaders, kNoBody, kSheetAnswer, k404Or422, true, &sheet_parameters},
     Operation{
@@ -357,41 +362,42 @@ constexpr std::array kOperations = {
         "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
         "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
-              "One pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
+              "Get one pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
               kPixelProblems, true},
     Operation{"getConvergence", "GET", "/v1/jobs/{id}/convergence", "Results",
-              "Error over samples and time.", "", "read", kNoHeaders, kNoBody, kConvergenceAnswer,
-              k404, true},
+              "Get the error over samples and time.", "", "read", kNoHeaders, kNoBody,
+              kConvergenceAnswer, k404, true},
     Operation{"getMeter", "GET", "/v1/jobs/{id}/meter", "Results",
-              "Irradiance at the points of the job's meter.",
-              "409 before the first sample of all of them; 404 for a job without a meter.", "read",
+              "Get the irradiance at the meter's points.",
+              "409 before every point has a sample; 404 for a job without a meter.", "read",
               kNoHeaders, kNoBody, kMeterAnswer, kSampledProblems, true},
-    Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results", "The same as CSV.", "",
-              "read", kNoHeaders, kNoBody, kMeterTableAnswer, kSampledProblems, true},
+    Operation{"getMeterTable", "GET", "/v1/jobs/{id}/meter.csv", "Results",
+              "Get the irradiance as CSV.", "", "read", kNoHeaders, kNoBody, kMeterTableAnswer,
+              kSampledProblems, true},
     Operation{"getObjects", "GET", "/v1/jobs/{id}/objects", "Results",
-              "What the ids of an image's layers are.",
-              "409 before the first sample; 404 also once the scene is gone.", "read", kNoHeaders,
+              "Get the meaning of layer ids.",
+              "409 before the first sample; 404 also if the scene was deleted.", "read", kNoHeaders,
               kNoBody, kObjectsAnswer, kSampledProblems, true},
     Operation{
         "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "Download the film (raw sample sums).",
-        "Of a job that has ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and text, "
-        "u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors of "
+        "Only for jobs that have ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
+        "text, u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors of "
         "neighbours are correlated), i32 full width, full height, crop x, y, width, height, u32 "
         "replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 bytes "
-        "a range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the text "
-        "(JSON: spec, build, error, warnings), zeros up to a multiple of 8. Then the tiles: i32 x, "
-        "y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; for each pixel and "
+        "per range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the "
+        "text (JSON: spec, build, error, warnings), zeros up to a multiple of 8. Then the tiles: "
+        "i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; for each pixel and "
         "replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each "
-        "pixel f32 albedo, normal, depth, u32 hits; with flags 8, 16 and 32 ids and mattes. Last "
-        "the sha256 (hex) of everything before.",
+        "pixel f32 albedo, normal, depth, u32 hits; with flags 8, 16 and 32 ids and mattes. "
+        "Finally the sha256 (hex) of everything before.",
         "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
     Operation{
         "mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
-        "Films of jobs that have ended, or film files that were uploaded as assets. Their jobs may "
-        "differ in seed, replicates, stop rules and names only (422). Samples in common are "
-        "refused (409). Replicates are put side by side: jobs that hold replicates 0 to 1 and 2 to "
-        "3 of a seed give the film of the one job with four, bit for bit (auxiliary layers to "
-        "rounding); other seeds count as further independent replicates. Weights are the counts.",
+        "Films of jobs that have ended, or film files uploaded as assets. Their jobs may differ "
+        "only in seed, replicates, stop rules and names (422). Common samples are refused (409). "
+        "Replicates are put side by side: jobs that hold replicates 0 to 1 and 2 to 3 of a seed "
+        "give the film of the one job with four, bit for bit (auxiliary layers to rounding); other "
+        "seeds count as further independent replicates. The weights are the sample counts.",
         "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
               "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
@@ -402,25 +408,24 @@ constexpr std::array kOperations = {
               kWatchAnswer, k404Or422, true, &events_parameters},
     Operation{"createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
               "Create a short-lived stream ticket (valid for one minute).",
-              "Added as `?ticket=` to events, tiles or image, it stands for the key, which pages "
+              "Added as `?ticket=` to events, tiles or image, it replaces the key, which pages "
               "cannot send with an EventSource or an image.",
               "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
-    Operation{
-        "streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
-        "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
-        "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32, "
-        "r g b, their variances, the sample count. Flag 1: end frame; 2: correlated errors "
-        "(zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b and no more, "
-        "at most 65504 (planes=mean); 16: denoised (`?denoise=`): r g b, alpha by 4.",
-        "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
+    Operation{"streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
+              "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
+              "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of "
+              "float32, r g b, their variances, the sample count. Flag 1: end frame; 2: correlated "
+              "errors (zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b "
+              "only, at most 65504 (planes=mean); 16: denoised (`?denoise=`): r g b, alpha by 4.",
+              "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
     Operation{
         "createComparison", "POST", "/v1/comparisons", "Results", "Compare two images.",
-        "Two jobs that have ended, or a job and an image that was uploaded (8 and 16 bits are "
-        "taken as sRGB, floats as linear; it counts as exact but for its rounding). b is the "
-        "reference. The interval of the bias comes from the halves of both, and for a job whose "
-        "pixels have correlated errors (zsobol, restir) from the means of its replicates (with two "
-        "of them it is wide); z is the difference of the luminances in standard errors, pooled "
-        "over 3 x 3 pixels. Both take the two for independent: jobs with a seed in common are not.",
+        "Two jobs that have ended, or a job and an uploaded image (8 and 16 bits are read as sRGB, "
+        "floats as linear; it counts as exact except for its rounding). b is the reference. The "
+        "interval of the bias comes from the halves of both, and for a job whose pixels have "
+        "correlated errors (zsobol, restir) from the means of its replicates (with two of them it "
+        "is wide); z is the difference of the luminances in standard errors, pooled over 3 x 3 "
+        "pixels. Both assume that the two are independent, which jobs with a common seed are not.",
         "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
     Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "Get a comparison.", "",
               "read", kNoHeaders, kNoBody, kComparisonKept, k404, true},
@@ -432,63 +437,60 @@ constexpr std::array kOperations = {
               "read", kFileHeaders, kNoBody, kMapAnswer, kContentProblems, true},
     Operation{
         "runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
-        "Trials with the renderer's own classes, at each n; the same request gives the same lines, "
-        "but for `seconds` and `efficiency`, which are measured. Closing the connection cancels. "
-        "429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
+        "Runs trials with the renderer's own classes at each n. The same request gives the same "
+        "lines, except for `seconds` and `efficiency`, which are measured. Closing the connection "
+        "cancels the run. 429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
         "write", kNoHeaders, kLabRequest, kLabAnswer, kLabProblems, true},
     Operation{"listDeliveries", "GET", "/v1/webhooks/deliveries", "Webhooks", "List webhook calls.",
-              "Those to come and, for a week, those that were made.", "read", kNoHeaders, kNoBody,
+              "Pending calls and, for a week, earlier ones.", "read", kNoHeaders, kNoBody,
               kDeliveryListAnswer, k400Or422, true, &delivery_list_parameters},
     Operation{"getDelivery", "GET", "/v1/webhooks/deliveries/{id}", "Webhooks",
-              "Look at a webhook call.", "", "read", kNoHeaders, kNoBody, kDeliveryAnswer, k404,
-              true},
+              "Get a webhook call.", "", "read", kNoHeaders, kNoBody, kDeliveryAnswer, k404, true},
     Operation{"redeliver", "POST", "/v1/webhooks/deliveries/{id}/redeliver", "Webhooks",
-              "Send a webhook call again.",
-              "At once and with the same id and body, whatever became of it before.", "write",
-              kNoHeaders, kNoBody, kDeliveryBegun, k404, true},
-    Operation{"testWebhook", "POST", "/v1/webhooks/test", "Webhooks", "Send a test to a receiver.",
-              "One call of type `test`, signed as all are and not repeated; the answer names the "
-              "delivery that tells how it went.",
+              "Repeat a webhook call.", "At once, with the same id and body, in any state.",
+              "write", kNoHeaders, kNoBody, kDeliveryBegun, k404, true},
+    Operation{"testWebhook", "POST", "/v1/webhooks/test", "Webhooks", "Send a test call.",
+              "One signed call of type `test`, without retries; its delivery reports the outcome.",
               "write", kNoHeaders, kWebhookTest, kDeliveryBegun, kTestProblems, true},
     Operation{"getWebhookSecret", "GET", "/v1/webhooks/secret", "Webhooks",
-              "The secret that calls are signed with.",
-              "Each tenant has its own. Calls are signed as Standard Webhooks 1.0 says.", "write",
-              kNoHeaders, kNoBody, kSecretAnswer, kNoProblems, true},
+              "Get the signing secret.",
+              "Each tenant has its own. Calls are signed as defined by Standard Webhooks 1.0.",
+              "write", kNoHeaders, kNoBody, kSecretAnswer, kNoProblems, true},
     Operation{"replaceWebhookSecret", "POST", "/v1/webhooks/secret", "Webhooks",
-              "Make a new secret.",
-              "For all calls from now on. 409 for the operator's, which a flag or a file sets.",
+              "Create a new signing secret.",
+              "For all later calls. 409 for the operator's, which is set by a flag or a file.",
               "write", kNoHeaders, kNoBody, kSecretAnswer, k409Alone, true},
-    Operation{"listKeys", "GET", "/v1/keys", "Keys", "List the keys.", "Not their texts.", "admin",
-              kNoHeaders, kNoBody, kKeyListAnswer, kNoProblems, true},
-    Operation{"createKey", "POST", "/v1/keys", "Keys", "Make a key.",
-              "403 on a server without any: the first is made by `tessera keys add`, because from "
-              "then on every request needs one.",
+    Operation{"listKeys", "GET", "/v1/keys", "Keys", "List the keys.", "Without their texts.",
+              "admin", kNoHeaders, kNoBody, kKeyListAnswer, kNoProblems, true},
+    Operation{"createKey", "POST", "/v1/keys", "Keys", "Create a key.",
+              "403 on a server without keys: create the first one with `tessera keys add`.",
               "admin", kNoHeaders, kKeyRequest, kKeyMade, kTestProblems, true},
     Operation{"deleteKey", "DELETE", "/v1/keys/{id}", "Keys", "Remove a key.",
-              "It stops working within a second; what it made stays with its tenant.", "admin",
-              kNoHeaders, kNoBody, kGone, k404, true},
+              "It stops working within a second; objects created with it stay with its tenant.",
+              "admin", kNoHeaders, kNoBody, kGone, k404, true},
     Operation{"listWorkers", "GET", "/v1/workers", "Workers", "List the workers.", "", "read",
               kNoHeaders, kNoBody, kWorkersAnswer, kNoProblems, true},
     Operation{"listWorkerTiles", "GET", "/v1/jobs/{id}/workers", "Workers",
-              "Which worker renders which tile.", "Of this moment. Empty without workers.", "read",
+              "List the workers' tiles.", "Tiles of the job that are being rendered.", "read",
               kNoHeaders, kNoBody, kWorkerTilesAnswer, k404, true},
-    Operation{"reportWorker", "PUT", "/v1/workers/{id}", "Workers", "A worker lives.", "", "worker",
-              kNoHeaders, kWorkerReport, kOrdersAnswer, kSubmitProblems, true},
-    Operation{"getWorkInputs", "GET", "/v1/work/jobs/{id}", "Workers", "What its units need.",
+    Operation{"reportWorker", "PUT", "/v1/workers/{id}", "Workers", "Report a worker's state.", "",
+              "worker", kNoHeaders, kWorkerReport, kOrdersAnswer, kSubmitProblems, true},
+    Operation{"getWorkInputs", "GET", "/v1/work/jobs/{id}", "Workers", "Get a job's inputs.",
               "404 without open units.", "worker", kNoHeaders, kNoBody, kInputsAnswer, k404, true},
-    Operation{"getWorkFile", "GET", "/v1/work/jobs/{id}/files/{sha256}", "Workers", "A file of it.",
-              "", "worker", kNoHeaders, kNoBody, kAssetContent, kContentProblems, true},
-    Operation{"leaseUnit", "POST", "/v1/work/units/{id}/lease", "Workers", "Take a unit.", "",
+    Operation{"getWorkFile", "GET", "/v1/work/jobs/{id}/files/{sha256}", "Workers",
+              "Get an input file.", "", "worker", kNoHeaders, kNoBody, kAssetContent,
+              kContentProblems, true},
+    Operation{"leaseUnit", "POST", "/v1/work/units/{id}/lease", "Workers", "Lease a unit.", "",
               "worker", kNoHeaders, kUnitRequest, kLeaseAnswer, kSubmitProblems, true},
     Operation{"putUnitResult", "PUT", "/v1/work/units/{id}/results/{worker}", "Workers",
-              "Bring the result of a unit.", "422 for what no renderer makes of it.", "worker",
+              "Send the result of a unit.", "422 if it cannot be the unit's result.", "worker",
               kNoHeaders, kBytes, kWorkDone, kSubmitProblems, true},
-    Operation{"handBackUnit", "POST", "/v1/work/units/{id}/hand-back", "Workers",
-              "Give a unit back.", "", "worker", kNoHeaders, kUnitRequest, kWorkDone,
-              kSubmitProblems, true},
-    Operation{"getUsage", "GET", "/v1/usage", "Keys", "What tenants use.",
-              "All of them for the operator and keys with scope `admin`, else one's own.", "read",
-              kNoHeaders, kNoBody, kUsageAnswer, kNoProblems, true},
+    Operation{"handBackUnit", "POST", "/v1/work/units/{id}/hand-back", "Workers", "Return a unit.",
+              "", "worker", kNoHeaders, kUnitRequest, kWorkDone, kSubmitProblems, true},
+    Operation{
+        "getUsage", "GET", "/v1/usage", "Keys", "Get the usage of tenants.",
+        "All tenants for the operator and keys with scope `admin`; otherwise only the key's own.",
+        "read", kNoHeaders, kNoBody, kUsageAnswer, kNoProblems, true},
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-/// The operations of the HTTP interface, one row each: the route table of the server, the OpenAPI
-/// document and the documentation page all come from here.
+/// The operations of the HTTP API, one row each: the server's route table, the OpenAPI document and
+/// the documentation page are generated from these.
 #pragma once
 
 #include <algorithm>
@@ -12,20 +12,19 @@ namespace api {
 
 struct Capabilities;  // api/server_view.h
 
-/// A header. Parameters in the path follow from the path, those of the query from the table that
-/// reads them.
+/// A header. Path parameters follow from the path, query parameters from the table that reads them.
 struct HeaderRow {
   std::string_view name;
   std::string_view schema;  ///< JSON text of its schema
   std::string_view summary;
 };
 
-/// Makes the list of OpenAPI parameter objects of a query string (api/schemas.h).
+/// Returns the list of OpenAPI parameter objects of a query string (api/schemas.h).
 using QueryParameters = Json (*)(const Capabilities&);
 
 struct ContentRow {
   std::string_view media_type;
-  std::string_view schema;  ///< name in components/schemas; "" for bytes; a schema as JSON text if
+  std::string_view schema;  ///< name in components/schemas; "" for bytes; JSON text of a schema if
                             ///< it begins with '{'
 };
 
@@ -36,24 +35,24 @@ struct ResponseRow {
 };
 
 struct Operation {
-  std::string_view id;      ///< operationId; the server finds its handler by it
+  std::string_view id;      ///< operationId, by which the server finds its handler
   std::string_view method;  ///< "GET"; a GET also answers HEAD
   std::string_view path;    ///< with {name} for a segment
   std::string_view tag;
   std::string_view summary;
   std::string_view description;
-  std::string_view
-      scope;  ///< "", "read", "write", "admin" or "worker": what a key needs; "" needs none
+  std::string_view scope;  ///< required scope of the key: "", "read", "write", "admin" or "worker";
+                           ///< "" needs no key
   std::span<const HeaderRow> headers;
   std::span<const ContentRow> request;
   std::span<const ResponseRow> responses;
   std::span<const int> problems;    ///< statuses of problem responses besides 401 403 429 503
-  bool available;                   ///< false: named by the contract, answers 404 until it exists
-  QueryParameters query = nullptr;  ///< null: it takes no query
+  bool available;                   ///< false: reserved; answers 404
+  QueryParameters query = nullptr;  ///< null: no query
 };
 
 std::span<const Operation> operations();
-/// Null when there is none.
+/// Returns null if there is none.
 inline const Operation* find_operation(std::string_view id) {
   const auto all = operations();
   const auto found =

@@ -1,4 +1,4 @@
-// The camera's place on an orbit: "camera": {"orbit": {...}}.
+// A camera position on an orbit: "camera": {"orbit": {...}}.
 
 #include <tuple>
 
@@ -8,7 +8,7 @@
 namespace api {
 namespace {
 
-/// A member that is "auto" (empty) or what read_value takes.
+/// Reads a member that is "auto" (empty) or a value of read_value.
 bool is_automatic(const Json& value) {
   return value.is_string() && value.get_ref<const std::string&>() == "auto";
 }
@@ -43,7 +43,7 @@ void read_orbit_target(const Json& value, core::CameraOrbit& out, const std::str
   }
 }
 
-/// `other` or the word "auto".
+/// Returns the schema of `other` or the word "auto".
 Json automatic_or(Json other, std::string_view doc) {
   return {{"description", doc},
           {"anyOf", Json::array({Json{{"type", "string"}, {"enum", Json::array({"auto"})}},
@@ -55,10 +55,10 @@ const auto& orbit_table() {
   static constexpr auto kTable = std::tuple{
       number(
           "theta_degrees", [](auto& s) -> auto& { return s.theta_degrees; }, {-36000, 36000},
-          "Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z)."),
+          "Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z)."),
       number(
           "phi_degrees", [](auto& s) -> auto& { return s.phi_degrees; }, {0, 180},
-          "From +y: 0 looks from above, 90 is level."),
+          "Angle from +y: 0 looks down from above, 90 is level."),
       CustomRow<core::CameraOrbit>{
           "radius", &read_orbit_radius,
           [](const core::CameraOrbit& s, Json& object) {
@@ -67,9 +67,9 @@ const auto& orbit_table() {
           [](const core::CameraOrbit&) {
             Json metres = {{"type", "number"}};
             add_range(metres, {0, kOrbitMetresMax, true});
-            return automatic_or(std::move(metres),
-                                "Distance from the target, metres; 'auto': all of the scene is in "
-                                "the view.");
+            return automatic_or(
+                std::move(metres),
+                "Distance from the target, metres; 'auto': the whole scene is in view.");
           }},
       CustomRow<core::CameraOrbit>{
           "target", &read_orbit_target,
@@ -101,7 +101,7 @@ void print_orbit(const JobSpec& spec, Json& object) {
 Json orbit_schema(const JobSpec& /*defaults*/) {
   Json schema =
       object_schema(orbit_table(), core::CameraOrbit{},
-                    "Place on a sphere around the target, instead of position and target.");
+                    "Position on a sphere around the target, instead of position and target.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;

@@ -34,10 +34,10 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
                                        std::string_view arithmetic) {
   const std::string* spec = find(texts, "tessera:spec");
   if (spec == nullptr) {
-    return refused("the image does not say which job made it: it has no text tessera:spec");
+    return refused("the image does not contain its job: it has no text tessera:spec");
   }
   if (const std::string* samples = find(texts, "tessera:samples")) {
-    return refused("the image was merged from samples that no single job takes: " + *samples);
+    return refused("the image was merged from samples that no single job can render: " + *samples);
   }
   auto parsed = parse_job(*spec);
   if (!parsed) {
@@ -53,10 +53,10 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
     const double samples = text == nullptr ? 0 : std::strtod(text->c_str(), nullptr);
     if (!(samples >= 0.5 && samples < static_cast<double>(limits::kSamplesPerPixel) + 0.5)) {
       return refused(
-          "the image does not say how many samples it has: its text tessera:samples_per_pixel is "
-          "no count");
+          "the image does not contain its number of samples: its text tessera:samples_per_pixel is "
+          "not a count");
     }
-    // Whatever rule ended the job: its film follows from the number of samples.
+    // The film follows from the number of samples, whichever rule ended the job.
     job.stop = core::StopRules{.samples_per_pixel = static_cast<int>(std::lround(samples)),
                                .relative_error = {},
                                .confidence = job.stop.confidence,
@@ -73,7 +73,7 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
     }
   } else {
     parsed->warnings.emplace_back(
-        "The image was taken before its job had ended; this is the whole job.");
+        "The image was saved before its job had ended; this is the complete job.");
   }
   const std::string* made_with = find(texts, "tessera:arithmetic");
   if (made_with != nullptr && !made_with->empty() && *made_with != arithmetic) {

@@ -1,4 +1,4 @@
-/// The job that made a picture, by what the picture says.
+/// Recovers the job that rendered an image from the texts in the image file.
 #pragma once
 
 #include <map>
@@ -9,13 +9,13 @@
 
 namespace api {
 
-/// The job as pictures carry it: without the webhook, which is private.
+/// Returns the job request stored in images: without the webhook, which is private.
 std::string picture_spec(const JobSpec& spec);
 
-/// The request for the same film, from the texts in a picture (core::read_image_texts()): its spec,
-/// to stop at the samples that the picture has. arithmetic: of this server; another one in the
-/// picture is a warning. Problems: 422 when the picture does not say, or was merged from several
-/// jobs.
+/// Returns a request for the same film, from the texts in an image (core::read_image_texts()): its
+/// spec, stopping at the image's number of samples. arithmetic: of this server; another one in the
+/// image gives a warning. Problems: 422 if the texts are missing, or the film was merged from
+/// several jobs.
 Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>& texts,
                                        std::string_view arithmetic);
 

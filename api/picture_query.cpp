@@ -1,4 +1,4 @@
-// Queries of pictures: of one job, and of all jobs of a batch.
+// Queries of images: of one job, and of all jobs of a batch.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -19,7 +19,7 @@
 namespace api {
 namespace {
 
-/// x, y, width and height come together; tone_maps are the names that are allowed.
+/// x, y, width and height must be given together; tone_maps are the allowed names.
 struct ImageReading {
   ImageQuery query;
   std::array<std::optional<int>, 4> rect;
@@ -36,7 +36,7 @@ std::optional<core::PixelRect> rect_of(const ImageReading& reading, Faults& faul
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (!parts[i]) {
       faults.add("/" + std::string(kRectNames[i]),
-                 "is required; x, y, width and height come together");
+                 "is required; x, y, width and height must be given together");
     }
   }
   if (!faults.empty()) {
@@ -85,7 +85,7 @@ Json tone_map_schema(const ImageReading& defaults) {
   return schema;
 }
 
-// Numbers with commas between them.
+// Reads numbers separated by commas.
 void read_mix(const std::string& value, ImageReading& out, const std::string& pointer,
               Faults& faults) {
   out.query.mix.clear();
@@ -107,7 +107,7 @@ Json mix_schema(const ImageReading& /*defaults*/) {
   return schema;
 }
 
-// "auto", or two numbers with a comma between them.
+// Reads "auto", or two numbers separated by a comma.
 void read_range(const std::string& value, ImageReading& out, const std::string& pointer,
                 Faults& faults) {
   if (value == "auto") {
@@ -117,7 +117,7 @@ void read_range(const std::string& value, ImageReading& out, const std::string& 
   const auto comma = value.find(',');
   if (comma == std::string::npos) {
     faults.add(pointer,
-               shown(Json(value)) + " is neither auto nor two numbers with a comma between");
+               shown(Json(value)) + " is neither auto nor two numbers separated by a comma");
     return;
   }
   constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
@@ -156,35 +156,35 @@ Json range_schema(const ImageReading& /*defaults*/) {
 
 constexpr std::array kDenoiseShows = {
     core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain image."},
-    core::NamedValue<DenoiseShow>{"mixed", DenoiseShow::kMixed,
-                                  "Denoised, mixed with the plain one where that is better."},
-    core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own."},
+    core::NamedValue<DenoiseShow>{
+        "mixed", DenoiseShow::kMixed,
+        "The denoised image, mixed with the plain one where that is better."},
+    core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own image."},
 };
 
-/// What a picture shows and how.
+/// Rows that select the layer and its display.
 constexpr auto look_rows() {
   return std::tuple{
       ParameterField<ImageReading>{"layer", "Beauty when absent (EXR: all layers).", &read_layer,
                                    &layer_parameter_schema},
       choice(
           "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
-          "off: the plain image. mixed: the denoised one, with the plain one where that is "
-          "better; it converges to the plain one. full: the denoiser's own, which may stay biased. "
-          "Of beauty and the layers of denoised images; those show mixed when absent. "
-          "X-Tessera-Error gives its error. While the job renders, an image may be some "
-          "revisions old: see X-Tessera-Revision."),
+          "off: the plain image. mixed: the denoised image, mixed with the plain one where that is "
+          "better; it converges to the plain one. full: the denoiser's own image, which may stay "
+          "biased. For beauty and the layers of denoised images, which show mixed if it is absent. "
+          "X-Tessera-Error gives the error. While the job renders, an image may be a few revisions "
+          "old: see X-Tessera-Revision."),
       number(
           "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
           {-limits::kExposureStops, limits::kExposureStops},
-          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays "
-          "linear too, and X-Tessera-Ignored tells."),
+          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif also stays "
+          "linear, which X-Tessera-Ignored reports."),
       ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
                                    &read_tone_map, &tone_map_schema},
       ParameterField<ImageReading>{
           "background",
-          "Colour behind a transparent image, as six digits of sRGB; the image loses its "
-          "alpha. "
-          "When absent, formats without alpha (jpg, hdr) have white. Not for layers of data.",
+          "Colour behind a transparent image, as six hexadecimal digits of sRGB; the image loses "
+          "its alpha. If absent, formats without alpha (jpg, hdr) use white. Not for data layers.",
           &read_background, &background_schema},
   };
 }
@@ -195,28 +195,29 @@ const auto& image_table() {
       std::tuple{
           ParameterField<ImageReading>{
               "range",
-              "LOW,HIGH: values that become black and white, or auto. Layers of data in display "
-              "formats; X-Tessera-Range tells the values used.",
+              "LOW,HIGH: values that are shown as black and white, or auto. For data layers in "
+              "display formats; X-Tessera-Range reports the values used.",
               &read_range, &range_schema},
           ParameterField<ImageReading>{
               "mix",
-              "Weights of the job's shares of the light (layers bounce:N, light:NAME, st:S,T) in "
-              "their order, with commas between: their sum in place of the image. Of beauty and "
-              "error. What is no part of the image, irradiance and st:S,T:unweighted, gets 0.",
+              "Weights of the job's light shares (layers bounce:N, light:NAME, st:S,T) in their "
+              "order, separated by commas: their weighted sum replaces the image. For beauty and "
+              "error. Shares that are not part of the image, irradiance and st:S,T:unweighted, "
+              "need weight 0.",
               &read_mix, &mix_schema},
           number(
               "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},
-              "At least this revision, else 409."),
-          rect_row<0>("Left column of a part; x, y, width and height come together."),
+              "At least this revision; otherwise 409."),
+          rect_row<0>("Left column of a part; x, y, width and height must be given together."),
           rect_row<1>("Top row of a part."),
           rect_row<2>("Width of a part."),
           rect_row<3>("Height of a part."),
           number(
               "max_size", [](auto& s) -> auto& { return s.query.max_size; }, {1, limits::kFilmSide},
-              "Longest side of the answer; larger images are scaled down."),
+              "Longest side of the image; larger images are scaled down."),
           flag(
               "parts", [](auto& s) -> auto& { return s.query.parts; },
-              "1: an EXR of all layers has a part for each, named after it; 0: one part, with "
+              "1: an EXR of all layers has one part per layer, with its name; 0: one part, with "
               "channels LAYER.CHANNEL."),
           flag(
               "stream", [](auto& s) -> auto& { return s.query.stream; },
@@ -227,11 +228,11 @@ const auto& image_table() {
   return kTable;
 }
 
-/// Of all pictures of a batch.
+/// Query of the archive of a batch.
 struct ArchiveReading : ImageReading {
   std::string format = BatchPicturesQuery{}.format;
 };
-// As core::image_formats(), which nobody who only parses requests has to link.
+// As core::image_formats(), which would have to be linked into programs that only parse requests.
 constexpr std::array<std::string_view, 6> kExtensions = {"png", "jpg", "webp", "exr", "hdr", "tif"};
 
 void read_extension(const std::string& text, ArchiveReading& out, const std::string& pointer,

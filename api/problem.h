@@ -1,7 +1,6 @@
-/// Problem: what an error response says (RFC 9457), and Parsed<T>: a value or a Problem.
+/// Problem: an error response (RFC 9457), and Parsed<T>: a value or a Problem.
 ///
-/// A parser collects every fault it finds before it gives up, so that a client can mend all of them
-/// at once.
+/// A parser collects all faults before it returns, so that a client can fix them at once.
 #pragma once
 
 #include <string>
@@ -17,21 +16,21 @@ namespace api {
 /// for a query parameter "/name".
 struct FieldError {
   std::string pointer;
-  std::string detail;  ///< Says what was seen and what is allowed.
+  std::string detail;  ///< States what was found and what is allowed.
   friend bool operator==(const FieldError&, const FieldError&) = default;
 };
 
 struct Problem {
   int status = 500;
   std::string type;      ///< URI reference, "/docs#problem-..."
-  std::string title;     ///< the same for every problem of this type
-  std::string detail;    ///< about this one
+  std::string title;     ///< the same for all problems of this type
+  std::string detail;    ///< about this problem
   std::string instance;  ///< path of the request; filled in where it is known
   std::vector<FieldError> errors;
   friend bool operator==(const Problem&, const Problem&) = default;
 };
 
-/// A value or the reason why there is none.
+/// A value, or the problem that prevented it.
 template <typename T>
 class [[nodiscard]] Parsed {
  public:

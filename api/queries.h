@@ -15,7 +15,7 @@ Parsed<SceneUploadQuery> parse_scene_upload_query(QueryParams query);
 
 /// GET /v1/jobs/{id}/events?last_event_id=.
 struct JobEventsQuery {
-  std::string last_event_id;  ///< stands for the header; empty: from now on
+  std::string last_event_id;  ///< replaces the header; empty: from now on
 };
 Parsed<JobEventsQuery> parse_job_events_query(QueryParams query);
 

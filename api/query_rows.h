@@ -1,7 +1,7 @@
 /// Query tables: a std::tuple of rows over a plain struct S reads, checks and documents a query
-/// string. The rows number(), text(), choice() and flag() of api/fields.h serve here as they do in
-/// bodies; parameter() makes a row with functions of its own. A default of null or "" means that
-/// nothing is asked for, and is not documented.
+/// string. The rows number(), text(), choice() and flag() of api/fields.h work as in bodies;
+/// parameter() makes a row with its own functions. A default of null or "" means that the parameter
+/// is absent, and is not documented.
 #pragma once
 
 #include <algorithm>
@@ -35,8 +35,8 @@ struct ParameterField {
   constexpr bool required() const { return must_be_there; }
 };
 
-/// The whole text as a number, else as a string. The grammar is that of JSON, so that "0x10",
-/// "inf" and " 5" are no numbers.
+/// Returns the text as a number if all of it is one in JSON's grammar (not "0x10", "inf" or " 5"),
+/// otherwise as a string.
 inline Json number_in_query(const std::string& text) {
   Json value = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   const bool is_plain =
@@ -44,7 +44,7 @@ inline Json number_in_query(const std::string& text) {
   return is_plain && value.is_number() ? value : Json(text);
 }
 
-/// The text of a parameter as the JSON value that its row reads.
+/// Converts the text of a parameter to the JSON value that its row reads.
 template <typename Row>
 Json value_in_query(const Row& /*row*/, const std::string& text) {
   return text;
@@ -53,7 +53,7 @@ template <typename Get>
 Json value_in_query(const NumberRow<Get>& /*row*/, const std::string& text) {
   return number_in_query(text);
 }
-/// 1 and 0 stand for true and false.
+/// Accepts 1 and 0 for true and false.
 template <typename Get>
 Json value_in_query(const FlagRow<Get>& /*row*/, const std::string& text) {
   const bool is_true = text == "1" || text == "true";
@@ -80,8 +80,8 @@ constexpr bool is_repeatable(const Row& row) {
   }
 }
 
-/// Reads the parameters in the order in which they come. Unknown ones are refused, and repeated
-/// ones whose row does not allow it; missing ones that are required too.
+/// Reads the parameters in their order. Refuses unknown ones, repeated ones unless their row allows
+/// it, and missing required ones.
 template <typename Table, typename S>
 void read_query(const Table& table, QueryParams query, S& out, Faults& faults) {
   std::vector<std::string> seen;
@@ -114,7 +114,7 @@ void read_query(const Table& table, QueryParams query, S& out, Faults& faults) {
   std::apply([&](const auto&... row) { (require_row(row), ...); }, table);
 }
 
-/// An OpenAPI parameter object.
+/// Returns an OpenAPI parameter object.
 template <typename Row, typename S>
 Json parameter_json(const Row& row, const S& defaults) {
   Json schema;
@@ -133,7 +133,7 @@ Json parameter_json(const Row& row, const S& defaults) {
       found != schema.end() && (found->is_null() || *found == Json(""))) {
     schema.erase("default");
   }
-  // [type, "null"]: a query string has no null.
+  // Keeps the first of [type, "null"]: a query string has no null.
   if (schema.contains("type") && schema["type"].is_array()) {
     schema["type"] = Json(schema["type"].front());
   }
@@ -144,7 +144,7 @@ Json parameter_json(const Row& row, const S& defaults) {
           {"schema", std::move(schema)}};
 }
 
-/// The table as a list of OpenAPI parameter objects.
+/// Returns the table as a list of OpenAPI parameter objects.
 template <typename Table, typename S>
 Json query_parameters(const Table& table, const S& defaults) {
   Json list = Json::array();
@@ -153,7 +153,7 @@ Json query_parameters(const Table& table, const S& defaults) {
   return list;
 }
 
-/// The whole query by the table; out: the defaults.
+/// Parses a whole query. out: the defaults.
 template <typename Table, typename S>
 Parsed<S> parse_query(const Table& table, QueryParams query, S out) {
   Faults faults;
@@ -164,12 +164,12 @@ Parsed<S> parse_query(const Table& table, QueryParams query, S out) {
   return out;
 }
 
-// Rows and values that several queries have.
+// Rows and values shared by several queries.
 
 inline constexpr double kRevisionMax = std::numeric_limits<std::uint32_t>::max();
 inline Json text_schema() { return {{"type", "string"}}; }
 
-/// Calls `take` with each part of a list with commas.
+/// Calls `take` with each part of a comma-separated list.
 template <typename Take>
 void each_part(const std::string& text, const Take& take) {
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -179,10 +179,10 @@ void each_part(const std::string& text, const Take& take) {
   }
 }
 
-/// The server takes the ticket out of the query when it lets the request in.
+/// Ignored here: the server reads the ticket when it authorizes the request.
 template <typename S>
 constexpr auto ticket_row() {
-  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, in place of the key.",
+  return ParameterField<S>{"ticket", "A ticket of POST /v1/stream-tickets, instead of the key.",
                            [](const std::string&, S&, const std::string&, Faults&) {},
                            [](const S&) { return text_schema(); }};
 }

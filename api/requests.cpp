@@ -33,12 +33,12 @@ void read_stop_patch(const Json& value, PatchBody& out, const std::string& point
   if (!expect_object(value, pointer, faults)) {
     return;
   }
-  // Merging would drop a field of no row that is null without a word.
+  // Refused here because merging would silently drop an unknown field that is null.
   refuse_unknown_members(value, stop_member_names(), pointer, faults);
   Json merged = print_stop(out.spec.stop);
   merged.merge_patch(value);
   if (merged.contains("scope") && !merged.contains("relative_error") && !value.contains("scope")) {
-    merged.erase("scope");  // it went with the rule it belonged to
+    merged.erase("scope");  // removed together with its rule
   }
   out.spec.stop = read_stop(merged, pointer, faults);
 }
@@ -51,12 +51,12 @@ const auto& patch_table() {
   static constexpr auto kTable = std::tuple{
       number(
           "priority", [](auto& s) -> auto& { return s.spec.priority; },
-          {-limits::kPriority, limits::kPriority}, "Higher is served first."),
+          {-limits::kPriority, limits::kPriority}, "Higher values are served first."),
       CustomRow<PatchBody>{"labels", &read_labels_patch, [](const PatchBody&, Json&) {},
                            [](const PatchBody& defaults) {
                              Json schema = labels_schema(defaults.spec);
                              schema["description"] =
-                                 "Labels to set; null removes one, the others stay.";
+                                 "Labels to set; null removes one, others are kept.";
                              schema["additionalProperties"]["type"] = {"string", "null"};
                              return schema;
                            }},
@@ -67,7 +67,7 @@ const auto& patch_table() {
                            [](const PatchBody& defaults) {
                              Json schema = stop_schema(defaults.spec.stop);
                              schema["description"] =
-                                 "Rules to raise or lower; null removes one, the others stay.";
+                                 "Rules to change; null removes one, others are kept.";
                              schema.erase("minProperties");
                              return schema;
                            }},
@@ -154,7 +154,7 @@ const auto& scene_table() {
           "files", &read_files,
           [](const SceneFromAssets& body, Json& object) { object["files"] = body.files; },
           [](const SceneFromAssets&) {
-            Json schema = basic_schema("object", "Asset id of each uri that the glTF names.");
+            Json schema = basic_schema("object", "Asset id of each uri in the glTF.");
             schema["additionalProperties"] = asset_id_schema("");
             schema["maxProperties"] = limits::kSceneFiles;
             schema["default"] = Json::object();
@@ -178,7 +178,7 @@ void check_id(const std::string& id, const std::string& pointer, Faults& faults)
 void check_denoise(const std::string& id, DenoiseShow denoise, const std::string& pointer,
                    Faults& faults) {
   if (denoise != DenoiseShow::kOff && !is_uuid(id)) {
-    faults.add(pointer, "applies to jobs only");
+    faults.add(pointer, "applies only to jobs");
   }
 }
 
@@ -190,11 +190,11 @@ const auto& comparison_table() {
           "b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
       choice(
           "a_denoise", [](auto& s) -> auto& { return s.a_denoise; }, &denoise_shows,
-          "Which image of a job. Errors of the pixels of a denoised one are not known singly: "
-          "bias.low, bias.high and z are null then."),
+          "Which image of job a. For a denoised image the errors of individual pixels are unknown, "
+          "so bias.low, bias.high and z are null."),
       choice(
           "b_denoise", [](auto& s) -> auto& { return s.b_denoise; }, &denoise_shows,
-          "The same of b."),
+          "Which image of job b."),
   };
   return kTable;
 }
@@ -268,7 +268,7 @@ const auto& ticket_table() {
           "jobs", &read_watched_jobs,
           [](const TicketRequest& body, Json& object) { object["jobs"] = body.jobs; },
           [](const TicketRequest&) {
-            Json schema = basic_schema("array", "Jobs that the ticket lets its bearer watch.");
+            Json schema = basic_schema("array", "Jobs that the ticket's bearer may watch.");
             schema["items"] = basic_schema("string", "Job id (UUID).");
             schema["items"]["format"] = "uuid";
             schema["minItems"] = 1;
@@ -363,13 +363,15 @@ Parsed<TicketRequest> parse_ticket(std::string_view body) {
 
 Json job_patch_schema() {
   Json schema = object_schema(patch_table(), PatchBody{},
-                              "A merge patch (RFC 7396) of the members that may change.");
+                              "A merge patch (RFC 7396) of the changeable members.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
   return schema;
 }
-Json extend_schema() { return object_schema(extend_table(), ExtendBody{}, "What to go on to."); }
+Json extend_schema() {
+  return object_schema(extend_table(), ExtendBody{}, "New stop rules for a finished job.");
+}
 Json scene_from_assets_schema() {
   return object_schema(scene_table(), SceneFromAssets{}, "A scene whose files are assets.");
 }
@@ -377,8 +379,8 @@ Json comparison_request_schema() {
   return object_schema(comparison_table(), ComparisonRequest{}, "Two images; b is the reference.");
 }
 Json ticket_request_schema() {
-  return object_schema(ticket_table(), TicketRequest{}, "What a ticket is for.");
+  return object_schema(ticket_table(), TicketRequest{}, "Jobs for which to create a ticket.");
 }
-Json merge_schema() { return object_schema(merge_table(), MergeRequest{}, "Films to add up."); }
+Json merge_schema() { return object_schema(merge_table(), MergeRequest{}, "Films to merge."); }
 
 }  // namespace api

@@ -1,8 +1,8 @@
-/// The requests other than the job itself: bodies and query strings.
+/// Requests other than the job itself: bodies and query strings.
 ///
-/// Bodies: 400 broken JSON, 413 too large, 422 with pointers. Query strings come decoded; a
-/// repeated or unknown parameter is refused. A query parameter `limit` is named by the pointer
-/// "/limit".
+/// Problems of bodies: 400 invalid JSON, 413 too large, 422 with pointers. Query strings are
+/// decoded already; repeated and unknown parameters are refused. A query parameter `limit` has the
+/// pointer "/limit".
 #pragma once
 
 #include <array>
@@ -23,11 +23,11 @@
 namespace api {
 
 /// PATCH /v1/jobs/{id}: priority, labels, name, stop, paused. An RFC 7396 merge patch: labels and
-/// rules that are not named stay, null removes one.
+/// rules that are not mentioned are kept, null removes one.
 struct JobPatch {
-  JobSpec spec;                ///< the current one with the changes
-  std::optional<bool> paused;  ///< as asked for; empty: not mentioned
-  bool stop_named = false;     ///< the body has `stop` (409 on a final job)
+  JobSpec spec;                ///< the current spec with the changes
+  std::optional<bool> paused;  ///< as requested; empty: not mentioned
+  bool stop_named = false;     ///< whether the body has `stop` (409 on a final job)
   std::vector<std::string> warnings;
 };
 Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current);
@@ -46,7 +46,7 @@ struct SceneFromAssets {
 };
 Parsed<SceneFromAssets> parse_scene_from_assets(std::string_view body);
 
-/// Which picture of a job is shown.
+/// Which picture of a job is compared or shown.
 enum class DenoiseShow { kOff, kMixed, kFull };
 std::span<const core::NamedValue<DenoiseShow>> denoise_shows();
 
@@ -59,7 +59,7 @@ struct ComparisonRequest {
 };
 Parsed<ComparisonRequest> parse_comparison(std::string_view body);
 
-/// POST /v1/films/merge: at least one job or asset id, none twice.
+/// POST /v1/films/merge: at least one id of a job or asset, each at most once.
 struct MergeRequest {
   std::vector<std::string> films;
 };
@@ -67,16 +67,16 @@ Parsed<MergeRequest> parse_merge(std::string_view body);
 
 /// POST /v1/stream-tickets: {"jobs": [ids]}.
 struct TicketRequest {
-  std::vector<std::string> jobs;  ///< UUIDs, none twice
+  std::vector<std::string> jobs;  ///< UUIDs, each at most once
 };
 Parsed<TicketRequest> parse_ticket(std::string_view body);
 
 /// Decoded, in order of appearance.
 using QueryParams = std::span<const std::pair<std::string, std::string>>;
 
-/// GET /v1/jobs?state=&label=&name=&class=&cursor=&limit=. state and label may be repeated or hold
-/// a list with commas (state only): any of the states, all of the labels. label: `key=value`, or
-/// `key` for any value. name: a part of the job's title. Wrong values are 400.
+/// GET /v1/jobs?state=&label=&name=&class=&cursor=&limit=. state and label may be repeated; state
+/// may be a comma-separated list. Selects jobs with any of the states and all of the labels. label:
+/// `key=value`, or `key` for any value. name: a part of the job's title. Invalid values give 400.
 struct LabelFilter {
   std::string key;
   std::optional<std::string> value;
@@ -97,17 +97,17 @@ Parsed<ListQuery> parse_scene_list_query(QueryParams query);
 /// POST /v1/jobs?dry_run=1.
 struct SubmitQuery {
   bool dry_run = false;
-  bool from_image = false;  ///< the body is a picture that says which job made it
+  bool from_image = false;  ///< the body is an image that contains the request of its job
 };
 Parsed<SubmitQuery> parse_submit_query(QueryParams query);
 
-/// GET /v1/jobs/{id}?wait=20. Seconds, 0 to 60; 422 beyond.
+/// GET /v1/jobs/{id}?wait=20. Seconds, 0 to 60; otherwise 422.
 struct WaitQuery {
   double wait_seconds = 0;
 };
 Parsed<WaitQuery> parse_wait_query(QueryParams query);
 
-/// Seconds of `Prefer: wait=N` (RFC 7240), at most 60; empty when the header does not ask for it.
+/// Returns the seconds of `Prefer: wait=N` (RFC 7240), at most 60; empty if the header has no wait.
 std::optional<int> prefer_wait_seconds(std::string_view prefer_header);
 
 enum class TilePlanes { kAll, kMean };
@@ -120,40 +120,41 @@ struct TilesQuery {
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
-/// GET /v1/events?jobs=ID,ID or ?batch=ID. 422 for a text that is not an id, for too many ids, and
-/// unless there is one of them.
+/// GET /v1/events?jobs=ID,ID or ?batch=ID. 422 for an invalid id, for too many ids, and unless
+/// exactly one of them is given.
 struct EventsQuery {
   std::vector<std::string> jobs;
   std::string batch;
 };
 Parsed<EventsQuery> parse_events_query(QueryParams query);
 
-/// Values of a layer of data that become black and white; empty: those that the picture has.
+/// Values of a data layer that are shown as black and white; empty: the range in the picture.
 struct ImageRange {
-  std::optional<std::array<float, 2>> ends;  ///< finite, the first below the second
+  std::optional<std::array<float, 2>> ends;  ///< finite, in ascending order
 };
 
 /// GET
 /// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&background=&range=&revision=&x=&y=&width=&height=
-/// &max_size=&mix=&stream=. 422 for wrong values. A path extension is the server's business.
+/// &max_size=&mix=&stream=. 422 for invalid values. The server handles the extension of the path.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;
-  std::optional<core::Rgb> background;  ///< as on a screen, each in [0,1]; null: see the format
+  std::optional<core::Rgb>
+      background;  ///< display values, each in [0,1]; null: depends on the format
   std::string tone_map = "srgb";
   std::optional<ImageRange> range;
-  std::optional<std::uint32_t> revision;  ///< this one or newer
+  std::optional<std::uint32_t> revision;  ///< at least this one
   std::optional<core::PixelRect> rect;    ///< pixels of the full film
-  std::optional<int> max_size;            ///< longest side of the answer
+  std::optional<int> max_size;            ///< longest side of the image
   DenoiseShow denoise = DenoiseShow::kOff;
-  std::vector<float> mix;  ///< weights of the shares of the light, in the job's order; empty: none
-  bool parts = false;      ///< EXR of all layers: each is a part of its own
-  bool stream = false;     ///< every new revision, as multipart/x-mixed-replace
+  std::vector<float> mix;  ///< weights of the light shares, in the job's order; empty: none
+  bool parts = false;      ///< EXR of all layers: one part per layer
+  bool stream = false;     ///< sends every new revision, as multipart/x-mixed-replace
 };
-/// tone_maps: the names that are allowed.
+/// tone_maps: the allowed names.
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);
 
-/// For paths that take no parameter: any is 422.
+/// For paths without parameters: any parameter gives 422.
 Parsed<std::monostate> parse_no_query(QueryParams query);
 
 /// 8-4-4-4-12 hex digits, any case.

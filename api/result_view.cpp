@@ -12,8 +12,8 @@
 namespace api {
 namespace {
 
-/// 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it the
-/// expansion in 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
+/// Returns the 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it
+/// the expansion in 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
 double student_t_975(std::size_t degrees) {
   constexpr std::array kTable = {12.7062, 4.3027, 3.1824, 2.7764, 2.5706,
                                  2.4469,  2.3646, 2.3060, 2.2622, 2.2281};
@@ -113,7 +113,7 @@ namespace {
 const View<Slope>& slope_view() {
   static const View<Slope> kView = {
       "",
-      "Of log error against log samples, least squares, 95% interval.",
+      "Slope of log error against log samples, by least squares, with its 95% interval.",
       {{"value", shape::nullable(shape::real()),
         [](const Slope& s) { return number_json(s.value); }},
        {"low", shape::nullable(shape::real()), [](const Slope& s) { return number_json(s.low); }},
@@ -127,7 +127,7 @@ const View<Slope>& slope_view() {
 const View<PixelLayer>& pixel_layer_view() {
   static const View<PixelLayer> kView = {
       "PixelLayer",
-      "One layer at one pixel, a number for each channel.",
+      "One layer at one pixel, with one number per channel.",
       {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
        {"standard_error", shape::reals(),
         [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
@@ -136,8 +136,7 @@ const View<PixelLayer>& pixel_layer_view() {
        {"high", shape::reals("Of the 95% interval."),
         [](const PixelLayer& l) { return numbers_json(l.high); }},
        {"halves",
-        shape::nullable(
-            shape::list(shape::reals(), "Halves A and B; null where the layer has none.")),
+        shape::nullable(shape::list(shape::reals(), "Halves A and B; null if the layer has none.")),
         [](const PixelLayer& l) {
           Json halves = Json::array();
           for (const auto& half : l.halves) {
@@ -151,7 +150,7 @@ const View<PixelLayer>& pixel_layer_view() {
 const View<ConvergenceView>& convergence_view() {
   static const View<ConvergenceView> kView = {
       "Convergence",
-      "Error over samples and time.",
+      "Get the error over samples and time.",
       {{"points", shape::list(curve_point_view().shape(), "One for each error check."),
         [](const ConvergenceView& c) { return print_list(curve_point_view(), c.points); }},
        {"slope", slope_view().shape(),
@@ -188,7 +187,7 @@ const View<ComparisonView>& bias_view() {
   using Compared = ComparisonView;
   static const View<Compared> kView = {
       "",
-      "Mean of a - b; its interval is null where a side does not know its error.",
+      "Mean of a - b; its interval is null if the error of a side is unknown.",
       {{"value", shape::nullable(shape::real()),
         [](const Compared& c) { return number_json(c.bias); }},
        {"low", shape::nullable(shape::real()),
@@ -202,7 +201,7 @@ const View<ComparisonView>& z_view() {
   using Compared = ComparisonView;
   static const View<Compared> kView = {
       "",
-      "Of (a-b) / standard error.",
+      "Statistics of (a-b) / standard error.",
       {{"mean", shape::nullable(shape::real()),
         [](const Compared& c) { return number_json(c.z_mean); }},
        {"variance", shape::nullable(shape::real()),

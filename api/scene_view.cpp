@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
-// A node may be scaled to nothing: such a camera looks along -z of the world.
+// Returns the axis; `otherwise` for a node that is scaled to zero, whose camera looks along -z of
+// the world.
 Json axis_json(core::Vec3 axis, core::Vec3 otherwise) {
   return triple_json(core::length(axis) > 0 ? core::normalize(axis) : otherwise);
 }
@@ -45,7 +46,7 @@ const View<CameraView>& camera_view() {
        {"vertical_fov_degrees", shape::nullable(shape::real("Null: orthographic.")), &fov_json},
        {"position", shape::triple("Metres."),
         [](const CameraView& c) { return triple_json(c.camera.to_world.t); }},
-       {"direction", shape::triple("Where it looks, unit vector."),
+       {"direction", shape::triple("Viewing direction, unit vector."),
         [](const CameraView& c) {
           return axis_json(-c.camera.to_world.z, {0, 0, -1});
         }},
@@ -101,7 +102,7 @@ const View<SceneView>& scene_view() {
   static const View<SceneView> kView = {
       "Scene",
       "A loaded scene.",
-      {{"id", shape::text("What a job's `scene` names."),
+      {{"id", shape::text("Value of `scene` in a job request."),
         [](const SceneView& s) -> Json { return s.id; }},
        {"name", shape::text(), [](const SceneView& s) -> Json { return s.summary.name; }},
        {"bytes", shape::count("Memory of geometry, acceleration structure and textures."),
@@ -111,7 +112,7 @@ const View<SceneView>& scene_view() {
           const core::Bounds& bounds = s.summary.bounds;
           return bounds.empty() ? Json(nullptr) : bounds_view().print(bounds);
         }},
-       {"triangles", shape::count("As placed: a mesh used twice counts twice."),
+       {"triangles", shape::count("Counted per use: a mesh used twice counts twice."),
         [](const SceneView& s) -> Json { return s.summary.triangles; }},
        {"instances", shape::count(),
         [](const SceneView& s) -> Json { return s.summary.instances; }},

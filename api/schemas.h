@@ -1,5 +1,4 @@
-/// JSON schemas (2020-12) of everything that crosses the interface; components of the OpenAPI
-/// document.
+/// JSON schemas (2020-12) of all requests and responses; components of the OpenAPI document.
 #pragma once
 
 #include <string_view>
@@ -10,7 +9,8 @@ namespace api {
 
 struct Capabilities;  // api/server_view.h
 
-// Requests, from the tables that read them; as_request() and as_answer() make components of them.
+// Schemas of requests, from the tables that read them; as_request() and as_answer() make components
+// of them.
 Json job_request_schema();
 Json batch_request_schema();
 Json job_patch_schema();
@@ -36,11 +36,11 @@ Json job_events_parameters(const Capabilities& capabilities);
 Json events_parameters(const Capabilities& capabilities);
 Json image_parameters(const Capabilities& capabilities);
 
-/// The schema of a request. Defaults become `x-default` and part of the description: generators
-/// take members with a `default` for members that are always there, or send it.
+/// Returns the schema of a request. Defaults become `x-default` and part of the description:
+/// generators treat members with a `default` as always present, or send it.
 Json as_request(Json schema);
-/// The schema of an answer that prints the same rows: members are there unless they are printed
-/// only at times.
+/// Returns the schema of a response that prints the same rows: members are required unless they are
+/// not always printed.
 Json as_answer(Json schema, std::string_view doc);
 
 /// Adds the schemas of all answers to `components`.

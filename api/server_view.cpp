@@ -37,7 +37,7 @@ Json names_of(const Entries& entries) {
   return list;
 }
 
-/// Of layers that every film has or a job records unless it says otherwise; or of the others.
+/// Returns the layers that are recorded by default or always, or the others.
 Json layer_names(bool by_default) {
   Json names = Json::array();
   for (const core::LayerEntry& row : core::layers()) {
@@ -49,8 +49,8 @@ Json layer_names(bool by_default) {
   return names;
 }
 
-/// Switches of one group: a patch of one string at `path` for each row, and of null at what rows of
-/// other values accept, which takes it out of a request that has it.
+/// Returns the switches of one group. Each row's patch sets one string at `path`, and sets to null
+/// the options that only other rows accept, which removes them from a request.
 template <typename Value>
 void add_options(std::vector<OptionRow>& options, const std::string& path, std::string_view group,
                  std::span<const core::NamedValue<Value>> rows) {
@@ -86,7 +86,7 @@ Json limits_json(const ServerView& server) {
   return limits;
 }
 
-/// The members of a job that does not name them; `scene` is always named.
+/// Returns the default members of a job, without `scene`, which has no default.
 Json defaults_json() {
   Json defaults = to_json(parse_job(R"({"scene":"x"})")->spec);
   defaults.erase("scene");
@@ -101,11 +101,11 @@ std::vector<std::string_view> error_names() {
   return names;
 }
 
-/// Where members of `own` differ from those of `usual`, which has all of them.
+/// Returns the members of `own` that differ from those of `usual`.
 Json difference(const Json& own, const Json& usual) {
   Json patch = Json::object();
   for (const auto& member : own.items()) {
-    if (!usual.contains(member.key())) {  // an option of its own
+    if (!usual.contains(member.key())) {  // an option that `usual` lacks
       patch[member.key()] = member.value();
       continue;
     }
@@ -118,7 +118,7 @@ Json difference(const Json& own, const Json& usual) {
   return patch;
 }
 
-/// Defaults of an integrator's jobs that differ from those of any job.
+/// Returns the defaults of an integrator's jobs that differ from those of other jobs.
 Json own_defaults_json(std::string_view integrator) {
   JobSpec spec;
   spec.render = core::default_settings(integrator);
@@ -130,14 +130,14 @@ Json own_defaults_json(std::string_view integrator) {
 const View<BuildView>& build_view() {
   static const View<BuildView> kView = {
       "",
-      "What the bits of a film depend on besides the job.",
+      "Build and machine properties on which the bits of a film depend besides the job.",
       {{"id", shape::text(), [](const BuildView& b) -> Json { return b.id; }},
        {"commit", shape::text(), [](const BuildView& b) -> Json { return b.commit; }},
        {"compiler", shape::text(), [](const BuildView& b) -> Json { return b.compiler; }},
-       {"isa", shape::text("Instruction set that rays are traced with."),
+       {"isa", shape::text("Instruction set for ray tracing."),
         [](const BuildView& b) -> Json { return b.isa; }},
        {"embree", shape::text(), [](const BuildView& b) -> Json { return b.embree; }},
-       {"waves", shape::flag("Paths of default options go eight side by side."),
+       {"waves", shape::flag("Paths with default options are traced in groups of eight."),
         [](const BuildView& b) -> Json { return b.waves; }}}};
   return kView;
 }
@@ -185,7 +185,7 @@ const View<TypeView>& type_info_view() {
       {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
        {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
        {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},
-       {"accepts", shape::texts("JSON pointers of the job request that it honours."),
+       {"accepts", shape::texts("JSON pointers of the job request that it supports."),
         [](const TypeView& t) -> Json { return t.accepts; }}}};
   return kView;
 }
@@ -197,15 +197,16 @@ const View<core::IntegratorEntry>& integrator_view() {
       "An algorithm that traces light paths.",
       {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
        {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
-       {"error", shape::one_of(error_names(), "Do the halves of its images tell the error?"),
+       {"error",
+        shape::one_of(error_names(),
+                      "Whether the halves of its images give a valid error estimate."),
         [](const Entry& e) -> Json {
           return core::row_of(core::error_validities(), e.error).name;
         }},
        {"summary", shape::text(), [](const Entry& e) -> Json { return e.summary; }},
-       {"accepts", shape::texts("JSON pointers of the job request that it honours."),
+       {"accepts", shape::texts("JSON pointers of the job request that it supports."),
         [](const Entry& e) -> Json { return texts_of(e.accepts); }},
-       {"defaults",
-        shape::object("Merge patch (RFC 7396) of `defaults`, which holds for its jobs."),
+       {"defaults", shape::object("Merge patch (RFC 7396) of `defaults` for its jobs."),
         [](const Entry& e) { return own_defaults_json(e.name); }}}};
   return kView;
 }
@@ -213,11 +214,11 @@ const View<core::IntegratorEntry>& integrator_view() {
 const View<OptionRow>& option_view() {
   static const View<OptionRow> kView = {
       "EstimationOption",
-      "A switch of the estimation.",
+      "An estimator setting.",
       {{"name", shape::text(), [](const OptionRow& o) -> Json { return o.name; }},
        {"bias", shape::bias(), [](const OptionRow& o) -> Json { return o.bias; }},
        {"summary", shape::text(), [](const OptionRow& o) -> Json { return o.summary; }},
-       {"patch", shape::object("Merge patch (RFC 7396) of the job request that turns it on."),
+       {"patch", shape::object("Merge patch (RFC 7396) of the job request that selects it."),
         [](const OptionRow& o) { return Json::parse(o.patch); }}}};
   return kView;
 }
@@ -230,7 +231,7 @@ const View<ServerView>& server_view() {
       "Server capabilities.",
       {{"version", shape::text(), [](const Server& s) -> Json { return s.version; }},
        {"build", build_view().shape(), [](const Server& s) { return build_view().print(s.build); }},
-       {"limits", shape::map(shape::integer(), "Every maximum by name."), &limits_json},
+       {"limits", shape::map(shape::integer(), "Every limit by name."), &limits_json},
        {"defaults", shape::reference("JobDefaults"), [](const Server&) { return defaults_json(); }},
        {"integrators", shape::list(integrator_view().shape()),
         [](const Server&) { return print_list(integrator_view(), core::integrators()); }},
@@ -238,13 +239,14 @@ const View<ServerView>& server_view() {
        {"light_samplers", kTypes,
         [](const Server&) { return print_types(core::light_samplers()); }},
        {"adaptive", kTypes, [](const Server&) { return print_types(core::adaptive_types()); }},
-       {"options", shape::list(option_view().shape(), "Every other switch of the estimation."),
+       {"options", shape::list(option_view().shape(), "Every other estimator setting."),
         [](const Server&) { return print_list(option_view(), estimation_options()); }},
-       {"layers", shape::texts("Of a job that does not say which to record."),
+       {"layers", shape::texts("Layers that are recorded by default."),
         [](const Server&) { return layer_names(true); }},
-       {"optional_layers", shape::texts("Those that `film.layers` has to ask for."),
+       {"optional_layers",
+        shape::texts("Layers that are recorded only if `film.layers` lists them."),
         [](const Server&) { return layer_names(false); }},
-       {"layer_patterns", shape::texts("Layers of which there is one for each number or name."),
+       {"layer_patterns", shape::texts("Patterns of layers with a number or name."),
         [](const Server&) { return names_of(core::layer_patterns()); }},
        {"image_formats", shape::texts("Extensions."),
         [](const Server& s) {
@@ -259,7 +261,7 @@ const View<ServerView>& server_view() {
        {"filters", shape::texts(), [](const Server&) { return names_of(core::filters()); }},
        {"scenes", shape::list(builtin_scene_view().shape(), "Built-in scenes."),
         [](const Server& s) { return print_list(builtin_scene_view(), s.capabilities.scenes); }},
-       {"experiments", shape::list(experiment_view().shape(), "Of the laboratory."),
+       {"experiments", shape::list(experiment_view().shape(), "Experiments of the laboratory."),
         [](const Server&) { return experiments_json(); }},
        {"extensions", shape::texts("Of glTF."),
         [](const Server& s) -> Json { return s.capabilities.extensions; }}}};
@@ -269,13 +271,12 @@ const View<ServerView>& server_view() {
 const View<DrainView>& drain_view() {
   static const View<DrainView> kView = {
       "Drain",
-      "Whether the server takes new jobs, and what it still has.",
-      {{"draining",
-        shape::flag("New jobs are refused with 503, and those of the queue do not begin."),
+      "Whether the server accepts new jobs, and its remaining work.",
+      {{"draining", shape::flag("New jobs are refused with 503, and queued jobs do not start."),
         [](const DrainView& d) -> Json { return d.draining; }},
-       {"running", shape::count("Jobs that load, render or end; they go on."),
+       {"running", shape::count("Jobs that are loading, rendering or ending; they continue."),
         [](const DrainView& d) -> Json { return d.running; }},
-       {"queued", shape::count("Jobs that wait."),
+       {"queued", shape::count("Queued jobs."),
         [](const DrainView& d) -> Json { return d.queued; }}}};
   return kView;
 }

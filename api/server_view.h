@@ -1,4 +1,4 @@
-/// GET /v1/server: what this build and this server can do, from the registries.
+/// GET /v1/server: capabilities of this build and server, from the registries.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct FormatView {
   std::string mime;       ///< "image/png"
 };
 
-/// What the API tells about other parts of the program; handed in, so that nobody who only parses
-/// requests has to link them.
+/// Facts about other parts of the program; passed in, so that programs that only parse requests
+/// need not link them.
 struct Capabilities {
   std::vector<NamedSummary> scenes;       ///< core::builtin_scenes()
   std::vector<FormatView> image_formats;  ///< core::image_formats()
@@ -34,22 +34,22 @@ struct BuildView {
   std::string id;
   std::string commit;
   std::string compiler;
-  std::string isa;  ///< that Embree traces with
+  std::string isa;  ///< instruction set of Embree
   std::string embree;
   bool waves = false;           ///< core::waves_serve()
   std::string arithmetic = {};  ///< core::arithmetic_class(); written into pictures and films
 };
 
-/// A maximum that the operator chose: name and value join the table of api/limits.h.
+/// A limit set by the operator; added to the table of api/limits.h.
 struct ConfiguredLimit {
   std::string name;
   std::int64_t value = 0;
 };
 
-/// Whether the server takes new jobs, and what it still has.
+/// Whether the server accepts new jobs, and its remaining work.
 struct DrainView {
   bool draining = false;
-  int running = 0;  ///< load, render or end
+  int running = 0;  ///< loading, rendering or ending
   int queued = 0;
 };
 std::string drain_json(const DrainView& drain);
@@ -60,16 +60,16 @@ struct ServerView {
   Capabilities capabilities;
   std::vector<ConfiguredLimit> limits;
 };
-/// `build` of server_json() with the arithmetic class: what goes with films and pictures.
+/// Returns `build` of server_json() with the arithmetic class, as stored in films and images.
 std::string build_json(const ServerView& server);
 std::string server_json(const ServerView& server);
 
-/// A switch of the estimation that is not an integrator, sampler, light sampler or adaptive rule.
+/// An estimator setting other than integrator, sampler, light sampler and adaptive rule.
 struct OptionRow {
   std::string name;  ///< "estimator.mis.balance"
   std::string bias;  ///< none, consistent, biased
   std::string summary;
-  std::string patch;  ///< RFC 7396 merge patch of the job request that turns it on, as JSON text
+  std::string patch;  ///< RFC 7396 merge patch of the job request that selects it, as JSON text
 };
 std::vector<OptionRow> estimation_options();
 

@@ -1,4 +1,4 @@
-/// Shapes of members of answers: JSON schemas (2020-12) by kind. `doc` becomes the description.
+/// Shapes of response members: JSON schemas (2020-12) by kind. `doc` becomes the description.
 #pragma once
 
 #include <string_view>
@@ -29,7 +29,7 @@ Json reals(std::string_view doc = "");
 Json interval(std::string_view doc = "");
 /// Three numbers.
 Json triple(std::string_view doc = "");
-/// An object with free names and members of one shape.
+/// An object with arbitrary names and members of one shape.
 Json map(Json values, std::string_view doc = "");
 /// An object whose members are not described.
 Json object(std::string_view doc = "");

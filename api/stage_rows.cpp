@@ -1,4 +1,4 @@
-// What a model stands in: environment, background, ground.
+// Surroundings of a model: environment, background, ground.
 
 #include <array>
 #include <cmath>
@@ -56,7 +56,8 @@ const auto& sun_table() {
                                      object["time"] = rfc3339(s.unix_seconds);
                                    },
                                    [](const core::SunSettings&) {
-                                     Json schema = basic_schema("string", "RFC 3339, by day.");
+                                     Json schema =
+                                         basic_schema("string", "RFC 3339 time during the day.");
                                      schema["format"] = "date-time";
                                      return schema;
                                    }},
@@ -84,11 +85,11 @@ void print_sun(const JobSpec& spec, Json& object) {
 }
 
 Json sun_schema(const JobSpec& /*defaults*/) {
-  Json schema = object_schema(sun_table(), core::SunSettings{},
-                              "Sun and clear sky of a place and time, in W/(m2 sr) of nominal "
-                              "white (683 lm/W): at noon some 100 times as bright as 1. Sky: "
-                              "Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA. The "
-                              "sun is a disc that is sampled. North is -z, east +x.");
+  Json schema = object_schema(
+      sun_table(), core::SunSettings{},
+      "Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at "
+      "noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, "
+      "turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
@@ -98,7 +99,7 @@ Json sun_schema(const JobSpec& /*defaults*/) {
   return schema;
 }
 
-// The short form of background type 'transparent'.
+// Reads the short form of background type 'transparent'.
 void read_visible(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
   const auto visible = read_flag(value, pointer, faults);
   if (visible && !*visible) {
@@ -122,12 +123,12 @@ const auto& environment_table() {
             schema["default"] = nullptr;
             return schema;
           }},
-      shown_if([](const JobSpec& s) { return s.environment.preset.has_value(); },
-               choice(
-                   "preset", [](auto& s) -> auto& { return s.environment.preset; },
-                   &core::environment_presets,
-                   "Studio light made in code, as strong as a white environment; instead of an "
-                   "asset.")),
+      shown_if(
+          [](const JobSpec& s) { return s.environment.preset.has_value(); },
+          choice(
+              "preset", [](auto& s) -> auto& { return s.environment.preset; },
+              &core::environment_presets,
+              "Procedural studio light, as strong as a white environment; instead of an asset.")),
       CustomRow<JobSpec>{"sun", &read_sun, &print_sun, &sun_schema, false, true},
       triple(
           "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
@@ -137,7 +138,7 @@ const auto& environment_table() {
           "Multiplies colour and image."),
       number(
           "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
-          {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
+          {-36000, 36000}, "Positive angles rotate it counter-clockwise seen from above."),
       CustomRow<JobSpec>{"visible", &read_visible,
                          [](const JobSpec& s, Json& object) {
                            object["visible"] = !core::is_transparent(s.render);
@@ -146,7 +147,7 @@ const auto& environment_table() {
                            Json schema = basic_schema(
                                "boolean",
                                "If false, the environment lights the scene but the background is "
-                               "transparent: short for background type 'transparent'.");
+                               "transparent: short form of background type 'transparent'.");
                            schema["default"] = true;
                            return schema;
                          }},
@@ -159,10 +160,10 @@ const auto& background_table() {
   static constexpr auto kTable = std::tuple{
       choice(
           "type", [](auto& s) -> auto& { return s.type; }, &core::backgrounds,
-          "Kind of background. When it is not given: 'transparent' with ground 'catcher', else "
+          "Kind of background. Default: 'transparent' with ground 'catcher', otherwise "
           "'environment'."),
       when([](const core::BackgroundSettings& s) { return s.type == core::BackgroundType::kColor; },
-           "applies to type 'color' only",
+           "applies only to type 'color'",
            triple(
                "color", [](auto& s) -> auto& { return s.color; }, kRadiance, "Linear Rec.709.")),
   };
@@ -170,29 +171,30 @@ const auto& background_table() {
 }
 
 const auto& ground_table() {
-  constexpr Range kMetres = {-1e9, 1e9};  // as of cameras
+  constexpr Range kMetres = {-1e9, 1e9};  // as for cameras
   constexpr Range kAlbedo = {0, 1};
   constexpr auto kIsThere = [](const core::GroundSettings& s) {
     return s.type != core::GroundType::kNone;
   };
-  constexpr std::string_view kElse = "applies to types 'catcher' and 'sweep' only";
+  constexpr std::string_view kElse = "applies only to types 'catcher' and 'sweep'";
   static constexpr auto kTable = std::tuple{
       choice(
           "type", [](auto& s) -> auto& { return s.type; }, &core::grounds, "Kind of ground."),
       when(kIsThere, kElse,
            number(
                "height", [](auto& s) -> auto& { return s.height_m; }, kMetres,
-               "Its y, metres; null: the model's lowest point.")),
+               "Height (y), metres; null: the model's lowest point.")),
       when(kIsThere, kElse,
            triple(
                "color", [](auto& s) -> auto& { return s.color; }, kAlbedo,
-               "Of its surface, linear Rec.709: also of a catcher, which lights the model from "
-               "below.")),
+               "Albedo of its surface, linear Rec.709; also of a catcher, which lights the model "
+               "from below.")),
       when(kIsThere, kElse,
            number(
                "reflection", [](auto& s) -> auto& { return s.reflection; }, kAlbedo,
-               "Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered "
-               "surface, which reflects 4% seen from above and more at grazing angles.")),
+               "Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a "
+               "lacquered surface, which reflects 4% at normal incidence and more at grazing "
+               "angles.")),
   };
   return kTable;
 }
@@ -203,24 +205,24 @@ void check_environment(const JobSpec& spec, Faults& faults) {
       (spec.environment_asset ? 1 : 0) + (environment.preset ? 1 : 0) + (environment.sun ? 1 : 0);
   if (sources > 1) {
     faults.add(environment.preset ? "/environment/preset" : "/environment/sun",
-               "asset, preset and sun are different environments; give one of them");
+               "asset, preset and sun exclude each other; give only one");
     return;
   }
   if (environment.sun) {
     const double elevation = core::sun_position(*environment.sun).elevation_degrees;
     if (!(elevation > 0)) {
       faults.add("/environment/sun/time",
-                 "the sun stands " + number_text(std::round(-elevation * 10) / 10) +
-                     " degrees below the horizon then; the model of the sky is one of the day");
+                 "the sun is " + number_text(std::round(-elevation * 10) / 10) +
+                     " degrees below the horizon at that time; the sky model covers only daytime");
     }
   }
 }
 
 void check_catcher(const JobSpec& spec, Faults& faults) {
   const core::RenderSettings& render = spec.render;
-  constexpr const char* kWith = " does not go with ground 'catcher'";
+  constexpr const char* kWith = " cannot be combined with ground 'catcher'";
   if (render.integrator != "path") {
-    faults.add("/ground/type", "'catcher' is for integrator 'path' only");
+    faults.add("/ground/type", "'catcher' requires integrator 'path'");
     return;
   }
   if (render.estimator.strategy != core::Strategy::kMis) {
@@ -265,11 +267,11 @@ void print_environment(const JobSpec& spec, Json& object) {
 }
 
 Json environment_schema(const JobSpec& defaults) {
-  Json schema = object_schema(environment_table(), defaults,
-                              "Distant environment lighting, added to the scene's lights. Null: "
-                              "black. Absent: the scene's own, if it has one; else white, "
-                              "unless the scene has a punctual light or an emissive strength "
-                              "above 1.");
+  Json schema =
+      object_schema(environment_table(), defaults,
+                    "Distant environment lighting, added to the scene's lights. Null: black. "
+                    "Absent: the scene's own, if it has one; otherwise white, unless the scene has "
+                    "a punctual light or an emissive strength above 1.");
   schema["type"] = {"object", "null"};
   return schema;
 }
@@ -285,7 +287,7 @@ void print_background(const JobSpec& spec, Json& object) {
 Json background_schema(const JobSpec& defaults) {
   return object_schema(
       background_table(), defaults.render.background,
-      "What the camera sees where it meets nothing; mirrors and glass show the environment.");
+      "What the camera sees behind the scene; mirrors and glass show the environment.");
 }
 
 void read_ground(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
@@ -298,7 +300,7 @@ void print_ground(const JobSpec& spec, Json& object) {
 
 Json ground_schema(const JobSpec& defaults) {
   return object_schema(ground_table(), defaults.render.ground,
-                       "Level ground that is added to the scene.");
+                       "Horizontal ground added to the scene.");
 }
 
 void settle_stage(const Json& request, JobSpec& spec) {
@@ -320,7 +322,7 @@ void check_stage(const Json& request, const JobSpec& spec, Faults& faults) {
   if (request.contains(visible) && request.contains(type) &&
       (request.at(visible) == false) != (request.at(type) == "transparent")) {
     faults.add("/environment/visible", dump(request.at(visible)) + " contradicts background type " +
-                                           shown(request.at(type)) + "; give one of them");
+                                           shown(request.at(type)) + "; give only one");
   }
   if (core::has_catcher(spec.render)) {
     check_catcher(spec, faults);

@@ -44,20 +44,20 @@ const auto& table() {
                number(
                    "samples_per_pixel", [](auto& s) -> auto& { return s.samples_per_pixel; },
                    {1, limits::kSamplesPerPixel},
-                   "Stop at this mean number of samples over the pixels of the crop, all "
-                   "replicates together. Rounded up to what the sampler can do.")),
+                   "Stop at this mean number of samples per pixel of the crop, all replicates "
+                   "together. Rounded up to a count that the sampler supports.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                number(
                    "relative_error", [](auto& s) -> auto& { return s.relative_error; },
                    {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
                    "Stop when the relative error is at most this, with `confidence`.")),
-      shown_if([](const StopRules& s) { return s.denoised_error.has_value(); },
-               number(
-                   "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
-                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-                   "Stop when the relative error of the denoised image (`mixed`) is at most "
-                   "this, with `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... "
-                   "samples to see.")),
+      shown_if(
+          [](const StopRules& s) { return s.denoised_error.has_value(); },
+          number(
+              "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
+              {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+              "Stop when the relative error of the denoised image (`mixed`) is at most this, with "
+              "`confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.")),
       shown_if(
           [](const StopRules& s) {
             return s.relative_error || s.denoised_error || s.confidence != kConfidence;
@@ -67,10 +67,10 @@ const auto& table() {
               "Confidence of relative_error, of denoised_error and of the interval in `error`.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                when([](const StopRules& s) { return s.relative_error.has_value(); },
-                    "applies to relative_error only",
+                    "applies only to relative_error",
                     choice(
                         "scope", [](auto& s) -> auto& { return s.worst_tile; }, &scopes,
-                        "Whose error has to be small enough."))),
+                        "Region whose error must reach the target."))),
       shown_if([](const StopRules& s) { return s.seconds.has_value(); },
                number(
                    "seconds", [](auto& s) -> auto& { return s.seconds; },
@@ -123,7 +123,8 @@ Json stop_schema(const StopRules& defaults) {
   Json schema = object_schema(
       table(), defaults,
       "When to stop: the first rule met ends the job. If given, only the rules in it apply.");
-  // That one member is a rule is left to the text: generators of clients lose the type at an anyOf.
+  // Only the description says that a rule is required: generators of clients lose the type at an
+  // anyOf.
   schema["minProperties"] = 1;
   schema["default"] = print_stop(defaults);
   return schema;
@@ -138,7 +139,7 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
   }
   const int asked = *rules.samples_per_pixel;
   int in_force = core::rounded_samples(settings, asked);
-  if (in_force > limits::kSamplesPerPixel) {  // the most whole sets that are allowed
+  if (in_force > limits::kSamplesPerPixel) {  // rounds down to the largest allowed count
     in_force -= core::sample_unit(settings);
   }
   if (in_force == asked) {

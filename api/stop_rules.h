@@ -11,15 +11,15 @@
 
 namespace api {
 
-/// Reads into rules that say nothing yet. A `stop` without a rule is a fault.
+/// Reads the rules into an empty StopRules. A `stop` without a rule is a fault.
 core::StopRules read_stop(const Json& value, const std::string& pointer, Faults& faults);
-/// Only the rules that are there; confidence and scope where they matter.
+/// Prints only the rules that are set; confidence and scope where they apply.
 Json print_stop(const core::StopRules& rules);
 Json stop_schema(const core::StopRules& defaults);
 std::vector<std::string_view> stop_member_names();
 
-/// Rounds samples_per_pixel by the sampler's rule, up, or down where that would be more than a job
-/// may have; a warning says what was asked and what is in force.
+/// Rounds samples_per_pixel up by the sampler's rule, or down if that exceeded the limit; a warning
+/// reports the requested and the effective count.
 void round_stop(core::StopRules& rules, const core::RenderSettings& settings,
                 std::vector<std::string>& warnings);
 

@@ -17,13 +17,14 @@ namespace api {
 namespace {
 
 constexpr std::string_view kLastEventIdDoc =
-    "As the header Last-Event-ID, for pages whose EventSource cannot send it at first.";
+    "Same as the header Last-Event-ID, for pages whose EventSource cannot send it on the first "
+    "request.";
 constexpr std::int64_t kUuidCharacters = 36;
 
 constexpr std::array kTilePlanes = {
     core::NamedValue<TilePlanes>{"all", TilePlanes::kAll,
-                                 "Mean, variance and sample count, 28 bytes a pixel."},
-    core::NamedValue<TilePlanes>{"mean", TilePlanes::kMean, "The mean alone, 6 bytes a pixel."},
+                                 "Mean, variance and sample count, 28 bytes per pixel."},
+    core::NamedValue<TilePlanes>{"mean", TilePlanes::kMean, "The mean alone, 6 bytes per pixel."},
 };
 std::span<const core::NamedValue<TilePlanes>> tile_planes() { return kTilePlanes; }
 
@@ -31,15 +32,15 @@ const auto& tiles_table() {
   static constexpr auto kTable = std::tuple{
       number(
           "after", [](auto& s) -> auto& { return s.after; }, {0, kRevisionMax},
-          "Only tiles that are newer than this revision."),
+          "Only tiles newer than this revision."),
       choice(
           "planes", [](auto& s) -> auto& { return s.planes; }, &tile_planes,
           "mean: float16 planes of the mean, and of alpha where flagged; enough to show the "
           "image."),
       choice(
           "denoise", [](auto& s) -> auto& { return s.denoise; }, &denoise_shows,
-          "mixed, full: frames of the denoised image come too, flagged 16, all tiles at once: "
-          "every two seconds at most, and for at most 5% of the job's time."),
+          "mixed, full: also sends frames of the denoised image, flagged 16, all tiles at once, at "
+          "most every two seconds and for at most 5% of the job's time."),
       ticket_row<TilesQuery>(),
   };
   return kTable;
@@ -60,7 +61,7 @@ const auto& job_events_table() {
   return kTable;
 }
 
-/// The server takes last_event_id from the header or from here.
+/// The server uses last_event_id from the header or from here.
 struct EventsReading {
   EventsQuery query;
   std::string last_event_id;
@@ -91,20 +92,20 @@ void read_batch(const std::string& text, EventsReading& out, const std::string& 
 }
 
 const auto& events_table() {
-  static constexpr auto kTable = std::tuple{
-      ParameterField<EventsReading>{
-          "jobs", "Job ids with commas between them; at most `watched_jobs`.", &read_jobs,
-          [](const EventsReading&) {
-            return Json{{"type", "string"},
-                        {"minLength", kUuidCharacters},
-                        {"maxLength", limits::kWatchedJobs * (kUuidCharacters + 1) - 1}};
-          }},
-      ParameterField<EventsReading>{"batch", "Id of a batch, instead of `jobs`: all of its jobs.",
-                                    &read_batch,
-                                    [](const EventsReading&) {
-                                      return Json{{"type", "string"}, {"format", "uuid"}};
-                                    }},
-      last_event_id_row<EventsReading>(), ticket_row<EventsReading>()};
+  static constexpr auto kTable =
+      std::tuple{ParameterField<EventsReading>{
+                     "jobs", "Comma-separated job ids; at most `watched_jobs`.", &read_jobs,
+                     [](const EventsReading&) {
+                       return Json{{"type", "string"},
+                                   {"minLength", kUuidCharacters},
+                                   {"maxLength", limits::kWatchedJobs * (kUuidCharacters + 1) - 1}};
+                     }},
+                 ParameterField<EventsReading>{
+                     "batch", "Id of a batch, instead of `jobs`: all of its jobs.", &read_batch,
+                     [](const EventsReading&) {
+                       return Json{{"type", "string"}, {"format", "uuid"}};
+                     }},
+                 last_event_id_row<EventsReading>(), ticket_row<EventsReading>()};
   return kTable;
 }
 
@@ -124,7 +125,7 @@ Parsed<EventsQuery> parse_events_query(QueryParams query) {
   if (reading->query.jobs.empty() == reading->query.batch.empty()) {
     Faults faults;
     faults.add("/jobs", reading->query.batch.empty() ? "is required, or batch"
-                                                     : "and batch do not come together");
+                                                     : "and batch exclude each other");
     return faults.problem();
   }
   return reading->query;

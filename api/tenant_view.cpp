@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "deliver
 constexpr std::int64_t kRateMax = 100'000'000;
 constexpr std::int64_t kDaysMax = 36'500;
 
-/// A member of an answer: how it is printed and what its schema says.
+/// A member of a response: its printer and its schema.
 template <typename View>
 struct Column {
   std::string_view name;
@@ -82,14 +82,15 @@ Json time_or_null(const std::optional<double>& time) {
 
 const Columns<KeyView>& key_columns() {
   static const Columns<KeyView> kColumns = {
-      {"id", text_schema("Names the key in lists and logs."),
+      {"id", text_schema("Identifies the key in lists and logs."),
        [](const KeyView& key) { return Json(key.id); }},
       {"name", text_schema("Display name."), [](const KeyView& key) { return Json(key.name); }},
-      {"tenant", text_schema("Whose work it sees and makes."),
+      {"tenant", text_schema("Tenant whose objects it sees and to which its objects belong."),
        [](const KeyView& key) { return Json(key.tenant); }},
-      {"scopes", array_schema(enum_schema(kScopes, ""), "What it may do."),
+      {"scopes", array_schema(enum_schema(kScopes, ""), "Scopes."),
        [](const KeyView& key) { return Json(key.scopes); }},
-      {"rate_limit", count_schema("Requests a minute; 0: any number; null: the server's.", true),
+      {"rate_limit",
+       count_schema("Requests per minute; 0: no limit; null: the server's default.", true),
        [](const KeyView& key) { return key.rate_limit ? Json(*key.rate_limit) : Json(nullptr); }},
       {"max_priority", count_schema("Highest priority of its jobs."),
        [](const KeyView& key) { return Json(key.max_priority); }},
@@ -107,15 +108,16 @@ const Columns<UsageView>& usage_columns() {
        [](const UsageView& usage) { return Json(usage.tenant); }},
       {"jobs", count_schema("Stored jobs."),
        [](const UsageView& usage) { return Json(usage.jobs); }},
-      {"unfinished_jobs", count_schema("Of these, those that have not ended."),
+      {"unfinished_jobs", count_schema("Stored jobs that have not ended."),
        [](const UsageView& usage) { return Json(usage.unfinished_jobs); }},
-      {"cpu_seconds", basic_schema("number", "Of all jobs but previews, deleted ones included."),
+      {"cpu_seconds",
+       basic_schema("number", "CPU time of all jobs except previews, including deleted jobs."),
        [](const UsageView& usage) { return number_json(usage.cpu_seconds); }},
       {"deleted_jobs", count_schema("Jobs that were deleted."),
        [](const UsageView& usage) { return Json(usage.deleted_jobs); }},
-      {"asset_bytes", count_schema("Assets and scenes that it keeps."),
+      {"asset_bytes", count_schema("Assets and scenes of the tenant."),
        [](const UsageView& usage) { return Json(usage.asset_bytes); }},
-      {"film_bytes", count_schema("Films, and room for those that are being rendered."),
+      {"film_bytes", count_schema("Films, including space reserved for jobs that are rendering."),
        [](const UsageView& usage) { return Json(usage.film_bytes); }},
       {"streams", count_schema("Open event and tile streams."),
        [](const UsageView& usage) { return Json(usage.streams); }},
@@ -126,11 +128,11 @@ const Columns<UsageView>& usage_columns() {
 const Columns<QuotasView>& quota_columns() {
   static const Columns<QuotasView> kColumns = {
       {"jobs", count_schema("Unfinished jobs."), [](const QuotasView& q) { return Json(q.jobs); }},
-      {"previews", count_schema("Previews at a time."),
+      {"previews", count_schema("Concurrent previews."),
        [](const QuotasView& q) { return Json(q.previews); }},
       {"streams", count_schema("Open streams."),
        [](const QuotasView& q) { return Json(q.streams); }},
-      {"lab_runs", count_schema("Experiments at a time."),
+      {"lab_runs", count_schema("Concurrent experiments."),
        [](const QuotasView& q) { return Json(q.lab_runs); }},
       {"stored_bytes", count_schema("Assets and films."),
        [](const QuotasView& q) { return Json(q.stored_bytes); }},
@@ -140,28 +142,28 @@ const Columns<QuotasView>& quota_columns() {
 
 const Columns<DeliveryView>& delivery_columns() {
   static const Columns<DeliveryView> kColumns = {
-      {"id", text_schema("The webhook-id that the receiver gets, each time."),
+      {"id", text_schema("The webhook-id that is sent with every attempt."),
        [](const DeliveryView& call) { return Json(call.id); }},
-      {"job", text_schema("Or batch that it is about; null: a test.", true),
+      {"job", text_schema("Job or batch of the event; null: a test.", true),
        [](const DeliveryView& call) { return call.job.empty() ? Json(nullptr) : Json(call.job); }},
-      {"event", text_schema("What it tells: `state`, `end` or `test`."),
+      {"event", text_schema("Type of event: `state`, `end` or `test`."),
        [](const DeliveryView& call) { return Json(call.event); }},
       {"url", text_schema(""), [](const DeliveryView& call) { return Json(call.url); }},
-      {"state", enum_schema(kDeliveryStates, "`failed`: it was given up."),
+      {"state", enum_schema(kDeliveryStates, "`failed`: no further attempts."),
        [](const DeliveryView& call) { return Json(call.state); }},
-      {"attempts", count_schema("Calls that were made."),
+      {"attempts", count_schema("Number of attempts."),
        [](const DeliveryView& call) { return Json(call.attempts); }},
       {"created_at", time_schema(""),
        [](const DeliveryView& call) { return Json(rfc3339(call.created_at_unix_seconds)); }},
-      {"next_attempt_at", time_schema("While it is pending.", true),
+      {"next_attempt_at", time_schema("Set while the call is pending.", true),
        [](const DeliveryView& call) { return time_or_null(call.next_attempt_at_unix_seconds); }},
       {"ended_at", time_schema("", true),
        [](const DeliveryView& call) { return time_or_null(call.ended_at_unix_seconds); }},
-      {"status", count_schema("Of the last answer; null: there was none.", true),
+      {"status", count_schema("Status of the last response; null: none.", true),
        [](const DeliveryView& call) {
          return call.status > 0 ? Json(call.status) : Json(nullptr);
        }},
-      {"detail", text_schema("Why the last attempt failed; null: it did not.", true),
+      {"detail", text_schema("Why the last attempt failed; null: it did not fail.", true),
        [](const DeliveryView& call) {
          return call.detail.empty() ? Json(nullptr) : Json(call.detail);
        }},
@@ -180,7 +182,7 @@ void read_scopes(const Json& value, KeyRequest& out, const std::string& pointer,
     const std::string place = join_pointer(pointer, std::to_string(i));
     const auto scope = read_text(value[i], {1, 16}, place, faults);
     if (scope && std::find(kScopes.begin(), kScopes.end(), *scope) == kScopes.end()) {
-      faults.add(place, shown(value[i]) + " is none of read, write, admin, worker");
+      faults.add(place, shown(value[i]) + " is not one of read, write, admin, worker");
     } else if (scope) {
       out.scopes.push_back(*scope);
     }
@@ -194,29 +196,28 @@ const auto& key_request_table() {
           "Display name."),
       text(
           "tenant", [](auto& s) -> auto& { return s.tenant; }, {1, kTenantCharacters},
-          "Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that "
-          "replaces another names the tenant of that one."),
+          "Tenant of the key: letters, digits, `.`, `_`, `-`; null: a new one. To replace a key, "
+          "give its tenant."),
       CustomRow<KeyRequest>{
           "scopes", &read_scopes,
           [](const KeyRequest& body, Json& json) { json["scopes"] = body.scopes; },
           [](const KeyRequest& defaults) {
-            Json schema = array_schema(
-                enum_schema(kScopes, ""),
-                "What it may do; `admin` goes with `read` and `write`; `worker` is for "
-                "`tessera worker` alone.");
+            Json schema = array_schema(enum_schema(kScopes, ""),
+                                       "Scopes; `admin` requires `read` and `write`; `worker` is "
+                                       "only for `tessera worker`.");
             schema["minItems"] = 1;
             schema["default"] = defaults.scopes;
             return schema;
           }},
       number(
           "rate_limit", [](auto& s) -> auto& { return s.rate_limit; }, {0, kRateMax},
-          "Requests a minute; 0: any number; null: the server's."),
+          "Requests per minute; 0: no limit; null: the server's default."),
       number(
           "max_priority", [](auto& s) -> auto& { return s.max_priority; }, {0, limits::kPriority},
           "Highest priority of its jobs."),
       number(
           "days", [](auto& s) -> auto& { return s.days; }, {1, kDaysMax},
-          "It expires after so many; null: never."),
+          "Days until the key expires; null: never."),
   };
   return kTable;
 }
@@ -229,7 +230,7 @@ const auto& test_request_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
           "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
-          "Where to send a call of type `test`."),
+          "Address to which a call of type `test` is sent."),
   };
   return kTable;
 }
@@ -282,7 +283,8 @@ Parsed<KeyRequest> parse_key_request(std::string_view body) {
   if (parsed && parsed->tenant &&
       !std::all_of(parsed->tenant->begin(), parsed->tenant->end(), is_allowed)) {
     Faults faults;
-    faults.add("/tenant", shown(Json(*parsed->tenant)) + " is not of letters, digits and ._-");
+    faults.add("/tenant",
+               shown(Json(*parsed->tenant)) + " may contain only letters, digits and ._-");
     return faults.problem();
   }
   return parsed;
@@ -316,10 +318,10 @@ Parsed<std::string> parse_webhook_test(std::string_view body) {
 
 void add_tenant_schemas(Json& components) {
   components["KeyRequest"] =
-      as_request(object_schema(key_request_table(), KeyRequest{}, "A key that is to be made."));
+      as_request(object_schema(key_request_table(), KeyRequest{}, "A key to create."));
   components["Key"] = schema_of(key_columns(), "A key, without its text.");
-  Json made = schema_of(key_columns(), "A key that was made.");
-  made["properties"]["key"] = text_schema("Its text. It is not shown again.");
+  Json made = schema_of(key_columns(), "A new key.");
+  made["properties"]["key"] = text_schema("Text of the key, which is returned only once.");
   made["required"].push_back("key");
   components["NewKey"] = std::move(made);
   const auto with = [](std::string_view member, Json schema, std::string_view doc) {
@@ -330,9 +332,10 @@ void add_tenant_schemas(Json& components) {
     return object;
   };
   components["KeyList"] = with("keys", array_schema(ref("Key"), "Oldest first."), "All keys.");
-  Json usage = with("tenants", array_schema(schema_of(usage_columns(), ""), "By name."),
-                    "What tenants use: all for the operator and admins, else one's own.");
-  usage["properties"]["quotas"] = schema_of(quota_columns(), "Of each tenant; 0: no limit.");
+  Json usage =
+      with("tenants", array_schema(schema_of(usage_columns(), ""), "By name."),
+           "Usage of tenants: all for the operator and admins, otherwise only the key's own.");
+  usage["properties"]["quotas"] = schema_of(quota_columns(), "Quotas of each tenant; 0: no limit.");
   usage["required"].push_back("quotas");
   components["Usage"] = std::move(usage);
   components["Delivery"] = schema_of(delivery_columns(), "A webhook call.");
@@ -342,9 +345,9 @@ void add_tenant_schemas(Json& components) {
   page["required"].push_back("next");
   components["DeliveryList"] = std::move(page);
   components["WebhookTestRequest"] =
-      as_request(object_schema(test_request_table(), TestRequest{}, "Where to."));
+      as_request(object_schema(test_request_table(), TestRequest{}, "Receiver of a test call."));
   components["WebhookSecret"] =
-      with("secret", text_schema("`whsec_` and base64."), "What calls are signed with.");
+      with("secret", text_schema("`whsec_` and base64."), "The secret that signs calls.");
 }
 
 }  // namespace api

@@ -1,4 +1,4 @@
-/// Keys, what tenants use, and webhook calls: what goes in and what comes out.
+/// Keys, usage of tenants, and webhook calls: requests and responses.
 #pragma once
 
 #include <cstdint>
@@ -30,17 +30,17 @@ struct KeyView {
 Json key_part(const KeyView& key);
 /// {"keys": [...]}.
 std::string key_list_json(std::span<const KeyView> keys);
-/// A new one, with "key": its text, which nobody sees again.
+/// A new key, with "key": its text, which is returned only once.
 std::string new_key_json(const KeyView& key, std::string_view token);
 
 /// POST /v1/keys.
 struct KeyRequest {
   std::string name;
-  std::optional<std::string> tenant;  ///< null: its own
+  std::optional<std::string> tenant;  ///< null: a new tenant
   std::vector<std::string> scopes = {"read", "write"};
-  std::optional<int> rate_limit;  ///< null: the server's
+  std::optional<int> rate_limit;  ///< null: the server's default
   int max_priority = 0;
-  std::optional<int> days;  ///< null: for ever
+  std::optional<int> days;  ///< null: no expiry
 };
 Parsed<KeyRequest> parse_key_request(std::string_view body);
 
@@ -54,7 +54,7 @@ struct UsageView {
   std::int64_t film_bytes = 0;
   std::int64_t streams = 0;
 };
-/// {"tenants": [...], "quotas": {...}}. quotas: of each tenant; 0: none.
+/// {"tenants": [...], "quotas": {...}}. quotas: of each tenant; 0: no limit.
 struct QuotasView {
   std::int64_t jobs = 0;
   std::int64_t previews = 0;
@@ -74,7 +74,7 @@ struct DeliveryView {
   double created_at_unix_seconds = 0;
   std::optional<double> next_attempt_at_unix_seconds;
   std::optional<double> ended_at_unix_seconds;
-  int status = 0;  ///< 0: there was no answer
+  int status = 0;  ///< 0: no response
   std::string detail;
 };
 std::string delivery_json(const DeliveryView& delivery);
@@ -82,7 +82,7 @@ std::string delivery_list_json(std::span<const DeliveryView> deliveries,
                                const std::optional<std::string>& next);
 /// {"secret"}.
 std::string webhook_secret_json(std::string_view secret);
-/// The body of a call that tests a receiver.
+/// Returns the body of a test call.
 std::string webhook_test_body(double unix_seconds);
 
 /// POST /v1/webhooks/test: the url.
@@ -90,14 +90,14 @@ Parsed<std::string> parse_webhook_test(std::string_view body);
 
 /// GET /v1/webhooks/deliveries?job=&state=&cursor=&limit=.
 struct DeliveryListQuery {
-  std::string job;    ///< empty: of any
-  std::string state;  ///< empty: in any
+  std::string job;    ///< empty: all jobs
+  std::string state;  ///< empty: all states
   std::string cursor;
   int limit = 50;
 };
 Parsed<DeliveryListQuery> parse_delivery_list_query(QueryParams query);
 
-/// Adds the schemas of all of these to `components`.
+/// Adds the schemas of this header to `components`.
 void add_tenant_schemas(Json& components);
 
 }  // namespace api

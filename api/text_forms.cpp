@@ -1,4 +1,4 @@
-// Small texts with a grammar of their own: ids, and the header Prefer.
+// Short texts with their own grammar: ids, and the Prefer header.
 
 #include <algorithm>
 #include <charconv>
@@ -45,7 +45,7 @@ std::optional<int> prefer_wait_seconds(std::string_view prefer_header) {
     if (value.empty() || read.ptr != value.data() + value.size() || seconds < 0) {
       return {};
     }
-    // A number too long for 64 bits is above the limit too.
+    // A number that does not fit in 64 bits exceeds the limit too.
     return static_cast<int>(read.ec == std::errc::result_out_of_range
                                 ? limits::kWaitSeconds
                                 : std::min(seconds, limits::kWaitSeconds));

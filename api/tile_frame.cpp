@@ -17,7 +17,7 @@ constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', '1'};
 constexpr int kSideMax = 65535;
 constexpr float kHalfMax = 65504;  // of float16
 
-// Bytes are put and taken one by one, so that the order is the same on every machine.
+// Writes and reads byte by byte, so that the order is the same on every machine.
 void put(std::string& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) {
     out += static_cast<char>((value >> (8 * i)) & 0xFFU);
@@ -125,16 +125,15 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
   const std::size_t expected = value_count(frame.rect, frame.flags) * bytes_each;
   if (payload_bytes != expected) {
     return broken("The frame has " + std::to_string(payload_bytes) +
-                  " bytes of payload; its size and "
-                  "flags ask for " +
-                  std::to_string(expected) + ".");
+                  " bytes of payload; its size and flags require " + std::to_string(expected) +
+                  ".");
   }
   if (bytes.size() - kTileHeaderBytes < payload_bytes) {
     return DecodedFrame{};
   }
   const std::span<const std::byte> payload = bytes.subspan(kTileHeaderBytes, payload_bytes);
   if (checksum(payload.data(), payload.size()) != take(bytes, 28, 4)) {
-    return broken("The checksum of the frame's payload does not fit.");
+    return broken("The checksum of the frame's payload is wrong.");
   }
   frame.planes.resize(payload_bytes / bytes_each);
   for (std::size_t i = 0; i < frame.planes.size(); ++i) {

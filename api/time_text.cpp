@@ -14,8 +14,8 @@ namespace chrono = std::chrono;
 
 constexpr chrono::sys_seconds kFirst = chrono::sys_days{chrono::year{0} / 1 / 1};
 constexpr chrono::sys_seconds kEnd = chrono::sys_days{chrono::year{10000} / 1 / 1};
-/// Ticks of a second. Not microseconds: from 2106 on, doubles of seconds cannot tell two of them
-/// apart.
+/// Ticks per second. Not microseconds: from 2106 on, doubles in seconds cannot distinguish adjacent
+/// ones.
 constexpr std::int64_t kMilli = 1000;
 
 /// Reads fixed-width decimal fields one after another.
@@ -67,7 +67,7 @@ std::int64_t read_fraction(Cursor& cursor) {
   return milli;
 }
 
-/// Seconds east of Greenwich.
+/// Reads seconds east of Greenwich.
 std::int64_t read_offset(Cursor& cursor) {
   const char sign = cursor.any();
   if (sign == 'Z' || sign == 'z') {

@@ -91,7 +91,7 @@ std::optional<std::int64_t> read_integer(const Json& value, const Range& range,
     faults.add(pointer, shown(value) + " is not a whole number");
     return {};
   }
-  // Every range ends below 2^53, where doubles still hold each whole number.
+  // Every range ends below 2^53, so doubles represent each whole number exactly.
   if (!range.contains(number)) {
     faults.add(pointer, shown(value) + " is outside " + range.text());
     return {};
@@ -119,7 +119,7 @@ std::optional<std::string> read_text(const Json& value, const TextRule& rule,
     return byte < 0x20U || byte == 0x7FU;
   };
   if (std::any_of(text.begin(), text.end(), is_control)) {
-    faults.add(pointer, "holds a control character");
+    faults.add(pointer, "contains a control character");
     return {};
   }
   return text;
@@ -185,8 +185,8 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
     if (std::find(known.begin(), known.end(), member.key()) != known.end()) {
       continue;
     }
-    std::string detail =
-        known.empty() ? "Unknown field; none is known here" : "Unknown field; expected one of: ";
+    std::string detail = known.empty() ? "Unknown field; no fields are allowed here"
+                                       : "Unknown field; expected one of: ";
     for (std::size_t i = 0; i < known.size(); ++i) {
       detail += (i == 0 ? "" : ", ") + std::string(known[i]);
     }

@@ -1,5 +1,5 @@
-/// Single JSON values: read with checks, shown in messages, described as schemas. The field tables
-/// (api/fields.h) are made of these.
+/// Single JSON values: checked reading, text for messages, schemas. The field tables (api/fields.h)
+/// use these.
 #pragma once
 
 #include <cstdint>
@@ -37,15 +37,15 @@ struct TextRule {
 
 /// "a string", "null", "an object".
 std::string_view type_text(const Json& value);
-/// UTF-8 text of at most so many bytes, and "..." where it was cut.
+/// Returns UTF-8 text of at most that many bytes, with "..." if it was cut.
 std::string cut_text(std::string text, std::size_t bytes_max);
-/// The value as JSON, cut after 60 bytes.
+/// Returns the value as JSON, cut after 60 bytes.
 std::string shown(const Json& value);
-/// Characters (code points) of UTF-8 text.
+/// Returns the number of characters (code points) of UTF-8 text.
 std::int64_t character_count(std::string_view utf8);
 
-/// Each adds a fault and returns nothing when the value is not as described.
-/// A whole number; 3.0 counts as one.
+/// Each function adds a fault and returns nothing if the value does not match its description. This
+/// one reads a whole number; 3.0 counts as one.
 std::optional<std::int64_t> read_integer(const Json& value, const Range& range,
                                          const std::string& pointer, Faults& faults);
 /// Negative zero becomes zero.
@@ -55,18 +55,18 @@ std::optional<double> read_number(const Json& value, const Range& range, const s
 std::optional<std::string> read_text(const Json& value, const TextRule& rule,
                                      const std::string& pointer, Faults& faults);
 std::optional<bool> read_flag(const Json& value, const std::string& pointer, Faults& faults);
-/// An array of three numbers.
+/// Reads an array of three numbers.
 std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
                                       const std::string& pointer, Faults& faults);
-/// Six hexadecimal digits of sRGB; each channel in [0,1], as on a screen.
+/// Reads six hexadecimal digits of sRGB; each channel in [0,1], as displayed.
 std::optional<core::Rgb> read_color(std::string_view text, const std::string& pointer,
                                     Faults& faults);
-/// True for an object; else a fault.
+/// Returns true for an object; otherwise adds a fault.
 bool expect_object(const Json& value, const std::string& pointer, Faults& faults);
-/// A fault for each member that is not in `known`.
+/// Adds a fault for each member that is not in `known`.
 void refuse_unknown_members(const Json& object, std::span<const std::string_view> known,
                             const std::string& pointer, Faults& faults);
-/// "Unknown value 'x'; expected one of: a, b".
+/// Returns "Unknown value 'x'; expected one of: a, b".
 std::string not_available(const Json& value, std::span<const std::string_view> available);
 
 /// Whole numbers are written without a fraction.

@@ -1,6 +1,6 @@
-/// Views: what an answer says about a value S. A row names a member, holds its shape
-/// (api/shapes.h) and prints it, so that answers and the schemas of /openapi.json cannot differ.
-/// Unless a row `applies` only at times, its member is always there.
+/// Views: the representation of a value S in responses. A row names a member, holds its shape
+/// (api/shapes.h) and prints it, so that responses and the schemas of /openapi.json cannot differ.
+/// A member is always present unless its row has `applies`.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct ViewRow {
 
 template <typename S>
 struct View {
-  std::string_view component;  ///< name in components/schemas; "": described where it is used
+  std::string_view component;  ///< name in components/schemas; "": inlined where it is used
   std::string_view doc;
   std::vector<ViewRow<S>> rows;
 
@@ -52,11 +52,11 @@ struct View {
     made["additionalProperties"] = false;
     return made;
   }
-  /// The shape of a member that this view prints.
+  /// Returns the shape of a member that this view prints.
   Json shape() const { return component.empty() ? schema() : shape::reference(component); }
 };
 
-/// Each element as the view prints it.
+/// Prints each element by the view.
 template <typename S, typename List>
 Json print_list(const View<S>& view, const List& list) {
   Json printed = Json::array();
@@ -66,7 +66,7 @@ Json print_list(const View<S>& view, const List& list) {
   return printed;
 }
 
-/// null where there is none.
+/// Prints null for an empty value.
 template <typename T>
 Json or_null(const T& optional) {
   return optional ? Json(*optional) : Json(nullptr);

@@ -1,4 +1,4 @@
-// The components of the OpenAPI document that answers are made of.
+// Components of the OpenAPI document for responses.
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 namespace api {
 namespace {
 
-/// Calls `change` with the schema and all that it is made of, the inner ones first.
+/// Calls `change` with the schema and all its subschemas, the inner ones first.
 template <typename Change>
 void each_schema(Json& schema, const Change& change) {
   if (schema.contains("properties")) {
@@ -53,7 +53,7 @@ void require_members(Json& schema) {
       required.push_back(property.key());
     }
   }
-  schema.erase("anyOf");  // which members a request needs
+  schema.erase("anyOf");  // members that a request requires
   schema["required"] = std::move(required);
 }
 
@@ -80,7 +80,7 @@ void add_view_schemas(Json& components) {
   add(components, problem_view());
   components["JobState"] = job_state_schema();
   components["JobSpec"] =
-      as_answer(job_request_schema(), "The job request with every member in force.");
+      as_answer(job_request_schema(), "The job request with all defaults filled in.");
   add(components, progress_view());
   add(components, error_view());
   add(components, statistics_view());
@@ -115,8 +115,7 @@ void add_view_schemas(Json& components) {
   add(components, objects_view());
   Json defaults = job_request_schema();
   defaults["properties"].erase("scene");
-  components["JobDefaults"] = as_answer(
-      std::move(defaults), "What is in force where a job request does not say otherwise.");
+  components["JobDefaults"] = as_answer(std::move(defaults), "Default values of a job request.");
   add(components, type_info_view());
   add(components, integrator_view());
   add(components, option_view());

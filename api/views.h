@@ -1,4 +1,4 @@
-/// The views of the answers: printers and schemas in one (api/view_rows.h). Those with a component
+/// Views of the responses: printers and schemas in one (api/view_rows.h). Those with a component
 /// name are listed in api/view_schemas.cpp.
 #pragma once
 
@@ -51,7 +51,7 @@ struct SceneView {
   const core::SceneSummary& summary;
 };
 struct SceneListView {
-  std::span<const std::string> scenes;  ///< texts made by scene_json()
+  std::span<const std::string> scenes;  ///< texts of scene_json()
   const std::optional<std::string>& next;
 };
 struct AssetView {
@@ -64,12 +64,12 @@ struct ConvergenceView {
 struct MeterView {
   std::span<const core::MeterReading> readings;
 };
-/// A name that requests may use, from a registry.
+/// A name from a registry that requests may use.
 struct TypeView {
   std::string_view type;
   std::string_view bias;
   std::string_view summary;
-  std::vector<std::string> accepts;  ///< JSON pointers of the job request that it honours
+  std::vector<std::string> accepts;  ///< JSON pointers of the job request that it supports
 };
 
 // api/errors.cpp
@@ -84,7 +84,7 @@ const View<JobView>& statistics_view();
 const View<DenoisedView>& denoised_view();
 const View<JobView>& job_view();
 const View<JobListView>& job_list_view();
-/// Rows that the events share with the job.
+/// Rows shared by the events and the job.
 const ViewRow<JobView>& state_row();
 const ViewRow<JobView>& pause_reason_row();
 const ViewRow<JobView>& stop_reason_row();

@@ -36,20 +36,22 @@ const auto& report_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
           "build", [](auto& s) -> auto& { return s.build; }, {1, kTextCharacters},
-          "Id of its build."),
+          "Id of the worker's build."),
       required_text(
           "arithmetic", [](auto& s) -> auto& { return s.arithmetic; }, {1, kTextCharacters},
-          "Its arithmetic class."),
+          "Arithmetic class of the worker."),
       number(
           "threads", [](auto& s) -> auto& { return s.threads; }, {1, limits::kWorkerThreads},
-          "Units that it renders at a time."),
+          "Units that it renders concurrently."),
       flag(
-          "draining", [](auto& s) -> auto& { return s.draining; }, "It takes no more units."),
+          "draining", [](auto& s) -> auto& { return s.draining; },
+          "The worker takes no more units."),
       CustomRow<WorkerReport>{
           "units", &read_units,
           [](const WorkerReport& report, Json& json) { json["units"] = report.units; },
           [](const WorkerReport&) {
-            return shape::map(shape::real("CPU seconds spent on it."), "Units that it holds.");
+            return shape::map(shape::real("CPU seconds spent on it."),
+                              "Units that the worker holds.");
           }},
   };
   return kTable;
@@ -58,10 +60,11 @@ const auto& report_table() {
 const auto& unit_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
-          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters}, "Who asks."),
+          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters},
+          "Id of the worker."),
       text(
           "fault", [](auto& s) -> auto& { return s.fault; }, {0, limits::kNameCharacters},
-          "Why a unit that is handed back was not rendered; empty: for no fault of its own."),
+          "Why a returned unit was not rendered; empty: not because of a fault."),
   };
   return kTable;
 }
@@ -84,16 +87,16 @@ Parsed<Body> parse_body(const Table& table, std::string_view text) {
 const View<WorkerOrders>& orders_view() {
   static const View<WorkerOrders> kView = {
       "WorkerOrders",
-      "What a worker is to do.",
-      {{"suitable", shape::flag("It gets units."),
+      "Orders for a worker.",
+      {{"suitable", shape::flag("Whether the worker gets units."),
         [](const WorkerOrders& o) -> Json { return o.reason.empty(); }},
-       {"reason", shape::nullable(shape::text("Why it gets none.")),
+       {"reason", shape::nullable(shape::text("Why the worker gets no units.")),
         [](const WorkerOrders& o) -> Json {
           return o.reason.empty() ? Json(nullptr) : Json(o.reason);
         }},
-       {"report_seconds", shape::real("Until its next report."),
+       {"report_seconds", shape::real("Time until the next report."),
         [](const WorkerOrders& o) -> Json { return o.report_seconds; }},
-       {"dropped", shape::texts("Units whose results are not wanted any more."),
+       {"dropped", shape::texts("Units whose results are no longer needed."),
         [](const WorkerOrders& o) -> Json { return o.dropped; }}}};
   return kView;
 }
@@ -101,13 +104,12 @@ const View<WorkerOrders>& orders_view() {
 const View<WorkInputs>& inputs_view() {
   static const View<WorkInputs> kView = {
       "WorkInputs",
-      "What the units of a job need.",
+      "Inputs of a job's units.",
       {{"spec", shape::object("The job's `spec`."),
         [](const WorkInputs& w) { return to_json(w.spec); }},
        {"files",
         shape::map(shape::text(),
-                   "Asset ids by uri; \"\" is the glTF document. Empty: "
-                   "the scene is built in."),
+                   "Asset ids by uri; \"\" is the glTF document. Empty: a built-in scene."),
         [](const WorkInputs& w) -> Json { return w.files; }}}};
   return kView;
 }
@@ -116,28 +118,29 @@ const View<WorkerView>& worker_view() {
   static const View<WorkerView> kView = {
       "Worker",
       "A process that renders units of this server's jobs.",
-      {{"id", shape::text("A new one each time that it is started."),
+      {{"id", shape::text("Changes each time the worker is started."),
         [](const WorkerView& w) -> Json { return w.id; }},
-       {"build", shape::text("Its build."), [](const WorkerView& w) -> Json { return w.build; }},
-       {"arithmetic", shape::text("Its arithmetic class."),
+       {"build", shape::text("Build of the worker."),
+        [](const WorkerView& w) -> Json { return w.build; }},
+       {"arithmetic", shape::text("Arithmetic class of the worker."),
         [](const WorkerView& w) -> Json { return w.arithmetic; }},
-       {"threads", shape::count("Units that it renders at a time."),
+       {"threads", shape::count("Units that it renders concurrently."),
         [](const WorkerView& w) -> Json { return w.threads; }},
-       {"rate", shape::real("Pixel samples a second while it renders."),
+       {"rate", shape::real("Pixel samples per second while rendering."),
         [](const WorkerView& w) { return number_json(w.rate); }},
-       {"leases", shape::count("Units that it holds."),
+       {"leases", shape::count("Units that the worker holds."),
         [](const WorkerView& w) -> Json { return w.leases; }},
-       {"units", shape::count("Results of it that were taken."),
+       {"units", shape::count("Results that were accepted."),
         [](const WorkerView& w) -> Json { return w.units; }},
-       {"faults", shape::count("Units that it lost, failed, or brought wrong results of."),
+       {"faults", shape::count("Units that it lost or failed, or whose results were wrong."),
         [](const WorkerView& w) -> Json { return w.faults; }},
        {"state", shape::one_of({"idle", "working", "draining", "unsuitable", "left", "lost"}),
         [](const WorkerView& w) -> Json { return w.state; }},
-       {"reason", shape::nullable(shape::text("Why it is unsuitable.")),
+       {"reason", shape::nullable(shape::text("Why the worker is unsuitable.")),
         [](const WorkerView& w) -> Json {
           return w.reason.empty() ? Json(nullptr) : Json(w.reason);
         }},
-       {"seen_at", shape::time("Its last report."),
+       {"seen_at", shape::time("Time of the last report."),
         [](const WorkerView& w) -> Json { return rfc3339(w.seen_at_unix_seconds); }}}};
   return kView;
 }
@@ -145,8 +148,9 @@ const View<WorkerView>& worker_view() {
 const View<WorkerTile>& tile_view() {
   static const View<WorkerTile> kView = {
       "WorkerTile",
-      "A tile that a worker renders. Pixels count from the top left of the full film.",
-      {{"worker", shape::text("Its id."), [](const WorkerTile& t) -> Json { return t.worker; }},
+      "A tile that a worker is rendering. Pixels count from the top left of the full film.",
+      {{"worker", shape::text("Id of the worker."),
+        [](const WorkerTile& t) -> Json { return t.worker; }},
        {"x", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.x; }},
        {"y", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.y; }},
        {"width", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.width; }},
@@ -187,17 +191,17 @@ std::string worker_tiles_json(std::span<const WorkerTile> tiles) {
 }
 
 void add_worker_schemas(Json& components) {
-  components["WorkerReport"] = as_request(
-      object_schema(report_table(), WorkerReport{}, "A worker lives, and what it is busy with."));
-  components["UnitRequest"] = as_request(
-      object_schema(unit_table(), UnitRequest{}, "A worker takes a unit, or hands it back."));
+  components["WorkerReport"] =
+      as_request(object_schema(report_table(), WorkerReport{}, "State of a worker and its units."));
+  components["UnitRequest"] =
+      as_request(object_schema(unit_table(), UnitRequest{}, "Lease or return of a unit."));
   components["WorkerOrders"] = orders_view().schema();
   components["WorkInputs"] = inputs_view().schema();
   components["Worker"] = worker_view().schema();
   components["WorkerTile"] = tile_view().schema();
-  components["WorkerList"] = list_schema("All workers that were seen lately.", "workers", "Worker");
+  components["WorkerList"] = list_schema("All workers seen recently.", "workers", "Worker");
   components["WorkerTiles"] =
-      list_schema("Tiles of a job that workers render.", "tiles", "WorkerTile");
+      list_schema("Tiles of a job that workers are rendering.", "tiles", "WorkerTile");
 }
 
 }  // namespace api

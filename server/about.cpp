@@ -23,11 +23,11 @@ std::string compiler_name() {
 #endif
 }
 
-/// Assumed where the machine does not say.
+/// Assumed if the machine's memory is unknown.
 constexpr std::uint64_t kUsualMemory = std::uint64_t{8} << 30U;
-/// What the process takes beside all that asks for memory: code, threads, connections, the store.
-/// Resident when nothing was asked for: 82 MB of code and libraries, 33 MB of the rest, and some 20
-/// MB more once everything has been used.
+/// Memory of the process besides what the gate accounts for: code, threads, connections, the store.
+/// Resident before any request: 82 MB of code and libraries, 33 MB of other memory, and some 20 MB
+/// more once everything has been used.
 constexpr std::uint64_t kProcessBytes = std::uint64_t{144} << 20U;
 
 std::uint64_t percent_of(std::uint64_t whole, double percent) {
@@ -45,7 +45,7 @@ std::string program_version() { return TESSERA_VERSION; }
 MemoryLimits memory_limits(const Config& config, std::uint64_t usable_bytes) {
   const std::uint64_t whole = usable_bytes > 0 ? usable_bytes : kUsualMemory;
   const std::uint64_t most = bytes_of(config.memory, usable_bytes);
-  // Caches are within it, and never most of it.
+  // Caches are part of the limit, and each takes at most a quarter.
   const std::uint64_t cache_max = most > 0 ? most / 4 : std::numeric_limits<std::uint64_t>::max();
   return {.all_bytes = most,
           .gate_bytes = most - std::min(most / 2, kProcessBytes),

@@ -29,9 +29,9 @@ struct Access {
 
   bool sees_all() const { return scope != Scope::kOwn; }
   bool is_shared() const { return scope == Scope::kShared; }
-  /// Whether it may know that an object of that tenant exists.
+  /// Returns whether it may know that an object of that tenant exists.
   bool sees(std::string_view owner) const { return sees_all() || owner == tenant; }
-  /// Whether names given by this tenant and by `owner` share one namespace.
+  /// Returns whether names given by this tenant and by `owner` share one namespace.
   bool shares_names_with(std::string_view owner) const { return is_shared() || owner == tenant; }
 };
 

@@ -59,7 +59,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Ends the process, successfully, unless it is stopped before.
+/// Ends the process successfully after `time`, unless stopped earlier.
 void end_after(milliseconds time, const std::stop_token& stop) {
   std::mutex mutex;
   std::condition_variable_any never;
@@ -71,7 +71,7 @@ void end_after(milliseconds time, const std::stop_token& stop) {
   }
 }
 
-/// Every stream is an open file, and shells allow few of them.
+/// Raises the limit of open files: every stream needs one, and shells allow few.
 void allow_open_files() {
   rlimit limit = {};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
@@ -80,12 +80,11 @@ void allow_open_files() {
   }
 }
 
-/// Large blocks go back to the machine when they are freed: by default glibc keeps what is below a
-/// threshold that grows to 32 MiB with the blocks that were freed (mallopt(3)).
+/// Returns large blocks to the system when they are freed: by default glibc keeps blocks below a
+/// threshold that grows to 32 MiB with the freed blocks (mallopt(3)).
 void give_back_large_blocks() { ::mallopt(M_MMAP_THRESHOLD, 1 << 20); }
 
-/// Everything that a running server is made of, in the order in which it is built and, backwards,
-/// taken apart.
+/// All objects of a running server, in the order of their construction; destroyed in reverse.
 class App {
  public:
   App(const Config& config, const std::string& isa, DataDir data,
@@ -122,8 +121,8 @@ class App {
         sessions_(std::move(sessions)),
         guard_(live_, keys_, tickets_, *sessions_) {}
 
-  /// Opens the store. Errors: an instruction set that is not there, a directory that cannot be
-  /// used, a store that cannot be read, an address that needs a key and has none.
+  /// Opens the store and builds the objects. Errors: an unavailable instruction set, an unusable
+  /// directory, an unreadable store, an address that needs a key but has none.
   static core::Result<std::unique_ptr<App>> create(const Config& config) {
     auto isa = core::resolve_isa(config.isa);
     if (!isa) {
@@ -225,9 +224,9 @@ class App {
     return http_->bind();
   }
 
-  /// Takes up old jobs, adds the demo, serves until a signal. SIGHUP only calls on_hangup.
+  /// Resumes earlier jobs, adds the demo, serves until a signal. SIGHUP only calls on_hangup.
   int run(const sigset_t& signals, const std::function<void()>& on_hangup) {
-    // The probes answer from the start; all else waits until the jobs are known.
+    // The probes answer from the start; other requests wait until the jobs are known.
     std::thread serving([this] { http_->run(); });
     if (const auto resumed = jobs_->resume(); !resumed) {
       log_.write(LogLevel::kError, "resume failed", {{"reason", resumed.error().message}});
@@ -247,10 +246,10 @@ class App {
     log_.write(LogLevel::kInfo, "stopping", {{"signal", std::int64_t{signal}}});
     const auto grace = milliseconds(static_cast<std::int64_t>(config_.grace_seconds * 1000));
     const auto start = std::chrono::steady_clock::now();
-    // A scene that is being loaded cannot be interrupted. What was acknowledged is on the disk, so
-    // that the process may end at any moment; at the end of the grace time it does.
+    // Loading a scene cannot be interrupted. Everything acknowledged is on disk, so the process may
+    // be ended at any moment; the watchdog does so at the end of the grace time.
     std::jthread watchdog([grace](const std::stop_token& stop) { end_after(grace, stop); });
-    // Films first: an answer that is cut off can be asked for again, a sample is gone.
+    // Saves films first: an interrupted response can be requested again, but samples would be lost.
     std::thread saving([this] {
       jobs_->stop();
       webhooks_->stop();
@@ -266,7 +265,7 @@ class App {
     return 0;
   }
 
-  /// Puts in force what may change while the server runs.
+  /// Applies the settings that may change while the server runs.
   void reload(const core::Result<Config>& read) {
     const auto refuse = [this](const core::Error& error) {
       log_.write(LogLevel::kError, "reload_refused",
@@ -314,7 +313,7 @@ class App {
   }
 
  private:
-  /// Waits for the jobs of the last process to be known; an answer when that takes too long.
+  /// Waits until the previous process's jobs are known; returns a response if that takes too long.
   std::optional<Response> has_resumed(const Request& request) {
     if (resumed_.has_come() || is_probe(request.path) || resumed_.wait(request.stop_token())) {
       return std::nullopt;
@@ -330,7 +329,7 @@ class App {
     return text;
   }
 
-  /// Null without certificate.
+  /// Returns null without a certificate.
   static core::Result<std::shared_ptr<const TlsContext>> load_tls(const Config& config) {
     return config.tls_cert.empty() ? core::Result<std::shared_ptr<const TlsContext>>(nullptr)
                                    : TlsContext::load(config.tls_cert, config.tls_key);
@@ -360,7 +359,7 @@ class App {
     if (!webhook_key(*secret)) {
       return core::Error{
           core::ErrorCode::kInvalidArgument,
-          "the secret is not whsec_ and the base64 of at least 16 bytes",
+          "expected whsec_ followed by the base64 of at least 16 bytes",
           config_.webhook_secret.empty() ? data_.path() + "/webhook.secret" : "--webhook-secret"};
     }
     webhook_secrets_ =
@@ -376,7 +375,7 @@ class App {
       return;
     }
     constexpr std::string_view kDemo =
-        // Requested work comes first.
+        // Requested jobs are more urgent.
         R"({"scene": "still-life", "name": "Welcome to Tessera", "labels": {"demo": "1"},)"
         R"( "priority": -10,
             "film": {"width": 960, "height": 540}, "stop": {"samples_per_pixel": 512}})";
@@ -437,8 +436,7 @@ int report(const core::Error& error) {
 }  // namespace
 
 int serve(const Config& config, const std::function<core::Result<Config>()>& read_again) {
-  // Signals are taken by sigwait() in this thread; every thread made from here on inherits the
-  // mask.
+  // This thread takes signals by sigwait(); threads created from here on inherit the mask.
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
@@ -447,7 +445,7 @@ int serve(const Config& config, const std::function<core::Result<Config>()>& rea
     sigaddset(&signals, SIGHUP);
   }
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // A write beyond a limit is an error to report; it must not end the process.
+  // A write to a closed connection or beyond the file size limit must fail, not end the process.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 

@@ -1,4 +1,4 @@
-/// Runs the server: builds every object, passes it down, runs until told to stop.
+/// Runs the server: builds every object, passes it down, runs until a signal stops it.
 #pragma once
 
 #include <functional>

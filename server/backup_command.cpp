@@ -24,15 +24,16 @@ using core::Status;
 namespace fs = std::filesystem;
 
 constexpr const char* kText =
-    "Copies a data directory while a server uses it. The copy is of one moment: its records are a "
-    "snapshot, and what they name is copied with them. A job that renders goes on from the "
-    "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.";
+    "Copies a data directory while a server uses it. The copy is consistent: a snapshot of the "
+    "records, with the files that they refer to. A rendering job resumes from the checkpoint in "
+    "the copy. Verify the copy with `tessera check --data`.";
 
 constexpr int kPage = 200;
-/// A film is copied again when a checkpoint was written meanwhile: those are seconds apart.
+/// A film is copied again if a checkpoint was written in the meantime; checkpoints are seconds
+/// apart.
 constexpr int kTries = 5;
 
-/// Durable. Errors: those of file_error().
+/// Copies and syncs a file. Errors: those of file_error().
 Status copy_file(const std::string& from, const std::string& to) {
   std::error_code code;
   fs::copy_file(from, to, fs::copy_options::overwrite_existing, code);
@@ -43,8 +44,8 @@ Status copy_file(const std::string& from, const std::string& to) {
   return file ? sync_file(file->get(), to) : Status(file.error());
 }
 
-/// Copies the files below `from` that are not below `to`. Files named by their hash never change;
-/// one that is deleted meanwhile is needed by no record, or was copied before.
+/// Copies the files below `from` that do not exist below `to`. Files named by their hash never
+/// change; if one is deleted in the meantime, no record needs it, or it was copied already.
 Status copy_new_files(const fs::path& from, const fs::path& to) {
   std::error_code code;
   for (fs::recursive_directory_iterator entry(from, code), end; !code && entry != end;
@@ -65,7 +66,7 @@ Status copy_new_files(const fs::path& from, const fs::path& to) {
   return code ? Status(file_error("cannot read", from.string(), code.value())) : core::ok_status();
 }
 
-/// Films are written in place: a copy that a checkpoint overtook is damaged, and made again.
+/// Films are written in place: a copy taken during a checkpoint is damaged, and is made again.
 Status copy_film(const JobRecord& record, const std::string& from, const std::string& to) {
   Status whole = core::ok_status();
   for (int i = 0; i < kTries; ++i) {
@@ -104,7 +105,7 @@ core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const D
       query.before = row.sequence;
       auto record = to_record(row);
       if (!record || record->film == FilmPlace::kEvicted) {
-        continue;  // The verb check reports records that cannot be read.
+        continue;  // The verb `check` reports unreadable records.
       }
       const std::string path = to.film_path(row.id);
       const Status done = copy_film(*record, from + "/films/" + row.id + ".film", path);
@@ -128,7 +129,7 @@ core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const D
 core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   std::error_code code;
   if (!fs::exists(from + "/tessera.db", code)) {
-    return Error{ErrorCode::kNotFound, "no data directory", from};
+    return Error{ErrorCode::kNotFound, "not a data directory", from};
   }
   if (fs::exists(to, code) && !fs::is_empty(to, code)) {
     return Error{ErrorCode::kConflict, "the directory is not empty", to};
@@ -137,7 +138,7 @@ core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   if (!data) {
     return data.error();
   }
-  // Files before the records that name them, and again for those that came in between.
+  // Copies files before the records that refer to them, then files added in the meantime.
   const auto copy_files = [&]() -> Status {
     for (const char* folder : {"/assets", "/comparisons"}) {
       if (const Status copied = copy_new_files(from + folder, to + folder); !copied) {
@@ -195,9 +196,10 @@ int backup_command(const std::vector<std::string>& args) {
   std::string data;
   std::string to;
   CLI::App app(kText, "tessera backup");
-  app.add_option("--data", data, "The data directory; a server of the same version may use it.")
+  app.add_option("--data", data,
+                 "The data directory; a server of the same version may be using it.")
       ->type_name("DIR");
-  app.add_option("--to", to, "Where the copy goes: a directory that is empty, or not there yet.")
+  app.add_option("--to", to, "Directory for the copy; must be empty or not exist.")
       ->type_name("DIR")
       ->required();
   return flags::parse_and_run(app, args, [&] {

@@ -42,7 +42,7 @@ struct Leftover {
 struct Findings {
   std::vector<std::string> damages;
   std::vector<Leftover> leftovers;
-  int removed = 0;  ///< Of the leftovers.
+  int removed = 0;  ///< Removed leftovers.
   int jobs = 0;
   int films = 0;
   int scenes = 0;
@@ -64,7 +64,7 @@ void check_pages(Database& database, Findings& findings) {
   }
 }
 
-/// Empty: it cannot be read.
+/// Returns empty if the file cannot be read.
 std::optional<std::string> hash_of_file(const std::string& path) {
   const auto fd = open_file(path, O_RDONLY);
   if (!fd) {
@@ -105,14 +105,15 @@ void check_assets(Database& database, const DataDir& data, Findings& findings) {
     known.insert(id);
     const auto hash = hash_of_file(data.assets_path() + "/" + id.substr(0, 2) + "/" + id);
     if (!hash || *hash != id) {
-      findings.damages.push_back("asset " + id + ": " +
-                                 (hash ? "its content has another hash" : "its file is gone"));
+      findings.damages.push_back(
+          "asset " + id + ": " +
+          (hash ? "its content does not match its hash" : "its file is gone"));
     }
   }
   for (const std::string& id :
        column(database, "SELECT DISTINCT asset FROM scene_files", findings)) {
     if (known.count(id) == 0) {
-      findings.damages.push_back("asset " + id + ": a scene names it, and it is not known");
+      findings.damages.push_back("asset " + id + ": a scene refers to it, but it has no record");
     }
   }
   findings.scenes = static_cast<int>(column(database, "SELECT id FROM scenes", findings).size());
@@ -148,7 +149,7 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
   if (!restored) {
     findings.damages.push_back("job " + row.id + ": " + restored.error().message);
   } else if (is_finished && film->digest() != row.film_digest) {
-    findings.damages.push_back("job " + row.id + ": its film has another digest");
+    findings.damages.push_back("job " + row.id + ": its film does not match its digest");
   }
 }
 
@@ -198,7 +199,7 @@ void check_comparisons(Database& database, const DataDir& data, Findings& findin
   }
 }
 
-/// Records that cannot be read name files that are not known: then nothing is removed.
+/// Removes nothing if a record is damaged, since the files that it refers to are unknown.
 void repair(Findings& findings) {
   if (!findings.damages.empty()) {
     return;
@@ -254,7 +255,8 @@ int check(const std::string& data_dir, bool with_repair, bool as_json) {
   }
   std::error_code code;
   if (!std::filesystem::exists(*directory + "/tessera.db", code)) {
-    return complain({core::ErrorCode::kNotFound, "no data directory", *directory}, flags::kFailed);
+    return complain({core::ErrorCode::kNotFound, "not a data directory", *directory},
+                    flags::kFailed);
   }
   const auto data = DataDir::open(*directory);
   if (!data) {
@@ -285,7 +287,7 @@ int check_command(const std::vector<std::string>& args) {
   CLI::App app(kText, "tessera check");
   app.add_option("--data", data, "The data directory; stop the server first.")->type_name("DIR");
   app.add_flag("--json", as_json, "Print the findings as JSON.");
-  app.add_flag("--repair", with_repair, "Remove what is left over: files that no record names.");
+  app.add_flag("--repair", with_repair, "Remove orphaned files, to which no record refers.");
   return flags::parse_and_run(app, args, [&] { return check(data, with_repair, as_json); });
 }
 

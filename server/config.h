@@ -102,7 +102,7 @@ std::string config_help();
 /// The same as one line of JSON, for completions and the manual page (clients/cli/verb_text.h).
 std::string config_description();
 
-/// True for 127.0.0.0/8, ::1 and localhost.
+/// Returns true for 127.0.0.0/8, ::1 and localhost.
 bool is_loopback(std::string_view host);
 
 }  // namespace server

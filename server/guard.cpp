@@ -28,8 +28,8 @@ std::string_view without_port(std::string_view host) {
   return colon == std::string_view::npos ? host : host.substr(0, colon);
 }
 
-/// What a key needs for the row of the API: "read", "write", "admin", "worker", or "" for nothing.
-/// What is no row (page files, unknown paths) needs nothing, but everything below /v1 does.
+/// Returns the scope that the request's operation needs: "read", "write", "admin", "worker", or ""
+/// for none. Requests outside the table (page files, unknown paths) need none, except below /v1.
 std::string_view needed_scope(const Request& request) {
   const std::string_view method =
       request.method == "HEAD" ? "GET" : std::string_view(request.method);
@@ -41,7 +41,7 @@ std::string_view needed_scope(const Request& request) {
   return request.path.rfind("/v1/", 0) == 0 && request.path != "/v1/session" ? "read" : "";
 }
 
-/// The jobs that a request would watch, if it is one that a ticket can stand for; else none.
+/// Returns the jobs that the request would watch, if a ticket may authorize it; otherwise none.
 std::vector<std::string> watched_jobs(const Request& request) {
   constexpr std::array<std::string_view, 3> kOfOneJob = {
       "/v1/jobs/{id}/events", "/v1/jobs/{id}/tiles", "/v1/jobs/{id}/image{.format}"};
@@ -85,7 +85,7 @@ std::string cookie_field(const Request& request, std::string_view value,
   return request.is_https ? field + "; Secure" : field;
 }
 
-/// Of `Authorization: Bearer TOKEN`.
+/// Returns TOKEN of `Authorization: Bearer TOKEN`.
 std::optional<std::string_view> bearer_token(const Request& request) {
   constexpr std::string_view kScheme = "Bearer ";
   const std::string_view given = request.header("Authorization").value_or("");
@@ -102,7 +102,7 @@ bool may(const Holder& holder, std::string_view scope) {
                              : holder.may_read;
 }
 
-/// RFC 6750, 3: an error is named only to who brought something.
+/// RFC 6750, 3: only requests with credentials get an error code.
 enum class Brought : std::uint8_t { kNothing, kUnknown };
 
 Response unauthorized(const Request& request, Brought brought, std::string detail) {
@@ -114,20 +114,19 @@ Response unauthorized(const Request& request, Brought brought, std::string detai
   return response;
 }
 
-/// For a request whose holder is not known.
+/// Returns the response to a request whose holder is unknown.
 Response unknown_holder(const Request& request) {
   if (bearer_token(request)) {
-    return unauthorized(request, Brought::kUnknown, "this key is not known, or has expired");
+    return unauthorized(request, Brought::kUnknown, "the key is unknown or has expired");
   }
   const std::string_view cookies = request.header("Cookie").value_or("");
   if (request.header("Authorization").value_or("").empty() &&
       !cookie_value(cookies, kCookieName).empty()) {
-    return unauthorized(
-        request, Brought::kUnknown,
-        "the session is over, or the key that it was begun with is not known any more");
+    return unauthorized(request, Brought::kUnknown,
+                        "the session has ended, or its key is no longer valid");
   }
   return unauthorized(request, Brought::kNothing,
-                      "no key was given; bring one as 'Authorization: Bearer KEY'");
+                      "no key was given; send one as 'Authorization: Bearer KEY'");
 }
 
 }  // namespace
@@ -170,8 +169,9 @@ std::optional<Response> Guard::check_host_and_origin(const Request& request) con
   const std::string_view host = request.header("Host").value_or("");
   if (!is_known_host(host)) {
     return error_answer(request, api::kMisdirected,
-                        "this server is not known as '" + std::string(without_port(host)) +
-                            "'; name it with --hosts or TESSERA_HOSTS");
+                        "this server does not accept the host name '" +
+                            std::string(without_port(host)) +
+                            "'; add it with --hosts or TESSERA_HOSTS");
   }
   if (const auto origin = request.header("Origin")) {
     const bool same = equal_ignoring_case(*origin, "http://" + std::string(host)) ||
@@ -204,7 +204,7 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
       query.erase(ticket);
       if (!holder) {
         return unauthorized(request, Brought::kUnknown,
-                            "the ticket is not for this, or its minute is over");
+                            "the ticket is not valid for this request, or has expired");
       }
       request.principal = std::move(holder->key);
       request.access = std::move(holder->access);
@@ -226,10 +226,11 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
   request.principal_name = holder->name;
   request.access = access_of(*holder);
   if (!may(*holder, scope)) {
-    return error_answer(request, core::ErrorCode::kForbidden,
-                        "the key '" + holder->id + "' has no scope '" + std::string(scope) + "'");
+    return error_answer(
+        request, core::ErrorCode::kForbidden,
+        "the key '" + holder->id + "' lacks the scope '" + std::string(scope) + "'");
   }
-  // Workers ask as often as their units end.
+  // Workers send as many requests as they finish units.
   return scope == "worker" ? std::nullopt : count(request, *holder);
 }
 
@@ -241,9 +242,9 @@ std::optional<Response> Guard::count(const Request& request, const Holder& holde
   if (state.allowed) {
     return std::nullopt;
   }
-  Response response = error_answer(
-      request, api::kTooManyRequests,
-      "the key '" + holder.id + "' may ask " + std::to_string(state.limit) + " times a minute");
+  Response response = error_answer(request, api::kTooManyRequests,
+                                   "the key '" + holder.id + "' is limited to " +
+                                       std::to_string(state.limit) + " requests per minute");
   response.headers.set("Retry-After", std::to_string(state.reset_seconds));
   return response;
 }
@@ -256,7 +257,7 @@ std::optional<Response> Guard::check_probe(const Request& request) const {
     return std::nullopt;
   }
   return unauthorized(request, given ? Brought::kUnknown : Brought::kNothing,
-                      "figures need the key of --metrics-key");
+                      "/metrics requires the key of --metrics-key");
 }
 
 std::optional<Response> Guard::check(Request& request) {
@@ -281,7 +282,7 @@ void Guard::decorate(const Request& request, Response& response) const {
   if (caching.starts_with(kPublic) && request.path.starts_with("/v1/") && keys_.is_needed()) {
     response.headers.set("Cache-Control", "private" + caching.substr(kPublic.size()));
   }
-  // draft-ietf-httpapi-ratelimit-headers-10: a list of policies, and what is left of them.
+  // draft-ietf-httpapi-ratelimit-headers-10: a list of policies, and the remaining quota.
   if (const auto rate = request.principal.empty() ? std::nullopt : rates_.last(request.principal)) {
     response.headers.set("RateLimit-Policy", "\"key\";q=" + std::to_string(rate->limit) + ";w=60");
     response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) +
@@ -315,7 +316,7 @@ Response Guard::start_session(const Request& request) {
   }
   const auto token = bearer_token(request);
   if (!token) {
-    return empty_response();  // The session that it has goes on.
+    return empty_response();  // The existing session continues.
   }
   const auto cookie = sessions_.begin(secret_hash(*token), unix_now());
   if (!cookie) {

@@ -10,7 +10,7 @@
 namespace server {
 namespace {
 
-/// Null without --queue.
+/// Returns null without --queue.
 core::Result<std::shared_ptr<queue::NatsLink>> open_queue(const Config& config) {
   if (config.queue.empty()) {
     return std::shared_ptr<queue::NatsLink>();

@@ -11,8 +11,8 @@ namespace server {
 
 /// At least 1.
 int render_threads(const Config& config);
-/// Connects to the queue, if there is one, and waits for one that cannot be reached. Errors, with
-/// where "--queue": an invalid address, an unsupported server.
+/// Connects to the queue, if there is one; if it is unreachable, keeps trying in the background.
+/// Errors, with where "--queue": an invalid address, an unsupported server.
 core::Result<JobServiceOptions> job_options(const Config& config, const MemoryLimits& memory,
                                             const api::ServerView& about);
 

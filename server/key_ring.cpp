@@ -15,7 +15,7 @@ KeyRing::KeyRing(const LiveConfig& config, KeyTable& table, Watcher watcher)
     : config_(config), table_(table), watcher_(std::move(watcher)) {
   const core::MutexLock lock(mutex_);
   refresh();
-  read_at_.reset();  // The first who asks looks again.
+  read_at_.reset();  // The first caller reloads the table.
 }
 
 void KeyRing::refresh() {
@@ -23,7 +23,7 @@ void KeyRing::refresh() {
   if (read_at_ && now - *read_at_ < kFresh) {
     return;
   }
-  // A store that cannot be read keeps the keys that were known: nobody is let in by that.
+  // If the store cannot be read, the known keys remain valid; this admits no new key.
   if (auto rows = table_.list()) {
     std::map<std::string, KeyRow> by_id;
     for (KeyRow& row : *rows) {
@@ -64,7 +64,7 @@ bool KeyRing::is_needed() {
 std::optional<Holder> KeyRing::holder_of_hash(std::string_view hash) {
   const auto config = config_.now();
   const core::MutexLock lock(mutex_);
-  refresh();  // Even if the operator asks: nobody else may for long, and changes are to be told.
+  refresh();  // Even for the operator's key: changes must be reported soon.
   if (!config->key.empty() && is_same_secret(hash, secret_hash(config->key))) {
     return Holder{.id = {}, .name = "operator"};
   }

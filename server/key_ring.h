@@ -19,8 +19,9 @@ namespace server {
 
 /// Holder of a key, and its rights.
 struct Holder {
-  std::string id;  ///< Of a stored key; empty: the operator, or anybody where no key is required.
-  std::string name = {};    ///< The key's, or "operator"; empty: anybody.
+  std::string
+      id;  ///< Of a stored key; empty: the operator, or any caller where no key is required.
+  std::string name = {};    ///< The key's, or "operator"; empty: any caller.
   std::string tenant = {};  ///< Empty: the operator's.
   bool may_read = true;
   bool may_write = true;
@@ -38,7 +39,7 @@ class KeyRing {
   /// config and table must outlive it.
   KeyRing(const LiveConfig& config, KeyTable& table, Watcher watcher = {});
 
-  /// Whether a key is required; false on loopback when no key exists.
+  /// Returns whether a key is required; false on loopback when no key exists.
   bool is_needed();
   /// hash: secret_hash() of the key.
   std::optional<Holder> holder_of_hash(std::string_view hash);

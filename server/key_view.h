@@ -1,4 +1,4 @@
-/// Keys of the store as the API shows them.
+/// Keys of the store as returned by the API.
 #pragma once
 
 #include "api/tenant_view.h"

@@ -32,9 +32,10 @@ constexpr double kRateMax = 100'000'000;
 constexpr std::array<const char*, 3> kVerbs = {"add", "list", "remove"};
 
 constexpr const char* kText =
-    "Adds, lists and removes the bearer keys of a server: `keys add NAME` prints a new key, once; "
-    "the data directory keeps its hash only. `keys list`; `keys remove ID`. A running server sees "
-    "changes within a second. As soon as there is a key, requests need one.";
+    "Adds, lists and removes the bearer keys of a server. `keys add NAME` prints a new key once; "
+    "the data directory stores only its hash. `keys list` lists the keys, `keys remove ID` removes "
+    "one. A running server applies changes within a second. Once a key exists, every request needs "
+    "one.";
 
 struct KeyFlags {
   std::vector<std::string> words;  ///< add NAME, list, or remove ID
@@ -104,8 +105,7 @@ int remove(KeyTable& table, const KeyFlags& flags) {
     return complain(removed.error(), flags::kFailed);
   }
   if (!*removed) {
-    return complain({core::ErrorCode::kNotFound, "there is no such key", flags.words[1]},
-                    flags::kFailed);
+    return complain({core::ErrorCode::kNotFound, "no such key", flags.words[1]}, flags::kFailed);
   }
   return flags::kDone;
 }
@@ -140,10 +140,10 @@ int change(const KeyFlags& flags) {
                           : remove(table, flags);
 }
 
-/// Refuses what `is_right` does not accept: "... is no <words>".
+/// Refuses values that `is_right` does not accept: "... is not a <words>".
 CLI::Validator needs(const std::function<bool(const std::string&)>& is_right, std::string words) {
   return {[is_right, words = std::move(words)](const std::string& text) {
-            return is_right(text) ? std::string() : '"' + text + "\" is no " + words;
+            return is_right(text) ? std::string() : '"' + text + "\" is not a " + words;
           },
           ""};
 }
@@ -159,9 +159,9 @@ int keys_command(const std::vector<std::string>& args) {
       ->required();
   app.add_option("--data", given.data, "The server's data directory.")->type_name("DIR");
   app.add_option("--scope", given.scopes,
-                 "What an added key may do: read, write, admin or worker, with commas "
-                 "between (read,write). admin is both, for the work of all tenants, and manages "
-                 "keys; worker is for `tessera worker`.")
+                 "Scopes of an added key: read, write, admin or worker, separated by commas "
+                 "(read,write). admin includes read and write for all tenants, and manages keys; "
+                 "worker is for `tessera worker`.")
       ->type_name("SCOPES")
       ->check(needs(
           [](const std::string& text) {
@@ -170,8 +170,7 @@ int keys_command(const std::vector<std::string>& args) {
           },
           "list of read, write, admin and worker"));
   app.add_option("--tenant", given.tenant,
-                 "Whose work an added key sees and makes (its own). A key that replaces another "
-                 "names the tenant of that one.")
+                 "Tenant of an added key (a new one). To replace a key, give its tenant.")
       ->type_name("NAME")
       ->check(needs([](const std::string& text) { return is_tenant_name(text); },
                     "name of 1 to 64 letters, digits and ._-"));
@@ -180,10 +179,10 @@ int keys_command(const std::vector<std::string>& args) {
       ->type_name("N")
       ->check(flags::within(0, static_cast<double>(api::limits::kPriority)));
   app.add_option("--rate", given.rate_limit,
-                 "Requests a minute of an added key, 0 for any number (the server's --rate-limit).")
+                 "Requests per minute of an added key; 0: no limit (the server's --rate-limit).")
       ->type_name("N")
       ->check(flags::within(0, kRateMax));
-  app.add_option("--days", given.days, "An added key expires after so many days (never).")
+  app.add_option("--days", given.days, "Days until an added key expires (never).")
       ->type_name("N")
       ->check(flags::within(1, kDaysMax));
   app.add_flag("--json", given.as_json, "Print the list as JSON.");

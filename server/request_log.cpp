@@ -13,7 +13,7 @@
 namespace server {
 namespace {
 
-/// The trace of a `traceparent` header (W3C Trace Context); empty when there is none.
+/// Returns the trace id of a `traceparent` header (W3C Trace Context); empty if there is none.
 std::string_view trace_id(const Request& request) {
   const std::string_view text = request.header("traceparent").value_or("");
   constexpr std::size_t kBegin = 3;
@@ -30,7 +30,7 @@ bool only_looks(const Request& request) {
   return request.method == "GET" || request.method == "HEAD" || request.method == "OPTIONS";
 }
 
-/// What was made, or what the path names.
+/// Returns the created object, or the one that the path names.
 std::string_view object_of(const Request& request, const Outcome& outcome) {
   if (const std::size_t slash = outcome.location.rfind('/'); slash != std::string::npos) {
     return std::string_view(outcome.location).substr(slash + 1);

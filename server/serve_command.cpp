@@ -1,4 +1,4 @@
-// The verb `serve`: reads its flags, then serves.
+// The verb `serve`: reads its flags and runs the server.
 #include <algorithm>
 #include <cstdio>
 
@@ -8,11 +8,11 @@
 namespace server {
 namespace {
 
-/// Settings that do not go together, or that no row of the flags can judge.
+/// Checks rules that no single flag's row can check.
 core::Status check_config(const Config& config) {
   if (config.tls_cert.empty() != config.tls_key.empty()) {
     return core::Error{
-        core::ErrorCode::kInvalidArgument, "--tls-cert and --tls-key come together", {}};
+        core::ErrorCode::kInvalidArgument, "--tls-cert and --tls-key must be given together", {}};
   }
   const auto trusted = Networks::parse(config.trusted_proxies);
   return trusted ? core::ok_status()
@@ -30,7 +30,7 @@ core::Result<Config> read_config(std::span<const std::string_view> args) {
   return config;
 }
 
-/// Every user who can list the processes of this machine sees the command line.
+/// Every user who can list this machine's processes sees the command line.
 void warn_of_open_key(std::span<const std::string_view> args, const Config& config) {
   const bool is_open = std::any_of(args.begin(), args.end(), [](std::string_view arg) {
     return arg == "--key" || arg.starts_with("--key=");

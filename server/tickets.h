@@ -1,5 +1,5 @@
-/// Tickets: leave to watch some jobs for a minute, without a key. For pages that cannot send
-/// headers with an event stream or a picture. Kept in memory: a restart ends them.
+/// Tickets: permission to watch some jobs for a minute without a key, for pages that cannot send
+/// headers with an event stream or an image. Kept in memory: a restart ends them.
 #pragma once
 
 #include <chrono>
@@ -20,15 +20,15 @@ class Tickets {
   static constexpr std::chrono::seconds kLife{60};
   static constexpr std::size_t kMax = 10'000;
 
-  /// In whose name a ticket watches.
+  /// The caller on whose behalf a ticket watches.
   struct Holder {
     std::string key;  ///< Id of the key; empty: the operator's, or none.
     Access access;
   };
-  /// A new ticket for these jobs in the name of `holder`; empty when too many are open.
+  /// Creates a ticket for these jobs on behalf of `holder`; empty if too many are open.
   std::optional<std::string> issue(std::vector<std::string> jobs, Holder holder,
                                    Clock::time_point now = Clock::now());
-  /// In whose name the ticket lets somebody watch all of these jobs; empty: it does not.
+  /// Returns the holder if the ticket permits watching all of these jobs; otherwise empty.
   std::optional<Holder> holder_of(std::string_view ticket, const std::vector<std::string>& jobs,
                                   Clock::time_point now = Clock::now()) const;
 

@@ -1,5 +1,5 @@
-/// What webhooks are signed with, as in Standard Webhooks 1.0: each tenant has a secret of its own;
-/// the operator's is a flag or a file of the data directory.
+/// Secrets that sign webhooks, as in Standard Webhooks 1.0: each tenant has its own; the operator's
+/// is a flag or a file of the data directory.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,25 @@
 
 namespace server {
 
-/// "whsec_" and base64 of at least 16 bytes; empty when it is not that.
+/// Parses "whsec_" and base64 of at least 16 bytes; empty if it is invalid.
 std::optional<std::string> webhook_key(std::string_view secret);
-/// The secret of a data directory, made when there is none: its file webhook.secret.
+/// Returns the secret of a data directory, from its file webhook.secret, which is created if
+/// missing.
 core::Result<std::string> stored_webhook_secret(const std::string& directory);
-/// "v1," and base64 of the HMAC-SHA256 of "id.timestamp.body". key: as webhook_key() gives it.
+/// Returns "v1," and base64 of the HMAC-SHA256 of "id.timestamp.body". key: from webhook_key().
 std::string webhook_signature(std::string_view key, std::string_view id, std::int64_t timestamp,
                               std::string_view body);
 
 class WebhookSecrets {
  public:
-  /// operators: a secret that webhook_key() reads. is_shared: everybody's calls are signed with it.
-  /// table must outlive this.
+  /// operators: a secret that webhook_key() accepts. is_shared: signs the calls of all tenants with
+  /// it. table must outlive this.
   WebhookSecrets(DeliveryTable& table, std::string operators, bool is_shared)
       : table_(table), operators_(std::move(operators)), is_shared_(is_shared) {}
 
-  /// Made at the first use.
+  /// Returns the tenant's secret, created at the first use.
   core::Result<std::string> of(const std::string& tenant);
-  /// A new one for all calls from now on. Errors: kConflict for the operator's.
+  /// Creates a new secret for all later calls. Errors: kConflict for the operator's.
   core::Result<std::string> replace(const std::string& tenant);
 
  private:

@@ -15,15 +15,15 @@ using core::ErrorCode;
 namespace {
 
 constexpr std::chrono::milliseconds kLook{500};
-/// Calls under way. Each holds a socket and its body; receivers that do not answer keep theirs for
-/// the whole deadline, and those of one tenant are not to take the places of the others.
+/// Limits on concurrent calls, each of which holds a socket and its body. Unresponsive receivers
+/// hold theirs for the whole deadline; those of one tenant must not block the others.
 constexpr std::size_t kOpenMax = 256;
 constexpr int kOpenOfTenantMax = 32;
-/// How long ended calls are listed.
+/// How long ended calls are kept in the list.
 constexpr double kKeptSeconds = 7 * 24 * 3600;
 constexpr double kForgetSeconds = 600;
 constexpr double kRestSeconds = 30;
-/// About those of the specification's example, with a second try that comes sooner.
+/// About the delays of the specification's example, with an earlier second attempt.
 constexpr std::array kWaitSeconds = {1.0, 5.0, 30.0, 300.0, 1800.0, 7200.0, 18000.0};
 
 }  // namespace
@@ -115,7 +115,7 @@ void WebhookSender::finish(DeliveryRow row, const core::Result<int>& status) {
   const bool delivered = status && *status >= 200 && *status < 300;
   const bool refused =
       (status && *status == 410) || (!status && status.error().code == ErrorCode::kForbidden);
-  // A test is to tell at once how it went.
+  // A test reports its outcome at once.
   const auto wait =
       refused || row.event == "test" ? std::nullopt : webhook_wait_seconds(row.attempts);
   row.detail = !status     ? status.error().message
@@ -131,7 +131,7 @@ void WebhookSender::finish(DeliveryRow row, const core::Result<int>& status) {
   metrics_.count(delivered  ? Counter::kWebhookDelivered
                  : given_up ? Counter::kWebhookGivenUp
                             : Counter::kWebhookFailed);
-  // A store that refuses lets the call be made once more, which its receiver can tell.
+  // If the store refuses, the call is made again; its receiver can recognize the repetition.
   const core::Status kept = table_.update(row);
   rests_until_ = kept ? rests_until_ : unix_now() + kRestSeconds;
   log_.write(

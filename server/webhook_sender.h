@@ -1,12 +1,12 @@
-/// WebhookSender: makes the calls that jobs have asked for, signed as Standard Webhooks 1.0 does.
+/// WebhookSender: makes the calls that jobs have requested, signed as in Standard Webhooks 1.0.
 ///
-/// The calls stand in the store with the event that caused them, so that none is lost. One that is
-/// not answered with 2xx is made again, eight times in all, after longer and longer waits; 410 ends
-/// it. The receiver may get a call twice and knows it by its webhook-id.
+/// Calls are stored together with the event that causes them, so that none is lost. A call without
+/// a 2xx response is repeated, eight times in all, with increasing delays; 410 ends it. A receiver
+/// may get a call twice and recognizes it by its webhook-id.
 ///
-/// Calls to different receivers (tenant, scheme, host and port) are under way at the same time,
-/// those to one receiver one after another, and those of one job to one address in the order of its
-/// events. A receiver that does not answer holds up nobody else.
+/// Calls to different receivers (tenant, scheme, host and port) run concurrently, those to one
+/// receiver one after another, and those of one job to one address in the order of its events. A
+/// receiver that does not respond delays no other.
 #pragma once
 
 #include <map>
@@ -27,10 +27,10 @@
 
 namespace server {
 
-/// Seconds to wait after that many failed attempts; empty: it is given up.
+/// Returns the delay after that many failed attempts; empty: no further attempt.
 std::optional<double> webhook_wait_seconds(int attempts);
 
-/// What the sender is built on; all outlive it.
+/// Dependencies of the sender; all must outlive it.
 struct WebhookParts {
   DeliveryTable& table;
   WebhookSecrets& secrets;
@@ -45,7 +45,7 @@ class WebhookSender {
   WebhookSender(const WebhookSender&) = delete;
   WebhookSender& operator=(const WebhookSender&) = delete;
 
-  /// Breaks off what is under way; it stays in the store, to be sent by the next process.
+  /// Aborts calls in progress; they stay in the store for the next process.
   void stop();
 
  private:
@@ -62,8 +62,9 @@ class WebhookSender {
   Metrics& metrics_;
   const Reach reach_;
   WebCalls calls_;
-  std::map<std::string, DeliveryRow> open_;  ///< By receiver; of the thread alone.
-  double rests_until_ = 0;  ///< The store cannot be written: calls would be made again and again.
+  std::map<std::string, DeliveryRow> open_;  ///< By receiver; used only by the thread.
+  double rests_until_ =
+      0;  ///< Pause after the store failed, since calls would be repeated again and again.
   double forgot_at_ = 0;
   std::jthread thread_;
 };

@@ -43,11 +43,11 @@ std::string number_text(double value) {
   return {text.data(), end};
 }
 
-/// Empty when the text is a number of the range.
+/// Returns empty if the text is a number in the range.
 std::string fault_of_number(const std::string& text, double min, double max, bool open) {
   const auto value = number_of(text);
   if (!value) {
-    return '"' + text + "\" is no number";
+    return '"' + text + "\" is not a number";
   }
   const bool inside = *value <= max && (open ? *value > min : *value >= min);
   return inside ? ""
@@ -55,7 +55,7 @@ std::string fault_of_number(const std::string& text, double min, double max, boo
                       number_text(max) + "]";
 }
 
-/// What other renderers call the same.
+/// Option names used by other renderers, and ours.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewhere = {{
     {"width", "size"},
     {"height", "size"},
@@ -67,7 +67,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kElsewher
     {"out", "output"},
 }};
 
-/// The option's name that `unknown` (without dashes) may stand for; empty if none is near.
+/// Returns the option that `unknown` (without dashes) is probably a misspelling of; empty if none
+/// is near.
 std::string nearest_option(const CLI::App& app, std::string_view unknown) {
   std::string best;
   std::size_t least = 3;
@@ -114,7 +115,7 @@ std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
     return word.size() > 1 && word.front() == '-';
   });
   if (unknown == extra.end()) {
-    return extra.empty() ? error.what() : '"' + extra.front() + "\" is one word too many";
+    return extra.empty() ? error.what() : '"' + extra.front() + "\" is an unexpected argument";
   }
   const std::string name = unknown->substr(0, unknown->find('='));
   const std::string near = nearest_option(app, name.substr(name.find_first_not_of('-')));
@@ -128,7 +129,7 @@ int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
     return kDone;
   }
   try {
-    // CLI11 takes the arguments from the back.
+    // CLI11 reads the arguments from the end.
     app.parse(std::vector<std::string>(args.rbegin(), args.rend()));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
@@ -136,7 +137,7 @@ int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
     }
     const std::string fault = fault_of(app, error);
     const char* stop = fault.back() == '?' || fault.back() == '.' ? "" : ".";
-    std::fprintf(stderr, "%s: %s%s `%s --help` lists what there is.\n", app.get_name().c_str(),
+    std::fprintf(stderr, "%s: %s%s `%s --help` lists the options.\n", app.get_name().c_str(),
                  fault.c_str(), stop, app.get_name().c_str());
     return kWrongUsage;
   }
@@ -158,7 +159,7 @@ CLI::Validator share_within(double min, double max) {
             if (text.ends_with('%')) {
               const auto percent = number_of(text.substr(0, text.size() - 1));
               if (!percent) {
-                return '"' + text + "\" is no number of percent";
+                return '"' + text + "\" is not a percentage";
               }
               number = number_text(*percent / 100);
             }

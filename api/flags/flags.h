@@ -1,12 +1,13 @@
-/// Command-line flags as every verb reads them, of the server and of the clients: checks of values,
-/// one sentence on a fault, and a description for programs.
+/// Command-line flags of every verb, of the server and of the clients: checks of values,
+/// one-sentence messages for faults, and a machine-readable description.
 ///
 /// Every verb answers `tessera VERB --describe` with one line of JSON:
 /// {"text", "operands": [option...], "options": [option...], "choices"}, an option being
 /// {"names": ["-o", "--output"], "value": "FILE", "text", "variable", "preset", "repeats"}.
-/// "choices", {"--sampler": ["sobol", ...]}: the values of closed sets by the long name of the
-/// option, which may be another verb's, or by the operand. `value` is empty for a switch,
-/// `variable` (of the environment) and `preset` where there is none. An operand has one name.
+/// "choices", {"--sampler": ["sobol", ...]}, lists the values of closed sets by the option's long
+/// name, which may belong to another verb, or by the operand. `value` is empty for a switch;
+/// `variable` (of the environment) and `preset` are empty if there is none. An operand has one
+/// name.
 #pragma once
 
 #include <cstddef>
@@ -25,10 +26,10 @@ namespace flags {
 
 inline constexpr std::string_view kDescribe = "--describe";
 
-/// Values of closed sets: by the name of an option with its dashes, or of an operand.
+/// Values of closed sets, by the name of an option with its dashes, or of an operand.
 using Choices = std::map<std::string, std::vector<std::string>>;
 
-/// The names of a registry's rows.
+/// Returns the names of a registry's rows.
 template <typename Rows>
 std::vector<std::string> names_of(const Rows& rows) {
   std::vector<std::string> names;
@@ -38,27 +39,28 @@ std::vector<std::string> names_of(const Rows& rows) {
   return names;
 }
 
-/// Parses args, without program and verb, with `app`, whose name has both, then calls body. --help
-/// prints to stdout and gives 0; --describe does the same for programs, with the choices; anything
-/// wrong is told on stderr and gives 2.
+/// Parses args (without program and verb) with `app`, whose name contains both, then calls body.
+/// --help prints to stdout and returns 0; --describe prints JSON with the choices and returns 0;
+/// faults are printed to stderr and return 2.
 int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
                   const std::function<int()>& body, const std::function<Choices()>& choices = {});
 
-/// The line of JSON for an app.
+/// Returns the line of JSON for an app.
 nlohmann::ordered_json describe(const CLI::App& app, const Choices& choices = {});
 
-/// One sentence on what is wrong with the command, and on what may have been meant.
+/// Returns one sentence: what is wrong with the command, and a likely correction.
 std::string fault_of(const CLI::App& app, const CLI::ParseError& error);
 
-/// For numbers: "0 is outside [1, 64]", as the server says it. Both ends are allowed, but for 0 as
-/// the lower end of `above_zero`.
+/// Checks a number: "0 is outside [1, 64]", as the server reports it. Both ends are allowed, except
+/// 0 as the lower end of `above_zero`.
 CLI::Validator within(double min, double max);
 CLI::Validator above_zero(double max);
-/// For a share: "5%" stands for 0.05. Both ends are allowed; a share above 1 has to be written with
-/// a percent sign, because 5 is likely to mean 5%.
+/// Checks a share: "5%" means 0.05. Both ends are allowed; a share above 1 needs a percent sign,
+/// because 5 probably means 5%.
 CLI::Validator share_within(double min, double max);
 
-/// Insertions, deletions and replacements of one character that make a of b.
+/// Returns the number of insertions, deletions and replacements of one character that turn b into
+/// a.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace flags

@@ -23,8 +23,7 @@ core::Result<Address> parse_address(const std::string& url) {
   const std::string kind = url.substr(0, scheme == std::string::npos ? 0 : scheme);
   if (kind != "http" && kind != "https") {
     return Error{ErrorCode::kInvalidArgument,
-                 "\"" + url + "\" is no address of a server; one looks like http://127.0.0.1:8080",
-                 ""};
+                 "\"" + url + "\" is not a server address such as http://127.0.0.1:8080", ""};
   }
   const auto path = url.find('/', scheme + 3);
   Address address{url.substr(0, path), path == std::string::npos ? "" : url.substr(path)};
@@ -32,7 +31,7 @@ core::Result<Address> parse_address(const std::string& url) {
     address.prefix.pop_back();
   }
   if (address.origin.size() <= scheme + 3) {
-    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" names no host", ""};
+    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" contains no host", ""};
   }
   return address;
 }
@@ -89,7 +88,7 @@ core::Error error_of_reply(const Reply& reply) {
       for (const auto& fault : *faults) {
         const std::string line =
             fault.is_object() ? member(fault, "pointer") + ": " + member(fault, "detail") : "";
-        if (text.find(line) == std::string::npos) {  // the detail may be the only fault itself
+        if (text.find(line) == std::string::npos) {  // the detail may repeat the only fault
           text += "\n  " + line;
         }
       }
@@ -97,9 +96,8 @@ core::Error error_of_reply(const Reply& reply) {
   }
   if (reply.status == 401) {
     const bool wrong = reply.challenge.find("error=\"invalid_token\"") != std::string::npos;
-    text += wrong ? "\n  The key that --key or TESSERA_KEY gives is not one of this server's; "
-                    "`tessera keys list`, run "
-                    "where the server is, names those."
+    text += wrong ? "\n  The key of --key or TESSERA_KEY is not one of this server's keys, which "
+                    "`tessera keys list` lists on the server's machine."
                   : "\n  Give the key with --key or in TESSERA_KEY.";
   }
   return Error{code_of_status(reply.status), std::move(text), ""};
@@ -109,7 +107,7 @@ struct ApiClient::Impl {
   Impl(const Address& address, const std::string& key)
       : http(address.origin), prefix(address.prefix) {
     http.set_connection_timeout(5);
-    http.set_read_timeout(90);  // above the longest wait a request may ask for
+    http.set_read_timeout(90);  // above the longest allowed wait
     http.set_write_timeout(60);
     http.set_keep_alive(true);
     http.set_tcp_nodelay(true);
@@ -133,7 +131,7 @@ core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, con
   }
   auto impl = std::make_unique<Impl>(*address, key);
   if (!impl->http.is_valid()) {
-    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" is no address of a server", ""};
+    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" is not a server address", ""};
   }
   impl->http.enable_server_certificate_verification(certificates == Certificates::kChecked);
   return std::unique_ptr<ApiClient>(new ApiClient(std::move(url), std::move(impl)));
@@ -145,15 +143,15 @@ Error unreachable(const std::string& url, httplib::Error error) {
   if (error == httplib::Error::Write) {
     return Error{ErrorCode::kTooLarge,
                  "the server at " + url +
-                     " closed the connection while data was sent to it; the file may "
-                     "be larger than it takes (\"limits\" of GET /v1/server)",
+                     " closed the connection while data was sent to it; the file may be larger "
+                     "than it accepts (\"limits\" of GET /v1/server)",
                  ""};
   }
-  return Error{
-      ErrorCode::kUnavailable,
-      "cannot reach a server at " + url + " (" + httplib::to_string(error) +
-          "). Start one with `tessera serve`, or name another with --server or TESSERA_SERVER.",
-      ""};
+  return Error{ErrorCode::kUnavailable,
+               "cannot reach a server at " + url + " (" + httplib::to_string(error) +
+                   "). Start one with `tessera serve`, or give another address with --server or "
+                   "TESSERA_SERVER.",
+               ""};
 }
 
 core::Result<Reply> finish(const std::string& url, const httplib::Result& result) {

@@ -1,7 +1,7 @@
-/// ApiClient: requests to one server. The only part of the client that knows the HTTP library.
+/// ApiClient: requests to one server. The only part of the client that uses the HTTP library.
 ///
-/// Errors are sentences for people: which address could not be reached and what to do about it, or
-/// the server's own words (problem+json) with the place of each fault.
+/// Errors are sentences: the address that could not be reached and what to do about it, or the
+/// server's message (problem+json) with the location of each fault.
 #pragma once
 
 #include <chrono>
@@ -24,10 +24,10 @@ struct Reply {
   std::string challenge;  ///< WWW-Authenticate
 };
 
-/// Whether the text can be the address of a server: http or https, and a host.
+/// Checks that the text is an http or https address with a host.
 core::Status check_address(const std::string& url);
 
-/// Problem document, or whatever else the body of an error was, as an Error.
+/// Converts a problem document, or any other body of an error response, to an Error.
 core::Error error_of_reply(const Reply& reply);
 
 class ApiClient {
@@ -42,7 +42,7 @@ class ApiClient {
 
   using Headers = std::multimap<std::string, std::string>;
 
-  /// 2xx is success; every other status is an Error. path starts with '/'.
+  /// Sends a request. 2xx is success; every other status is an Error. path starts with '/'.
   core::Result<Reply> get(const std::string& path, const Headers& headers = {});
   core::Result<Reply> post(const std::string& path, std::string_view body,
                            const std::string& content_type, const Headers& headers = {});
@@ -51,17 +51,17 @@ class ApiClient {
   core::Result<Reply> patch(const std::string& path, std::string_view body,
                             const std::string& content_type);
   core::Result<Reply> remove(const std::string& path);
-  /// The status of a HEAD request, whatever it is.
+  /// Returns the status of a HEAD request, also if it is an error.
   core::Result<int> head(const std::string& path);
 
-  /// Hands over the body of a 200 as it comes until it ends or `on_data` returns false (then:
+  /// Passes on the body of a 200 as it arrives, until it ends or `on_data` returns false (also
   /// success). Status 204 is success without data. silence_max: longest wait for the next byte.
-  /// Errors: kUnavailable when the connection failed or broke off, so that trying again may help.
+  /// Errors: kUnavailable when the connection failed or was interrupted, so that a retry may help.
   core::Result<int> stream(const std::string& path, const Headers& headers,
                            std::chrono::seconds silence_max,
                            const std::function<bool(std::string_view)>& on_data);
 
-  /// From another thread: breaks off the request that runs, which fails with kUnavailable.
+  /// Aborts the current request from another thread; it fails with kUnavailable.
   void stop();
 
   const std::string& url() const noexcept { return url_; }
@@ -73,7 +73,7 @@ class ApiClient {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Percent-encodes everything but unreserved characters.
+/// Percent-encodes all but unreserved characters.
 std::string encode_url(std::string_view text);
 
 }  // namespace cli

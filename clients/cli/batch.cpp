@@ -1,4 +1,4 @@
-// The verb for series of jobs: batch.
+// The verb for batches of jobs: batch.
 #include <chrono>
 #include <cstdio>
 #include <string>
@@ -52,7 +52,7 @@ core::Result<Json> read_request(const std::string& path) {
   return request;
 }
 
-/// A model that the template names by its file is sent first.
+/// Uploads the model if the template names it by its file.
 core::Status upload_model(ApiClient& client, Json& request) {
   Json& job = request["template"];
   const std::string scene = job.is_object() ? text_at(job, "scene") : "";
@@ -71,7 +71,7 @@ core::Status upload_model(ApiClient& client, Json& request) {
   return core::ok_status();
 }
 
-/// Until all jobs have ended; the batch as it is then.
+/// Waits until all jobs have ended and returns the final batch.
 core::Result<Json> wait_for_end(ApiClient& client, const std::string& path) {
   const bool shows = is_terminal(stderr);
   while (true) {
@@ -119,12 +119,12 @@ core::Status fetch_pictures(ApiClient& client, const BatchFlags& flags, const st
                         flags.sheet);
 }
 
-/// A video of the finished images in the order of the batch.
+/// Writes a video of the finished images in the order of the batch.
 core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& batch) {
   std::vector<std::string> paths;
   for (const Json& job : batch.contains("jobs") ? batch["jobs"] : Json::array()) {
     if (text_at(job, "state") == "finished") {
-      // A video has no alpha.
+      // A white background, since a video has no alpha.
       paths.push_back("/v1/jobs/" + encode_url(text_at(job, "id")) +
                       "/image.png?background=ffffff" +
                       (flags.denoise.empty() ? "" : "&denoise=" + flags.denoise));
@@ -205,7 +205,7 @@ int run(const BatchFlags& flags) {
 
 int batch(const Args& args) {
   CLI::App app(
-      "Submits a series of jobs, which a template and a matrix of values make, and prints its id. "
+      "Submits a batch of jobs, given by a template and a matrix of values, and prints its id. "
       "With --wait, -o, --sheet or --video, waits until all jobs have ended.",
       "tessera batch");
   BatchFlags flags;
@@ -213,23 +213,25 @@ int batch(const Args& args) {
                  "JSON with template, matrix and name; the template's scene may be a model file")
       ->required()
       ->type_name("FILE");
-  app.add_flag("--wait", flags.wait, "Wait; exit code 1 unless all jobs finished");
-  app.add_option("-o,--output", flags.output, "Zip of all images to write")->type_name("FILE");
-  app.add_option("--format", flags.format, "Of the images in the zip")
+  app.add_flag("--wait", flags.wait,
+               "Wait until all jobs have ended; exit code 1 unless all finished");
+  app.add_option("-o,--output", flags.output, "Write a zip of all images to FILE")
+      ->type_name("FILE");
+  app.add_option("--format", flags.format, "Format of the images in the zip")
       ->check(CLI::IsMember({"png", "jpg", "webp", "exr", "hdr", "tif"}))
       ->type_name("FORMAT")
       ->capture_default_str();
-  app.add_option("--sheet", flags.sheet, "PNG to write with all images on one sheet")
+  app.add_option("--sheet", flags.sheet, "Write all images on one sheet to FILE (PNG)")
       ->type_name("FILE");
   app.add_option("--video", flags.video.output,
-                 "Video to write (.mp4, .webm), each image a frame; needs ffmpeg")
+                 "Write a video (.mp4, .webm) with one frame per image; needs ffmpeg")
       ->type_name("FILE");
   app.add_option("--fps", flags.video.frames_per_second, "Frames per second of the video")
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("N")
       ->capture_default_str();
   add_denoise_option(app, flags.denoise);
-  app.add_flag("--dry-run", flags.dry_run, "Only check the batch and print the jobs' names");
+  app.add_flag("--dry-run", flags.dry_run, "Only validate the batch and print the jobs' names");
   app.add_flag("--json", flags.json, "Print the batch as JSON");
   add_server_flags(app, flags.server);
   return parse_and_run(app, args, [&] { return run(flags); });

@@ -1,7 +1,7 @@
-/// The command line: verbs that speak HTTP to a server, and `render`, which needs none.
+/// The command line: verbs that send requests to a server, and `render`, which needs none.
 ///
-/// Every verb takes its arguments without the verb itself and returns the exit code: 0 done,
-/// 1 failed (also where a file or the server is to blame), 2 wrong usage, as the command line alone
+/// Every verb takes its arguments without the verb itself and returns the exit code: 0 success, 1
+/// failure (including those of a file or the server), 2 wrong usage that the command line alone
 /// shows. Results go to stdout, everything else to stderr.
 #pragma once
 
@@ -20,14 +20,14 @@ using flags::kDone;
 using flags::kFailed;
 using flags::kWrongUsage;
 
-/// A verb of the program. run is null for those that the sibling program `tessera-server` has.
+/// A verb of the program. run is null for verbs of the sibling program `tessera-server`.
 struct Verb {
   std::string_view name;
   std::string_view summary;
   int (*run)(const Args& args);
 };
 
-/// The table of verbs; in the order of the help.
+/// Returns the table of verbs in the order of the help.
 std::span<const Verb> verbs();
 
 int submit(const Args& args);
@@ -52,12 +52,12 @@ int health(const Args& args);
 int completion(const Args& args);
 int man(const Args& args);
 
-/// One picture without a service; lives in the library cli_render, which links the renderer.
+/// Denoises one image without a server. In the library cli_render, which links the renderer.
 int denoise(const Args& args);
 int render(const Args& args);
-/// An experiment of the estimator laboratory; in the same library.
+/// Runs an experiment of the estimator laboratory; in the same library.
 int lab_command(const Args& args);
-/// Renders units of a server's jobs; the same.
+/// Renders units of a server's jobs; in the same library.
 int worker(const Args& args);
 
 }  // namespace cli

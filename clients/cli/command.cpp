@@ -23,7 +23,7 @@ void add_server_flags(CLI::App& app, ServerFlags& flags) {
           },
           ""))
       ->type_name("URL");
-  app.add_option("--key", flags.key, "Access key, if the server asks for one")
+  app.add_option("--key", flags.key, "Access key, if the server requires one")
       ->envname("TESSERA_KEY")
       ->type_name("KEY");
 }

@@ -1,4 +1,4 @@
-/// What all verbs do alike: read arguments, complain, find the server.
+/// Code shared by all verbs: arguments, error messages, connection to the server.
 #pragma once
 
 #include <string>
@@ -20,10 +20,11 @@ using flags::parse_and_run;
 using flags::share_within;
 using flags::within;
 
-/// "tessera VERB: message", with the place before it if there is one, on stderr. Returns kFailed.
+/// Prints "tessera VERB: message" to stderr, with the location before the message if there is one.
+/// Returns kFailed.
 int complain(const std::string& verb, const core::Error& error);
 
-/// Where the server is and how to be let in: --server and --key, TESSERA_SERVER and TESSERA_KEY.
+/// Address and key of the server: --server and --key, TESSERA_SERVER and TESSERA_KEY.
 struct ServerFlags {
   std::string url = "http://127.0.0.1:8080";
   std::string key;

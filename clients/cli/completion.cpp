@@ -7,20 +7,20 @@
 namespace cli {
 namespace {
 
-/// Words that a command prints, a line each, when they are wanted.
+/// Words printed by a command, one per line, when they are needed.
 struct Words {
-  std::string_view kind;  ///< as the scripts name it
+  std::string_view kind;  ///< name in the scripts
   std::string_view command;
 };
 
-// The newest jobs of the server; "latest" alone where none answers.
+// The newest jobs of the server; only "latest" if no server answers.
 constexpr Words kJobs = {
     "job", "echo latest; tessera jobs --limit 50 2>/dev/null | awk 'NR > 1 {print $1}'"};
 constexpr Words kScenes = {"scene", "tessera render --scenes | awk '{print $1}'"};
 constexpr Words kExperiments = {"experiment", "tessera lab | awk '{print $1}'"};
 constexpr std::array kAllWords = {&kJobs, &kScenes, &kExperiments};
 
-/// What may stand for a value: words, files, folders, or what the user alone knows.
+/// Completions offered for a value: words, files, folders, or none.
 struct Offer {
   std::string_view value;
   const Words* words = nullptr;
@@ -53,7 +53,7 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
   return out;
 }
 
-/// In single quotes, for a POSIX shell.
+/// Returns the text in single quotes, for a POSIX shell.
 std::string shell_quoted(std::string_view text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
 
 std::string joined(const std::vector<std::string>& parts, std::string_view between) {
@@ -73,7 +73,7 @@ Offer offer_for(const OptionText& option) {
   return found == kOffers.end() ? Offer{.value = option.value} : *found;
 }
 
-/// "text", "folder", "file", "choice", a kind of words, or "file job".
+/// Returns "text", "folder", "file", "choice", a kind of words, or "file job".
 std::string bash_kinds(const Offer& offer) {
   std::vector<std::string> kinds;
   if (offer.files) {
@@ -113,7 +113,7 @@ std::string bash_verb(const VerbText& verb) {
          "\n      case $before in\n" + cases + "      esac\n      ;;\n";
 }
 
-/// Brackets and colons have a meaning in zsh's specifications.
+/// Escapes brackets and colons, which are special in zsh's specifications.
 std::string zsh_text(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -133,7 +133,7 @@ std::string zsh_action(const Offer& offer) {
   return offer.files ? "_files" : offer.folders ? "_files -/" : " ";
 }
 
-/// Functions that offer words, alone and among files.
+/// Returns functions that offer words, alone and together with files.
 std::string zsh_words(const Words& words) {
   const std::string kind(words.kind);
   return "_tessera_" + kind + "() {\n  compadd ${(f)\"$(" + std::string(words.command) +
@@ -202,7 +202,7 @@ std::string fish_verb(const VerbText& verb) {
   return out;
 }
 
-/// Cases for each kind of words.
+/// Returns the cases for each kind of words.
 std::string bash_words() {
   std::string out;
   for (const Words* words : kAllWords) {
@@ -305,8 +305,8 @@ std::string fish_completion(std::span<const VerbText> verbs) {
   std::string out =
       "# Completion of tessera for fish: tessera completion fish | source\n"
       "complete -c tessera -f\n"
-      "complete -c tessera -n __fish_use_subcommand -l help -d 'what there is'\n"
-      "complete -c tessera -n __fish_use_subcommand -l version -d 'which one this is'\n";
+      "complete -c tessera -n __fish_use_subcommand -l help -d 'list the verbs'\n"
+      "complete -c tessera -n __fish_use_subcommand -l version -d 'print the version'\n";
   for (const VerbText& verb : verbs) {
     out += "complete -c tessera -n __fish_use_subcommand -a " + verb.name + " -d " +
            fish_quoted(verb.summary) + "\n";

@@ -1,4 +1,4 @@
-/// Shell completions and the manual page, as text. Pure functions of what the verbs take.
+/// Shell completions and the manual page, as text. Pure functions of the verbs' options.
 #pragma once
 
 #include <span>
@@ -8,12 +8,12 @@
 
 namespace cli {
 
-/// Scripts to be sourced, or put where the shell looks for completions of `tessera`.
+/// Scripts to source, or to install where the shell looks for completions of `tessera`.
 std::string bash_completion(std::span<const VerbText> verbs);
 std::string zsh_completion(std::span<const VerbText> verbs);
 std::string fish_completion(std::span<const VerbText> verbs);
 
-/// tessera(1), in the macros of man(7).
+/// Returns tessera(1) in the macros of man(7).
 std::string manual_page(std::span<const VerbText> verbs);
 
 }  // namespace cli

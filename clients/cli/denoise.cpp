@@ -8,8 +8,8 @@ namespace cli {
 
 int denoise(const Args& args) {
   CLI::App app(
-      "The helper process of Open Image Denoise: `serve` and `render` start it themselves, with a "
-      "socket as its standard input.",
+      "Helper process of Open Image Denoise. `serve` and `render` start it with a socket as its "
+      "standard input.",
       "tessera denoise");
   std::string folder;
   app.add_option("folder", folder, "Folder with libOpenImageDenoise.so.2")

@@ -1,4 +1,4 @@
-// Apart from verb_text.cpp, which every verb needs: this needs every verb.
+// Separate from verb_text.cpp, which every verb needs: this file needs every verb.
 #include <array>
 #include <cerrno>
 #include <system_error>
@@ -33,7 +33,7 @@ std::string read_all(int pipe_end) {
   return text;
 }
 
-/// What `tessera VERB --describe` prints.
+/// Returns the output of `tessera VERB --describe`.
 core::Result<std::string> ask(std::string verb) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) {

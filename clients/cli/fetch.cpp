@@ -29,7 +29,7 @@ std::string format_of(const std::string& output) {
   return extension;
 }
 
-/// Linear formats have neither exposure nor tone map; what changes nothing is no wish.
+/// Refuses exposure and tone map for linear formats, unless they have no effect.
 core::Status check_look(const PictureQuery& query, const std::string& output) {
   constexpr std::array<std::string_view, 3> kLinear = {"exr", "hdr", "tif"};
   const std::string format = format_of(output);
@@ -86,10 +86,8 @@ int run_film(const ServerFlags& server, const std::string& id, const std::string
 
 core::Status check_picture_name(const std::string& output) {
   if (output == "-" && is_terminal(stdout)) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        "stdout is a terminal, and an image is no text; send it on, as in `-o - > picture.png`",
-        "-"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "stdout is a terminal; redirect the image, as in `-o - > picture.png`", "-"};
   }
   const std::string extension = extension_of(output);
   if (output == "-" ||
@@ -97,8 +95,7 @@ core::Status check_picture_name(const std::string& output) {
     return core::ok_status();
   }
   return Error{ErrorCode::kInvalidArgument,
-               "cannot tell the format; the name must end in .png .jpg .webp .exr .hdr or .tif",
-               output};
+               "unknown format; the name must end in .png .jpg .webp .exr .hdr or .tif", output};
 }
 
 core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
@@ -135,20 +132,20 @@ int fetch(const Args& args) {
   std::string output;
   PictureQuery query;
   bool film = false;
-  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", id, "Job (the newest)")->type_name("ID");
   app.add_option("-o,--output", output,
                  "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->required()
       ->type_name("FILE");
   app.add_option("--layer", query.layer,
                  "beauty albedo normal depth alpha samples variance error denoised denoised_error "
-                 "denoise_bias denoise_bias_error (EXR without it: all but denoised ones)")
+                 "denoise_bias denoise_bias_error (default for EXR: all except denoised ones)")
       ->type_name("L");
-  app.add_option("--exposure", query.exposure,
-                 "Brighter by so many stops; .png, .jpg and .webp only")
+  app.add_option("--exposure", query.exposure, "Exposure in stops; only for .png, .jpg and .webp")
       ->check(within(-api::limits::kExposureStops, api::limits::kExposureStops))
       ->type_name("STOPS");
-  app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")
+  app.add_option("--tonemap", query.tone_map,
+                 "Tone map: srgb linear aces agx khronos-neutral; only for .png, .jpg and .webp")
       ->type_name("T");
   add_denoise_option(app, query.denoise);
   app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")

@@ -1,4 +1,4 @@
-/// Downloading a job's picture.
+/// Download of a job's image.
 #pragma once
 
 #include <optional>
@@ -9,17 +9,17 @@
 namespace cli {
 
 struct PictureQuery {
-  std::string layer;  ///< empty: the picture (EXR: every layer)
+  std::string layer;  ///< empty: the beauty image (EXR: every layer)
   std::optional<double> exposure;
   std::string tone_map;  ///< empty: the server's default
   std::string denoise;   ///< off, mixed, full; empty: off
 };
 
-/// Writes the picture of the job at `path` to `output`, whose extension is the format ("-": PNG to
+/// Writes the image of the job at `path` to `output`, whose extension is the format ("-": PNG to
 /// stdout).
 core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
                            const std::string& output);
-/// An error if no picture can be written in the format of this file name.
+/// Returns an error if the extension is not that of an image format.
 core::Status check_picture_name(const std::string& output);
 
 }  // namespace cli

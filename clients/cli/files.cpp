@@ -128,9 +128,9 @@ core::Result<std::optional<std::string>> model_file(const std::string& path) {
     return Error{ErrorCode::kNotFound, problem.message(), path};
   }
   return Error{ErrorCode::kNotFound,
-               models.empty()
-                   ? "there is no .glb or .gltf file in this folder"
-                   : std::to_string(models.size()) + " models are in this folder; name one of them",
+               models.empty() ? "there is no .glb or .gltf file in this folder"
+                              : std::to_string(models.size()) +
+                                    " models are in this folder; choose one of them",
                path};
 }
 
@@ -149,7 +149,7 @@ std::string folder_of(const std::string& path) {
 core::Result<std::vector<std::string>> gltf_side_files(std::string_view document) {
   const auto json = nlohmann::json::parse(document, nullptr, false);
   if (!json.is_object()) {
-    return Error{ErrorCode::kInvalidArgument, "is not a glTF document: no JSON object", ""};
+    return Error{ErrorCode::kInvalidArgument, "is not a glTF document: not a JSON object", ""};
   }
   std::vector<std::string> uris;
   for (const char* list : {"buffers", "images"}) {
@@ -175,18 +175,18 @@ core::Result<std::vector<std::string>> gltf_side_files(std::string_view document
 core::Result<std::string> side_file_path(const std::string& folder, std::string_view uri) {
   const fs::path relative = percent_decoded(uri);
   if (relative.is_absolute() || uri.find("://") != std::string_view::npos) {
-    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder",
+    return Error{ErrorCode::kForbidden, "a scene may only use files in its own folder",
                  std::string(uri)};
   }
   std::error_code problem;
   const fs::path home = fs::canonical(folder, problem);
   const fs::path file = fs::canonical(fs::path(folder) / relative, problem);
   if (problem) {
-    return Error{ErrorCode::kNotFound, "is named by the scene but not there", std::string(uri)};
+    return Error{ErrorCode::kNotFound, "is used by the scene but does not exist", std::string(uri)};
   }
   const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
   if (end != home.end()) {
-    return Error{ErrorCode::kForbidden, "a scene may only name files in its own folder",
+    return Error{ErrorCode::kForbidden, "a scene may only use files in its own folder",
                  std::string(uri)};
   }
   return file.string();

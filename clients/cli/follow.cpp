@@ -14,11 +14,11 @@ using core::Error;
 using core::ErrorCode;
 using Clock = std::chrono::steady_clock;
 
-// The server pings every 15 s: three of them missing is a dead line.
+// The server pings every 15 s: after three missing pings the connection counts as lost.
 constexpr std::chrono::seconds kSilenceMax{45};
 constexpr std::chrono::seconds kGiveUpAfter{60};
 
-/// One connection. True: the job has ended.
+/// Follows one connection. Returns true if the job has ended.
 core::Result<bool> follow_once(ApiClient& client, const std::string& path, const Follower& follower,
                                EventParser& parser) {
   ApiClient::Headers headers = {{"Accept", "text/event-stream"}};
@@ -82,7 +82,7 @@ core::Result<Json> follow_job(ApiClient& client, const std::string& path,
       return ended.error();
     }
     if (ended) {
-      last_contact = Clock::now();  // a stream that ended early: the server is going down
+      last_contact = Clock::now();  // the stream ended early: the server is shutting down
     } else if (Clock::now() - last_contact > kGiveUpAfter || parser.last_id().empty()) {
       return ended.error();
     }

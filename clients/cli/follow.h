@@ -1,4 +1,4 @@
-/// Follows a job to its end over its event stream, through lost connections and restarts.
+/// Follows a job to its end over its event stream, across lost connections and restarts.
 #pragma once
 
 #include <functional>
@@ -10,18 +10,19 @@
 
 namespace cli {
 
-/// Percent-encoded path of a job; "latest" is the newest one of the server.
+/// Returns the percent-encoded path of a job; "latest" is the newest job of the server.
 core::Result<std::string> job_path(ApiClient& client, const std::string& id);
 
 struct Follower {
-  std::function<void(const ServerEvent&)> on_event;    ///< each one, as it comes
-  std::function<void(const std::string&)> on_trouble;  ///< a sentence: lost, trying again
+  std::function<void(const ServerEvent&)> on_event;  ///< called for each event
+  std::function<void(const std::string&)>
+      on_trouble;  ///< called with a sentence: connection lost, retrying
 };
 
-/// The job as it stands at its end. Gives up when the server cannot be reached for a minute.
+/// Returns the job after it has ended. Gives up when the server is unreachable for a minute.
 core::Result<Json> follow_job(ApiClient& client, const std::string& path, const Follower& follower);
 
-/// follow_job() with a progress bar (or lines) on `out`; warnings are shown.
+/// Runs follow_job() with a progress bar (or lines) on `out`, and shows warnings.
 core::Result<Json> follow_with_progress(ApiClient& client, const std::string& path, std::FILE* out);
 
 }  // namespace cli

@@ -32,11 +32,11 @@ std::optional<std::pair<int, int>> parse_size(const std::string& text) {
   return good ? std::optional(std::pair(width, height)) : std::nullopt;
 }
 
-/// Empty when the text is a size that a film may have.
+/// Returns empty if the text is a valid film size.
 std::string fault_of_size(const std::string& text) {
   const auto size = parse_size(text);
   if (!size) {
-    return '"' + text + "\" is no size; one looks like 960x540";
+    return '"' + text + "\" is not a size such as 960x540";
   }
   const auto [width, height] = *size;
   constexpr auto kSide = static_cast<int>(limits::kFilmSide);
@@ -52,7 +52,7 @@ std::string fault_of_size(const std::string& text) {
                    std::to_string(limits::kFilmPixels) + " are allowed";
 }
 
-/// The member as an object, made if it is not there.
+/// Returns the member as an object, adding it if it is missing.
 Json& object_at(Json& request, const char* key) {
   Json& member = request[key];
   if (!member.is_object()) {
@@ -71,7 +71,7 @@ core::Result<Json> read_job_file(const std::string& path) {
     if (request.is_object()) {
       return request;
     }
-    return Error{ErrorCode::kInvalidArgument, "a job is a JSON object", path};
+    return Error{ErrorCode::kInvalidArgument, "a job must be a JSON object", path};
   } catch (const Json::parse_error& error) {
     return Error{ErrorCode::kBadSyntax, "is not JSON at byte " + std::to_string(error.byte), path};
   }
@@ -81,7 +81,7 @@ core::Result<Json> read_job_file(const std::string& path) {
 
 void add_denoise_option(CLI::App& app, std::string& denoise) {
   app.add_option("--denoise", denoise,
-                 "Image that is written: off, mixed (denoised, with the plain one where that is "
+                 "Image to write: off, mixed (denoised, mixed with the plain one where that is "
                  "better), full (the denoiser's own)")
       ->check(CLI::IsMember({"off", "mixed", "full"}))
       ->type_name("MODE");
@@ -89,23 +89,23 @@ void add_denoise_option(CLI::App& app, std::string& denoise) {
 
 namespace {
 
-/// What is seen, and from where.
+/// Camera, size and crop.
 void add_view_flags(CLI::App& app, JobFlags& flags) {
-  app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
+  app.add_option("--camera", flags.camera, "Name of the scene's camera")->type_name("NAME");
   auto* position =
-      app.add_option("--position", flags.position, "Where the camera is, metres; with --target")
+      app.add_option("--position", flags.position, "Camera position, metres; requires --target")
           ->delimiter(',')
           ->expected(3)
           ->type_name("X,Y,Z");
-  auto* target = app.add_option("--target", flags.target, "What the camera looks at, metres")
+  auto* target = app.add_option("--target", flags.target, "Point that the camera looks at, metres")
                      ->delimiter(',')
                      ->expected(3)
                      ->type_name("X,Y,Z");
   position->needs(target);
   target->needs(position);
   app.add_option("--orbit", flags.orbit,
-                 "Camera around the scene: degrees from the front, degrees from above, and the "
-                 "distance in metres (all of the scene in view)")
+                 "Camera orbit around the scene: degrees from the front, degrees from above, and "
+                 "distance in metres (whole scene in view)")
       ->delimiter(',')
       ->expected(2, 3)
       ->type_name("THETA,PHI[,R]")
@@ -117,38 +117,38 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
                  "Radius of the lens, metres, for depth of field (0)")
       ->check(CLI::NonNegativeNumber)
       ->type_name("M");
-  app.add_option("--focus", flags.focus_distance_m, "Distance in focus, metres")
+  app.add_option("--focus", flags.focus_distance_m, "Focus distance, metres")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
   app.add_option("--shutter", flags.shutter_seconds,
-                 "Seconds that the shutter is open: what animations move then is blurred (0)")
+                 "Seconds that the shutter is open, which blurs animated motion (0)")
       ->check(within(0, 1'000'000))
       ->type_name("S");
-  app.add_option("--variant", flags.variant, "Material variant of the scene, by name")
+  app.add_option("--variant", flags.variant, "Name of the scene's material variant")
       ->type_name("NAME");
-  app.add_option("--crop", flags.crop, "Render this part of the image only, pixels")
+  app.add_option("--crop", flags.crop, "Render only this part of the image, pixels")
       ->delimiter(',')
       ->expected(4)
       ->type_name("X,Y,W,H");
   app.add_option("--rotation", flags.environment_rotation_degrees,
-                 "Turns the environment counter-clockwise seen from above, degrees")
+                 "Rotation of the environment, counter-clockwise seen from above, degrees")
       ->type_name("D");
   app.add_flag("--transparent", flags.is_transparent,
-               "Transparent background: light from all around (white without --environment) that "
-               "is not seen itself");
+               "Transparent background: the environment (white without --environment) lights the "
+               "scene but is not visible");
 }
 
-/// What the model stands in.
+/// Environment, background and ground.
 void add_stage_flags(CLI::App& app, JobFlags& flags) {
   auto* map = app.add_option("--environment", flags.environment,
-                             "Equirectangular map that lights the scene: .hdr, .exr")
+                             "Equirectangular environment map: .hdr, .exr")
                   ->type_name("FILE");
   auto* preset =
-      app.add_option("--preset", flags.preset, "Studio light made in code: studio, tent, rim")
+      app.add_option("--preset", flags.preset, "Procedural studio light: studio, tent, rim")
           ->type_name("NAME")
           ->excludes(map);
   app.add_option("--sun", flags.sun,
-                 "Sun and sky of a place (degrees north and east) and a time such as "
+                 "Sun and sky at a location (degrees north and east) and a time such as "
                  "2026-06-21T12:00:00+02:00")
       ->delimiter(',')
       ->expected(3)
@@ -160,18 +160,17 @@ void add_stage_flags(CLI::App& app, JobFlags& flags) {
       ->type_name("TYPE");
   app.add_option(
          "--ground", flags.ground,
-         "catcher (only its shadow and reflections are seen, and the background is transparent), "
-         "sweep, none")
+         "catcher (shows only shadows and reflections on a transparent background), sweep, none")
       ->type_name("TYPE");
   app.add_option("--ground-height", flags.ground_height,
-                 "y of the ground, metres (the model's lowest point)")
+                 "Height (y) of the ground, metres (the model's lowest point)")
       ->type_name("M");
   app.add_option("--ground-reflection", flags.ground_reflection,
-                 "Weight of a polished coat on the ground: 0 is matte, 1 mirrors the model")
+                 "Weight of a smooth coat on the ground: 0 is diffuse, 1 reflects the model")
       ->type_name("0..1");
 }
 
-/// Linear Rec.709 of six hexadecimal digits; empty: they are none.
+/// Converts six hexadecimal digits of sRGB to linear Rec.709; empty if they are invalid.
 std::optional<Json> linear_color(const std::string& text) {
   const bool is_hex =
       text.size() == 6 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
@@ -197,8 +196,8 @@ core::Status put_stage(const JobFlags& flags, Json& request) {
       const std::string& text = flags.sun[i];
       const auto read = std::from_chars(text.data(), text.data() + text.size(), place[i]);
       if (read.ec != std::errc() || read.ptr != text.data() + text.size()) {
-        return Error{ErrorCode::kInvalidArgument, "--sun: \"" + text + "\" is no number of degrees",
-                     ""};
+        return Error{ErrorCode::kInvalidArgument,
+                     "--sun: \"" + text + "\" is not an angle in degrees", ""};
       }
     }
     object_at(request, "environment")["sun"] = {
@@ -278,18 +277,18 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error,
-                 "Stop when the relative error is at most this: 0.02, or 2%")
+                 "Stop when the relative error is at most E: 0.02, or 2%")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--denoised-error", flags.denoised_error,
-                 "Stop when the relative error of the denoised image (mixed) is at most this")
+                 "Stop when the relative error of the denoised image (mixed) is at most E")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")
+  app.add_option("--seconds", flags.seconds, "Stop after S seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
   app.add_option("--cpu-seconds", flags.cpu_seconds,
-                 "Stop after so many CPU seconds of rendering, summed over all threads")
+                 "Stop after S CPU seconds of rendering, summed over all threads")
       ->check(above_zero(limits::kStopCpuSeconds))
       ->type_name("S");
   app.add_option("--size", flags.size, "Width and height in pixels (960x540)")
@@ -297,29 +296,28 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->type_name("WxH");
   add_view_flags(app, flags);
   add_stage_flags(app, flags);
-  app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
-  app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
-  app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")
+  app.add_option("--integrator", flags.integrator, "Algorithm that traces light paths (path)")
       ->type_name("T");
-  app.add_option("--mis", flags.mis,
-                 "Weights of light and BSDF samples: balance, power, maximum, optimal")
+  app.add_option("--sampler", flags.sampler, "Sequence of sample points (sobol)")->type_name("T");
+  app.add_option("--light-sampler", flags.light_sampler, "Light selection (tree)")->type_name("T");
+  app.add_option("--mis", flags.mis, "MIS weighting: balance, power, maximum, optimal")
       ->type_name("T");
   app.add_option("--roulette", flags.roulette, "Russian roulette (throughput)")->type_name("T");
   app.add_option("--split", flags.split, "Split each path into N at its first hit (1)")
       ->check(within(1, limits::kSplitCount))
       ->type_name("N");
   app.add_option("--control-variate", flags.control_variate,
-                 "Light known in closed form: none, analytic, regression")
+                 "Control variate: none, analytic, regression")
       ->type_name("T");
   app.add_option("--adaptive", flags.adaptive, "Adaptive sampling: pilot, none")->type_name("T");
   app.add_flag("--spectral", flags.is_spectral, "Paths carry wavelengths instead of colours");
   app.add_option("--seed", flags.seed, "Random seed (0); a different seed gives different noise")
       ->check(within(0, limits::kSeed))
       ->type_name("N");
-  app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
+  app.add_option("--threads", flags.threads, "Render threads (as many as the machine has)")
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--job", flags.job_file, "Job request as JSON; flags win over it")
+  app.add_option("--job", flags.job_file, "Job request as JSON; flags override it")
       ->type_name("FILE");
   app.add_flag("--json", flags.json, "Print the result as JSON on stdout");
 }
@@ -337,8 +335,8 @@ core::Result<Json> make_request(const JobFlags& flags) {
     request["scene"] = flags.scene;
   }
   if (!request.contains("scene")) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "no SCENE: neither as an argument nor in a --job file", ""};
+    return Error{ErrorCode::kInvalidArgument, "no SCENE: give it as an argument or in a --job file",
+                 ""};
   }
   if (flags.size) {
     const auto size = parse_size(*flags.size);

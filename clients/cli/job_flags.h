@@ -1,4 +1,4 @@
-/// The flags that say what to render: the same for `render` and `submit`.
+/// Flags that describe a job, shared by `render` and `submit`.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 struct JobFlags {
   std::string scene;        ///< built-in name, scene id, or a file; empty: the job file's
   std::string output;       ///< empty: none
-  std::string denoise;      ///< of the output: off, mixed, full; empty: off
+  std::string denoise;      ///< for the output: off, mixed, full; empty: off
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
   std::optional<int> samples_per_pixel;
@@ -59,16 +59,16 @@ struct JobFlags {
   bool json = false;
 };
 
-/// scene_help: what SCENE may be.
+/// scene_help: permitted values of SCENE.
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help);
 
-/// The job request: the job file's members with the flags put over them. `scene` is flags.scene (or
-/// the file's); `environment.asset` is left to the caller. Values are checked by whoever reads the
-/// request.
+/// Returns the job request: the job file's members, overridden by the flags. `scene` is flags.scene
+/// (or the file's); the caller sets `environment.asset`. Values are checked when the request is
+/// parsed.
 core::Result<Json> make_request(const JobFlags& flags);
 
-/// Of an error in making the request: kFailed when a file is to blame, which its `where` then
-/// names; else the command line itself is wrong.
+/// Returns the exit code for an error of make_request(): kFailed for a fault in a file, which
+/// `where` names; otherwise wrong usage.
 int request_fault_code(const core::Error& error, const JobFlags& flags);
 
 /// --denoise: off, mixed or full.

@@ -1,4 +1,4 @@
-/// Reading the server's answers about a job: missing and null members become neutral values.
+/// Reads the server's responses about a job: missing and null members become neutral values.
 #pragma once
 
 #include <string>
@@ -8,20 +8,20 @@
 
 namespace cli {
 
-/// Never throws: broken JSON is an empty object.
+/// Never throws: invalid JSON gives an empty object.
 Json parse_object(const std::string& text);
-/// Member as text, number or object; fallback when it is absent, null or of another type.
+/// Return a member as text, number or object; fallback if it is absent, null or of another type.
 std::string text_at(const Json& object, const char* key, const std::string& fallback = "");
 double number_at(const Json& object, const char* key, double fallback);
 const Json& object_in(const Json& object, const char* key);
 
-/// finished, failed or cancelled.
+/// Returns true for finished, failed and cancelled.
 bool is_final_state(const std::string& state);
-/// From a job, or from a progress event: {"state", "progress", "error", "statistics"}.
+/// Reads a job, or a progress event: {"state", "progress", "error", "statistics"}.
 ProgressFacts facts_of(const Json& job);
-/// One sentence about a job that has ended.
+/// Returns one sentence about a job that has ended.
 std::string closing_text(const Json& job);
-/// {"job": job}'s exit code: 0 finished, else 1.
+/// Returns the exit code for a job: 0 if finished, otherwise 1.
 int exit_code_of(const Json& job);
 
 }  // namespace cli

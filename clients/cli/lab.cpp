@@ -1,4 +1,4 @@
-// `tessera lab`: an experiment of the estimator laboratory on this machine, without a service.
+// `tessera lab`: runs an experiment of the estimator laboratory locally, without a server.
 #include "api/lab.h"
 
 #include <algorithm>
@@ -78,8 +78,7 @@ void explain(const lab::Experiment& e) {
   std::printf("\nn (--n) counts %s.\n", text(e.unit).c_str());
 }
 
-/// The request that the flags stand for, as the service would get it: one parser, one set of
-/// messages.
+/// Returns the request that the flags describe, parsed like a request to the server.
 core::Result<json> request_of(const LabFlags& flags) {
   json body = {{"experiment", flags.experiment}, {"seed", flags.seed}};
   if (!flags.estimator.empty()) {
@@ -197,7 +196,8 @@ int run(const LabFlags& flags) {
   return outcome->verdict == lab::Verdict::kDiffers ? kFailed : kDone;
 }
 
-/// Of all experiments: which one is meant stands elsewhere on the line.
+/// Returns the choices of all experiments, since options are completed without knowing the
+/// experiment.
 Choices choices() {
   Choices all = {{"--sampler", {}}, {"--estimator", {}}};
   const auto add = [](std::vector<std::string>& to, std::string_view name) {
@@ -220,20 +220,21 @@ Choices choices() {
 
 int lab_command(const Args& args) {
   CLI::App app(
-      "Runs an experiment of the estimator laboratory on this machine. Without a name it lists "
-      "them, with\n"
+      "Runs an experiment of the estimator laboratory on this machine. Without a name, lists them, "
+      "with\n"
       "--json in full. Exit code 1 when theory and measurement differ.",
       "tessera lab");
   LabFlags flags;
   bool wants_text = false;
-  app.add_option("experiment", flags.experiment, "What to try; `tessera lab` alone lists them")
+  app.add_option("experiment", flags.experiment,
+                 "Experiment to run; `tessera lab` alone lists them")
       ->type_name("EXPERIMENT");
   app.add_flag("--explain", wants_text,
-               "Say what is estimated, by which formula, and what to see; run nothing");
-  app.add_option("--estimator", flags.estimator, "One of the experiment's")->type_name("NAME");
+               "Print the estimated quantity, its formula and what to look for; run nothing");
+  app.add_option("--estimator", flags.estimator, "Estimator of the experiment")->type_name("NAME");
   app.add_option("--sampler", flags.sampler, "Sampler to use, if the experiment supports it")
       ->type_name("NAME");
-  app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")
+  app.add_option("--n", flags.n, "Numbers of evaluations per replicate, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("N,N");
@@ -244,13 +245,12 @@ int lab_command(const Args& args) {
   app.add_option("--param", flags.parameters, "Parameter of the experiment; may be repeated")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
-  app.add_option("--threads", flags.threads, "Threads; results do not depend on it")
+  app.add_option("--threads", flags.threads, "Threads; results do not depend on the number")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  app.add_flag("--json", flags.as_json, "JSON lines, as the service streams them");
-  app.add_option("--csv", flags.csv, "Write the points to this file; - is stdout")
-      ->type_name("FILE");
-  app.add_option("--svg", flags.svg, "Write the plot to this file; - is stdout")->type_name("FILE");
+  app.add_flag("--json", flags.as_json, "Print JSON lines, as the server streams them");
+  app.add_option("--csv", flags.csv, "Write the points to FILE; - is stdout")->type_name("FILE");
+  app.add_option("--svg", flags.svg, "Write the plot to FILE; - is stdout")->type_name("FILE");
   const auto chosen = [&] {
     if (flags.experiment.empty()) {
       return list(app, flags);

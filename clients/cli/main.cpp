@@ -1,6 +1,6 @@
-// tessera: the client verbs. `serve`, `render` and `lab` are the program tessera-server next to it,
-// which is executed in this one's place: client verbs start without the renderer's and
-// OpenImageIO's libraries.
+// tessera: the client verbs. `serve`, `render` and `lab` belong to the program tessera-server next
+// to it, which is executed in place of this one: client verbs start without loading the libraries
+// of the renderer and OpenImageIO.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -28,14 +28,16 @@ std::string help_text() {
     name.resize(12, ' ');
     text += "  " + name + std::string(verb.summary) + "\n";
   }
-  return text + "\n`tessera VERB --help` says more. Exit codes: 0 done, 1 failed, 2 wrong usage.\n";
+  return text +
+         "\n`tessera VERB --help` lists a verb's options. Exit codes: 0 success, 1 failure, 2 "
+         "wrong usage.\n";
 }
 
 int execute_sibling(char** argv) {
   std::error_code problem;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", problem);
   const std::string program = (self.parent_path() / "tessera-server").string();
-  execvp(program.c_str(), argv);  // without /proc: the one in PATH
+  execvp(program.c_str(), argv);  // without /proc: the program in PATH
   std::fprintf(stderr, "tessera: cannot start %s: %s\n", program.c_str(), std::strerror(errno));
   return kFailed;
 }
@@ -48,7 +50,7 @@ int unknown_verb(const std::string& name) {
   constexpr std::size_t kTypos = 2;
   const bool alike = edit_distance(name, near->name) <= std::min(kTypos, near->name.size() - 1);
   const std::string meant = alike ? "; did you mean " + std::string(near->name) + "?" : ".";
-  std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists what there is.\n",
+  std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists the verbs.\n",
                name.c_str(), meant.c_str());
   return kWrongUsage;
 }

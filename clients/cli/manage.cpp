@@ -1,4 +1,4 @@
-// The verbs that look after jobs: jobs, cancel, retry, drain, health.
+// The verbs that manage jobs: jobs, cancel, retry, drain, health.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -80,7 +80,7 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   return kDone;
 }
 
-/// POST /v1/jobs/{id}/VERB of each, and the states that they have then.
+/// Sends POST /v1/jobs/{id}/VERB for each job and prints the resulting states.
 int change_jobs(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
@@ -137,11 +137,12 @@ int jobs(const Args& args) {
   CLI::App app("Lists the jobs of a server, newest first.", "tessera jobs");
   ServerFlags server;
   ListFlags flags;
-  app.add_option("--state", flags.states,
-                 "Only queued, loading, rendering, paused, finished, failed, cancelled")
+  app.add_option(
+         "--state", flags.states,
+         "Only jobs in this state: queued, loading, rendering, paused, finished, failed, cancelled")
       ->type_name("STATE")
       ->allow_extra_args(false);
-  app.add_option("--label", flags.labels, "Only with this label: KEY or KEY=VALUE")
+  app.add_option("--label", flags.labels, "Only jobs with this label: KEY or KEY=VALUE")
       ->type_name("LABEL")
       ->allow_extra_args(false);
   app.add_option("--name", flags.name, "Only jobs whose name contains TEXT (case-insensitive)")
@@ -157,32 +158,31 @@ int jobs(const Args& args) {
 }
 
 int cancel(const Args& args) {
-  return change_verb("cancel", "Cancels jobs; what has been rendered is kept.", args);
+  return change_verb("cancel", "Cancels jobs; their images so far are kept.", args);
 }
 
 int retry(const Args& args) {
-  return change_verb("retry", "Queues failed jobs again; they go on from their last checkpoints.",
+  return change_verb("retry", "Queues failed jobs again; they resume from their last checkpoints.",
                      args);
 }
 
 int drain(const Args& args) {
-  CLI::App app("Has a server take no new jobs, while those that have begun go on.",
-               "tessera drain");
+  CLI::App app("Makes a server refuse new jobs, while running ones continue.", "tessera drain");
   ServerFlags server;
   bool ends = false;
   bool waits = false;
-  app.add_flag("--end", ends, "Take jobs again");
-  app.add_flag("--wait", waits, "Return when no job runs any more")->excludes("--end");
+  app.add_flag("--end", ends, "Accept jobs again");
+  app.add_flag("--wait", waits, "Wait until no job is running")->excludes("--end");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return drain_server(server, ends, waits); });
 }
 
 int health(const Args& args) {
-  CLI::App app("Asks a server whether it is ready for requests.", "tessera health");
+  CLI::App app("Checks whether a server is ready for requests.", "tessera health");
   ServerFlags server;
   bool insecure = false;
   add_server_flags(app, server);
-  app.add_flag("--insecure", insecure, "Take any certificate, and send no key");
+  app.add_flag("--insecure", insecure, "Accept any certificate, and send no key");
   return parse_and_run(app, args, [&] {
     auto client = insecure ? ApiClient::connect(server.url, "", ApiClient::Certificates::kAnyTaken)
                            : ApiClient::connect(server.url, server.key);

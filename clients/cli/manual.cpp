@@ -1,4 +1,4 @@
-// The verbs that tell about the others: completion, man.
+// The verbs that document the others: completion, man.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -31,7 +31,7 @@ int print(const char* verb, Writer writer) {
 }  // namespace
 
 int completion(const Args& args) {
-  CLI::App app("Prints a script that completes verbs, options, files and job ids in a shell.",
+  CLI::App app("Prints a shell script that completes verbs, options, files and job ids.",
                "tessera completion");
   std::string shell;
   std::vector<std::string> names;
@@ -45,7 +45,7 @@ int completion(const Args& args) {
       ->check(CLI::Validator(
           [names, list](const std::string& text) {
             const bool known = std::find(names.begin(), names.end(), text) != names.end();
-            return known ? std::string() : "\"" + text + "\" is none of " + list;
+            return known ? std::string() : "\"" + text + "\" is not one of " + list;
           },
           ""))
       ->type_name("SHELL");

@@ -7,7 +7,7 @@
 namespace cli {
 namespace {
 
-/// Text as it is: backslashes, minus signs, and a first character that would be a request.
+/// Escapes backslashes, minus signs, and a first character that would be a request.
 std::string roff(std::string_view text) {
   std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {
@@ -67,7 +67,7 @@ std::string environment(std::span<const VerbText> verbs) {
   }
   std::string out;
   for (const auto& [variable, option] : variables) {
-    out += ".TP\n" + bold(variable) + "\nAs " + bold(option) + ", which wins over it.\n";
+    out += ".TP\n" + bold(variable) + "\nAs " + bold(option) + ", which overrides it.\n";
   }
   return out;
 }
@@ -82,25 +82,28 @@ std::string manual_page(std::span<const VerbText> verbs) {
       ".SH SYNOPSIS\n"
       ".B tessera\n.I VERB\n[\\fIOPTIONS\\fR] [\\fIOPERANDS\\fR]\n"
       ".SH DESCRIPTION\n"
-      "Renders glTF scenes by path tracing and reports the error of every image. One program "
-      "is the service, its\n"
-      "client, and a renderer of single images without a service. Results go to the standard "
+      "Renders glTF scenes by path tracing and reports the error of every image. One program is "
+      "the server, its\n"
+      "client, and a renderer of single images without a server. Results go to the standard "
       "output, everything else\n"
       "to the standard error.\n"
-      ".TP\n\\fB\\-\\-help\\fR\nLists the verbs; after a verb, its options.\n"
-      ".TP\n\\fB\\-\\-version\\fR\nPrints the version.\n"
+      ".TP\n\\fB\\-\\-help\\fR\nLists the verbs; after a verb, its options.\n.TP\n"
+      "\\fB\\-\\-version\\fR\n"
+      "Prints the version.\n"
       ".SH VERBS\n";
   for (const VerbText& verb : verbs) {
     out += verb_section(verb);
   }
   return out + ".SH ENVIRONMENT\n" + environment(verbs) +
          ".SH EXIT STATUS\n"
-         ".TP\n0\nDone.\n.TP\n1\nFailed, or the job did not finish. A file that is missing or "
-         "wrong, and what the server\n"
-         "refuses, count here.\n"
-         ".TP\n2\nWrong usage: the command line alone shows it, as with an unknown option or a "
+         ".TP\n0\nSuccess.\n.TP\n1\n"
+         "Failure, or the job did not finish; includes missing or invalid files and requests that "
+         "the server\n"
+         "refuses.\n"
+         ".TP\n2\nWrong usage that the command line alone shows, such as an unknown option or a "
          "number outside its range.\n"
-         ".SH EXAMPLES\n.nf\n" +
+         ".SH EXAMPLES\n"
+         ".nf\n" +
          roff("tessera serve --port 9000 --data ~/renders") + "\n" +
          roff("tessera submit cornell-box --relative-error 0.03 -o cornell.png") + "\n" +
          roff("tessera render model.glb -o model.exr --seconds 10") + "\n" +

@@ -16,15 +16,15 @@ std::string rgb_text(Pixel pixel) {
   return std::to_string(pixel.r) + ";" + std::to_string(pixel.g) + ";" + std::to_string(pixel.b);
 }
 
-// The colours of a sixel picture: a grid of 6 x 7 x 6, finest in green, where eyes see the most.
+// Colours of a sixel image: a grid of 6 x 7 x 6, finest in green, to which the eye is most
+// sensitive.
 constexpr std::array<int, 3> kLevels = {6, 7, 6};
 constexpr std::size_t kColours = std::size_t{6} * 7 * 6;
 
 /// Bayer's matrix of 4 x 4: thresholds (2 n + 1) / 32.
 constexpr std::array<int, 16> kBayer = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
 
-/// Level of a value, rounded up in as many of the 16 places as it is sixteenths above the lower
-/// one.
+/// Returns the level of a value: one that is n/16 above a level is rounded up in n of the 16 cells.
 int level_of(int value, int levels, int threshold) {
   const int scaled = value * (levels - 1) * 32;  // in 1/32 of a step, times 255
   return std::min(levels - 1, (scaled + (31 - (2 * threshold)) * 255) / (32 * 255));
@@ -39,7 +39,7 @@ int colour_at(const Picture& picture, int x, int y) {
   return (r * kLevels[1] + g) * kLevels[2] + b;
 }
 
-/// "#n;2;r;g;b" in per cent.
+/// Returns "#n;2;r;g;b" in per cent.
 std::string sixel_colour(int colour) {
   const auto percent = [](int level, int levels) {
     return std::to_string((level * 100 + (levels - 1) / 2) / (levels - 1));
@@ -58,7 +58,7 @@ void add_run(std::string& out, char sixel, int count) {
   }
 }
 
-/// Up to six rows of pixels: every colour that is in them, one over the other.
+/// Draws up to six rows of pixels, one pass per colour.
 std::string sixel_band(const std::vector<int>& colours, int width, int rows) {
   std::array<bool, kColours> used{};
   for (const int colour : colours) {

@@ -1,4 +1,4 @@
-/// Small pictures in the client: decoded, enlarged, drawn as text for terminals.
+/// Small images in the client: decoding, enlarging, drawing as text on terminals.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct Pixel {
   bool operator==(const Pixel&) const = default;
 };
 
-/// Encoded sRGB as it is shown; row by row from the top.
+/// Encoded sRGB, row by row from the top.
 struct Picture {
   int width = 0;
   int height = 0;
@@ -31,33 +31,34 @@ struct Picture {
   }
 };
 
-/// Any PNG, as 8-bit sRGB over black.
-/// Errors: kUnsupportedMedia for what is no PNG, kTooLarge above 64 Mi pixels (told before memory
-/// is taken), kInvalidArgument for a broken file.
+/// Decodes any PNG to 8-bit sRGB over black. Errors: kUnsupportedMedia if it is not a PNG,
+/// kTooLarge above 64 Mi pixels (checked before memory is allocated), kInvalidArgument for a
+/// damaged file.
 core::Result<Picture> decode_png(std::string_view bytes);
 
-/// Each pixel of the answer is the one of `picture` under its middle. width, height: at least 1.
+/// Returns an enlarged image; each pixel is the one of `picture` under its centre. width, height:
+/// at least 1.
 Picture enlarged(const Picture& picture, int width, int height);
 
-/// Upper half blocks in 24-bit colour: one character is one pixel wide and two high. Every row of
+/// Draws upper half blocks in 24-bit colour: a character covers one pixel by two. Every row of
 /// characters resets the colours and ends with a line feed.
 std::string draw_blocks(const Picture& picture);
 
-/// DEC sixel graphics (VT330/VT340 programmer reference, chapter 14), 252 colours, ordered
-/// dithering.
+/// Draws DEC sixel graphics (VT330/VT340 programmer reference, chapter 14), 252 colours, with
+/// ordered dithering.
 std::string draw_sixel(const Picture& picture);
 
 struct KittyPlace {
   int columns = 1;
   int rows = 1;
   std::uint32_t id = 1;
-  bool keep_cursor = true;  ///< else it goes behind the picture
+  bool keep_cursor = true;  ///< otherwise it moves behind the image
 };
 
-/// Shows a PNG at the cursor, stretched over the cells (kitty graphics protocol: base64 in chunks
-/// of at most 4096 bytes). The terminal is asked to answer nothing.
+/// Shows a PNG at the cursor, scaled to the cells (kitty graphics protocol: base64 in chunks of at
+/// most 4096 bytes). Tells the terminal not to reply.
 std::string draw_kitty(std::string_view png, const KittyPlace& place);
-/// Takes the picture off the screen and out of the terminal's memory.
+/// Removes the image from the screen and from the terminal's memory.
 std::string drop_kitty(std::uint32_t id);
 
 }  // namespace cli

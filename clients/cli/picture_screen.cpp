@@ -10,7 +10,8 @@
 namespace cli {
 namespace {
 
-// Two pictures of a process take turns, so that one is on the screen while the other comes.
+// A process alternates between two image ids, so that one image stays visible while the next
+// arrives.
 constexpr std::uint32_t kIdsOfProcess = 2;
 
 constexpr const char* kSaveCursor = "\0337";
@@ -63,7 +64,7 @@ PicturePlan plan_picture(PictureWay way, Extent film, const TerminalSize& size) 
   const int longest = std::max(film.width, film.height);
   PicturePlan plan;
   double ratio = scale;
-  if (scale < 1) {  // the size that the service will give: its longest side is whole
+  if (scale < 1) {  // the server rounds the longest side
     plan.side_max = at_least_one(std::floor(longest * scale + 1e-9));
     ratio = static_cast<double>(plan.side_max) / longest;
   }
@@ -108,9 +109,9 @@ core::Status PictureScreen::draw(const PicturePlan& plan, std::string_view png) 
     return drawing.error();
   }
   std::string frame =
-      "\x1b[?2026h\x1b[?25l";  // no half frame where the terminal knows how; no cursor
+      "\x1b[?2026h\x1b[?25l";  // synchronized update, if supported; hides the cursor
   const TerminalSize size = terminal_size(out_);
-  if (placed_ && !(size == size_)) {  // the lines have been wrapped anew
+  if (placed_ && !(size == size_)) {  // lines have been rewrapped
     frame += "\x1b[2J\x1b[H";
     placed_ = false;
   }

@@ -1,4 +1,4 @@
-/// A picture that is redrawn in place on a terminal, with a line below it that stays free.
+/// Redraws an image in place on a terminal, above a line that stays free.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ namespace cli {
 
 enum class PictureWay { kBlocks, kSixel, kKitty };
 
-/// asked: auto, blocks, sixel or kitty; empty for anything else. environment: value of a variable
-/// or null. auto is kitty where the terminal itself says that it is one which speaks that protocol
-/// (and no multiplexer stands between), else blocks.
+/// Selects the way of drawing. asked: auto, blocks, sixel or kitty; returns empty for anything
+/// else. environment: returns a variable or null. auto is kitty if the terminal identifies itself
+/// as one that supports that protocol (and no multiplexer is in between), otherwise blocks.
 std::optional<PictureWay> choose_picture_way(
     std::string_view asked, const std::function<const char*(const char*)>& environment);
 
@@ -27,32 +27,33 @@ struct Extent {
 };
 
 struct PicturePlan {
-  int columns = 1;  ///< cells that the picture takes
+  int columns = 1;  ///< cells covered by the image
   int rows = 1;
-  Extent drawn;      ///< pixels that are drawn on them
-  int side_max = 0;  ///< longest side to ask the service for; 0: the whole, which may be enlarged
+  Extent drawn;      ///< size in pixels as drawn
+  int side_max = 0;  ///< longest side to request from the server; 0: full size, possibly enlarged
 };
 
-/// As wide as the terminal, or as high with two lines left over; the aspect is kept. Cells of a
-/// terminal that does not tell their size count as 8 by 16 pixels.
+/// Plans an image as wide as the terminal, or as high except two lines, with its aspect ratio.
+/// Cells of unknown size count as 8 by 16 pixels.
 PicturePlan plan_picture(PictureWay way, Extent film, const TerminalSize& size);
 
-/// A PNG as text for a plan. keep_cursor: as KittyPlace has it.
+/// Draws a PNG as text for a plan. keep_cursor: as in KittyPlace.
 core::Result<std::string> draw_picture(PictureWay way, const PicturePlan& plan,
                                        std::string_view png, std::uint32_t kitty_id,
                                        bool keep_cursor);
 
 class PictureScreen {
  public:
-  /// film: pixels of the picture at full size. out: a terminal, its cursor at the begin of a line.
+  /// film: pixels of the image at full size. out: a terminal with its cursor at the start of a
+  /// line.
   PictureScreen(PictureWay way, Extent film, std::FILE* out);
 
-  /// For the terminal as large as it is now.
+  /// Plans for the current size of the terminal.
   PicturePlan plan() const;
-  /// Draws over the last picture, and leaves the cursor at the begin of the line below; what stands
-  /// there is kept. Colours and cursor are as they were whenever a signal can end the process.
+  /// Draws over the last image and moves the cursor to the start of the line below, whose content
+  /// is kept. Whenever a signal can end the process, colours and cursor are in their normal state.
   core::Status draw(const PicturePlan& plan, std::string_view png);
-  /// Other lines were printed: the next picture begins where the cursor is then.
+  /// Call after printing other lines: the next image begins at the cursor.
   void leave() { placed_ = false; }
 
  private:

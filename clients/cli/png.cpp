@@ -18,7 +18,7 @@ std::uint8_t over_black(std::uint8_t value, std::uint8_t alpha) {
   return static_cast<std::uint8_t>((value * alpha + 127) / 255);
 }
 
-/// Frees what libpng holds however the reading ends.
+/// Frees libpng's memory on every return path.
 class Reader {
  public:
   Reader() { image_.version = PNG_IMAGE_VERSION; }
@@ -28,7 +28,7 @@ class Reader {
 
   png_image& image() { return image_; }
   Error broken() const {
-    return Error{ErrorCode::kInvalidArgument, std::string("the PNG is broken: ") + image_.message,
+    return Error{ErrorCode::kInvalidArgument, std::string("the PNG is damaged: ") + image_.message,
                  ""};
   }
 
@@ -42,7 +42,7 @@ core::Result<Picture> decode_png(std::string_view bytes) {
   constexpr std::size_t kSignature = 8;
   if (bytes.size() < kSignature ||
       png_sig_cmp(reinterpret_cast<png_const_bytep>(bytes.data()), 0, kSignature) != 0) {
-    return Error{ErrorCode::kUnsupportedFormat, "the image is no PNG", ""};
+    return Error{ErrorCode::kUnsupportedFormat, "the image is not a PNG", ""};
   }
   Reader reader;
   png_image& image = reader.image();

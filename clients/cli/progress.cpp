@@ -15,7 +15,7 @@ std::string printed(const char* format, double value) {
   return text;
 }
 
-/// Three significant digits without an exponent.
+/// Prints three significant digits without an exponent.
 std::string three_digits(double value) {
   const int decimals = value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3;
   char text[64];
@@ -23,7 +23,7 @@ std::string three_digits(double value) {
   return text;
 }
 
-/// Beyond a hundred times the light itself, how much more says nothing.
+/// Values above 100 (10000%) carry no further information.
 std::string percent_text(double relative_error) {
   return relative_error > 100 ? "over 10000" : three_digits(relative_error * 100);
 }
@@ -36,7 +36,7 @@ std::string error_part(const ProgressFacts& facts, bool with_interval) {
   return with_interval ? interval_text(facts) : "error " + error_text(facts.relative_error);
 }
 
-/// with_interval: of the error, where it is known.
+/// with_interval: prints the interval of the error if it is known.
 std::vector<std::string> parts(const ProgressFacts& facts, bool with_interval) {
   std::vector<std::string> out;
   out.push_back(percent_done(facts.fraction));
@@ -112,7 +112,7 @@ std::string progress_bar(const ProgressFacts& facts, int columns, bool unicode) 
   if (length(words) + kBarColumns > columns) {
     words = parts(facts, false);
   }
-  // How long it still takes, which is the last, is wanted more than the speed before it.
+  // Drops the speed before the remaining time, which is last and more important.
   while (words.size() > 1 && length(words) + kBarColumns > columns) {
     words.erase(words.end() - (words.size() > 2 ? 2 : 1));
   }

@@ -1,4 +1,4 @@
-/// How a picture comes along, for people: a bar on a terminal, plain lines in a pipe or a file.
+/// Progress of a render: a bar on a terminal, plain lines in a pipe or a file.
 #pragma once
 
 #include <chrono>
@@ -30,14 +30,15 @@ std::string interval_text(const ProgressFacts& facts);
 /// "4.21 Mrays/s".
 std::string rate_text(double rays_per_second);
 
-/// One line of plain text without the bar.
+/// Returns one line of plain text without the bar.
 std::string progress_text(const ProgressFacts& facts);
-/// The bar and the facts in at most `columns` columns; where these are few, the interval of the
-/// error goes first, then the speed, the error, the samples. unicode: block characters, else '#'.
+/// Returns the bar and the facts in at most `columns` columns; if these are few, drops first the
+/// interval of the error, then the speed, the error, the samples. unicode: block characters,
+/// otherwise '#'.
 std::string progress_bar(const ProgressFacts& facts, int columns, bool unicode);
 
-/// Shows facts as they come. On a terminal one line is drawn over and over; else a line is printed
-/// when the state changes, when a twentieth more is done, or after five seconds.
+/// Prints facts as they arrive. On a terminal one line is redrawn; otherwise a line is printed when
+/// the state changes, after another 5% of the work, or after five seconds.
 class ProgressPrinter {
  public:
   explicit ProgressPrinter(std::FILE* out);
@@ -46,9 +47,9 @@ class ProgressPrinter {
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
   void show(const ProgressFacts& facts);
-  /// A line of its own above the bar.
+  /// Prints a line above the bar.
   void say(const std::string& line);
-  /// Takes the bar away.
+  /// Removes the bar.
   void clear();
 
  private:

@@ -28,7 +28,8 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-// Set by the first Ctrl-C: the picture so far is written. The second one ends the process.
+// Set by the first Ctrl-C, after which the current image is written. The second one ends the
+// process.
 volatile std::sig_atomic_t g_interrupted =
     0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 
@@ -44,7 +45,7 @@ class QuietSink : public core::RenderSink {
   void on_finished(core::StopReason /*reason*/) override {}
 };
 
-/// valid: do errors of such a job have an interval?
+/// valid: whether errors of the job have an interval.
 ProgressFacts facts_of(const core::Progress& progress, bool valid) {
   ProgressFacts facts;
   facts.fraction = progress.fraction;
@@ -60,7 +61,7 @@ ProgressFacts facts_of(const core::Progress& progress, bool valid) {
   return facts;
 }
 
-/// Runs the task on `threads` threads while this one shows how it comes along.
+/// Runs the task on `threads` threads while this thread shows the progress.
 void run_with_progress(core::RenderTask& task, int threads, bool valid) {
   ProgressPrinter printer(stderr);
   std::signal(SIGINT, &on_interrupt);
@@ -89,14 +90,14 @@ const core::ImageFormat* find_format(const std::string& output) {
   return nullptr;
 }
 
-/// What --denoise shows; its picture is null where it shows the plain one.
+/// The image selected by --denoise; its picture is null for the plain one.
 struct Shown {
   core::DenoisedLook look;
   core::DenoiserFacts by;
   std::string note;
 };
 
-/// Denoised pictures of a job's film; its features are made once.
+/// Denoises a job's film; computes the features once.
 class FilmDenoiser {
  public:
   FilmDenoiser(const LocalJob& job, int threads)
@@ -110,7 +111,7 @@ class FilmDenoiser {
     }
     if (!core::has_both_halves(film)) {
       return Error{ErrorCode::kInvalidArgument,
-                   "a pixel has samples of one half only; denoising needs both (--spp 2 or more)",
+                   "a pixel has samples of only one half; denoising needs both (--spp 2 or more)",
                    "--denoise"};
     }
     if (!features_) {
@@ -177,7 +178,7 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   return write_file(output, {reinterpret_cast<const char*>(file->data()), file->size()});
 }
 
-/// Where an error ended the job, what is above it is promised and nothing below.
+/// Returns the interval to report; if an error ended the job, only its upper bound holds.
 core::ErrorInterval told_error(const core::DenoisedLook& look, const core::RenderTask& task,
                                double confidence) {
   core::ErrorInterval out = look.picture->interval(look.mode, confidence);
@@ -278,7 +279,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(),
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
                interval_text(facts).c_str(),
-               valid ? "" : " without an interval: the samples were chosen by what was seen",
+               valid ? "" : " without an interval: the samples were chosen by the estimate",
                rate_text(facts.rays_per_second).c_str());
   if (look.picture != nullptr) {
     const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
@@ -292,7 +293,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   return g_interrupted == 0 ? kDone : kFailed;
 }
 
-/// Wrong usage is what the command line would be without its job file, too.
+/// Returns wrong usage only if the command line is wrong even without its job file.
 int fault_code(const core::Error& error, const JobFlags& flags) {
   const int code = request_fault_code(error, flags);
   if (code == kFailed || flags.job_file.empty()) {
@@ -334,7 +335,7 @@ void print_builtin_scenes() {
   throw CLI::Success();
 }
 
-/// Of the options of a job, and of those by which client verbs look at jobs and pictures.
+/// Returns the choices of job options, and of options by which client verbs select jobs and images.
 Choices choices() {
   std::vector<std::string> states;
   for (int state = 0; state <= static_cast<int>(api::JobState::kCancelled); ++state) {
@@ -355,7 +356,7 @@ Choices choices() {
 }  // namespace
 
 int render(const Args& args) {
-  CLI::App app("Renders one image on this machine, without a service.", "tessera render");
+  CLI::App app("Renders one image on this machine, without a server.", "tessera render");
   JobFlags flags;
   add_job_flags(app, flags,
                 "Built-in scene (--scenes lists them), a .glb or .gltf file, or a folder with one");

@@ -27,7 +27,7 @@ Error error_of_problem(const api::Problem& problem) {
   std::string text = problem.detail.empty() ? problem.title : problem.detail;
   for (const api::FieldError& fault : problem.errors) {
     const std::string line = fault.pointer + ": " + fault.detail;
-    if (text.find(line) == std::string::npos) {  // the detail names the first fault itself
+    if (text.find(line) == std::string::npos) {  // the detail may repeat the first fault
       text += "\n  " + line;
     }
   }
@@ -42,8 +42,8 @@ core::Result<core::SceneDescription> load_builtin(const std::string& name,
     for (const core::BuiltinScene& row : core::builtin_scenes()) {
       known += " " + std::string(row.name);
     }
-    return Error{ErrorCode::kNotFound, "is neither a file nor a built-in scene; those are" + known,
-                 name};
+    return Error{ErrorCode::kNotFound,
+                 "is neither a file nor a built-in scene; built-in scenes:" + known, name};
   }
   const core::Bytes glb = scene->make_glb();
   return core::load_gltf(
@@ -53,8 +53,10 @@ core::Result<core::SceneDescription> load_builtin(const std::string& name,
 core::Result<core::SceneDescription> load_file(const std::string& path,
                                                const core::GltfOptions& options) {
   if (extension_of(path) == "zip") {
-    return Error{ErrorCode::kUnsupportedFormat,
-                 "an archive goes to a server (`tessera submit`); unpack it to render here", path};
+    return Error{
+        ErrorCode::kUnsupportedFormat,
+        "archives can only be submitted to a server (`tessera submit`); unpack it to render here",
+        path};
   }
   const auto file = read_file(path);
   if (!file) {
@@ -101,10 +103,9 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(const ap
     return core::make_environment(spec.environment);
   }
   if (path.empty()) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        "a job file's environment asset lives on a server; name the file with --environment",
-        "/environment/asset"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "a job file's environment asset is on a server; give the file with --environment",
+                 "/environment/asset"};
   }
   const auto file = read_file(path);
   if (!file) {

@@ -1,4 +1,4 @@
-/// From a job request to something that can be rendered here, without a server.
+/// Turns a job request into a renderer, without a server.
 #pragma once
 
 #include <memory>
@@ -13,20 +13,20 @@
 namespace cli {
 
 struct LocalJob {
-  api::JobSpec spec;  ///< what is in force
+  api::JobSpec spec;  ///< the effective spec
   std::vector<std::string> warnings;
   std::shared_ptr<const core::Renderer> renderer;
 };
 
-/// Adds the ground that the job asks for, as its camera sees it. Errors: those of the camera.
+/// Adds the ground that the job requests, placed for its camera. Errors: those of the camera.
 core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& description);
 
-/// The request that the flags and the job file stand for, checked.
+/// Parses and checks the request given by the flags and the job file.
 core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags);
 
-/// Reads the scene (a built-in name, or a .glb or .gltf file whose side files lie in its folder)
-/// and the environment, and prepares the view. Errors name the file, or the place in the request or
-/// the scene.
+/// Reads the scene (a built-in name, or a .glb or .gltf file with its side files in the same
+/// folder) and the environment, and prepares the view. Errors name the file, or the location in the
+/// request or the scene.
 core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed, int threads);
 
 }  // namespace cli

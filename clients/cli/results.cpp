@@ -1,4 +1,4 @@
-// The verbs for what came of jobs: merge, compare, meter.
+// The verbs for results of jobs: merge, compare, meter.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kUuidLength = 36;
 
-/// The id of a job or an asset: a file is uploaded, anything else is a job's name.
+/// Returns the id of a job or an asset: uploads files, and treats anything else as a job's id.
 core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   if (is_file(name)) {
     return upload_asset(client, name);
@@ -29,7 +29,7 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   }
   if (name.size() != kUuidLength && name != "latest") {
     return core::Error{core::ErrorCode::kNotFound,
-                       "there is no such file, and the id of a job looks different", name};
+                       "there is no such file, and it is not the id of a job", name};
   }
   const auto path = job_path(client, name);
   if (!path) {
@@ -38,7 +38,7 @@ core::Result<std::string> id_of(ApiClient& client, const std::string& name) {
   return path->substr(path->rfind('/') + 1);
 }
 
-/// The server speaks of "/films/1" or "/b": says which argument that was.
+/// Translates the server's pointers, "/films/1" or "/b", to the arguments.
 core::Error with_argument(core::Error error,
                           const std::vector<std::pair<std::string, std::string>>& pointers) {
   for (const auto& [pointer, argument] : pointers) {
@@ -96,16 +96,15 @@ void print_figures(const Json& comparison) {
               figure(z, "variance").c_str(), figure(z, "share_above_3").c_str());
 }
 
-/// Files of display values end at white: what shines brighter in the job counts as a difference.
+/// Image files with display values clip at white: brighter pixels of the job appear as differences.
 void warn_of_display_values(const std::vector<std::string>& names) {
   constexpr std::array<std::string_view, 4> kDisplay = {"png", "jpg", "jpeg", "webp"};
   for (const std::string& name : names) {
     if (is_file(name) &&
         std::find(kDisplay.begin(), kDisplay.end(), extension_of(name)) != kDisplay.end()) {
       std::fprintf(stderr,
-                   "warning: %s has display values, which end at white: what is brighter counts as "
-                   "a difference. "
-                   "Only FLIP fits it; for the others compare an EXR.\n",
+                   "warning: %s has display values, which clip at white: brighter values count as "
+                   "a difference. Only FLIP is valid for it; for the others compare an EXR.\n",
                    name.c_str());
     }
   }
@@ -114,7 +113,7 @@ void warn_of_display_values(const std::vector<std::string>& names) {
 /// One side of a comparison.
 struct Side {
   std::string picture;
-  std::string denoise;  ///< empty: as the server does
+  std::string denoise;  ///< empty: the server's default
 };
 
 int compare_pictures(const ServerFlags& server, const Side& left, const Side& right, bool json) {
@@ -175,12 +174,12 @@ int print_meter(const ServerFlags& server, const std::string& id, bool json) {
 }  // namespace
 
 int merge(const Args& args) {
-  CLI::App app("Adds up films of the same image to a job of its own, and prints its id.",
+  CLI::App app("Merges films of the same image into a new job, and prints its id.",
                "tessera merge");
   ServerFlags server;
   std::vector<std::string> films;
   bool json = false;
-  app.add_option("film", films, "Jobs, or files that `fetch --film` wrote")
+  app.add_option("film", films, "Jobs, or files written by `fetch --film`")
       ->required()
       ->type_name("ID|FILE...");
   app.add_flag("--json", json, "Print the job as JSON");
@@ -198,18 +197,18 @@ int compare(const Args& args) {
   app.add_option("a", a.picture, "Job or image file")->required()->type_name("ID|FILE");
   app.add_option("b", b.picture, "Job or image file")->required()->type_name("ID|FILE");
   app.add_option("--a-denoise", a.denoise, "Image of job a: off, mixed, full")->type_name("MODE");
-  app.add_option("--b-denoise", b.denoise, "The same of job b")->type_name("MODE");
+  app.add_option("--b-denoise", b.denoise, "Image of job b: off, mixed, full")->type_name("MODE");
   app.add_flag("--json", json, "Print the comparison as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return compare_pictures(server, a, b, json); });
 }
 
 int meter(const Args& args) {
-  CLI::App app("Prints what the meter of a job has measured so far, as CSV.", "tessera meter");
+  CLI::App app("Prints the current readings of a job's meter as CSV.", "tessera meter");
   ServerFlags server;
   std::string id = "latest";
   bool json = false;
-  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", id, "Job (the newest)")->type_name("ID");
   app.add_flag("--json", json, "Print JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return print_meter(server, id, json); });

@@ -1,4 +1,4 @@
-// The verbs about what a server is given: upload, scenes.
+// The verbs for uploads: upload, scenes.
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -18,7 +18,7 @@ using core::ErrorCode;
 
 constexpr int kPage = 200;
 
-/// A model becomes a scene, everything else an asset.
+/// Uploads a model as a scene, any other file as an asset.
 core::Result<std::string> upload_file(ApiClient& client, const std::string& path) {
   const auto model = model_file(path);
   if (!model) {
@@ -49,7 +49,7 @@ int upload_files(const ServerFlags& server, const std::vector<std::string>& file
   return code;
 }
 
-/// The built-in ones in the shape of the others.
+/// Returns the built-in scenes in the form of the others.
 core::Result<Json> built_in_scenes(ApiClient& client) {
   const auto reply = client.get("/v1/server");
   if (!reply) {

@@ -1,4 +1,4 @@
-/// Reads a text/event-stream (WHATWG HTML, server-sent events) that comes in pieces.
+/// Parses a text/event-stream (WHATWG HTML, server-sent events) that arrives in pieces.
 #pragma once
 
 #include <optional>
@@ -15,13 +15,13 @@ struct ServerEvent {
 
 class EventParser {
  public:
-  /// The events that are complete with this piece. Line ends may be LF, CR LF or CR.
+  /// Returns the events completed by this piece. Line ends may be LF, CR LF or CR.
   std::vector<ServerEvent> feed(std::string_view piece);
 
-  /// Of the last complete event that had an id: goes into Last-Event-ID.
+  /// Returns the id of the last complete event that had one, for Last-Event-ID.
   const std::string& last_id() const noexcept { return last_id_; }
   std::optional<int> retry_ms() const noexcept { return retry_ms_; }
-  /// Forgets the half-read event of a connection that broke off.
+  /// Discards the incomplete event of an interrupted connection.
   void restart();
 
  private:

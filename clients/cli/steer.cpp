@@ -1,4 +1,4 @@
-// The verbs that look at one job or change it: show, pause, resume, extend, delete.
+// The verbs that show or change one job: show, pause, resume, extend, delete.
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -19,7 +19,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// Asks about each job in its turn; an answer that is a job is printed with its state.
+/// Sends a request for each job in turn; a job in the response is printed with its state.
 using Ask = std::function<core::Result<Reply>(ApiClient&, const std::string& path)>;
 int each_job(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids,
              const Ask& ask) {
@@ -68,7 +68,7 @@ std::string size_text(const Json& spec) {
   return whole(number_at(film, "width", 0)) + "x" + whole(number_at(film, "height", 0));
 }
 
-/// The rules in force, as they stand in the job.
+/// Returns the stop rules of the job as text.
 std::string stop_text(const Json& spec) {
   std::string text;
   for (const auto& rule : object_in(spec, "stop").items()) {
@@ -145,11 +145,10 @@ int extend_job(const ExtendFlags& flags) {
     stop["cpu_seconds"] = *flags.cpu_seconds;
   }
   if (stop.empty()) {
-    complain(
-        "extend",
-        Error{ErrorCode::kInvalidArgument,
-              "say how far: --spp, --relative-error, --denoised-error, --seconds or --cpu-seconds",
-              ""});
+    complain("extend", Error{ErrorCode::kInvalidArgument,
+                             "give at least one of --spp, --relative-error, --denoised-error, "
+                             "--seconds or --cpu-seconds",
+                             ""});
     return kWrongUsage;
   }
   const std::string body = Json{{"stop", stop}}.dump();
@@ -162,11 +161,11 @@ int extend_job(const ExtendFlags& flags) {
 }  // namespace
 
 int show(const Args& args) {
-  CLI::App app("Shows a job: what it renders, its progress and its error.", "tessera show");
+  CLI::App app("Shows a job: its request, progress and error.", "tessera show");
   ServerFlags server;
   std::string id = "latest";
   bool as_json = false;
-  app.add_option("id", id, "Job; the newest one by default")->type_name("ID");
+  app.add_option("id", id, "Job (the newest)")->type_name("ID");
   app.add_flag("--json", as_json, "Print the job as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return show_job(server, id, as_json); });
@@ -174,13 +173,13 @@ int show(const Args& args) {
 
 int pause_jobs(const Args& args) {
   return steering_verb(
-      "pause", "Pauses jobs; what they have rendered stays.", args,
+      "pause", "Pauses jobs; their images so far are kept.", args,
       [](ApiClient& client, const std::string& path) { return set_paused(client, path, true); });
 }
 
 int resume_jobs(const Args& args) {
   return steering_verb(
-      "resume", "Lets paused jobs go on.", args,
+      "resume", "Resumes paused jobs.", args,
       [](ApiClient& client, const std::string& path) { return set_paused(client, path, false); });
 }
 
@@ -192,23 +191,23 @@ int delete_jobs(const Args& args) {
 
 int extend(const Args& args) {
   namespace limits = api::limits;
-  CLI::App app("Lets a finished job go on, to more samples, a lower error or more time.",
+  CLI::App app("Extends a finished job to more samples, a lower error or more time.",
                "tessera extend");
   ExtendFlags flags;
   app.add_option("id", flags.id, "Job")->required()->type_name("ID");
-  app.add_option("--spp", flags.samples_per_pixel, "Samples per pixel in all")
+  app.add_option("--spp", flags.samples_per_pixel, "Samples per pixel in total")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--denoised-error", flags.denoised_error, "The same of the denoised image")
+  app.add_option("--denoised-error", flags.denoised_error, "Relative error of the denoised image")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--seconds", flags.seconds, "Seconds of rendering in all")
+  app.add_option("--seconds", flags.seconds, "Seconds of rendering in total")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
-  app.add_option("--cpu-seconds", flags.cpu_seconds, "CPU seconds of rendering in all")
+  app.add_option("--cpu-seconds", flags.cpu_seconds, "CPU seconds of rendering in total")
       ->check(above_zero(limits::kStopCpuSeconds))
       ->type_name("S");
   add_server_flags(app, flags.server);

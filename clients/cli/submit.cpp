@@ -32,7 +32,7 @@ core::Status add_labels(const std::vector<std::string>& labels, Json& request) {
   for (const std::string& label : labels) {
     const auto equals = label.find('=');
     if (equals == std::string::npos || equals == 0) {
-      return Error{ErrorCode::kInvalidArgument, "a label is KEY=VALUE", label};
+      return Error{ErrorCode::kInvalidArgument, "a label must be KEY=VALUE", label};
     }
     request["labels"][label.substr(0, equals)] = label.substr(equals + 1);
   }
@@ -61,7 +61,7 @@ core::Result<Json> request_of(const SubmitFlags& flags) {
   return request;
 }
 
-/// Replaces files by the ids they get on the server.
+/// Uploads files and replaces them by their ids.
 core::Status upload_files(ApiClient& client, const SubmitFlags& flags, Json& request) {
   const auto file = model_file(flags.job.scene);
   if (!file) {
@@ -110,7 +110,7 @@ void tell_warnings(const Json& job) {
   }
 }
 
-/// Follows the job to its end and gets the picture, if one is wanted.
+/// Follows the job to its end and downloads the image if requested.
 int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& path) {
   const auto ended = follow_with_progress(client, path, stderr);
   if (!ended) {
@@ -137,8 +137,7 @@ int run(const SubmitFlags& flags) {
     return request_fault_code(request.error(), flags.job);
   }
   if (flags.job.threads != 0) {
-    std::fprintf(stderr,
-                 "note: --threads is for `tessera render`; a server's pool serves all jobs\n");
+    std::fprintf(stderr, "note: --threads has no effect; it is for `tessera render`\n");
   }
   auto client = ApiClient::connect(flags.server.url, flags.server.key);
   if (!client) {
@@ -180,9 +179,10 @@ int submit(const Args& args) {
   SubmitFlags flags;
   add_job_flags(app, flags.job,
                 "Built-in scene, scene id, a .glb, .gltf or .zip file, or a folder with a model");
-  app.add_flag("--wait", flags.wait, "Follow the job; exit code 1 if it did not finish");
+  app.add_flag("--wait", flags.wait,
+               "Wait until the job has ended; exit code 1 if it did not finish");
   app.add_option("--name", flags.name, "Display name of the job")->type_name("TEXT");
-  app.add_option("--label", flags.labels, "Label to find it by; may be repeated")
+  app.add_option("--label", flags.labels, "Label for finding the job; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   app.add_option("--priority", flags.priority, "-100 to 100; higher is served first")

@@ -1,11 +1,12 @@
-/// What `submit` and `batch` share.
+/// Code shared by `submit` and `batch`.
 #pragma once
 
 #include <string>
 
 namespace cli {
 
-/// The same for every try of one call, so that a repeated request makes nothing twice.
+/// Returns a key that is the same for every attempt of one call, so that a repeated request creates
+/// nothing twice.
 std::string idempotency_key();
 
 }  // namespace cli

@@ -24,7 +24,7 @@ TerminalSize terminal_size(std::FILE* out) {
 
 bool speaks_utf8() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
-    const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nobody sets it.
+    const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): never set.
     if (value != nullptr && *value != 0) {
       const std::string_view text = value;
       return text.find("UTF-8") != std::string_view::npos ||

@@ -1,4 +1,4 @@
-/// What is known about the terminal behind a stream.
+/// Properties of the terminal behind a stream.
 #pragma once
 
 #include <csignal>
@@ -9,21 +9,20 @@ namespace cli {
 struct TerminalSize {
   int columns = 80;
   int rows = 24;
-  int width_px = 0;  ///< of the whole text area; 0: the terminal does not say
+  int width_px = 0;  ///< of the whole text area; 0: unknown
   int height_px = 0;
 
   bool operator==(const TerminalSize&) const = default;
 };
 
 bool is_terminal(std::FILE* out);
-/// 80 by 24 cells where `out` is no terminal or does not say.
+/// Returns 80 by 24 cells if `out` is not a terminal or its size is unknown.
 TerminalSize terminal_size(std::FILE* out);
-/// By LC_ALL, LC_CTYPE and LANG.
+/// Decides by LC_ALL, LC_CTYPE and LANG.
 bool speaks_utf8();
 
-/// While it lives, a signal that would end the process (Ctrl-C, a closed terminal) waits in this
-/// thread: what is written meanwhile comes out whole, and ends with colours and cursor as they
-/// were.
+/// Blocks signals that would end the process (Ctrl-C, a closed terminal) in this thread during its
+/// lifetime: output is written completely, and leaves colours and cursor in their normal state.
 class SignalsHeld {
  public:
   SignalsHeld();

@@ -59,7 +59,7 @@ class Packet {
 
 std::string system_text() { return std::generic_category().message(errno); }
 
-/// HOST and PORT; both empty when the text has another form.
+/// Returns HOST and PORT; both empty if the text has another form.
 std::pair<std::string, std::string> parts_of(const std::string& address) {
   const auto colon = address.rfind(':');
   if (colon == std::string::npos || colon == 0 || colon + 1 == address.size()) {
@@ -113,12 +113,11 @@ bool is_tev_address(const std::string& address) { return !parts_of(address).firs
 core::Result<TevConnection> TevConnection::open(const std::string& address) {
   const auto [host, port] = parts_of(address);
   if (host.empty()) {
-    return Error{ErrorCode::kInvalidArgument, "\"" + address + "\" is no HOST:PORT", "--tev"};
+    return Error{ErrorCode::kInvalidArgument, "\"" + address + "\" is not HOST:PORT", "--tev"};
   }
   const Error nobody{ErrorCode::kUnavailable,
                      "cannot reach tev at " + address +
-                         ". Start it first, or name another address with --tev "
-                         "HOST:PORT",
+                         ". Start it first, or give another address with --tev HOST:PORT",
                      ""};
   addrinfo hints = {};
   hints.ai_socktype = SOCK_STREAM;
@@ -167,10 +166,10 @@ core::Status TevConnection::send(std::string_view packet) {
     }
     if (sent < 0) {
       const bool stuck = errno == EAGAIN;  // SO_SNDTIMEO
-      return Error{
-          ErrorCode::kUnavailable,
-          stuck ? std::string("tev takes no more tiles") : "tev is gone (" + system_text() + ")",
-          ""};
+      return Error{ErrorCode::kUnavailable,
+                   stuck ? std::string("tev accepts no more tiles")
+                         : "tev has closed the connection (" + system_text() + ")",
+                   ""};
     }
     packet.remove_prefix(static_cast<std::size_t>(sent));
   }

@@ -1,6 +1,6 @@
-/// Speaks to the image viewer tev (https://github.com/Tom94/tev, "Over the Network"): packets
-/// [u32 length in bytes, itself included][u8 operation][payload], integers and floats little
-/// endian, strings ended by a zero byte, arrays element after element.
+/// Protocol of the image viewer tev (https://github.com/Tom94/tev, "Over the Network"): packets
+/// [u32 length in bytes, including itself][u8 operation][payload], integers and floats little
+/// endian, strings ended by a zero byte, arrays element by element.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ namespace cli {
 
 inline constexpr std::string_view kTevAddress = "127.0.0.1:14158";
 
-/// CreateImage (operation 4): opens a black image, in place of one of the same name, and shows it.
+/// CreateImage (operation 4): opens a black image, replacing one of the same name, and shows it.
 /// channels: "R", "G", "B", "A" are the colours.
 std::string tev_create_image(std::string_view name, int width, int height,
                              std::span<const std::string_view> channels);
@@ -31,13 +31,13 @@ std::string tev_update_image(std::string_view name, const TevRect& rect,
                              std::span<const std::string_view> channels,
                              std::span<const float> values);
 
-/// Whether it is HOST:PORT, an IPv6 host in brackets.
+/// Returns whether the address is HOST:PORT; an IPv6 host needs brackets.
 bool is_tev_address(const std::string& address);
 
 class TevConnection {
  public:
-  /// Errors: kInvalidArgument when it is no address; kUnavailable when nothing listens there, with
-  /// what to do.
+  /// Errors: kInvalidArgument for an invalid address; kUnavailable if nothing listens there, with
+  /// advice.
   static core::Result<TevConnection> open(const std::string& address);
   ~TevConnection();
   TevConnection(TevConnection&& other) noexcept;
@@ -45,7 +45,7 @@ class TevConnection {
   TevConnection(const TevConnection&) = delete;
   TevConnection& operator=(const TevConnection&) = delete;
 
-  /// Errors: kUnavailable when tev has closed the connection or takes nothing for ten seconds.
+  /// Errors: kUnavailable when tev has closed the connection or accepts no data for ten seconds.
   core::Status send(std::string_view packet);
 
  private:

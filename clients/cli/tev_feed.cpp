@@ -16,7 +16,7 @@ using core::Error;
 using core::ErrorCode;
 
 constexpr std::array<std::string_view, 4> kChannels = {"R", "G", "B", "A"};
-// A job that waits or pauses sends nothing: the connection is then made anew.
+// A queued or paused job sends nothing; the connection is then reopened.
 constexpr std::chrono::seconds kSilenceMax{60};
 constexpr std::chrono::milliseconds kPause{200};
 constexpr int kPausesBetweenTries = 5;
@@ -48,7 +48,7 @@ TevFeed::TevFeed(std::unique_ptr<ApiClient> client, std::string path, TevConnect
       tev_(std::move(tev)),
       name_("tessera " + text_at(job, "id")),
       rect_(picture_rect(job)) {
-  const SignalsHeld inherited;  // signals are for the thread that draws
+  const SignalsHeld inherited;  // signals go to the main thread
   thread_ = std::thread([this] { follow(); });
 }
 
@@ -73,7 +73,7 @@ void TevFeed::follow() {
     if (ended && *ended) {
       return;
     }
-    // A stream that breaks off is a server that restarts, unless there is nothing more to come.
+    // An interrupted stream means that the server restarts, unless the job has ended.
     const bool final = !ended && (ended.error().code != ErrorCode::kUnavailable || job_ended_);
     if (final) {
       const core::MutexLock lock(mutex_);

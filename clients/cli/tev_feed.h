@@ -1,4 +1,4 @@
-/// The tiles of a job, as they come, to the image viewer tev.
+/// Sends the tiles of a job to the image viewer tev as they arrive.
 #pragma once
 
 #include <atomic>
@@ -15,21 +15,21 @@
 
 namespace cli {
 
-/// Where the picture lies on the full film, in pixels: its crop, or the whole.
+/// Returns the image's rectangle on the full film, in pixels: its crop, or the whole.
 TevRect picture_rect(const Json& job);
 
-/// Follows the stream of tiles in a thread of its own, through lost connections.
+/// Follows the stream of tiles in its own thread, across lost connections.
 class TevFeed {
  public:
-  /// client: for this alone. job: as the service shows it.
+  /// client: used only by this object. job: as returned by the server.
   TevFeed(std::unique_ptr<ApiClient> client, std::string path, TevConnection tev, const Json& job);
   /// Does not wait for the end of the job.
   ~TevFeed();
   TevFeed(const TevFeed&) = delete;
   TevFeed& operator=(const TevFeed&) = delete;
 
-  /// After the end of the job: waits until its last tile is sent. The error is what kept tev from
-  /// showing it all.
+  /// Call after the end of the job: waits until its last tile is sent. Errors: why tev does not
+  /// show all of it.
   core::Status finish();
 
  private:

@@ -26,7 +26,7 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t at, std::size_t 
 }
 
 Error broken(const char* why) {
-  return Error{ErrorCode::kInvalidArgument, std::string("the stream of tiles is broken: ") + why,
+  return Error{ErrorCode::kInvalidArgument, std::string("the stream of tiles is invalid: ") + why,
                ""};
 }
 
@@ -41,7 +41,7 @@ core::Result<TileFrame> read_frame(std::string_view header, std::string_view pay
   frame.has_alpha = (flags & kAlpha) != 0;
   if (crc32(0, reinterpret_cast<const Bytef*>(payload.data()), static_cast<uInt>(payload.size())) !=
       little_endian(header, 28, 4)) {
-    return broken("a check sum differs");
+    return broken("a checksum is wrong");
   }
   if (frame.is_end) {
     return frame;
@@ -49,7 +49,7 @@ core::Result<TileFrame> read_frame(std::string_view header, std::string_view pay
   const std::size_t count =
       static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
   if (payload.size() != count * sizeof(float) * (frame.has_alpha ? kAlphaPlane + 1 : kAlphaPlane)) {
-    return broken("a tile has another size than it says");
+    return broken("a tile does not have its stated size");
   }
   const auto add_planes = [&](std::size_t first, std::size_t planes) {
     for (std::size_t i = first * count; i < (first + planes) * count; ++i) {
@@ -73,7 +73,7 @@ core::Result<std::vector<TileFrame>> TileParser::feed(std::string_view piece) {
     const std::string_view rest = std::string_view(pending_).substr(at);
     const std::size_t size = little_endian(rest, 4, 4);
     if (!rest.starts_with(std::string_view("TSR1", 4)) || size > kPayloadMax) {
-      return broken("no tile begins where one should");
+      return broken("a tile does not begin as expected");
     }
     if (rest.size() < kHeaderBytes + size) {
       break;

@@ -1,4 +1,4 @@
-/// Reads application/vnd.tessera.tiles that comes in pieces: the linear tiles of a job.
+/// Parses application/vnd.tessera.tiles that arrives in pieces: the linear tiles of a job.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ struct TileFrame {
 
 class TileParser {
  public:
-  /// The frames that are complete with this piece. Errors: kInvalidArgument for what is no tile
-  /// stream or has a wrong check sum; nothing more can be read then.
+  /// Returns the frames completed by this piece. Errors: kInvalidArgument if it is not a tile
+  /// stream or a checksum is wrong; nothing more can be read then.
   core::Result<std::vector<TileFrame>> feed(std::string_view piece);
-  /// Forgets the half-read frame of a connection that broke off.
+  /// Discards the incomplete frame of an interrupted connection.
   void restart() { pending_.clear(); }
 
  private:

@@ -32,12 +32,12 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
   }
   std::string id = text_at(parse_object(reply->body), "id");
   if (id.empty()) {
-    return Error{ErrorCode::kInternal, "the server's answer names no scene", ""};
+    return Error{ErrorCode::kInternal, "the server's response contains no scene id", ""};
   }
   return id;
 }
 
-/// The file's name goes along, so that lists have one.
+/// Adds the file's name for lists of scenes.
 std::string scenes_path(const std::string& file) {
   return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1));
 }
@@ -89,7 +89,7 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
   }
   const bool zip = extension == "zip";
   if (!zip && extension != "glb") {
-    return Error{ErrorCode::kUnsupportedFormat, "a scene is a .glb, .gltf or .zip file", path};
+    return Error{ErrorCode::kUnsupportedFormat, "a scene must be a .glb, .gltf or .zip file", path};
   }
   return scene_id_of(
       client.post(scenes_path(path), *bytes, zip ? "application/zip" : "model/gltf-binary"));

@@ -1,4 +1,4 @@
-/// Bringing files to the server.
+/// Uploads of files to the server.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace cli {
 
-/// The asset id of the file, sent only if the server does not have it yet.
+/// Returns the asset id of the file; uploads it only if the server does not have it.
 core::Result<std::string> upload_asset(ApiClient& client, const std::string& path);
 
-/// The scene id for a .glb, .zip or .gltf file; of the last the files it names are sent along, from
+/// Returns the scene id for a .glb, .zip or .gltf file; uploads the side files of a .gltf too, from
 /// its own folder only.
 core::Result<std::string> upload_scene(ApiClient& client, const std::string& path);
 

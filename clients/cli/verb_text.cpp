@@ -39,7 +39,7 @@ void share_choices(std::span<VerbText> verbs) {
     for (std::vector<OptionText>* options : {&verb.operands, &verb.options}) {
       for (OptionText& option : *options) {
         const auto* found = choices_for(option, verb.choices);
-        // An operand's name says little beyond its verb.
+        // Operands with the same name may differ between verbs, so only options share choices.
         for (std::size_t i = 0; options == &verb.options && found == nullptr && i < verbs.size();
              ++i) {
           found = choices_for(option, verbs[i].choices);

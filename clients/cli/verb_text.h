@@ -1,4 +1,4 @@
-/// The texts of all verbs, for completions and the manual page: each verb describes itself
+/// Texts of all verbs, for completions and the manual page: each verb describes itself
 /// (flags::describe()).
 #pragma once
 
@@ -24,7 +24,7 @@ struct OptionText {
   std::string variable;
   std::string preset;
   bool repeats = false;
-  std::vector<std::string> choices = {};  ///< empty: anything
+  std::vector<std::string> choices = {};  ///< empty: any value
 };
 
 struct VerbText {
@@ -33,17 +33,18 @@ struct VerbText {
   std::string text;     ///< sentences
   std::vector<OptionText> operands;
   std::vector<OptionText> options;
-  Choices choices;  ///< as the verb tells them
+  Choices choices;  ///< as reported by the verb
 };
 
-/// Reads the line of flags::describe(). Errors: kInvalidArgument.
+/// Parses the line of flags::describe(). Errors: kInvalidArgument.
 core::Result<VerbText> read_verb_text(const Verb& verb, const std::string& json);
 
-/// Gives every option and operand its choices: those that its verb tells, else those of the first
-/// verb that tells any. Client verbs, which have no registries, so get what the renderer says.
+/// Sets the choices of every option and operand: those reported by its verb, and for options
+/// otherwise those of the first verb that reports any. Client verbs have no registries and thus get
+/// the renderer's.
 void share_choices(std::span<VerbText> verbs);
 
-/// Asks this very program about each of its verbs. Errors: those of starting it.
+/// Runs this program with --describe for each verb. Errors: those of starting it.
 core::Result<std::vector<VerbText>> describe_verbs();
 
 }  // namespace cli

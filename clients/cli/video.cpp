@@ -17,10 +17,10 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// False: the other end is closed.
+/// Returns false if the other end is closed.
 bool send_all(int socket, std::string_view bytes) {
   while (!bytes.empty()) {
-    // No SIGPIPE where ffmpeg has gone.
+    // Avoids SIGPIPE when ffmpeg has exited.
     const ssize_t sent = send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno != EINTR) {
       return false;
@@ -30,14 +30,14 @@ bool send_all(int socket, std::string_view bytes) {
   return true;
 }
 
-/// Starts ffmpeg with `input` as its standard input. 0 or an errno.
+/// Starts ffmpeg with `input` as its standard input. Returns 0 or an errno.
 int spawn_ffmpeg(const VideoOptions& options, int input, pid_t& child) {
   std::vector<std::string> words = {
       "ffmpeg", "-hide_banner", "-loglevel", "error", "-y",
-      // The images, back to back.
+      // The images are concatenated.
       "-f", "image2pipe", "-framerate", std::to_string(options.frames_per_second), "-c:v", "png",
       "-i", "-",
-      // Players want even sides and chroma of half the resolution.
+      // Players require even sides and chroma of half the resolution.
       "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "file:" + options.output};
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);
@@ -53,7 +53,7 @@ int spawn_ffmpeg(const VideoOptions& options, int input, pid_t& child) {
   return code;
 }
 
-/// Did the process end well?
+/// Returns whether the process ended successfully.
 bool ends_well(pid_t child) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
@@ -70,7 +70,7 @@ core::Status write_video(const VideoOptions& options, std::size_t count,
                          const std::function<core::Result<std::string>(std::size_t)>& frame) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    return Error{ErrorCode::kInternal, "no pipe to ffmpeg could be made", ""};
+    return Error{ErrorCode::kInternal, "cannot create a pipe to ffmpeg", ""};
   }
   pid_t child = 0;
   const int code = spawn_ffmpeg(options, ends[1], child);
@@ -88,7 +88,7 @@ core::Status write_video(const VideoOptions& options, std::size_t count,
     if (!png) {
       result = png.error();
     } else if (!send_all(ends[0], *png)) {
-      break;  // ffmpeg has ended, and its exit code says why
+      break;  // ffmpeg has ended; its exit code is checked below
     }
   }
   close(ends[0]);

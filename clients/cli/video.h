@@ -1,4 +1,4 @@
-/// Videos, written by ffmpeg where it is installed.
+/// Videos, written by ffmpeg if it is installed.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@
 namespace cli {
 
 struct VideoOptions {
-  std::string output;  ///< its extension chooses the format: .mp4, .webm; replaced if it exists
+  std::string output;  ///< its extension selects the format: .mp4, .webm; replaced if it exists
   double frames_per_second = 24;
 };
 
-/// Writes a video of `count` PNG images, which frame(i) gives in order. Errors: kNotFound where no
-/// ffmpeg is on the PATH; kInternal where it fails, which it explains on stderr; those of frame().
-/// After an error there is no output.
+/// Writes a video of `count` PNG images, which frame(i) returns in order. Errors: kNotFound if
+/// ffmpeg is not on the PATH; kInternal if it fails, which it explains on stderr; those of frame().
+/// Leaves no output after an error.
 core::Status write_video(const VideoOptions& options, std::size_t count,
                          const std::function<core::Result<std::string>(std::size_t)>& frame);
 

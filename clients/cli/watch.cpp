@@ -32,7 +32,7 @@ int refuse(const std::string& why) {
   return kWrongUsage;
 }
 
-/// Every event as a line of JSON: {"event": "progress", "data": {...}}.
+/// Prints every event as a line of JSON: {"event": "progress", "data": {...}}.
 core::Result<Json> follow_as_json(ApiClient& client, const std::string& path) {
   Follower follower;
   follower.on_event = [](const ServerEvent& event) {
@@ -85,7 +85,7 @@ core::Result<Watched> follow(ApiClient& client, const std::string& path, const W
   return end;
 }
 
-/// Starts to send the tiles to tev, which must be there.
+/// Starts sending tiles to tev, which must be running.
 core::Result<std::unique_ptr<TevFeed>> feed_tev(ApiClient& client, const std::string& path,
                                                 const WatchFlags& flags) {
   auto tev = TevConnection::open(flags.tev);
@@ -142,11 +142,11 @@ int run(const WatchFlags& flags, std::optional<PictureWay> way) {
 int check_and_run(const WatchFlags& flags) {
   if (!flags.tev.empty() && !is_tev_address(flags.tev)) {
     return refuse("\"" + flags.tev +
-                  "\" is no HOST:PORT for --tev; for its usual place give the job first: tessera "
-                  "watch JOB --tev");
+                  "\" is not HOST:PORT for --tev; to use its default address, give the job first: "
+                  "tessera watch JOB --tev");
   }
   if (flags.picture.empty()) {
-    return flags.final_only ? refuse("--final is about --picture") : run(flags, std::nullopt);
+    return flags.final_only ? refuse("--final requires --picture") : run(flags, std::nullopt);
   }
   const auto way = choose_picture_way(flags.picture, [](const char* name) -> const char* {
     return std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads.
@@ -156,9 +156,8 @@ int check_and_run(const WatchFlags& flags) {
   }
   if (!is_terminal(stdout) && !flags.final_only) {
     return refuse(
-        "--picture redraws in a terminal, and the output is none; with --final one image is "
-        "drawn "
-        "when the job has ended");
+        "--picture redraws in a terminal, but the output is not one; with --final one image is "
+        "drawn when the job has ended");
   }
   const bool guessed = flags.picture == "auto" && !is_terminal(stdout);
   return run(flags, guessed ? PictureWay::kBlocks : *way);
@@ -171,16 +170,16 @@ int watch(const Args& args) {
       "Follows a job until it ends. Exit code 0 if it finished, 1 if it failed or was cancelled.",
       "tessera watch");
   WatchFlags flags;
-  app.add_option("id", flags.id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", flags.id, "Job (the newest)")->type_name("ID");
   auto* json = app.add_flag("--json", flags.json, "Print every event as a line of JSON");
   app.add_flag("--picture{auto}", flags.picture,
                "Draw the image in the terminal while it converges; --picture=blocks, =sixel or "
-               "=kitty says how")
+               "=kitty selects how")
       ->excludes(json);
   app.add_flag("--final", flags.final_only,
                "With --picture: draw once, when finished (works in pipes)")
       ->excludes(json);
-  app.add_option("--tev", flags.tev, "Show the linear tiles in the image viewer tev as they come")
+  app.add_option("--tev", flags.tev, "Show the linear tiles in the image viewer tev as they arrive")
       ->expected(0, 1)
       ->default_str(std::string(kTevAddress))
       ->type_name("HOST:PORT");

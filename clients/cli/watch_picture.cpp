@@ -15,7 +15,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kBetweenPictures{330};
-// A slow terminal or a far server gets at most this share of the time: one part in four.
+// Limits drawing to one part in four of the time on a slow terminal or connection.
 constexpr int kRestAfterWork = 3;
 
 core::Result<std::string> get_png(ApiClient& client, const std::string& path,
@@ -34,7 +34,7 @@ core::Status draw_newest(PictureScreen& screen, ApiClient& pictures, const std::
   return png ? screen.draw(plan, *png) : core::Status(png.error());
 }
 
-/// Draws when something is new and the last time is long enough ago.
+/// Redraws when there is a new image and enough time has passed.
 class Redraw {
  public:
   Redraw(PictureScreen& screen, ApiClient& pictures, std::string path, ProgressPrinter& printer)
@@ -88,7 +88,7 @@ core::Result<Watched> follow_with_picture(ApiClient& client, ApiClient& pictures
       job.update(parse_object(event.data));
     }
     if (is_final_state(text_at(job, "state"))) {
-      return;  // the last picture is drawn after the end
+      return;  // the last image is drawn after the end
     }
     redraw.draw_if_due();
     if (event.type != "tile" && !job.empty()) {
@@ -115,8 +115,7 @@ core::Status draw_once(ApiClient& client, const std::string& path, PictureWay wa
     const auto told = std::strtol(columns, nullptr, 10);
     size.columns = told > 0 && told < 10000 ? static_cast<int>(told) : size.columns;
   }
-  size.rows =
-      size.columns;  // nothing is redrawn: the width alone decides, for all but tall pictures
+  size.rows = size.columns;  // no redraw, so only the width limits the size, except for tall images
   const PicturePlan plan = plan_picture(way, film, size);
   const auto png = get_png(client, path, plan);
   if (!png) {

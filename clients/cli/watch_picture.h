@@ -1,4 +1,4 @@
-/// `tessera watch --picture`: the picture of a job in the terminal while it converges.
+/// `tessera watch --picture`: shows the image of a job in the terminal while it converges.
 #pragma once
 
 #include <string>
@@ -10,17 +10,17 @@
 namespace cli {
 
 struct Watched {
-  Json job;                                ///< at its end
-  core::Status drawn = core::ok_status();  ///< why there is no last picture
+  Json job;                                ///< after its end
+  core::Status drawn = core::ok_status();  ///< why the last image could not be drawn
 };
 
-/// follow_with_progress() with the picture above the bar, drawn anew when tiles came, at most three
-/// times a second. stdout is a terminal. pictures: a second connection, for the pictures alone.
+/// Runs follow_with_progress() with the image above the bar, redrawn when tiles arrive, at most
+/// three times per second. stdout is a terminal. pictures: a second connection, for the images
+/// alone.
 core::Result<Watched> follow_with_picture(ApiClient& client, ApiClient& pictures,
                                           const std::string& path, PictureWay way, Extent film);
 
-/// The picture as it is, once, on stdout, which may be a pipe (then as wide as COLUMNS says, or
-/// 80).
+/// Draws the current image once to stdout, which may be a pipe (then as wide as COLUMNS, or 80).
 core::Status draw_once(ApiClient& client, const std::string& path, PictureWay way, Extent film);
 
 }  // namespace cli

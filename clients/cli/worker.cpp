@@ -32,12 +32,12 @@ using core::ErrorCode;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// After so long a server that is busy or away is asked again: little beside a unit of seconds, and
-/// few requests for a server that has much to do.
+/// Wait before a busy or unreachable server is asked again: short compared to units of seconds, and
+/// few requests for a loaded server.
 constexpr std::chrono::milliseconds kAskAgain{200};
-/// An idle thread asks the broker twice a second, and ends so late when it is told to.
+/// How long an idle thread waits for the broker; also the delay with which it notices a stop.
 constexpr std::chrono::milliseconds kPull{500};
-/// A signal or an order is noticed so late.
+/// Delay with which signals and orders are noticed.
 constexpr std::chrono::milliseconds kTick{50};
 
 struct WorkerFlags {
@@ -77,14 +77,14 @@ std::string default_cache() {
   return base + "/tessera/worker";
 }
 
-/// A unit that a thread is busy with.
+/// A unit that a thread is processing.
 struct Held {
   std::string name;
   const queue::UnitPuller::Unit* unit = nullptr;
-  clockid_t clock{};     ///< CPU time that tells that it comes along: of the process while the job
-                         ///< is loaded, then of the thread
+  clockid_t clock{};     ///< CPU time that shows progress: of the process while the job is loaded,
+                         ///< then of the thread
   double start = 0;      ///< of that clock
-  double spent = 0;      ///< before
+  double spent = 0;      ///< before the clock was switched
   double reported = -1;  ///< as last reported
   std::stop_source stop;
 
@@ -106,24 +106,24 @@ class Worker {
                .threads = threads_,
                .isa = flags.isa == "native" ? std::string() : isa}) {}
 
-  /// Until it is stopped by a signal, or has had nothing to do for long.
+  /// Runs until a signal stops it, or until it has been idle for the idle time.
   int run(const sigset_t& signals);
 
  private:
   using Server = std::unique_ptr<ApiClient>;
   Server connect() const {
     auto made = ApiClient::connect(flags_.server.url, flags_.server.key);
-    return made ? *std::move(made) : nullptr;  // The address was checked with the flags.
+    return made ? *std::move(made) : nullptr;  // The flags have checked the address.
   }
   void work();
   void do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server);
-  /// Empty: it could not be rendered. Errors: why it is handed back.
+  /// Errors: why the unit is returned.
   core::Result<std::string> render(Held& held, const std::string& input, ApiClient& server);
-  /// Errors: kCancelled when it was stopped before the server had said what becomes of the result;
-  /// why the server does not take it.
+  /// Errors: kCancelled if it was stopped before the server's response; why the server refuses the
+  /// result.
   core::Status deliver(const Held& held, const std::string& result, ApiClient& server);
   void hand_back(const std::string& name, const std::string& fault, ApiClient& server) const;
-  /// Returns how long to wait until the next one.
+  /// Returns the time until the next report.
   double report(ApiClient& server);
   bool is_idle();
 
@@ -135,7 +135,7 @@ class Worker {
   WorkerJobs jobs_;
   std::atomic<bool> is_suitable_ = false;
   std::atomic<bool> is_draining_ = false;
-  std::string told_;  ///< the latest complaint; of the reporting thread
+  std::string told_;  ///< the latest complaint; used by the reporting thread
   std::mutex mutex_;
   std::vector<Held*> held_;                // guarded by mutex_
   Clock::time_point busy_ = Clock::now();  // guarded by mutex_
@@ -180,7 +180,7 @@ double Worker::report(ApiClient& server) {
   }
   const json orders = json::parse(reply->body, nullptr, false);
   if (!orders.is_object() || !orders.contains("suitable") || !orders.contains("dropped")) {
-    tell("the server's answer is not understood");
+    tell("the server's response is invalid");
     return kAskAgainSeconds;
   }
   is_suitable_ = orders["suitable"] == true;
@@ -222,7 +222,7 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
     std::this_thread::sleep_for(kAskAgain);
     return;
   }
-  if (!input) {  // It is done, or another worker has it.
+  if (!input) {  // It is done, or another worker holds it.
     unit.done();
     return;
   }
@@ -239,7 +239,7 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
   const core::Status delivered =
       result ? deliver(held, *result, server) : core::Status(result.error());
   if (!delivered) {
-    // Dropped by the server, by the end of the grace time, or with its job: no fault.
+    // Dropped by the server, at the end of the grace time, or with its job: not a fault.
     const bool is_dropped =
         held.stop.stop_requested() || delivered.error().code == ErrorCode::kNotFound;
     hand_back(held.name, is_dropped ? "" : delivered.error().message, server);
@@ -281,7 +281,7 @@ core::Status Worker::deliver(const Held& held, const std::string& result, ApiCli
                                 "application/octet-stream");
     if (put || put.error().code == ErrorCode::kNotFound ||
         put.error().code == ErrorCode::kConflict) {
-      return core::ok_status();  // It is in the film, or nobody needs it any more.
+      return core::ok_status();  // The result is in the film, or no longer needed.
     }
     if (put.error().code != ErrorCode::kUnavailable) {
       return put.error();
@@ -296,7 +296,7 @@ void Worker::hand_back(const std::string& name, const std::string& fault, ApiCli
   if (!fault.empty()) {
     std::fprintf(stderr, "tessera worker: %s: %s\n", name.c_str(), fault.c_str());
   }
-  // Where the server does not hear of it the lease runs out.
+  // If the server does not receive it, the lease expires.
   static_cast<void>(
       server.post("/v1/work/units/" + name + "/hand-back",
                   json{{"worker", id_}, {"fault", fault.substr(0, kFaultCharacters)}}.dump(
@@ -347,7 +347,7 @@ int start(const WorkerFlags& flags) {
   if (!isa) {
     return complain("worker", {isa.error().code, isa.error().message, "--isa"});
   }
-  // Signals are taken by sigtimedwait() in this thread; all others inherit the mask.
+  // This thread takes signals by sigtimedwait(); all others inherit the mask.
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
@@ -367,11 +367,10 @@ int worker(const Args& args) {
   WorkerFlags flags;
   flags.cache = default_cache();
   CLI::App app(
-      "Renders parts of the images of a server that was started with --queue. Joins and leaves "
-      "at "
-      "any\ntime: SIGTERM lets it finish what it has.",
+      "Renders parts of the images of a server that was started with --queue. Joins and leaves at "
+      "any\ntime: after SIGTERM it finishes its parts.",
       "tessera worker");
-  app.add_option("--queue", flags.queue.url, "NATS server that hands the parts out")
+  app.add_option("--queue", flags.queue.url, "NATS server that distributes the parts")
       ->envname("TESSERA_QUEUE")
       ->required()
       ->check(CLI::Validator(
@@ -384,37 +383,40 @@ int worker(const Args& args) {
   app.add_option("--queue-creds", flags.queue.credentials, "Credentials (JWT and seed) for --queue")
       ->envname("TESSERA_QUEUE_CREDS")
       ->type_name("FILE");
-  app.add_option("--queue-ca", flags.queue.ca, "Certificates (PEM) that --queue is checked with")
+  app.add_option("--queue-ca", flags.queue.ca,
+                 "CA certificates (PEM) that verify the server of --queue")
       ->envname("TESSERA_QUEUE_CA")
       ->type_name("FILE");
   add_server_flags(app, flags.server);
-  app.add_option("--threads", flags.threads, "Parts at a time; 0: as many as the machine has cores")
+  app.add_option("--threads", flags.threads,
+                 "Concurrent parts; 0: as many as the machine has cores")
       ->envname("TESSERA_THREADS")
       ->capture_default_str()
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--cache", flags.cache, "Folder for files of scenes")
+  app.add_option("--cache", flags.cache, "Folder for cached scene files")
       ->envname("TESSERA_CACHE")
       ->default_str("$XDG_CACHE_HOME/tessera/worker")
       ->type_name("DIR");
-  app.add_option("--cache-size", flags.cache_bytes, "Files beyond it go, the oldest first")
+  app.add_option("--cache-size", flags.cache_bytes,
+                 "Maximum size of the cache; the oldest files are removed first")
       ->envname("TESSERA_CACHE_SIZE")
       ->default_str("10G")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");
-  app.add_option("--idle", flags.idle_seconds, "Leave after so long without work; 0: never")
+  app.add_option("--idle", flags.idle_seconds, "Exit after this time without work; 0: never")
       ->envname("TESSERA_IDLE")
       ->capture_default_str()
       ->check(within(0, 1e9))
       ->type_name("SECONDS");
   app.add_option("--grace", flags.grace_seconds,
-                 "After SIGTERM: what is not finished by then is handed back")
+                 "Time after SIGTERM to finish parts; others are returned")
       ->envname("TESSERA_GRACE")
       ->capture_default_str()
       ->check(within(0, 3600))
       ->type_name("SECONDS");
   app.add_option("--isa", flags.isa,
-                 "Instruction set Embree is held to: native, sse2, sse4.2, avx, avx2, avx512")
+                 "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512")
       ->envname("TESSERA_ISA")
       ->capture_default_str()
       ->type_name("NAME");

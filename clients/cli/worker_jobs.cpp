@@ -26,7 +26,7 @@ using core::ErrorCode;
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// Jobs whose units come in turns; each holds its scene.
+/// Jobs kept loaded, since units of several jobs alternate; each holds its scene.
 constexpr std::size_t kLoadedMax = 4;
 
 std::span<const std::byte> bytes_of(const std::string& text) {
@@ -44,7 +44,7 @@ core::Result<std::string> WorkerJobs::file(const std::string& job, const std::st
                                            ApiClient& server) {
   const fs::path path = fs::path(options_.folder) / id;
   if (auto kept = read_file(path.string()); kept && sha256_hex(*kept) == id) {
-    std::error_code ignored;  // A file that is not touched goes earlier, no more.
+    std::error_code ignored;  // On failure the file is only removed earlier.
     fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
     return kept;
   }
@@ -53,12 +53,12 @@ core::Result<std::string> WorkerJobs::file(const std::string& job, const std::st
     return reply.error();
   }
   if (sha256_hex(reply->body) != id) {
-    return Error{ErrorCode::kUnavailable, "the file came damaged", id};
+    return Error{ErrorCode::kUnavailable, "the file arrived damaged", id};
   }
   std::error_code code;
   fs::create_directories(options_.folder, code);
   if (code) {
-    return Error{ErrorCode::kInternal, "cannot be made: " + code.message(), options_.folder};
+    return Error{ErrorCode::kInternal, "cannot be created: " + code.message(), options_.folder};
   }
   if (const auto written = write_file(path.string(), reply->body); !written) {
     return written.error();
@@ -67,7 +67,7 @@ core::Result<std::string> WorkerJobs::file(const std::string& job, const std::st
   return std::move(reply->body);
 }
 
-/// The files that were not used for longest go first.
+/// Removes the least recently used files first.
 void WorkerJobs::keep_within_bounds(const fs::path& newest) const {
   struct Kept {
     fs::file_time_type used;
@@ -116,8 +116,8 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   const auto parsed =
       is_whole ? api::parse_job(inputs["spec"].dump()) : api::parse_job(std::string_view());
   if (!parsed) {
-    return Error{ErrorCode::kInternal,
-                 "the server's job is not understood: " + parsed.problem().detail, ""};
+    return Error{ErrorCode::kInternal, "the server's job is invalid: " + parsed.problem().detail,
+                 ""};
   }
   const api::JobSpec& spec = parsed->spec;
   std::map<std::string, core::SharedBytes> files;

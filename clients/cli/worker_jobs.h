@@ -1,6 +1,5 @@
-/// WorkerJobs: the renderers of the jobs that a worker has units of. Files come from the server by
-/// their hash and stay in a folder up to a number of bytes; loaded jobs stay in memory up to a
-/// number of them.
+/// WorkerJobs: renderers of the jobs whose units a worker holds. Files are fetched by their hash
+/// and cached in a folder of limited size; a limited number of jobs stays loaded.
 #pragma once
 
 #include <cstdint>
@@ -20,15 +19,15 @@ namespace cli {
 class WorkerJobs {
  public:
   struct Options {
-    std::string folder;  ///< made where it is missing
+    std::string folder;  ///< created if missing
     std::uint64_t folder_bytes_max = 0;
     int threads = 1;  ///< for acceleration structures
-    std::string isa;  ///< what Embree is held to; empty: nothing
+    std::string isa;  ///< instruction set that Embree is limited to; empty: no limit
   };
   explicit WorkerJobs(Options options) : options_(std::move(options)) {}
 
-  /// Loads the job where it is not loaded yet; one at a time. Errors: kNotFound when no unit of it
-  /// is open any more; kUnavailable when the server does not answer; those of loading.
+  /// Loads the job if necessary; one at a time. Errors: kNotFound when none of its units is open
+  /// any more; kUnavailable when the server does not answer; those of loading.
   core::Result<std::shared_ptr<core::UnitRenderer>> renderer(const std::string& job,
                                                              ApiClient& server);
 

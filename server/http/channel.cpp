@@ -17,7 +17,7 @@
 namespace server {
 namespace {
 
-/// True when an event came. Rounds up, so that a wait never ends before its deadline.
+/// Returns true if an event occurred. Rounds up, so that a wait never ends before its deadline.
 bool poll_until(int fd, short events, Clock::time_point deadline) {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
@@ -83,7 +83,7 @@ bool SocketChannel::write(std::initializer_list<std::string_view> pieces) {
   std::size_t count = 0;
   for (const std::string_view piece : pieces) {
     if (!piece.empty()) {
-      // sendmsg only reads through this pointer; the C interface has no const.
+      // sendmsg only reads through this pointer; the C interface lacks const.
       vectors[count++] = {.iov_base = const_cast<char*>(piece.data()), .iov_len = piece.size()};
     }
   }
@@ -116,7 +116,7 @@ bool SocketChannel::write(std::initializer_list<std::string_view> pieces) {
 
 bool SocketChannel::write_file(int file_fd, std::uint64_t offset, std::uint64_t size) {
   constexpr std::uint64_t kPieceBytes = 1U << 20U;
-  // sendfile has no flag against blocking.
+  // sendfile has no non-blocking flag.
   const int flags = ::fcntl(fd_, F_GETFL);
   ::fcntl(fd_, F_SETFL, flags | O_NONBLOCK);
   auto position = static_cast<off_t>(offset);

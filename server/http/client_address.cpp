@@ -48,7 +48,7 @@ void clear_from(Bytes& bytes, int bit) {
   }
 }
 
-/// One entry of X-Forwarded-For; some proxies add the port.
+/// Parses one entry of X-Forwarded-For; some proxies add the port.
 std::optional<Bytes> parse_hop(std::string_view text) {
   if (!text.empty() && text.front() == '[') {
     return parse_address(text.substr(1, std::min(text.find(']'), text.size()) - 1));

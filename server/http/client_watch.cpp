@@ -23,7 +23,7 @@ void set_option(int fd, int level, int name, int value) {
   ::setsockopt(fd, level, name, &value, sizeof(value));
 }
 
-/// A peer that vanished without a word is noticed by the kernel within about a minute.
+/// Makes the kernel detect a peer that vanished silently within about a minute.
 void probe_silent_peer(int fd) {
   set_option(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
   set_option(fd, IPPROTO_TCP, TCP_KEEPIDLE, 20);
@@ -58,7 +58,7 @@ ClientWatch::Registration::Registration(ClientWatch& watch, int fd) : watch_(wat
     id_ = ++watch_.last_id_;
     watch_.states_.emplace(id_, state_);
   }
-  // After the insertion: either stop_all() finds the state, or the flag is seen here.
+  // Checked after the insertion: either stop_all() finds the state, or the flag is seen here.
   if (watch_.is_stopping()) {
     state_->stop.request_stop();
   }

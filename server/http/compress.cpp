@@ -15,7 +15,7 @@ struct GzipEncoder::State {
 };
 
 GzipEncoder::GzipEncoder() : state_(std::make_unique<State>()) {
-  constexpr int kGzipWindowBits = 15 + 16;  // 16 asks for the gzip wrapper.
+  constexpr int kGzipWindowBits = 15 + 16;  // 16 selects the gzip wrapper.
   constexpr int kMemoryLevel = 8;
   if (deflateInit2(&state_->stream, Z_BEST_SPEED, Z_DEFLATED, kGzipWindowBits, kMemoryLevel,
                    Z_DEFAULT_STRATEGY) != Z_OK) {
@@ -40,7 +40,7 @@ void GzipEncoder::run(std::string_view bytes, int flush, std::string& out) {
   do {
     const std::string_view piece = bytes.substr(0, kMaxInputBytes);
     bytes.remove_prefix(piece.size());
-    // zlib only reads through this pointer; its interface has no const here.
+    // zlib only reads through this pointer; its interface lacks const.
     stream.next_in =
         const_cast<unsigned char*>(reinterpret_cast<const unsigned char*>(piece.data()));
     stream.avail_in = static_cast<unsigned>(piece.size());

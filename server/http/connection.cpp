@@ -29,7 +29,7 @@ bool is_request_id(std::string_view text) {
          });
 }
 
-/// Finaliser of splitmix64: neighbouring counters give unrelated numbers.
+/// Finaliser of splitmix64: adjacent counters give unrelated numbers.
 std::uint64_t mix(std::uint64_t x) {
   x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9U;
   x = (x ^ (x >> 27U)) * 0x94D049BB133111EBU;
@@ -110,7 +110,7 @@ bool Connection::wait_for_request() {
   }
   inbox_.shrink();
   is_idle_ = true;
-  // After the flag: either stop_if_idle() sees it, or the stop is seen here.
+  // Checked after setting the flag: either stop_if_idle() sees the flag, or the stop is seen here.
   if (context_.watch.is_stopping()) {
     return false;
   }
@@ -135,7 +135,7 @@ bool Connection::read_head(Request& request, ParsedHead& parsed) {
   HeadScanner scanner(head_limits);
   bool may_skip_line = true;
   while (true) {
-    // RFC 9112 2.2: an empty line before a request is passed over, once.
+    // RFC 9112 2.2: one empty line before a request is skipped.
     if (may_skip_line && inbox_.unread().substr(0, 2) == "\r\n") {
       inbox_.consume(2);
       may_skip_line = false;
@@ -168,7 +168,7 @@ bool Connection::read_head(Request& request, ParsedHead& parsed) {
   }
   if (is_told_to_go_ && !parsed.refusal) {
     parsed.framing.wants_keep_alive = false;
-    // Of a body there may be a part, and no more will come.
+    // A body may have arrived in part, and no more of it will.
     if (parsed.framing.body != Framing::Body::kNone) {
       parsed.refusal = Refusal{.status = 503, .detail = std::string(kToldToGo)};
     }
@@ -214,7 +214,7 @@ Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, O
   }
   auto* stream = std::get_if<StreamBody>(&response.body);
   if (stream != nullptr && is_told_to_go_) {
-    // It would end at once: its client seems to have gone.
+    // The stream would end at once, since its client appears to be gone.
     response = problem_response(503, kToldToGo, request.path);
   } else if (stream != nullptr && !stream->slot) {
     stream->slot = context_.streams.try_enter(request.access.tenant);
@@ -224,7 +224,7 @@ Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, O
   }
   outcome.is_stream = place.is_of(context_.streams);
   if (const auto* body_stream = std::get_if<StreamBody>(&response.body)) {
-    // What is made as it is sent, and has a length, is an answer like others.
+    // Generated content of known length counts as an ordinary response.
     outcome.is_stream = outcome.is_stream || !body_stream->bytes;
     place = StreamSlot();
   }
@@ -373,8 +373,8 @@ void Connection::refuse(Request& request, const Refusal& refusal) {
   }
 }
 
-/// Closing with bytes unread makes the kernel reset the connection, and the client may then never
-/// see the answer. So what it still sends is read and thrown away for a moment.
+/// If bytes are unread when the socket closes, the kernel resets the connection, and the client may
+/// never see the response. Therefore reads and discards further input for a moment.
 void Connection::close_politely() {
   channel_.finish_writing();
   const auto deadline = Clock::now() + kLingerTime;

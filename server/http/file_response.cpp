@@ -15,7 +15,7 @@ namespace {
 
 constexpr RangeRequest kUnsatisfiable = {.kind = RangeRequest::Kind::kUnsatisfiable};
 
-/// If-Range asks for the part only while the representation is still the same, compared strongly.
+/// If-Range requests the part only if the representation is unchanged, by strong comparison.
 bool range_applies(const Request& request, std::string_view etag) {
   const auto if_range = request.header("If-Range");
   return !if_range || (trim(*if_range) != "*" && etag_matches_strongly(*if_range, etag));
@@ -28,7 +28,7 @@ RangeRequest asked_range(const Request& request, std::string_view etag, std::uin
              : RangeRequest{};
 }
 
-/// Sets what 200, 206 and 304 have in common; true: it is a 304.
+/// Sets the headers shared by 200, 206 and 304. Returns true for 304.
 bool is_answered(const Request& request, const std::string& etag, const std::string& cache_control,
                  Response& response) {
   const bool is_known = !etag.empty() && is_not_modified(request, etag);
@@ -53,7 +53,7 @@ Response unsatisfiable(const Request& request, std::uint64_t total_bytes) {
   return response;
 }
 
-/// Pre: range is a part.
+/// Pre: range is of kind kPart.
 void announce_part(const RangeRequest& range, std::uint64_t total_bytes, Response& response) {
   response.status = 206;
   response.headers.add("Content-Range", "bytes " + std::to_string(range.offset) + "-" +
@@ -83,7 +83,7 @@ RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes) {
   const std::string_view last_text = range.substr(dash + 1);
   if (!last && !last_text.empty() &&
       last_text.find_first_not_of("0123456789") == std::string_view::npos) {
-    last = UINT64_MAX;  // Too long for 64 bits, and so beyond every end.
+    last = UINT64_MAX;  // Does not fit in 64 bits, so beyond any end.
   }
   if (dash == 0) {
     if (!last || *last == 0) {

@@ -26,11 +26,11 @@
 namespace server {
 namespace {
 
-/// Threads beyond max_connections that answer probes, and tell others that the server is full.
+/// Threads beyond max_connections that answer probes and report that the server is full.
 constexpr int kProbeThreads = 16;
 
-/// The library's ThreadPool is of fixed size; this hands each connection to our pool. `enqueue`
-/// returns void in version 0.11 and bool in 0.18.
+/// The library's ThreadPool has a fixed size; this one passes each connection to our pool.
+/// `enqueue` returns void in version 0.11 and bool in 0.18.
 class PoolQueue final : public httplib::TaskQueue {
  public:
   using Enqueued = decltype(std::declval<httplib::TaskQueue&>().enqueue(std::function<void()>()));
@@ -38,24 +38,24 @@ class PoolQueue final : public httplib::TaskQueue {
   explicit PoolQueue(WorkerPool& pool) : pool_(pool) {}
 
   Enqueued enqueue(std::function<void()> task) override {
-    // Without a thread the task runs here, on the accepting one, which only refuses.
+    // If no thread is available, the task runs on this accepting thread, which only refuses.
     if (!pool_.submit(task)) {
       task();
     }
     return Enqueued(true);
   }
-  void shutdown() override {}  // The pool lives longer than the listener.
+  void shutdown() override {}  // The pool outlives the listener.
 
  private:
   WorkerPool& pool_;
 };
 
-/// What we use of the library: the socket, the accept loop, and one call per connection.
+/// The parts of the library in use: the socket, the accept loop, and one call per connection.
 class Listener final : public httplib::Server {
  public:
   Listener(WorkerPool& pool, std::function<void(int)> serve) : serve_(std::move(serve)) {
     new_task_queue = [&pool] { return new PoolQueue(pool); };
-    // The library would set SO_REUSEPORT, and two servers could then take the same port.
+    // The library would set SO_REUSEPORT, which lets two servers take the same port.
     set_socket_options([](socket_t fd) {
       const int on = 1;
       ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
@@ -68,24 +68,24 @@ class Listener final : public httplib::Server {
     }
   }
 
-  /// The port, or -1 with errno set.
+  /// Binds the port and returns it, or -1 with errno set.
   int bind(const std::string& host, int port, int backlog) {
     const int bound_port =
         port == 0 ? bind_to_any_port(host) : (bind_to_port(host, port) ? port : -1);
     is_bound_ = bound_port >= 0;
-    // The backlog of 5 that is compiled into the library drops connections in a burst.
+    // The library's fixed backlog of 5 drops connections in bursts.
     if (is_bound_ && ::listen(svr_sock_, backlog) != 0) {
       return -1;
     }
     return bound_port;
   }
-  /// Returns after stop_accepting(), or when accepting failed; the socket is then closed.
+  /// Returns after stop_accepting(), or when accepting fails; the socket is then closed.
   void accept_all() {
     has_run_ = true;
     listen_after_bind();
   }
-  /// From another thread. Only a shutdown: the accept loop closes the descriptor itself, so that
-  /// its number cannot be taken by another file in between.
+  /// Called from another thread. Only shuts the socket down: the accept loop closes the descriptor
+  /// itself, so that its number cannot be reused in between.
   void stop_accepting() {
     if (is_bound_) {
       ::shutdown(svr_sock_, SHUT_RDWR);
@@ -121,7 +121,7 @@ class HttpServer::Impl {
                 .waiting_of_address = options_.limits.max_waiting_of_address}),
         settings_{.tls = options_.tls,
                   .trusted_proxies = std::make_shared<const Networks>(options_.trusted_proxies)},
-        // Clients that were asked to leave hold a thread until they notice.
+        // Evicted clients hold a thread until they notice.
         pool_(options_.limits.max_connections + options_.limits.max_waiting + kProbeThreads) {
     // sendfile has no MSG_NOSIGNAL.
     std::signal(SIGPIPE, SIG_IGN);
@@ -136,8 +136,8 @@ class HttpServer::Impl {
     if (port < 0) {
       std::string reason = errno != 0 ? std::strerror(errno) : "the host is unknown";
       if (errno == EADDRINUSE) {
-        reason.append("; another program has this port: choose another by --port N, or any free ");
-        reason.append("one by --port 0");
+        reason.append("; another program uses this port: choose another with --port N, or any ");
+        reason.append("free one with --port 0");
       }
       return core::Error{.code = core::ErrorCode::kUnavailable,
                          .message = "cannot listen on " + options_.host + ":" +
@@ -161,7 +161,7 @@ class HttpServer::Impl {
     }
     while (!watch_.is_stopping()) {
       listener->accept_all();
-      // The library gives up accepting at the first error it does not know.
+      // The library stops accepting at the first error that it does not know.
       if (!watch_.is_stopping()) {
         listener = listen_again();
       }
@@ -239,7 +239,7 @@ class HttpServer::Impl {
     }
   }
 
-  /// On a thread of the pool, or on the accepting one if the pool is exhausted.
+  /// Runs on a thread of the pool, or on the accepting one if the pool is exhausted.
   void serve(int fd) {
     accepted_count_.fetch_add(1, std::memory_order_relaxed);
     if (std::this_thread::get_id() == accept_thread_) {
@@ -248,7 +248,7 @@ class HttpServer::Impl {
       return;
     }
     const int others = connection_count_.fetch_add(1) - lobby_.leaving_count();
-    // A waiting client makes room. If all are being served, none does.
+    // Evicts a waiting client to make room, unless all clients are being served.
     const bool is_full = others >= options_.limits.max_connections && !lobby_.evict_oldest();
     const auto service = is_full ? Connection::Service::kProbesOnly : Connection::Service::kFull;
     {
@@ -261,7 +261,7 @@ class HttpServer::Impl {
       try {
         connection.run();
       } catch (...) {
-        // No memory, outside of a handler: this connection ends, the others live.
+        // Out of memory outside a handler: this connection ends, the others continue.
       }
       core::MutexLock lock(mutex_);
       connections_.erase(&connection);
@@ -298,7 +298,7 @@ class HttpServer::Impl {
   StreamGate& streams_;
   StreamGate requests_;
   Lobby lobby_;
-  /// Half of the threads: a probe finds one however many wait.
+  /// Half of the threads, so that a probe finds one however many clients wait.
   Lobby probe_lobby_{{.waiting = kProbeThreads / 2, .waiting_of_address = kProbeThreads / 2}};
   ClientWatch watch_;
   std::atomic<int> connection_count_ = 0;
@@ -322,7 +322,7 @@ class HttpServer::Impl {
   std::shared_ptr<Listener> listener_ GUARDED_BY(mutex_);
   bool is_running_ GUARDED_BY(mutex_) = false;
   bool is_stopped_ GUARDED_BY(mutex_) = false;
-  WorkerPool pool_;  ///< Last: its destructor waits for tasks that use the others.
+  WorkerPool pool_;  ///< Last: its destructor waits for tasks that use the other members.
 };
 
 HttpServer::HttpServer(HttpOptions options, std::vector<Route> routes, StreamGate& streams)

@@ -14,7 +14,7 @@
 /// accepted connection. The versions in Debian 12 (0.11.4) and 13 (0.18.7) have flaws that no
 /// setting fixes, measured with raw sockets: endless header lines exhaust memory (0.11: 451 MB
 /// after 200 MB), a head sent byte by byte holds its thread for ever (both), chunked bodies exceed
-/// the size limit (0.11), Content-Length beside Transfer-Encoding is accepted (both) and a body
+/// the size limit (0.11), Content-Length with Transfer-Encoding is accepted (both) and a body
 /// that follows an early response is taken for the next request (0.11), compressed bodies are
 /// inflated past the limit (both), std::regex overflows the stack on a long Range or path (both), a
 /// listen backlog of 5 drops bursts (both), and the text of an exception is sent as a header

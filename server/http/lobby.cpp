@@ -76,8 +76,8 @@ void Lobby::forget(Guest& guest) {
   }
 }
 
-/// Under the mutex, so that the descriptor is still the guest's. What the client has sent already
-/// can still be read.
+/// Called with the mutex held, so that the descriptor still belongs to the guest. Data that the
+/// client has already sent can still be read.
 void Lobby::evict(Guest& guest) {
   forget(guest);
   guest.is_evicted_ = true;

@@ -1,10 +1,10 @@
-/// Lobby: connections that wait for a complete request head, and which of them to close when there
-/// are too many.
+/// Lobby: connections that wait for a complete request head; selects those to close when there are
+/// too many.
 ///
-/// Anybody can open connections, and nothing is known about a client before its first head is
-/// complete. A client that sends its head at once is here only for a moment; one that sends it
-/// slowly, or not at all, stays. Closing the oldest therefore makes a flood of slow clients close
-/// its own connections, and a request that arrives in one piece is always served.
+/// Any client can open connections, and nothing is known about it before its first head is
+/// complete. A client that sends its head at once stays here only for a moment; one that sends it
+/// slowly, or not at all, remains. Closing the oldest therefore makes a flood of slow clients close
+/// its own connections, while a request that arrives in one piece is always served.
 #pragma once
 
 #include <cstdint>

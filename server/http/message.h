@@ -123,9 +123,9 @@ class StreamWriter {
   /// Sends now, and blocks while the client reads slowly. Returns false once the client is gone,
   /// stalled, or cut off by shutdown: the producer must then return.
   virtual bool write(std::string_view bytes) = 0;
-  /// Whether the client closed its connection or stalled.
+  /// Returns whether the client closed its connection or stalled.
   virtual bool client_gone() const = 0;
-  /// Whether the server is shutting down: send one last write and return.
+  /// Returns whether the server is shutting down: send one last write and return.
   virtual bool stopping() const = 0;
   /// Requests a stop in both cases and wakes waits on it. Same token as Request::stop_token().
   virtual std::stop_token stop_token() const = 0;

@@ -7,7 +7,7 @@
 namespace server {
 namespace {
 
-/// Qualities are counted in thousandths: "0.5" is 500. Empty when malformed (RFC 9110 12.4.2).
+/// Parses a quality in thousandths: "0.5" is 500. Empty when malformed (RFC 9110 12.4.2).
 std::optional<int> parse_quality(std::string_view text) {
   if (text.empty() || text.size() > 5 || (text[0] != '0' && text[0] != '1')) {
     return std::nullopt;
@@ -52,7 +52,7 @@ std::optional<Preference> parse_preference(std::string_view element) {
   return preference;
 }
 
-/// 3 for the type itself, 2 for `type/*`, 1 for `*/*`, 0 if it does not fit.
+/// Returns 3 for the type itself, 2 for `type/*`, 1 for `*/*`, 0 for no match.
 int specificity(std::string_view range, std::string_view offer) {
   if (range == offer) {
     return 3;
@@ -84,7 +84,7 @@ std::optional<std::size_t> negotiate_media_type(std::string_view accept,
     int quality = 0;
     int best_specificity = 0;
     for (const Preference& preference : preferences) {
-      // The most specific range decides, even against a better quality of a wider one.
+      // The most specific range decides, even if a less specific one has a higher quality.
       const int fit = specificity(preference.name, offers[i]);
       if (fit > best_specificity) {
         best_specificity = fit;

@@ -10,7 +10,7 @@ constexpr std::size_t kPieceBytes = 64U << 10U;
 constexpr std::size_t kMaxChunkLineBytes = 256;
 constexpr std::size_t kMaxTrailerLines = 32;
 
-/// `1a2B`, at most 15 digits so that sums cannot overflow; extensions after `;` are passed over.
+/// Parses `1a2B`, at most 15 digits so that sums cannot overflow; skips extensions after `;`.
 std::optional<std::uint64_t> parse_chunk_size(std::string_view line) {
   std::uint64_t size = 0;
   std::size_t digits = 0;
@@ -54,7 +54,8 @@ bool RequestBody::read(const Sink& sink) {
     if (piece.empty()) {
       return failure_ == Failure::kNone;
     }
-    // Used up before the call: what a sink that throws has seen must not become the next request.
+    // Consumed before the call: if the sink throws, the bytes must not be parsed as the next
+    // request.
     inbox_.consume(piece.size());
     if (!sink(piece)) {
       return false;
@@ -70,7 +71,7 @@ std::optional<std::uint64_t> RequestBody::declared_bytes() const {
 }
 
 bool RequestBody::is_drainable(std::uint64_t max_bytes) const {
-  // Without 100 Continue a client may send its body or may not.
+  // Without 100 Continue the client may or may not send its body.
   const bool is_known = framing_.body == Framing::Body::kLength && failure_ == Failure::kNone &&
                         (!framing_.expects_continue || has_begun_);
   return is_complete() || (is_known && left_ <= max_bytes);

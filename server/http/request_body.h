@@ -1,5 +1,5 @@
-/// RequestBody: the body of one request. Counts and limits it, and knows whether all of it was
-/// read.
+/// RequestBody: the body of one request. Limits its size and rate, and records whether all of it
+/// was read.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class RequestBody final : public BodyReader {
   /// Skips the rest of the body if it is at most max_bytes long and the client does not wait for a
   /// 100.
   bool drain(std::uint64_t max_bytes);
-  /// Whether drain() is expected to succeed; ask before the response is sent.
+  /// Returns whether drain() is expected to succeed; call before the response is sent.
   bool is_drainable(std::uint64_t max_bytes) const;
   bool is_complete() const { return is_complete_ || framing_.body == Framing::Body::kNone; }
   Failure failure() const { return failure_; }

@@ -28,7 +28,7 @@ Refusal bad_field(std::string_view name, std::string_view complaint) {
   return bad_request(std::move(detail));
 }
 
-/// Takes a line off; the scanner has seen that each ends in CRLF.
+/// Removes and returns a line; the scanner has checked that each ends in CRLF.
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = text.find(kCrlf);
   const std::string_view line = text.substr(0, end);
@@ -54,7 +54,8 @@ bool is_authority(std::string_view text) {
   });
 }
 
-/// Takes `http://authority` off an absolute target, giving it to authority. False: malformed.
+/// Removes `http://authority` from an absolute target and sets authority. Returns false if
+/// malformed.
 bool take_authority(std::string_view& target, std::string& authority) {
   constexpr std::array<std::string_view, 2> kSchemes = {"http://", "https://"};
   for (const std::string_view scheme : kSchemes) {
@@ -75,7 +76,7 @@ std::optional<Refusal> parse_target(Request& request, std::string_view& raw_path
   std::string_view target = request.target;
   if (!std::all_of(target.begin(), target.end(), is_visible_ascii) ||
       target.find('#') != std::string_view::npos) {
-    return bad_request("the request target holds a character that must be percent-encoded");
+    return bad_request("the request target contains a character that must be percent-encoded");
   }
   if (target == "*" && request.method == "OPTIONS") {
     request.path.assign(1, '*');
@@ -92,13 +93,13 @@ std::optional<Refusal> parse_target(Request& request, std::string_view& raw_path
   }
   auto path = percent_decode(raw_path, PlusSign::kIsPlus);
   if (!path) {
-    return bad_request("the path holds a broken percent-encoding");
+    return bad_request("the path contains a broken percent-encoding");
   }
   request.path = std::move(*path);
   if (question != std::string_view::npos) {
     auto query = parse_query(target.substr(question + 1));
     if (!query) {
-      return bad_request("the query holds a broken percent-encoding");
+      return bad_request("the query contains a broken percent-encoding");
     }
     request.query_params = std::move(*query);
   }
@@ -132,7 +133,7 @@ std::optional<Refusal> parse_request_line(std::string_view line, HeadLimits limi
   return std::nullopt;
 }
 
-/// Fields that mean something else, or two things, when they come twice.
+/// Fields that are ambiguous when repeated.
 constexpr std::array<std::string_view, 6> kSingleFields = {
     "Host", "Content-Length", "Transfer-Encoding", "Content-Type", "Authorization", "Origin"};
 
@@ -147,13 +148,13 @@ std::optional<Refusal> parse_field(std::string_view line, Request& request) {
   const std::string_view name = line.substr(0, colon);
   const std::string_view value = trim(line.substr(colon + 1));
   if (!is_field_value(value)) {
-    return bad_field(name, "holds a control character");
+    return bad_field(name, "contains a control character");
   }
   const bool is_single = std::any_of(kSingleFields.begin(), kSingleFields.end(), [&](auto single) {
     return equal_ignoring_case(single, name);
   });
   if (is_single && request.headers.contains(name)) {
-    return bad_field(name, "must not come twice");
+    return bad_field(name, "must not be repeated");
   }
   request.headers.add(name, value);
   return std::nullopt;
@@ -188,7 +189,7 @@ std::optional<Refusal> parse_body_framing(const Request& request, Framing& frami
   }
   if (const auto expect = request.header("Expect")) {
     if (!equal_ignoring_case(*expect, "100-continue")) {
-      return Refusal{.status = 417, .detail = "the only expectation that is met is 100-continue"};
+      return Refusal{.status = 417, .detail = "the only supported expectation is 100-continue"};
     }
     framing.expects_continue = framing.is_http_1_1;
   }
@@ -217,7 +218,7 @@ std::optional<Refusal> check_host(Request& request, const Framing& framing,
   if (!host && framing.is_http_1_1) {
     return bad_request("the header Host is missing");
   }
-  // RFC 9112 3.2.2: an absolute target overrules Host.
+  // RFC 9112 3.2.2: an absolute target overrides Host.
   if (!authority.empty()) {
     request.headers.set("Host", authority);
   }
@@ -228,14 +229,14 @@ std::optional<Refusal> check_host(Request& request, const Framing& framing,
 
 HeadScanner::Progress HeadScanner::scan(std::string_view received) {
   const auto refuse = [](Refusal refusal) { return Progress{.refusal = std::move(refusal)}; };
-  // At once: other protocols (TLS above all) may never send a line.
+  // Refused at once: other protocols (mainly TLS) may never send a line.
   if (!received.empty() && !is_visible_ascii(received.front()) && received.front() != '\r') {
     return refuse(bad_request("this is not HTTP"));
   }
   while (true) {
     const std::size_t newline = received.find('\n', scanned_);
     const std::size_t line_bytes = std::min(newline, received.size()) - line_begin_;
-    // Method, version and spaces around the target are short.
+    // Longest method, version and spaces around the target.
     constexpr std::size_t kLineExtraBytes = 64;
     if (lines_ == 0 && line_bytes > limits_.target_bytes + kLineExtraBytes) {
       return refuse(
@@ -268,7 +269,7 @@ HeadScanner::Progress HeadScanner::scan(std::string_view received) {
 ParsedHead parse_head(std::string_view head, HeadLimits limits, Request& request) {
   ParsedHead parsed;
   if (head.find('\0') != std::string_view::npos) {
-    parsed.refusal = bad_request("the head holds a NUL");
+    parsed.refusal = bad_request("the head contains a NUL");
     return parsed;
   }
   parsed.refusal = parse_request_line(take_line(head), limits, request, parsed.framing);

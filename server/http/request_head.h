@@ -1,9 +1,9 @@
 /// Parses the head of a request strictly, so that all readers of the same bytes agree (RFC 9112).
 ///
 /// Refused: lines that do not end in CRLF, folded lines, NUL and other control characters, spaces
-/// before the colon, a Content-Length that is repeated, not a number or beside Transfer-Encoding,
-/// any transfer coding other than `chunked`, content codings, two Host fields, HTTP other than 1.0
-/// and 1.1.
+/// before the colon, a Content-Length that is repeated, not a number or together with
+/// Transfer-Encoding, any transfer coding other than `chunked`, content codings, two Host fields,
+/// HTTP other than 1.0 and 1.1.
 #pragma once
 
 #include <cstddef>

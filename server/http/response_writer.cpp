@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMinGzipBytes = 1024;
 
-/// "Sun, 06 Nov 1994 08:49:37 GMT"; made once a second and thread.
+/// "Sun, 06 Nov 1994 08:49:37 GMT"; generated once per second and thread.
 const std::string& http_date() {
   thread_local std::time_t cached_time = 0;
   thread_local std::string cached_text;
@@ -37,7 +37,7 @@ const std::string& http_date() {
 
 bool is_body_allowed(int status) { return status >= 200 && status != 204 && status != 304; }
 
-/// A value can hold what a client sent: a line break in it would begin a header of its choice.
+/// Values may contain client input: a line break would let the client start its own header.
 void append_field(std::string& head, std::string_view name, std::string_view value) {
   if (!is_token(name)) {
     return;
@@ -72,7 +72,7 @@ class BodyStreamWriter final : public StreamWriter {
   bool stopping() const override { return watch_.is_stopping(); }
   std::stop_token stop_token() const override { return state_.stop.get_token(); }
 
-  /// The end of the body. False if the client did not get all.
+  /// Ends the body. Returns false if the client did not receive all of it.
   bool finish() {
     if (encoder_ != nullptr) {
       std::string encoded;
@@ -103,7 +103,7 @@ class BodyStreamWriter final : public StreamWriter {
       has_failed_ = !channel_.write({bytes});
     }
     if (has_failed_) {
-      // Waiters on the token learn it too.
+      // Also wakes waiters on the token.
       state_.client_gone = true;
       state_.stop.request_stop();
       return false;
@@ -152,7 +152,7 @@ class ResponseWriter {
 
   void announce_gzip() {
     response_.headers.add("Content-Encoding", "gzip");
-    // Another representation needs another tag; conditional.h sees through the suffix.
+    // Another representation needs another tag; conditional.h ignores the suffix.
     if (const auto etag = response_.headers.find("ETag"); etag && etag->size() > 1) {
       std::string gzip_tag(*etag);
       gzip_tag.insert(gzip_tag.size() - 1, "-gzip");
@@ -224,7 +224,7 @@ class ResponseWriter {
       announce_gzip();
       stream.bytes.reset();
     }
-    // Without chunks and length the end of the connection is the end of the body.
+    // Without chunks and length, the end of the connection ends the body.
     written_.keep_alive =
         written_.keep_alive && (context_.is_http_1_1 || !has_body_ || stream.bytes);
     if (!channel_.write({make_head(stream.bytes)}) || !has_body_) {

@@ -9,7 +9,7 @@
 namespace server {
 namespace {
 
-/// The next segment of a path that begins with '/'; takes it off.
+/// Removes and returns the next segment of a path that begins with '/'.
 std::string_view take_segment(std::string_view& path) {
   path.remove_prefix(1);
   const std::size_t end = path.find('/');
@@ -27,7 +27,7 @@ bool is_extension(std::string_view text) {
 constexpr std::array<std::string_view, 6> kMethodOrder = {"GET", "HEAD",  "POST",
                                                           "PUT", "PATCH", "DELETE"};
 
-/// "GET, HEAD, OPTIONS" from the methods of the routes of one path.
+/// Returns "GET, HEAD, OPTIONS" from the methods of one path's routes.
 std::string make_allow(const std::vector<std::string_view>& methods) {
   std::string allow;
   for (const std::string_view method : kMethodOrder) {
@@ -76,7 +76,7 @@ Router::Pattern Router::parse_pattern(std::string_view pattern) {
   return segments;
 }
 
-/// Negative if a is tried before b, 0 if they match the same paths.
+/// Returns a negative number if a is tried before b, 0 if they match the same paths.
 int Router::compare(const Pattern& a, const Pattern& b) {
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
     if (a[i].kind != b[i].kind) {
@@ -164,7 +164,8 @@ Router::Match Router::match(std::string_view method, std::string_view raw_path) 
   std::vector<std::string_view> methods;
   const Pattern* found = nullptr;
   for (const auto& [pattern, route] : table_) {
-    // Only routes of the most special pattern count: those of a wider one are other resources.
+    // Only routes of the most specific pattern are considered: a more general one is another
+    // resource.
     if (found != nullptr && compare(*found, pattern) != 0) {
       break;
     }

@@ -7,7 +7,7 @@ void add_security_headers(Response& response, bool tls_only) {
   headers.set("X-Content-Type-Options", "nosniff");
   headers.set("Referrer-Policy", "no-referrer");
   if (!headers.contains("Content-Security-Policy")) {
-    // Browsers show a picture of its own address with a style of theirs.
+    // Browsers display an image opened directly with their own inline style.
     headers.set("Content-Security-Policy",
                 "default-src 'none'; style-src 'unsafe-inline'; img-src 'self'; "
                 "frame-ancestors 'none'");

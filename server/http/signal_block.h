@@ -1,4 +1,4 @@
-/// Blocks all signals on this thread for the lifetime of the object. Threads created meanwhile
+/// Blocks all signals on this thread for the lifetime of the object. Threads created during it
 /// inherit the mask, so that signals reach only the application's threads.
 #pragma once
 

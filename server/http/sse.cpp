@@ -18,7 +18,7 @@ void append_field(std::string& text, std::string_view name, std::string_view val
   text += '\n';
 }
 
-/// One field per line of value, whatever its line breaks are.
+/// Appends one field per line of value, for any kind of line break.
 void append_lines(std::string& text, std::string_view prefix, std::string_view value) {
   while (true) {
     const std::size_t end = value.find_first_of("\r\n");

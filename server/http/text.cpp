@@ -20,7 +20,7 @@ constexpr std::array<bool, 256> make_token_table() {
 }
 constexpr std::array<bool, 256> kIsTokenChar = make_token_table();
 
-/// -1 for a character that is not a hexadecimal digit.
+/// Returns -1 for a character that is not a hexadecimal digit.
 int hex_value(char c) {
   if (c >= '0' && c <= '9')
     return c - '0';

@@ -17,7 +17,7 @@
 namespace server {
 namespace {
 
-/// One record: more would be cut into several anyway.
+/// One TLS record: longer writes are split anyway.
 constexpr std::size_t kRecordBytes = 16U << 10U;
 
 core::Error tls_error(const std::string& file) {
@@ -27,7 +27,7 @@ core::Error tls_error(const std::string& file) {
   return core::Error{core::ErrorCode::kInvalidArgument, text.data(), file};
 }
 
-/// True when an event came. Rounds up, so that a wait never ends before its deadline.
+/// Returns true if an event occurred. Rounds up, so that a wait never ends before its deadline.
 bool poll_until(int fd, short events, Clock::time_point deadline) {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
@@ -44,7 +44,7 @@ bool poll_until(int fd, short events, Clock::time_point deadline) {
   }
 }
 
-/// What poll() has to wait for after that error; 0: nothing will help.
+/// Returns the events that poll() must wait for after that error; 0: waiting does not help.
 short wanted_events(int error) {
   return error == SSL_ERROR_WANT_READ ? POLLIN : error == SSL_ERROR_WANT_WRITE ? POLLOUT : short{0};
 }
@@ -96,7 +96,7 @@ Channel::Read TlsChannel::read(char* into, std::size_t capacity, Clock::time_poi
     const int error = SSL_get_error(tls_, result);
     const short events = wanted_events(error);
     if (events == 0) {
-      // After a fatal error the library must not be called again, not even to say goodbye.
+      // After a fatal error the library must not be called again, not even for SSL_shutdown.
       has_failed_ = error != SSL_ERROR_ZERO_RETURN;
       break;
     }
@@ -147,7 +147,7 @@ bool TlsChannel::write_all(std::string_view bytes) {
 }
 
 bool TlsChannel::write(std::initializer_list<std::string_view> pieces) {
-  std::string small;  // Pieces that fit into one record go as one.
+  std::string small;  // Pieces that fit into one record are joined.
   for (const std::string_view piece : pieces) {
     if (small.size() + piece.size() <= kRecordBytes) {
       small += piece;

@@ -21,7 +21,7 @@ struct Net4 {
   std::uint32_t address;
   int bits;
 };
-/// What is not on the public internet. Source: IANA IPv4 Special-Purpose Address Registry.
+/// Addresses outside the public internet. Source: IANA IPv4 Special-Purpose Address Registry.
 constexpr std::array kSpecial4 = {
     Net4{0x00000000, 8},  Net4{0x0a000000, 8},  Net4{0x64400000, 10}, Net4{0x7f000000, 8},
     Net4{0xa9fe0000, 16}, Net4{0xac100000, 12}, Net4{0xc0000000, 24}, Net4{0xc0000200, 24},
@@ -44,7 +44,7 @@ std::uint32_t word(const in6_addr& address, std::size_t first) {
   return value;
 }
 
-/// Source: IANA IPv6 Special-Purpose Address Registry; of the rest only 2000::/3 is given out.
+/// Source: IANA IPv6 Special-Purpose Address Registry; otherwise only 2000::/3 is assigned.
 bool is_public6(const in6_addr& address) {
   const std::uint32_t first = word(address, 0);
   const bool rest_is_zero = word(address, 4) == 0 && word(address, 8) == 0;
@@ -59,7 +59,7 @@ bool is_public6(const in6_addr& address) {
   }
   const bool is_global = first >> 29U == 1;
   const bool is_documentation = first == 0x20010db8 || first >> 20U == 0x3ff;
-  const bool is_protocol = first >> 9U == 0x20010000U >> 9U;  // 2001::/23, Teredo among them
+  const bool is_protocol = first >> 9U == 0x20010000U >> 9U;  // 2001::/23, including Teredo
   return is_global && !is_documentation && !is_protocol;
 }
 
@@ -118,7 +118,7 @@ bool is_private_literal(std::string_view host) {
       (host.size() > 10 && equal_ignoring_case(host.substr(host.size() - 10), ".localhost"))) {
     return true;
   }
-  // As the resolver reads numbers, "127.1" and "0x7f000001" too.
+  // Parses numbers like the resolver, including "127.1" and "0x7f000001".
   in_addr v4 = {};
   if (::inet_aton(std::string(host).c_str(), &v4) != 0) {
     return !is_public4(ntohl(v4.s_addr));
@@ -133,12 +133,12 @@ struct WebCalls::Call {
   };
   std::string id;
   WebPost post;
-  std::string refused;  ///< An address that is not public.
+  std::string refused;  ///< A non-public address that was refused.
   std::size_t answer_bytes = 0;
   std::unique_ptr<curl_slist, Free> headers;
   std::unique_ptr<CURL, Free> handle;  // The last member: it uses the others.
 
-  /// Called by libcurl with an address that it is about to connect to.
+  /// Called by libcurl with the address that it is about to connect to.
   static curl_socket_t open_socket(void* self, curlsocktype /*purpose*/, curl_sockaddr* address) {
     auto& call = *static_cast<Call*>(self);
     std::array<char, NI_MAXHOST> text = {};
@@ -168,7 +168,7 @@ struct WebCalls::Call {
     }
     long answered = 0;
     curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &answered);
-    // An answer that is longer than what is read of it is one.
+    // A response that exceeds the read limit still counts as one.
     const bool is_cut = code == CURLE_WRITE_ERROR && answer_bytes > kAnswerBytesMax;
     if (answered != 0 && (code == CURLE_OK || is_cut)) {
       return static_cast<int>(answered);
@@ -199,7 +199,7 @@ void WebCalls::begin(std::string id, const WebPost& post) {
   call->handle.reset(curl_easy_init());
   CHECK(call->handle != nullptr);
   CURL* handle = call->handle.get();
-  curl_slist* headers = curl_slist_append(nullptr, "Expect:");  // No pause before the body.
+  curl_slist* headers = curl_slist_append(nullptr, "Expect:");  // Avoids the pause before the body.
   for (const auto& [name, value] : post.headers) {
     headers = curl_slist_append(headers, (name + ": " + value).c_str());
   }
@@ -215,7 +215,7 @@ void WebCalls::begin(std::string id, const WebPost& post) {
   set(CURLOPT_FORBID_REUSE, 1L);
   set(CURLOPT_DNS_CACHE_TIMEOUT, 0L);
   set(CURLOPT_NOSIGNAL, 1L);
-  set(CURLOPT_QUICK_EXIT, 1L);  // Else the end of a call waits for the look-up of its name.
+  set(CURLOPT_QUICK_EXIT, 1L);  // Otherwise the end of a call waits for the name lookup.
   set(CURLOPT_TIMEOUT_MS, static_cast<long>(post.timeout.count()));
   set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(post.timeout.count()));
   set(CURLOPT_POST, 1L);

@@ -1,6 +1,6 @@
-/// Threads for connections: made when needed, up to a limit, and ended after some idle time.
+/// Threads for connections: created when needed, up to a limit, and ended after some idle time.
 ///
-/// Stacks are 8 MiB (virtual), whatever the process limit says.
+/// Stacks are 8 MiB (virtual), regardless of the process limit.
 #pragma once
 
 #include <deque>
@@ -19,12 +19,12 @@ class WorkerPool {
 
   /// max_threads: at least 1.
   explicit WorkerPool(int max_threads) : max_threads_(max_threads) {}
-  /// Waits for all tasks, those still queued included.
+  /// Waits for all tasks, including queued ones.
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// False when there is no thread for it and none can be made; the task is then dropped.
+  /// Returns false if no thread is available and none can be created; the task is then dropped.
   bool submit(Task task) EXCLUDES(mutex_);
   int thread_count() const EXCLUDES(mutex_);
 
@@ -39,7 +39,8 @@ class WorkerPool {
   core::CondVar has_work_;
   core::CondVar has_ended_;
   std::deque<Task> tasks_ GUARDED_BY(mutex_);
-  std::vector<pthread_t> ended_ GUARDED_BY(mutex_);  ///< Threads that have left, to be joined.
+  std::vector<pthread_t> ended_
+      GUARDED_BY(mutex_);  ///< Threads that have ended and must be joined.
   int thread_count_ GUARDED_BY(mutex_) = 0;
   int idle_count_ GUARDED_BY(mutex_) = 0;
   bool is_closing_ GUARDED_BY(mutex_) = false;

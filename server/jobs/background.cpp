@@ -24,7 +24,8 @@ void Background::post(Work work) {
 }
 
 void Background::stop(Waiting waiting) {
-  std::deque<Work> dropped;  // Destroyed without the lock: it may hold anything.
+  std::deque<Work>
+      dropped;  // Destroyed after the lock is released, since destructors of work may do anything.
   {
     const core::MutexLock lock(mutex_);
     stopping_ = true;

@@ -15,7 +15,7 @@ using core::ErrorCode;
 
 namespace {
 
-/// In the table of idempotency keys, beside those of jobs.
+/// Returns the key in the table of idempotency keys, which also holds the keys of jobs.
 std::string stored_key(const Access& access, const std::string& key) {
   return "batch of " + access.tenant + " " + key;
 }
@@ -28,7 +28,7 @@ BatchService::BatchService(JobService& jobs, JobTable& keys, BatchTable& table, 
 }
 
 BatchService::~BatchService() {
-  jobs_.stop();  // Where a start failed, they still run.
+  jobs_.stop();  // Jobs still run if the server failed to start.
   jobs_.journal().on_end({});
 }
 
@@ -126,7 +126,7 @@ core::Result<std::vector<JobPointer>> BatchService::jobs_of(const BatchRow& batc
     auto job = jobs_.index().find(row.id);
     if (job) {
       jobs.push_back(*std::move(job));
-    } else if (job.error().code != ErrorCode::kNotFound) {  // Deleted meanwhile.
+    } else if (job.error().code != ErrorCode::kNotFound) {  // Deleted in the meantime.
       return job.error();
     }
   }
@@ -143,7 +143,7 @@ core::Result<api::BatchView> BatchService::view_of(const BatchRow& batch) {
   for (const BatchJobRow& row : *rows) {
     const auto job = jobs_.index().find(row.id);
     if (!job && job.error().code == ErrorCode::kNotFound) {
-      continue;  // Deleted meanwhile.
+      continue;  // Deleted in the meantime.
     }
     if (!job) {
       return job.error();
@@ -196,7 +196,7 @@ Verdict BatchService::cancel(std::string_view id, const Access& access) {
   if (!found) {
     return found.error();
   }
-  // The last first: otherwise those that wait would begin one after another.
+  // Cancels in reverse order: otherwise queued jobs would start one after another.
   for (auto job = found->rbegin(); job != found->rend(); ++job) {
     if (auto cancelled = jobs_.cancel(*job); !cancelled && !cancelled.is(ErrorCode::kNotFound)) {
       return cancelled;
@@ -237,8 +237,8 @@ Verdict BatchService::remove(std::string_view id, const Access& access) {
   }
   for (const JobPointer& job : *found) {
     if (!api::is_final(job->state())) {
-      return Error{ErrorCode::kConflict, "job " + job->id() + " has not ended: cancel the batch",
-                   ""};
+      return Error{ErrorCode::kConflict,
+                   "job " + job->id() + " has not ended: cancel the batch first", ""};
     }
   }
   for (const JobPointer& job : *found) {

@@ -34,8 +34,8 @@ class BatchService {
     api::BatchView batch;
     bool is_replay = false;
   };
-  /// Whether the batch would be accepted. Problems: as JobService::check(), with pointers into the
-  /// request.
+  /// Checks whether the batch would be accepted. Problems: as JobService::check(), with pointers
+  /// into the request.
   std::optional<api::Problem> check(const api::BatchRequest& request, const Access& access);
   /// key: Idempotency-Key; empty: none. Problems: of check() and JobService::submit().
   api::Parsed<Submitted> submit(api::BatchRequest request, const Access& access,

@@ -14,7 +14,7 @@ using core::ErrorCode;
 
 namespace {
 
-/// Of last_: jobs beyond it are asked for again as if for the first time.
+/// Limit on the entries of last_; requests for further jobs are treated as first requests.
 constexpr std::size_t kLastMost = 1024;
 
 std::uint64_t pixels_of(const core::Film& film) {
@@ -53,7 +53,8 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
   const bool is_final = api::is_final(view.state);
   if (!is_final && !view.spec.denoise.preview) {
     return Error{ErrorCode::kConflict,
-                 "the job renders, and its denoise.preview is false: it is denoised at its end",
+                 "the job is rendering, and its denoise.preview is false: it can be denoised once "
+                 "it has ended",
                  "/denoise"};
   }
   if (!is_final) {
@@ -124,7 +125,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   const auto begin = Clock::now();
   const core::FilmSnapshot snapshot = film.snapshot();
   if (!core::has_both_halves(snapshot)) {
-    return Error{ErrorCode::kConflict, "a pixel has samples of one half only; denoising needs both",
+    return Error{ErrorCode::kConflict, "a pixel has samples of only one half; denoising needs both",
                  ""};
   }
   const std::shared_ptr<const core::FeaturePicture> features = features_of(*job);

@@ -1,9 +1,9 @@
-/// DenoiseService: denoised pictures of jobs, made when somebody asks.
+/// DenoiseService: denoised pictures of jobs, made on request.
 ///
-/// Kept by job and revision, as long as there is memory; never part of a film. While a job renders,
-/// a picture is shown until another is due: not within kPace, nor before rendering has taken
-/// kShare times as long as denoising did, so that all who watch together cost the job 5 % at most;
-/// features, made once with the first picture, aside.
+/// Pictures are cached by job and revision while there is memory, and are never part of a film.
+/// While a job renders, a picture is reused until the next one is due: after kPace, and after
+/// rendering has taken kShare times as long as denoising, so that all viewers together slow the job
+/// by at most 5 %. The features, computed once with the first picture, are not counted.
 #pragma once
 
 #include <chrono>
@@ -29,15 +29,16 @@ class DenoiseService {
   struct Made {
     core::DenoisedPicture picture;
     api::DenoisedView view;
-    double filter_seconds = 0;  ///< without the features
+    double filter_seconds = 0;  ///< without computing the features
   };
   using Pointer = std::shared_ptr<const Made>;
 
   DenoiseService(JobService& jobs, MemoryGate& memory, Log& log);
 
-  /// Of the film as it is, or of a little before while the job renders. revision: this or newer.
-  /// Errors: kInvalidArgument at /denoise (the job has none, or none before its end); kConflict
-  /// (a half is missing, or no such revision yet); those of FilmLibrary::film(); kUnavailable.
+  /// Denoises the current film, or returns a slightly older picture while the job renders.
+  /// revision: this or newer. Errors: kInvalidArgument at /denoise (the job has no denoising, or
+  /// none before its end); kConflict (a half is missing, or no such revision yet); those of
+  /// FilmLibrary::film(); kUnavailable.
   core::Result<Pointer> get(const JobPointer& job, const core::Film& film,
                             std::optional<std::uint32_t> revision,
                             std::chrono::milliseconds patience);

@@ -43,7 +43,7 @@ void EventLog::tile_changed(int tile, std::uint32_t revision) {
     const std::uint64_t seq = next_seq_++;
     const auto [place, is_new] = seq_of_tile_.emplace(tile, seq);
     if (!is_new) {
-      // The node moves to its new number: no allocation while rendering.
+      // Reuses the map node under its new number: no allocation while rendering.
       auto node = tiles_.extract(place->second);
       node.key() = seq;
       node.mapped().seq = seq;
@@ -96,8 +96,8 @@ std::vector<LoggedEvent> EventLog::read_after(std::uint64_t seq, std::size_t til
   for (auto tile = tiles_.upper_bound(seq); tile != tiles_.end() && tile->first <= visible;
        ++tile) {
     if (events.size() == tiles_max) {
-      visible =
-          events.back().seq;  // Nothing beyond what is cut off, so that no number is passed by.
+      visible = events.back().seq;  // Returns no event beyond the last tile returned, so that the
+                                    // reader skips no number.
       break;
     }
     events.push_back(tile->second);
@@ -135,7 +135,7 @@ bool EventLog::wait_after(std::uint64_t seq, Wake wake, Deadline deadline,
                           std::stop_token stop) const {
   core::CondVar& changed = wake == Wake::kAnything ? any_changed_ : durable_changed_;
   const core::MutexLock lock(mutex_);
-  // The predicate runs with the lock held, which the analysis cannot see through the library.
+  // The predicate runs with the lock held, which the thread-safety analysis cannot see.
   const auto ready = [&]() TESSERA_TS(no_thread_safety_analysis) { return has_after(seq, wake); };
   return changed.wait_until(mutex_, std::move(stop), deadline, ready);
 }

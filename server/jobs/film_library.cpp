@@ -68,8 +68,8 @@ core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& reco
   const bool is_kept = api::is_final(record.view.state) && record.film == FilmPlace::kOnDisk;
   if (const auto there = open_file(path, O_RDONLY); !there) {
     return there.error().code != ErrorCode::kNotFound ? there.error()
-           : is_kept ? Error{api::kGone, "its file is not there", ""}
-                     : no_sample_yet();
+           : is_kept                                  ? Error{api::kGone, "its file is missing", ""}
+                                                      : no_sample_yet();
   }
   auto file = FilmFile::open(path);
   if (!file) {
@@ -109,10 +109,9 @@ Error FilmLibrary::report_damage(const Job& job, const Error& damage) {
           if (std::any_of(record.view.warnings.begin(), record.view.warnings.end(), is_known)) {
             return Error{ErrorCode::kCancelled, "", ""};
           }
-          record.view.warnings.push_back(
-              std::string(kWords) + " (" + damage.message +
-              "). It is not rendered again by itself; the same job, submitted again, ends "
-              "with the same film.");
+          record.view.warnings.push_back(std::string(kWords) + " (" + damage.message +
+                                         "). It is not rendered again automatically; submitting "
+                                         "the same job again gives the same film.");
           return {};
         },
         {.unstored = Journal::Unstored::kInMemory});
@@ -145,12 +144,12 @@ core::Result<std::shared_ptr<const core::Film>> FilmLibrary::final_film(
     const Job& job, const std::stop_token& stop) {
   const JobState state = job.state();
   if (!api::is_final(state)) {
-    return Error{
-        ErrorCode::kConflict,
-        "the job is " + std::string(api::to_text(state)) + "; its film is there when it has ended",
-        ""};
+    return Error{ErrorCode::kConflict,
+                 "the job is " + std::string(api::to_text(state)) +
+                     "; its film is available once it has ended",
+                 ""};
   }
-  // A job is published as cancelled before its last slices have ended.
+  // A job is published as cancelled before its last slices end.
   core::Mutex mutex;
   core::CondVar never;
   const auto deadline = std::chrono::steady_clock::now() + kSettleTime;
@@ -194,7 +193,7 @@ void FilmLibrary::keep(Job& job, std::shared_ptr<const core::Film> film, FilmRec
 }
 
 void FilmLibrary::drop_if_removed(const Job& job) {
-  if (job.is_removed()) {  // remove() may have looked for its film before.
+  if (job.is_removed()) {  // remove() may have run before the film was cached.
     drop(job);
   }
 }
@@ -202,7 +201,7 @@ void FilmLibrary::drop_if_removed(const Job& job) {
 core::Result<FilmFile> FilmLibrary::open_film_file(Job& job) {
   const core::MutexLock changing(job.change_mutex());
   if (job.is_removed()) {
-    // Its id, and the name of the file, may belong to another job.
+    // The id, and thus the file name, may belong to another job by now.
     return Error{ErrorCode::kCancelled, "the job was deleted", ""};
   }
   return FilmFile::open(parts_.data.film_path(job.id()));
@@ -267,7 +266,7 @@ void FilmLibrary::remove_unused(Job& job) {
 
 bool FilmLibrary::evict(const JobRow& row) {
   const auto job = parts_.index.find(row.id);
-  // Noted first: a file that stays behind when the process ends is removed at the next start.
+  // Recorded first: if the process ends before the file is removed, the next start removes it.
   if (!job || !parts_.table.note_loose_film(row.id)) {
     return false;
   }
@@ -280,7 +279,7 @@ bool FilmLibrary::evict(const JobRow& row) {
         record.film = FilmPlace::kEvicted;
         return {};
       },
-      // Before anybody can delete the job and give its id, and this file, to another one.
+      // Before the job can be deleted and its id, and this file name, be reused by another job.
       {.unstored = Journal::Unstored::kRefused,
        .before_publishing = [&](const JobRecord&) { remove_loose(row.id); }});
   if (!evicted) {

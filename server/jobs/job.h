@@ -82,7 +82,7 @@ class Job {
     const core::MutexLock lock(mutex_);
     denoised_ = std::move(denoised);
   }
-  /// Deleted: nothing of it is stored, and its id may be reused.
+  /// True if the job was deleted: nothing of it is stored, and its id may be reused.
   bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
     const core::MutexLock lock(mutex_);
@@ -115,8 +115,8 @@ class Job {
   /// With change_mutex() held.
   void set_removed() { is_removed_ = true; }
 
-  /// Loading is slow, and the job may be paused and resumed meanwhile: only the latest load counts.
-  /// Call both with change_mutex() held.
+  /// Loading is slow, and the job may be paused and resumed in the meantime: only the latest load
+  /// counts. Call both with change_mutex() held.
   int begin_load() { return ++load_generation_; }
   bool is_latest_load(int generation) const { return generation == load_generation_; }
 

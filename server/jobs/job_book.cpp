@@ -104,7 +104,7 @@ bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& te
                       [](const auto& item) { return item.second.rank.is_preview; });
     return waiting_previews + held_previews < limits_.previews_max && !has_its_previews(tenant);
   }
-  // With a place free a job starts at once and needs no room in the queue.
+  // If a slot is free, a job starts at once and needs no room in the queue.
   const auto waiting = static_cast<int>(queue_.size()) - static_cast<int>(waiting_previews);
   return waiting < limits_.queue_max ||
          (waiting == 0 && may_start(rank, tenant) && fits(rank, memory));
@@ -191,7 +191,7 @@ int JobBook::running_count() const {
 
 std::string JobBook::full_text(Rank rank) const {
   if (rank.is_preview) {
-    return "As many previews as there may be are waiting or rendering; try again in a few seconds.";
+    return "The limit on concurrent previews is reached; try again in a few seconds.";
   }
   const int waiting = queue_length();
   return "The queue is full: " + std::to_string(waiting) +
@@ -275,7 +275,8 @@ std::vector<JobPointer> JobBook::take_parkable() {
   for (const auto& [number, holder] : holders_) {
     if (holder.is_parking) {
       parked.insert(number);
-    } else if (holder.paused_at > 0 && !holder.job->memory_only()) {  // It has a film file.
+    } else if (holder.paused_at > 0 &&
+               !holder.job->memory_only()) {  // Jobs that are not memory-only have a film file.
       paused.emplace_back(holder.paused_at, number);
     }
   }
@@ -334,7 +335,7 @@ void JobBook::claim(const Job& job, Rank rank) {
 void JobBook::leave(std::uint64_t number) {
   {
     const core::MutexLock lock(mutex_);
-    holders_.erase(number);  // The place that is being given back keeps the job alive.
+    holders_.erase(number);  // The slot being released keeps the job alive.
     note_memory();
     arrange();
   }
@@ -376,7 +377,7 @@ void JobBook::end_load(const Job& job, std::map<std::string, std::uint64_t> shar
 }
 
 bool JobBook::forget_oldest_preview() {
-  JobPointer oldest;  // Goes, with its film, when the lock is free.
+  JobPointer oldest;  // Destroyed, with its film, after the lock is released.
   const core::MutexLock lock(mutex_);
   if (final_previews_.empty()) {
     return false;
@@ -408,7 +409,7 @@ JobPointer JobBook::add_final(const JobPointer& job) {
 void JobBook::retire(const JobPointer& job) {
   const core::MutexLock lock(mutex_);
   if (const auto found = jobs_.find(job->id()); found != jobs_.end() && found->second == job) {
-    // Else it was deleted, and its id may be in use again.
+    // Otherwise the job was deleted, and its id may be in use again.
     remember_final(job);
   }
 }

@@ -81,7 +81,7 @@ class JobBook {
 
   /// Returns false when the queue is full and the job could not start at once.
   bool has_room(Rank rank, const JobMemory& memory = {}, const std::string& tenant = {}) const;
-  /// Whether `jobs` more jobs of class normal fit into the queue.
+  /// Returns whether `jobs` more jobs of class normal fit into the queue.
   bool has_room_for(int jobs) const;
   /// Explains why a job of this rank has no room, and what to do.
   std::string full_text(Rank rank) const;

@@ -1,4 +1,4 @@
-// What clients change about a job: patch, extend, retry, delete.
+// Changes to a job requested by clients: patch, extend, retry, delete.
 
 #include <algorithm>
 #include <chrono>
@@ -20,8 +20,8 @@ using core::Status;
 
 namespace {
 
-/// After the spec has changed from `before`: removes warnings that no longer apply, and adds
-/// `more`.
+/// Updates the warnings after the spec has changed from `before`: removes those that no longer
+/// apply, and adds `more`.
 void update_warnings(api::JobView& view, const api::JobSpec& before,
                      const std::vector<std::string>& more) {
   const auto about = [](const api::JobSpec& spec) {
@@ -59,7 +59,7 @@ Verdict priority_allowed(int priority, const Access& access) {
       ErrorCode::kInvalidArgument,
       {api::FieldError{"/priority", std::to_string(priority) + " is more than " +
                                         std::to_string(access.priority_max) +
-                                        ", the highest priority that this key may give"}});
+                                        ", the highest priority that this key allows"}});
 }
 
 Verdict JobService::apply_patch(JobRecord& record, const Job& job,
@@ -67,7 +67,7 @@ Verdict JobService::apply_patch(JobRecord& record, const Job& job,
   api::JobView& view = record.view;
   const std::string state(api::to_text(view.state));
   if (api::is_final(view.state) && patch.stop_named) {
-    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to let it go on",
+    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to continue it",
                  "/stop"};
   }
   if (api::is_final(view.state) && patch.paused.value_or(false)) {
@@ -108,9 +108,9 @@ Verdict JobService::patch(const JobPointer& job, std::string_view body,
         if (if_versions && std::find(if_versions->begin(), if_versions->end(),
                                      record.view.spec_version) == if_versions->end()) {
           return Error{api::kPreconditionFailed,
-                       "the spec has changed: it is version " +
+                       "the spec has changed: its version is " +
                            std::to_string(record.view.spec_version) +
-                           " now, which If-Match does not name",
+                           " now, which does not match If-Match",
                        ""};
         }
         auto parsed = api::parse_job_patch(body, record.view.spec);
@@ -140,12 +140,11 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
   const api::JobView view = job->record().view;
   if (!scenes_.facts(view.spec.scene, Access::operators())) {
-    return api::make_problem(ErrorCode::kConflict, "the scene of the job is not there any more");
+    return api::make_problem(ErrorCode::kConflict, "the job's scene no longer exists");
   }
   const auto& environment = view.spec.environment_asset;
   if (environment && !scenes_.check_environment(*environment, Access::operators())) {
-    return api::make_problem(ErrorCode::kConflict,
-                             "the environment of the job is not there any more");
+    return api::make_problem(ErrorCode::kConflict, "the job's environment no longer exists");
   }
   const Rank rank = rank_of(view.spec);
   if (!book_.has_room(rank, builder_.memory_of(view.spec))) {
@@ -180,7 +179,7 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
 
 Verdict JobService::extend(const JobPointer& job, std::string_view body) {
   if (job->state() == JobState::kFinished) {
-    // It is read before anything is promised: what is damaged is not rendered again in silence.
+    // Reads the film before accepting: a damaged film must not be rendered again silently.
     if (const auto whole = films_.stored(*job); !whole && whole.error().code == api::kGone) {
       return api::make_problem(ErrorCode::kConflict, whole.error().message);
     }
@@ -199,20 +198,20 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
     }
     if (!view.ledger.empty()) {
       return Error{ErrorCode::kConflict,
-                   "the film was merged from samples that no single job goes on with: " +
+                   "the film was merged from samples that no single job can continue: " +
                        api::ledger_words(view.ledger),
                    ""};
     }
     if (record.film != FilmPlace::kOnDisk) {
-      return Error{ErrorCode::kConflict, "the film of the job is not there any more", ""};
+      return Error{ErrorCode::kConflict, "the job's film no longer exists", ""};
     }
     const auto& samples = parsed->stop.samples_per_pixel;
-    // The mean is off by a sample's fraction while an adaptive epoch is under way.
+    // The mean has a fractional part while an adaptive epoch is under way.
     const auto there = std::llround(view.progress.samples_mean);
     if (samples && *samples <= there) {
       return Error{ErrorCode::kInvalidArgument,
                    std::to_string(*samples) + " is not more than the " + std::to_string(there) +
-                       " that are there",
+                       " that exist",
                    "/stop/samples_per_pixel"};
     }
     const api::JobSpec before = view.spec;
@@ -233,7 +232,8 @@ Verdict JobService::retry(const JobPointer& job) {
                    ""};
     }
     if (record.film != FilmPlace::kOnDisk) {
-      record.film = FilmPlace::kNone;  // An evicted one, too: it begins anew.
+      record.film =
+          FilmPlace::kNone;  // Also for an evicted film: the job starts from the beginning.
       const std::uint32_t revision = view.progress.revision;
       view.progress = api::JobView::nothing_rendered();
       view.progress.revision = revision;
@@ -258,7 +258,8 @@ Verdict JobService::remove(const JobPointer& job) {
     Status removed = table_.remove(job->id());
     if (!removed && removed.error().code == ErrorCode::kNoSpace &&
         remove_file(data_.film_path(job->id()))) {
-      removed = table_.remove(job->id());  // In the room that the film had.
+      removed =
+          table_.remove(job->id());  // The record reuses the disk space that the film occupied.
     }
     if (!removed) {
       return removed.error();

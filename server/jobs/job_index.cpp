@@ -23,7 +23,7 @@ bool matches(const api::JobView& view, const JobQuery& query) {
                                          api::to_text(view.state)) == query.states.end()) {
     return false;
   }
-  // An empty title is part of every one.
+  // Every title contains an empty one.
   const auto titled = job_title(view.spec.name, view.spec.scene).find(job_title(query.title, ""));
   return titled != std::string::npos &&
          std::all_of(query.labels.begin(), query.labels.end(), [&](const auto& label) {
@@ -70,7 +70,7 @@ core::Result<JobPointer> JobIndex::find(const std::string& id) {
   }
   JobPointer kept = book_.add_final(job);
   if (kept == job) {
-    // Another request may have deleted it since it was read.
+    // Another request may have deleted the job since it was read.
     const auto still = table_.find(id);
     if (!still || !*still || (*still)->sequence != job->sequence()) {
       book_.forget(*job);
@@ -81,7 +81,7 @@ core::Result<JobPointer> JobIndex::find(const std::string& id) {
 }
 
 api::JobView JobIndex::view(const Job& job) const {
-  // The run first: when it is gone, the record has its last figures.
+  // Reads the run first: once it is gone, the record has its final figures.
   const auto run = job.run();
   api::JobView view = job.record().view;
   if (run && !api::is_final(view.state)) {

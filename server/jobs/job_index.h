@@ -1,4 +1,4 @@
-/// JobIndex: jobs in memory and in the store. Finds one by id, lists jobs, and tells which scenes
+/// JobIndex: finds jobs by id in memory and in the store, lists them, and returns the scenes that
 /// they need.
 #pragma once
 
@@ -23,7 +23,7 @@ class JobIndex {
 
   /// Errors: kNotFound, also for a job that `access` does not see.
   core::Result<JobPointer> find(const std::string& id, const Access& access);
-  /// The same among the jobs of all tenants.
+  /// Finds a job of any tenant.
   core::Result<JobPointer> find(const std::string& id);
   /// Returns the job with the latest figures of its run.
   api::JobView view(const Job& job) const;
@@ -35,8 +35,8 @@ class JobIndex {
   /// Lists the jobs that `access` sees.
   core::Result<Page> list(JobQuery query, const Access& access);
 
-  /// Whether an unfinished or extendable job needs the scene. tenant: among the jobs of that
-  /// tenant; empty: among all.
+  /// Returns whether an unfinished or extendable job needs the scene. tenant: only jobs of that
+  /// tenant; empty: all.
   core::Result<bool> needs_scene(const std::string& scene,
                                  const std::optional<std::string>& tenant);
   core::Result<bool> needs_asset(const std::string& asset,

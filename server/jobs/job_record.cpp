@@ -51,7 +51,7 @@ bool is_memory_only(const api::JobSpec& spec) { return spec.job_class == api::Jo
 
 std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
   const core::RenderSettings& settings = view.spec.render;
-  // A merged film has neither plans nor fits.
+  // Merged films have no plans or fits.
   return view.ledger.empty() ? std::make_shared<core::Film>(settings)
                              : std::make_shared<core::Film>(settings.film, settings.replicates,
                                                             core::pixel_errors(settings));

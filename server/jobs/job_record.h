@@ -42,7 +42,7 @@ JobRow to_row(const JobRecord& record);
 /// Errors: kInternal when the stored spec cannot be read.
 core::Result<JobRecord> to_record(const JobRow& row);
 
-/// Whether the job is memory-only and leaves nothing on disk.
+/// Returns whether the job is memory-only and leaves nothing on disk.
 bool is_memory_only(const api::JobSpec& spec);
 
 }  // namespace server

@@ -146,9 +146,9 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Acce
   }
   const double kept = options_.retention.seconds;
   if (kept > 0 && request.spec.retention_seconds.value_or(0) > kept) {
-    request.warnings.push_back("This server forgets jobs " +
+    request.warnings.push_back("This server deletes jobs " +
                                std::to_string(static_cast<std::int64_t>(kept)) +
-                               " seconds after their end.");
+                               " seconds after they have ended.");
   }
   const std::vector<std::string> more = api::adaptive_warnings(request.spec);
   request.warnings.insert(request.warnings.end(), more.begin(), more.end());
@@ -169,7 +169,7 @@ void JobService::upkeep(const std::stop_token& stop) {
       never.wait_for(mutex, stop, kUpkeepPause, [] { return false; });
     }
     if (book_.waits_for_memory()) {
-      life_.admit();  // A request may have given some back.
+      life_.admit();  // A request may have released memory.
     }
     life_.save_due(stop);
     if (seconds_since(forgot) > kForgetSeconds) {
@@ -180,7 +180,7 @@ void JobService::upkeep(const std::stop_token& stop) {
     if (seconds_since(kept_house) > kHousekeepingSeconds) {
       kept_house = Clock::now();
       films_.evict();
-      static_cast<void>(table_.forget_keys_before(unix_now() - kKeySeconds));  // Next time, then.
+      static_cast<void>(table_.forget_keys_before(unix_now() - kKeySeconds));  // Retried later.
     }
   }
 }
@@ -221,7 +221,8 @@ int JobService::jobs_without_room() const {
 }
 
 core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
-  // Scenes are loaded within the turn: many dry runs of many moments would be in memory together.
+  // Loads scenes only while holding the semaphore: otherwise the scenes of many dry runs would be
+  // in memory at the same time.
   pilots_.acquire();
   struct Release {
     std::counting_semaphore<16>& semaphore;
@@ -238,7 +239,7 @@ core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
   const bool worked = pilot->wait();
   scheduler_.remove(*pilot);
   if (!worked) {
-    return Error{ErrorCode::kUnavailable, "the pilot got no turn in time", ""};
+    return Error{ErrorCode::kUnavailable, "the pilot could not be rendered in time", ""};
   }
   CostEstimate cost = pilot->estimate(spec, scheduler_.threads(), options_.samples_max);
   cost.memory_bytes_low = static_cast<double>(memory.film_bytes);
@@ -254,7 +255,7 @@ std::optional<Error> JobService::refused_work() const {
   }
   return Error{ErrorCode::kUnavailable,
                life_.is_stopping() ? "the server is stopping"
-                                   : "the server is being drained and takes no new jobs",
+                                   : "the server is draining and accepts no new jobs",
                ""};
 }
 

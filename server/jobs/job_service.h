@@ -42,7 +42,7 @@ class WorkBoard;
 /// Lifetime of an idempotency key.
 inline constexpr double kKeySeconds = 24 * 3600;
 
-/// Refused when the key may not give so high a priority.
+/// Refused if the key does not allow this priority.
 Verdict priority_allowed(int priority, const Access& access);
 
 struct JobServiceOptions {
@@ -80,7 +80,8 @@ class JobService {
   JobService(const JobService&) = delete;
   JobService& operator=(const JobService&) = delete;
 
-  /// Resumes the jobs that the previous process left unfinished. Call once, before anything else.
+  /// Resumes the jobs that the previous process left unfinished. Call once, before all other
+  /// members.
   core::Status resume();
   /// Refuses new jobs, stops rendering and saves every film.
   void stop();
@@ -183,7 +184,7 @@ class JobService {
     bool waits_for_memory = false;
   };
   Counts counts() const;
-  /// Jobs that the server paused until the disk has room.
+  /// Returns the number of jobs that the server paused until the disk has space.
   int jobs_without_room() const;
   bool any_job() const { return last_sequence_ > 0; }
   int threads() const { return scheduler_.threads(); }
@@ -191,7 +192,7 @@ class JobService {
   WorkBoard* board() { return board_.get(); }
 
  private:
-  /// Why new work is refused; empty: it is accepted.
+  /// Returns the reason why new work is refused; empty if it is accepted.
   std::optional<core::Error> refused_work() const;
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
   core::Result<JobPointer> find_replay(const Submission& submission);

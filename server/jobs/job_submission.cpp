@@ -1,4 +1,4 @@
-// What makes a job: submissions, replayed ones, and films from elsewhere.
+// Creation of jobs: submissions, repeated submissions, and imported films.
 
 #include <shared_mutex>
 #include <utility>
@@ -20,13 +20,13 @@ using core::Status;
 
 namespace {
 
-/// Both in the table of idempotency keys. A tenant's name has no space.
+/// Keys of ids and of Idempotency-Keys in one table. A tenant's name contains no space.
 std::string own_id_key(const std::string& id) { return "put " + id; }
 std::string key_of(const JobService::Submission& submission) {
   return "of " + submission.access.tenant + " " + submission.key;
 }
 
-/// Everything but its identity.
+/// Returns a view without the job's identity.
 api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
   const core::Film& film = *finished.film;
   api::JobView view;
@@ -86,7 +86,7 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
 }
 
 core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
-  auto job = index_.find(submission.id);  // Ids are unique over all tenants.
+  auto job = index_.find(submission.id);  // Ids are unique across all tenants.
   if (!job) {
     return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
   }
@@ -99,7 +99,7 @@ core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
   }
   if (!*row || (*row)->body_hash != submission.body_hash) {
     return Error{ErrorCode::kConflict,
-                 "the job " + submission.id + " is there, and was asked for otherwise", ""};
+                 "the job " + submission.id + " already exists with a different body", ""};
   }
   return job;
 }
@@ -143,7 +143,7 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
       !allowed) {
     return allowed.problem();
   }
-  // The scene and the asset found here must not be deleted before the record names them.
+  // The scene and the asset found here must not be deleted before the record refers to them.
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
   auto checked = check(std::move(request), submission.access);
   if (!checked) {
@@ -277,7 +277,7 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
     }
   }
   {
-    // Known before it is stored: other requests for the id wait for the commit, and get this very
+    // Added before it is stored: other requests with the same id wait for the commit and get this
     // job.
     const core::MutexLock changing(job->change_mutex());
     book_.add(job);
@@ -298,7 +298,7 @@ void JobService::supersede(const std::string& preview_key, const Job& by, const 
     const JobRecord record = job->record();
     if (job->memory_only() && job->id() != by.id() && access.shares_names_with(job->tenant()) &&
         record.view.spec.preview_key == preview_key && !api::is_final(record.view.state)) {
-      static_cast<void>(cancel(job));  // One that has ended meanwhile needs no cancelling.
+      static_cast<void>(cancel(job));  // Fails only for a job that has already ended.
     }
   }
 }
@@ -312,7 +312,8 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   record.view = view_of_finished(finished);
   if (!record.view.spec.render.meter.empty()) {
     record.view.spec.render.meter = {};
-    record.view.warnings.emplace_back("meter: films have no readings, and so has their sum none.");
+    record.view.warnings.emplace_back(
+        "meter: films contain no readings, so the merged job has none.");
   }
   record.sequence = ++last_sequence_;
   record.view.id = make_uuid();

@@ -17,7 +17,9 @@ using core::Status;
 
 namespace {
 
-Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
+Error already_final() {
+  return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
+}
 
 }  // namespace
 
@@ -49,7 +51,7 @@ void LifeCycle::finish_stop() {
     if (run) {
       parts_.scheduler.remove(*run);
     }
-    job->set_run(nullptr);  // A run holds its place, and that the job.
+    job->set_run(nullptr);  // A run holds its slot, and the slot holds the job.
   }
 }
 
@@ -74,7 +76,7 @@ void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
       *job,
       [](JobRecord& record) -> Verdict {
         if (record.view.state != JobState::kQueued) {
-          return already_final();  // Cancelled or paused before its turn.
+          return already_final();  // Cancelled or paused before it started.
         }
         record.view.state = JobState::kLoading;
         return {};
@@ -95,13 +97,13 @@ void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
   } catch (const std::bad_alloc&) {
     fail(job, nullptr, Error{ErrorCode::kUnavailable, "not enough memory to load the job", ""});
   }
-  parts_.films.remove_unused(*job);  // It may have been cancelled while it was loading.
+  parts_.films.remove_unused(*job);  // The job may have been cancelled while it was loading.
 }
 
 void LifeCycle::start(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
                       int generation) {
   bool is_paused = false;
-  // Otherwise the job has ended, was deleted, or is being loaded anew: the run and its place go.
+  // If the job has ended, was deleted or is being loaded again, the run and its slot are released.
   static_cast<void>(parts_.journal.change(
       *job,
       [&](JobRecord& record) -> Verdict {
@@ -121,7 +123,7 @@ void LifeCycle::start(const JobPointer& job, const std::shared_ptr<RenderRun>& r
         return {};
       },
       {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& record) {
-         // A patch while the scene was loading found no run to tell.
+         // A patch while the scene was loading had no run to apply the stop rules to.
          run->task().set_stop(record.view.spec.stop);
          job->set_run(run);
          if (is_paused) {
@@ -141,7 +143,7 @@ void LifeCycle::on_first_slice(const RenderRun& run) {
 void LifeCycle::on_end(std::shared_ptr<RenderRun> run) {
   JobPointer job = run->job();
   savers_.post([this, job = std::move(job), run = std::move(run)] {
-    if (job && job->run() == run) {  // Else it was parked: the job goes on from its file.
+    if (job && job->run() == run) {  // Otherwise the job was parked and resumes from its file.
       settle(job, run);
     }
   });
@@ -161,7 +163,7 @@ void LifeCycle::settle(const JobPointer& job, const std::shared_ptr<RenderRun>& 
 void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
                        core::StopReason reason) {
   parts_.scheduler.remove(*run);
-  // On the disk first: a client that sees a job finished finds its film after a power loss, too.
+  // Saves first, so that a job reported as finished still has its film after a power failure.
   if (const Status saved = save(*run, *job, true); !saved) {
     end_unstored(job, run, saved.error());
     return;
@@ -228,8 +230,8 @@ void LifeCycle::settle_cancelled(const JobPointer& job, const std::shared_ptr<Re
         record.view.build = build_;
         if (!saved) {
           record.view.warnings.emplace_back(
-              "The image could not be stored as it was when the job was cancelled; that of the "
-              "last checkpoint is kept.");
+              "The image at the time of cancellation could not be stored; that of the last "
+              "checkpoint is kept.");
         }
         if (saved && !job->memory_only() && record.view.progress.samples_max > 0) {
           record.film = FilmPlace::kOnDisk;
@@ -296,7 +298,7 @@ void LifeCycle::release(const JobPointer& job) {
 
 Verdict LifeCycle::cancel(const JobPointer& job) {
   bool was_final = false;
-  bool has_left_end = false;  // No other thread settles the run.
+  bool has_left_end = false;  // True if this thread has to settle the run.
   const auto modify = [&](JobRecord& record) -> Verdict {
     was_final = api::is_final(record.view.state);
     if (!was_final) {
@@ -387,7 +389,7 @@ void LifeCycle::count_work(const RenderRun& run) {
 }
 
 RenderRun::Work LifeCycle::work_done() const {
-  // In this order a run that ends meanwhile is missed for once, not counted twice.
+  // In this order, a run that ends concurrently is briefly missed rather than counted twice.
   RenderRun::Work done{.rays = rays_done_, .samples = samples_done_};
   for (const JobPointer& job : parts_.book.all()) {
     if (const auto run = job->run()) {

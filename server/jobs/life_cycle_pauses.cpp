@@ -1,4 +1,4 @@
-// Pauses, parking and checkpoints of jobs on their way.
+// Pauses, parking and checkpoints of unfinished jobs.
 
 #include <algorithm>
 #include <chrono>
@@ -18,12 +18,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A checkpoint costs at most this share of the time between two of them.
+/// The time between two checkpoints is at least this multiple of the time to write one.
 constexpr double kWriteShare = 20;
-/// Of the interval: the rest is for the write itself, so that it is complete in time.
+/// Fraction of the interval after which writing begins, so that it completes within the interval.
 constexpr double kBegin = 0.8;
 
-Error already_final() { return Error{ErrorCode::kCancelled, "the job has ended meanwhile", ""}; }
+Error already_final() {
+  return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
+}
 
 }  // namespace
 
@@ -60,7 +62,7 @@ bool LifeCycle::pause_for_room(const JobPointer& job, const std::shared_ptr<Rend
       },
       {.unstored = Journal::Unstored::kInMemory,
        .before_publishing = [&](const JobRecord& after) { follow_state(job, before, after); }});
-  // A concurrent cancel() may have taken the end.
+  // A concurrent cancel() may have taken the end of the run.
   return paused || (ended && !ended->take_end());
 }
 
@@ -87,7 +89,7 @@ void LifeCycle::go_on_with_room() {
     if (run ? !run->save(false) : !parts_.films.open_film_file(*job)) {
       continue;
     }
-    // Otherwise the job was cancelled or paused meanwhile.
+    // Otherwise the job was cancelled or paused in the meantime.
     static_cast<void>(parts_.journal.change(
         *job,
         [&](JobRecord& record) -> Verdict {
@@ -111,7 +113,7 @@ void LifeCycle::park(const JobPointer& job) {
     if (const Status saved = save(*run, *job, false); !saved) {
       parts_.log.write(LogLevel::kError, "film_not_saved",
                        {{"job", job->id()}, {"detail", saved.error().message}});
-      parts_.book.keep(*job);  // The next job to be admitted asks again.
+      parts_.book.keep(*job);  // Parking is retried when the next job asks for memory.
       return;
     }
   }
@@ -119,12 +121,12 @@ void LifeCycle::park(const JobPointer& job) {
       *job,
       [&](JobRecord& record) -> Verdict {
         if (record.view.state != JobState::kPaused || job->run() != run) {
-          return Error{ErrorCode::kCancelled, "the job goes on, or has ended", ""};
+          return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
         }
         if (run) {
           record.view.progress = run->task().progress();
         } else {
-          job->begin_load();  // One that is under way ends in nothing.
+          job->begin_load();  // Invalidates a load that is under way.
         }
         return {};
       },
@@ -146,14 +148,14 @@ void LifeCycle::park(const JobPointer& job) {
 void LifeCycle::checkpoint(const JobPointer& job) {
   const auto run = job->run();
   if (!run || job->memory_only() || run->task().finished()) {
-    return;  // The thread that ended it saves it.
+    return;  // The thread that ended the run saves its film.
   }
   if (const Status saved = save(*run, *job, false); !saved) {
     parts_.metrics.count(Counter::kCheckpointFailed);
     if (saved.error().code != ErrorCode::kNoSpace) {
       run->fail(saved.error());
     } else if (!job->waits_for_disk()) {
-      static_cast<void>(pause_for_room(job, nullptr));  // One that has ended needs none.
+      static_cast<void>(pause_for_room(job, nullptr));  // Only an ended job fails.
     }
     return;
   }

@@ -20,17 +20,17 @@ constexpr double kSeconds = 0.5;
 constexpr std::chrono::seconds kPatience{5};
 constexpr double kMachine = 1.25;
 constexpr double kNormal95 = 1.96;
-/// At worst errors fall with samples as those of independent ones do.
+/// Slowest decrease of the error: that of independent samples.
 constexpr double kIndependent = 0.5;
-/// Adaptive sampling, which the pilot has not, was found to need so many times fewer samples at
-/// best (tests/bench/run --targets).
+/// Largest measured factor by which adaptive sampling, which the pilot does not use, reduces the
+/// number of samples (tests/bench/run --targets).
 constexpr double kAdaptiveGain = 2;
 
 int scaled(int pixels, double factor) {
   return std::max(1, static_cast<int>(std::lround(pixels * factor)));
 }
 
-/// Samplers without prefixes render whole sets only.
+/// Rounds up for samplers without prefixes, which render only whole sets.
 int whole_sets(const core::RenderSettings& settings) {
   return core::rounded_samples(settings, kSamples);
 }
@@ -43,7 +43,7 @@ double pixels_of(const core::PixelRect& rect) {
   return static_cast<double>(rect.width) * static_cast<double>(rect.height);
 }
 
-/// CPU seconds a sample of one pixel, with its interval.
+/// CPU seconds per sample of one pixel, with its confidence interval.
 struct PathCost {
   double mean = 0;
   double low = 0;
@@ -120,7 +120,7 @@ bool Pilot::run_slice() {
     }
     task_.run(*slice);
   } catch (const std::exception&) {
-    end();  // No memory, mostly: the waiting thread finds no sample.
+    end();  // Usually std::bad_alloc; the waiting thread finds pixels without samples.
     return false;
   }
   return true;
@@ -152,7 +152,8 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   double samples = stop.samples_per_pixel.value_or(samples_max);
   double samples_low = samples;
   double samples_high = samples;
-  // The denoised picture (mixed) is as good as the plain one at least, as far as that goes.
+  // The denoised (mixed) picture is at least as good as the plain one, so it needs at most these
+  // samples.
   const double target = std::max(stop.relative_error.value_or(0), stop.denoised_error.value_or(0));
   if (target > 0) {
     std::vector<core::SeenError> seen;

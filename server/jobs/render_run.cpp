@@ -12,7 +12,7 @@
 namespace server {
 namespace {
 
-/// The contract limits progress events to two a second.
+/// The API limits progress events to two per second.
 constexpr std::int64_t kProgressEveryMs = 500;
 
 std::int64_t steady_ms() {
@@ -55,7 +55,7 @@ void RenderRun::guarded(Call&& call) {
   try {
     call();
   } catch (const std::bad_alloc&) {
-    fail(core::Error{core::ErrorCode::kUnavailable, "not enough memory to go on rendering", ""});
+    fail(core::Error{core::ErrorCode::kUnavailable, "not enough memory to continue rendering", ""});
   } catch (const std::exception& error) {
     fail(core::Error{core::ErrorCode::kInternal, error.what(), ""});
   }
@@ -68,7 +68,7 @@ void RenderRun::note_start() {
 }
 
 bool RenderRun::run_slice() {
-  // What workers do not take, all threads here do.
+  // All local threads render jobs that workers do not.
   const bool is_shared = is_lent();
   if (is_shared && local_->busy.fetch_add(1) >= local_->max) {
     --local_->busy;

@@ -21,7 +21,7 @@ namespace server {
 
 class Job;
 
-/// Limits the local threads that render beside workers: with a queue, to --render-threads.
+/// Limits the local threads that render in addition to workers: with a queue, to --render-threads.
 struct LocalThreads {
   int max = 0;
   std::atomic<int> busy = 0;

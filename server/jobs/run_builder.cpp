@@ -23,8 +23,8 @@ using core::Status;
 
 namespace {
 
-/// What a job that renders takes beside its film, measured by tests/stress/memory --measure: tiles
-/// that threads work on, blocks of the film file.
+/// Memory of a rendering job besides its film, measured by tests/stress/memory --measure: tiles in
+/// progress and blocks of the film file.
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
 std::uint64_t bytes_of_prepass(const core::RenderSettings& settings) {
@@ -39,14 +39,14 @@ std::uint64_t work_bytes(const core::Film& film) {
   // Small films have small tiles and files.
   return std::min<std::uint64_t>(kWorkBytes, film.bytes()) +
          (film.has_plan() ? pixels * core::kPlanWorkBytes : 0) +
-         // A checkpoint copies the sums of splats while it writes them.
+         // A checkpoint copies the splat sums while it writes them.
          (film.has_splats() ? pixels * static_cast<std::uint64_t>(film.replicates()) *
                                   (1 + film.shares().size()) * sizeof(core::SplatPixel)
                             : 0);
 }
 
-/// A restart may take a film back to its last checkpoint. No revision is given twice: a client that
-/// has seen the ones in between would miss tiles. More than this are not made between checkpoints.
+/// A restart may revert a film to its last checkpoint. Revisions are never reused: a client that
+/// has seen the lost ones would miss tiles. Fewer revisions than this occur between checkpoints.
 constexpr std::uint32_t kRevisionGap = 1U << 16U;
 constexpr int kLoadTries = 3;
 
@@ -70,7 +70,7 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
   if (stand.ground.type == core::GroundType::kSweep && view_direction) {
     stand.view_direction = *view_direction;
   } else if (stand.ground.type == core::GroundType::kSweep) {
-    // The scene without ground, too, by which the camera is placed.
+    // Includes the scene without the ground, from which the camera is placed.
     hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
   }
   hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant, stand));
@@ -95,11 +95,11 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
   const std::uint64_t film_bytes = memory.film_bytes + memory.work_bytes;
   std::string detail = "the job would take " + memory_words(memory.bytes()) + " of memory, " +
                        memory_words(film_bytes) +
-                       " of them for its film; a job of this server may hold " +
-                       memory_words(most) + " (--memory). ";
+                       " of it for its film; a job on this server may use " + memory_words(most) +
+                       " (--memory). ";
   const bool is_film = film_bytes > most / 2;
-  detail += is_film ? "Fewer pixels, replicates or layers make it smaller"
-                    : "Its scene or environment is too large";
+  detail +=
+      is_film ? "Reduce its pixels, replicates or layers" : "Its scene or environment is too large";
   return api::FieldError{is_film ? "/film" : "/scene", std::move(detail)};
 }
 
@@ -107,7 +107,7 @@ core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
                                              SceneService::Admission admission) const {
   SceneStand stand = {.ground = spec.render.ground, .shutter_seconds = spec.render.shutter_seconds};
   if (stand.ground.type == core::GroundType::kSweep) {
-    // Where its wall stands depends on the camera, which may depend on the model.
+    // The wall's position depends on the camera, which may depend on the model.
     const auto model = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);
     if (!model) {
       return model.error();
@@ -160,7 +160,8 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
 
 core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec) const {
   auto made = view_of(spec, SceneService::Admission::kGiven);
-  // A dry run that loads the same scene may have had no memory for it. The job has.
+  // A concurrent dry run may have loaded the same scene and failed for lack of memory that the job
+  // has; tries again.
   for (int tries = 0; tries < kLoadTries && !made && made.error().code == ErrorCode::kUnavailable;
        ++tries) {
     made = view_of(spec, SceneService::Admission::kGiven);
@@ -178,7 +179,7 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
     return settled.error();
   }
   if (!settled->empty()) {
-    // Stored before there is a film of it: a restart does not choose anew.
+    // Stored before the film exists, so that a restart does not choose again.
     const auto modify = [&](JobRecord& record) -> Verdict {
       record.view.spec.render.integrator = view->settings.integrator;
       record.view.warnings.push_back(*settled);
@@ -205,7 +206,7 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   }
   const JobRecord record = job->record();
   const api::JobSpec& spec = record.view.spec;
-  // What is loaded now has the name that the scene cache knows it by.
+  // From here on, memory is charged under the names of the loaded scene in the scene cache.
   const core::View& loaded = (*renderer)->view();
   const core::SceneSummary& summary = loaded.scene->summary();
   const auto camera = core::Camera::create(loaded.camera, summary.cameras, summary.bounds,
@@ -228,7 +229,7 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.local = *local;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = samples_max_;
-  // The run belongs to the job: a pointer here would keep both alive.
+  // The run belongs to the job: a shared pointer here would keep both alive.
   parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
                                                                            double alpha) {
     const JobPointer asked = weak.lock();
@@ -262,16 +263,16 @@ Status RunBuilder::warn(Job& job, const std::string& warning) {
 }
 
 core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const core::Film& film) {
-  // Of the memory an eighth is for requests alone, which a result has to fit into.
+  // An eighth of the memory is reserved for requests; a result must fit into it.
   const std::uint64_t share = parts_.book.memory_bytes_of(Rank{}) / 7;
   const std::uint64_t most = share == 0 ? kResultBytesMax : std::min(kResultBytesMax, share);
   const std::uint64_t needed = core::result_bytes_max(film, 1);
   if (local_ == nullptr || needed <= most) {
     return local_;
   }
-  const std::string warning = "Workers do not help with this job: a result of theirs might have " +
-                              memory_words(needed) + ", and this server takes " +
-                              memory_words(most) + ". It renders the job itself.";
+  const std::string warning = "Workers cannot render this job: one of their results could have " +
+                              memory_words(needed) + ", and this server accepts " +
+                              memory_words(most) + ". The server renders the job alone.";
   const std::vector<std::string> told = job.record().view.warnings;
   if (std::find(told.begin(), told.end(), warning) == told.end()) {
     if (const auto warned = warn(job, warning); !warned) {
@@ -298,7 +299,7 @@ void RunBuilder::note_waiting(Job& job, bool waits_for_worker) {
     }
     return {};
   };
-  // A job that has been deleted meanwhile needs no warning.
+  // A job that has been deleted in the meantime needs no warning.
   static_cast<void>(parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory}));
 }
 
@@ -310,14 +311,15 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
   }
   auto restored = file->restore(film);
   if (!restored) {
-    // The samples are a function of the job: they can be made again.
+    // The samples are a function of the job, so they can be rendered again.
     parts_.log.write(LogLevel::kWarning, "film_damaged",
                      {{"job", job.id()}, {"detail", restored.error().message}});
     if (auto removed = remove_file(parts_.data.film_path(job.id())); !removed) {
       return removed.error();
     }
-    if (auto warned =
-            warn(job, "The stored film was damaged; rendering begins anew and will end the same.");
+    if (auto warned = warn(
+            job,
+            "The stored film was damaged; the job is rendered again and gives the same image.");
         !warned) {
       return warned.error();
     }
@@ -331,8 +333,8 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
     }
   }
   if (const std::string& before = restored->arithmetic; !before.empty() && before != arithmetic_) {
-    if (auto warned = warn(job, "The film was begun with " + before + " and goes on with " +
-                                    arithmetic_ + "; its bits may be neither's.");
+    if (auto warned = warn(job, "The film was begun with " + before + " and continues with " +
+                                    arithmetic_ + "; its bits may match neither.");
         !warned) {
       return warned.error();
     }

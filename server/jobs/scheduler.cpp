@@ -22,7 +22,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// True when a goes before b.
+/// Returns true if a precedes b.
 bool goes_first(Rank a, Rank b) {
   if (a.is_preview != b.is_preview) {
     return a.is_preview;
@@ -176,7 +176,7 @@ Scheduler::Times Scheduler::times() const {
 }
 
 bool Scheduler::goes_before(const Entry& a, const Entry& b) const {
-  // What is running will be served a slice's time each; without it all threads would pick one job.
+  // Counts a slice's time for each running thread; otherwise all threads would pick the same job.
   const auto served = [](const auto& part) {
     return part.served_seconds + kExpectedSliceSeconds * part.running;
   };
@@ -201,7 +201,7 @@ std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
 }
 
 void Scheduler::work() {
-  // On Linux a priority belongs to the thread; without the right to change it nothing is lost.
+  // On Linux a priority belongs to the thread; a missing permission to change it is harmless.
   [[maybe_unused]] const int priority = ::nice(kNice);
   mutex_.lock();
   while (!stopping_) {
@@ -216,7 +216,7 @@ void Scheduler::work() {
           starved->is_starved = false;
         }
         if (entries_.empty() && !stopping_) {
-          changed_.wait(mutex_);  // Nothing to poll: add() and stop() will tell.
+          changed_.wait(mutex_);  // Nothing to poll: add() and stop() notify.
         }
       }
       continue;
@@ -244,7 +244,7 @@ void Scheduler::work() {
         changed_.notify_all();
       }
     } else if (entry->completions == completions) {
-      // The next finished slice of it resets this.
+      // Reset when the next slice of the source finishes.
       entry->is_starved = true;
     }
   }

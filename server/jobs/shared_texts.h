@@ -25,7 +25,7 @@ class SharedTexts {
         return found->second.text;
       }
     }
-    // Two threads may both do the work; neither waits.
+    // Two threads may both generate the text; neither waits.
     Text text = std::make_shared<const std::string>(make());
     const core::MutexLock lock(mutex_);
     Entry& entry = texts_[tile];

@@ -1,4 +1,4 @@
-// What workers ask for and bring.
+// Requests and results of workers.
 #include "server/jobs/work_board.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ using core::Status;
 
 namespace {
 
-/// A report takes 0.12 ms of the coordinator (tests/bench/farm replay --record) and comes every two
-/// seconds: so many workers keep six tenths of a core busy with reports alone.
+/// Reports of this many workers keep six tenths of a core busy: a report takes 0.12 ms of the
+/// coordinator (tests/bench/farm replay --record) and comes every two seconds.
 constexpr std::size_t kWorkersMax = 10'000;
 
 Error not_open(const std::string& unit) {
@@ -32,7 +32,7 @@ double seconds_between(std::chrono::steady_clock::time_point from,
   return std::chrono::duration<double>(to - from).count();
 }
 
-/// Pixel samples of the slices.
+/// Returns the pixel samples of the slices.
 double samples_of(const core::Film& film, const std::vector<core::Slice>& slices) {
   double samples = 0;
   for (const core::Slice& slice : slices) {
@@ -73,7 +73,7 @@ WorkBoard::Clock::duration WorkBoard::lease_time() const {
 }
 
 double WorkBoard::report_seconds() const {
-  // A lease outlives reports that get lost; the page shows what workers do as of two seconds ago.
+  // A lease outlives lost reports; the page shows the state of workers at most two seconds late.
   return std::min(options_.lease_seconds / 4, 2.0);
 }
 
@@ -128,7 +128,7 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
   const core::MutexLock lock(mutex_);
   if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
     return Error{api::kTooManyRequests,
-                 std::to_string(kWorkersMax) + " workers are known; no more are let in", ""};
+                 std::to_string(kWorkersMax) + " workers have reported; no more are accepted", ""};
   }
   const auto [found, is_new] = workers_.try_emplace(worker);
   Worker& known = found->second;
@@ -171,14 +171,14 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const std::s
       return Error{ErrorCode::kUnavailable, "the worker has not reported, or is not suitable", ""};
     }
     WorkUnit& unit = found->second;
-    if (unit.is_busy) {  // another result may still be wanted
+    if (unit.is_busy) {  // A result may still be requested from another worker.
       return Error{ErrorCode::kUnavailable, "a result of the unit is being taken", ""};
     }
     if (unit.wanted() < 1) {
-      return Error{ErrorCode::kConflict, "another worker has the unit", ""};
+      return Error{ErrorCode::kConflict, "another worker holds the unit", ""};
     }
     if (unit.has_lease(worker) || (unit.first && unit.first->worker == worker)) {
-      return Error{ErrorCode::kUnavailable, "another worker is to have the unit", ""};
+      return Error{ErrorCode::kUnavailable, "the unit is meant for another worker", ""};
     }
     const auto now = Clock::now();
     unit.leases.push_back({.worker = worker, .since = now, .until = now + lease_time()});
@@ -214,7 +214,7 @@ Status WorkBoard::check_lease(const std::string& name, const std::string& worker
   }
   return unit->second.has_lease(worker)
              ? core::ok_status()
-             : Status(Error{ErrorCode::kConflict, "the worker does not have the unit", ""});
+             : Status(Error{ErrorCode::kConflict, "the worker does not hold the unit", ""});
 }
 
 core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
@@ -250,7 +250,7 @@ Status WorkBoard::take(const std::string& name, const std::string& worker,
   {
     const core::MutexLock lock(mutex_);
     const auto found = units_.find(name);
-    if (found == units_.end()) {  // While it is busy only stop() takes it away.
+    if (found == units_.end()) {  // Only stop() removes a busy unit.
       return not_open(name);
     }
     Units::value_type& unit = *found;
@@ -319,7 +319,7 @@ void WorkBoard::note_result(WorkUnit& unit, const std::string& name, std::size_t
   const double seconds = seconds_between(lease->since, Clock::now());
   worker.samples += samples_of(*unit.run->film(), unit.slices);
   worker.seconds += std::max(seconds, 1e-3);
-  // Units of a worker run side by side.
+  // A worker renders its units concurrently.
   worker.view.rate = worker.samples / worker.seconds * worker.view.threads;
   ++worker.view.units;
   log_.write(LogLevel::kDebug, "unit_rendered",

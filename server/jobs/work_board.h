@@ -1,13 +1,13 @@
-/// WorkBoard: units of work that are rendered by other machines, and who has them.
+/// WorkBoard: units of work rendered by other machines, and the workers that hold them.
 ///
-/// A unit is some slices of one job. Which samples it holds is fixed when it is made; until its
-/// result is in, the task of the job keeps its tiles for it alone. So the film is the ledger: a
-/// result is taken once, from a worker that has the unit's lease, and what a crash of this
-/// process takes with it is rendered again from the last checkpoint, under other names. The broker
-/// only hands names of units out: it may lose any of them, or repeat them.
+/// A unit is a set of slices of one job. Its samples are fixed when it is created; until its result
+/// arrives, the job's task reserves its tiles for it. The film is therefore the ledger: a result is
+/// accepted once, from a worker that holds the unit's lease, and results lost in a crash of this
+/// process are rendered again from the last checkpoint, under other names. The broker only
+/// distributes the names of units, and may lose or repeat them.
 ///
-/// Two workers may have the same unit: a set share of them, whose results have to be equal, and the
-/// last ones of a pass, where the first result wins.
+/// Two workers may hold the same unit: for a configured share of units, whose two results must be
+/// equal, and for the last units of a pass, where the first result is taken.
 #pragma once
 
 #include <atomic>
@@ -36,47 +36,49 @@ namespace server {
 
 class WorkBoard {
  public:
-  /// Called by the board's thread. waits: there is no worker that can render the job.
+  /// Called by the board's thread. waits: no connected worker can render the job.
   using NoteWaiting = std::function<void(Job& job, bool waits)>;
 
-  /// scheduler and log outlive it.
+  /// scheduler and log must outlive it.
   WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler, Log& log,
             WorkOptions options, NoteWaiting note_waiting);
   ~WorkBoard() { stop(); }
   WorkBoard(const WorkBoard&) = delete;
   WorkBoard& operator=(const WorkBoard&) = delete;
-  /// Hands nothing out any more; results are refused.
+  /// Stops leasing units; later results are refused.
   void stop();
 
   /// Errors: kTooManyRequests.
   core::Result<api::WorkerOrders> report(const std::string& worker,
                                          const api::WorkerReport& report);
-  /// The unit's slices. Errors: kNotFound; kConflict when others have it; kUnavailable when others
-  /// are to have it.
+  /// Returns the unit's slices. Errors: kNotFound; kConflict when other workers hold it;
+  /// kUnavailable when it is intended for other workers.
   core::Result<std::string> lease(const std::string& unit, const std::string& worker);
-  /// Bytes that the unit's result has at most. Errors: kNotFound, kConflict as take().
+  /// Returns the largest size of the unit's result, in bytes. Errors: kNotFound, kConflict as
+  /// take().
   core::Result<std::uint64_t> result_bytes_max(const std::string& unit,
                                                const std::string& worker) const;
-  /// Errors: kNotFound when it is in already, or not wanted any more; kConflict when another worker
-  /// has it; kUnavailable while another's result is being taken; kInvalidArgument for what cannot
-  /// be its result.
+  /// Accepts a result. Errors: kNotFound when the unit has a result already or is no longer needed;
+  /// kConflict when another worker holds it; kUnavailable while another result is being taken;
+  /// kInvalidArgument when it cannot be the unit's result.
   core::Status take(const std::string& unit, const std::string& worker, std::string_view result);
-  /// fault: empty when it has none. Errors: kNotFound, kConflict.
+  /// Returns the unit. fault: empty if there is none. Errors: kNotFound, kConflict.
   core::Status hand_back(const std::string& unit, const std::string& worker,
                          const std::string& fault);
-  /// The job, if units of it are open; else null.
+  /// Returns the job if units of it are open; otherwise null.
   JobPointer job_of_units(const std::string& id) const;
   std::vector<api::WorkerView> workers() const;
-  /// Of the job, those that workers render now; a tile that two of them render is there twice.
+  /// Returns the tiles of the job that workers are rendering; a tile rendered by two workers
+  /// appears twice.
   std::vector<api::WorkerTile> tiles_of(const Job& job) const;
 
   struct Counts {
-    int open = 0;  ///< Units.
+    int open = 0;  ///< Open units.
     std::uint64_t taken = 0;
     std::uint64_t expired = 0;
     std::uint64_t refused = 0;
-    std::uint64_t doubled = 0;   ///< For the end of a pass.
-    std::uint64_t verified = 0;  ///< Rendered by two workers, with equal results.
+    std::uint64_t doubled = 0;   ///< Units given to a second worker at the end of a pass.
+    std::uint64_t verified = 0;  ///< Units rendered by two workers with equal results.
     std::uint64_t differing = 0;
     bool has_broker = false;
   };
@@ -88,23 +90,24 @@ class WorkBoard {
     api::WorkerView view;
     Clock::time_point seen;
     bool is_draining = false;
-    double samples = 0;  ///< Of its results.
-    double seconds = 0;  ///< That it had their leases.
+    double samples = 0;  ///< In its results.
+    double seconds = 0;  ///< During which it held their leases.
   };
   using Units = std::map<std::string, WorkUnit>;
   using Failures = std::vector<std::pair<std::shared_ptr<RenderRun>, std::string>>;
 
-  // For workers.
+  // Reads a result sent by a worker.
   core::Result<std::vector<core::SliceWork>> read_result(const RenderRun& run,
                                                          const std::vector<core::Slice>& slices,
                                                          std::string_view result) const;
-  /// The work goes into the film now; empty: it waits for another worker's, or does not equal it.
+  /// Returns the slices to add to the film; empty if the result waits for, or differs from, another
+  /// worker's.
   std::optional<std::vector<core::SliceWork>> settle(Units::value_type& unit,
                                                      const std::string& worker,
                                                      std::vector<core::SliceWork> work,
                                                      Failures& failures) REQUIRES(mutex_);
   void note_result(WorkUnit& unit, const std::string& worker, std::size_t bytes) REQUIRES(mutex_);
-  /// The worker has failed the unit: the next one gets it, or its job fails.
+  /// Handles a unit that a worker has failed: another worker gets it, or its job fails.
   void lose(Units::value_type& unit, const std::string& worker, const std::string& reason)
       REQUIRES(mutex_);
   void tell() REQUIRES(mutex_);
@@ -114,14 +117,15 @@ class WorkBoard {
   core::Status check_lease(const std::string& unit, const std::string& worker) const
       REQUIRES(mutex_);
 
-  // Of the thread.
+  // Body of the board's thread.
   void run(const std::stop_token& stop);
   void drop_ended();
   void note_waiting_jobs();
-  /// Units that no worker has go back to the threads of this process while workers cannot get them.
+  /// Returns units that no worker holds to the threads of this process while workers cannot get
+  /// them.
   void drop_waiting();
   void expire_leases();
-  /// What was to be verified, where no other worker is left to do it.
+  /// Accepts unverified results of units that no other worker is left to verify.
   void take_unverified();
   void plan();
   bool plan_one(int slots);
@@ -144,13 +148,14 @@ class WorkBoard {
   Log& log_;
   const WorkOptions options_;
   const NoteWaiting note_waiting_;
-  const std::string run_name_;                       ///< Units of other processes have other ones.
-  std::optional<std::uint64_t> prepared_;            ///< Generation of the link; of run() alone.
-  std::string broker_fault_;                         ///< The same.
-  Clock::time_point had_broker_at_ = Clock::now();   ///< The same.
-  Clock::time_point had_workers_at_ = Clock::now();  ///< The same.
-  Clock::time_point noted_at_;                       ///< The same.
-  std::vector<std::weak_ptr<Job>> warned_;           ///< The same.
+  const std::string run_name_;             ///< Distinguishes units from those of other processes.
+  std::optional<std::uint64_t> prepared_;  ///< Generation of the link. This and the following
+                                           ///< members are used only by run().
+  std::string broker_fault_;
+  Clock::time_point had_broker_at_ = Clock::now();
+  Clock::time_point had_workers_at_ = Clock::now();
+  Clock::time_point noted_at_;
+  std::vector<std::weak_ptr<Job>> warned_;
   std::atomic<bool> has_broker_ = false;
   mutable core::Mutex mutex_;
   core::CondVar changed_;

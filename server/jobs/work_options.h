@@ -1,4 +1,4 @@
-/// WorkOptions: how a coordinator treats its workers.
+/// WorkOptions: settings by which a coordinator controls its workers.
 #pragma once
 
 #include <cstdint>
@@ -6,16 +6,16 @@
 
 namespace server {
 
-/// Of a unit's result. Room for the splats of a picture of 3840 x 2160 with two replicates
-/// (core/render/result_size.h); jobs whose results may be larger stay with the coordinator.
+/// Largest size of a unit's result. Fits the splats of a 3840 x 2160 picture with two replicates
+/// (core/render/result_size.h); jobs with larger results are rendered by the coordinator.
 inline constexpr std::uint64_t kResultBytesMax = std::uint64_t{1} << 30U;
 
 struct WorkOptions {
-  double lease_seconds = 15;  ///< Of a unit whose worker makes no progress.
-  std::string build;          ///< That workers need to have.
+  double lease_seconds = 15;  ///< Of a unit whose worker reports no progress.
+  std::string build;          ///< Build that workers must have.
   std::string arithmetic;
-  bool has_local_threads = false;  ///< That render what workers can.
-  float verify_share = 0;          ///< Of the units, that two workers render.
+  bool has_local_threads = false;  ///< Threads that also render jobs that workers can render.
+  float verify_share = 0;          ///< Share of the units that two workers render.
 };
 
 }  // namespace server

@@ -1,4 +1,4 @@
-// WorkBoard's thread: makes units, has them published, and takes them from workers that are lost.
+// WorkBoard's thread: creates and publishes units, and takes them back from lost workers.
 #include <algorithm>
 #include <utility>
 
@@ -13,29 +13,31 @@ using core::Status;
 
 namespace {
 
-/// CPU time of a unit, which is to take a worker 1 to 5 s. At most: one half as fast as the mean
-/// needs 5 s. At least, at the end of a pass: ten times what handing a unit out and taking its
-/// result cost where a round trip takes 10 ms.
+/// Limits of a unit's CPU time, so that a worker takes 1 to 5 s for it. Most: a worker half as fast
+/// as the mean takes 5 s. Least, at the end of a pass: ten times the cost of leasing a unit and
+/// taking its result, at a round trip of 10 ms.
 constexpr double kUnitSecondsMost = 2.5;
 constexpr double kUnitSecondsLeast = 0.1;
-/// A result waits for another worker's so long: that one may be at a unit of its own, and each
-/// takes 5 s of a worker half as fast as the mean. One that is stopped or cut off holds no job up.
+/// How long a result waits for another worker's: that worker may be rendering another unit first,
+/// and each takes 5 s on a worker half as fast as the mean. A stopped or disconnected worker delays
+/// no job further.
 constexpr std::chrono::duration<double> kVerifyWait{4 * kUnitSecondsMost};
-/// Of the film: to bring a result takes a twentieth of the longest unit's time on 1 Gbit/s.
+/// Largest part of the film in a unit: sending its result at 1 Gbit/s takes a twentieth of the
+/// longest unit's time.
 constexpr double kUnitBytesMost = kUnitSecondsMost / 20 * 125e6;
-/// Each unit is a share of what is left of the pass, so that the last ones are short and end at
-/// about the same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
+/// Each unit is a share of the remaining pass, so that the last ones are short and end at about the
+/// same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
 constexpr int kShareOfRest = 2;
-/// A unit that is lost with so many workers fails its job. Where there are fewer of them, it fails
-/// it once it was lost as often as so many would lose it, each as many times.
+/// A unit lost by this many different workers fails its job. With fewer workers, the job fails
+/// after as many losses as if each of kLostMax workers had lost the unit kLostMax times.
 constexpr std::size_t kLostMax = 3;
 constexpr int kLossesMax = kLostMax * kLostMax;
-/// Events that do not wake the thread are noticed so late: a lease that runs out, a pass that
-/// threads of this process end. Half of the shortest unit.
+/// Delay at which the thread notices events that do not wake it: an expired lease, or a pass
+/// completed by threads of this process. Half of the shortest unit.
 constexpr auto kTick = std::chrono::duration_cast<std::chrono::milliseconds>(
     std::chrono::duration<double>(kUnitSecondsLeast / 2));
-/// Workers are listed for so many leases after their last report: ten minutes of the usual ones, so
-/// that somebody who is called sees who was lost. Nothing else depends on it.
+/// Workers are listed for this many leases after their last report: ten minutes at the default
+/// lease, so that an operator sees which ones were lost. Nothing else depends on it.
 constexpr int kLeasesRemembered = 40;
 
 }  // namespace
@@ -62,7 +64,7 @@ void WorkBoard::run(const std::stop_token& stop) {
   }
 }
 
-/// Units of runs that want no slices any more: a cancelled one ends when all have come back.
+/// Drops the units of runs that need no more slices: a cancelled run ends when all have come back.
 void WorkBoard::drop_ended() {
   Units ended;
   {
@@ -81,8 +83,8 @@ void WorkBoard::drop_ended() {
   give_back(ended);
 }
 
-/// A job waits when no worker could render it for as long as a lease lasts: restarting a worker
-/// takes less.
+/// Marks a job as waiting if no worker could render it for the length of a lease, since restarting
+/// a worker takes less.
 void WorkBoard::note_waiting_jobs() {
   const auto now = Clock::now();
   {
@@ -90,7 +92,7 @@ void WorkBoard::note_waiting_jobs() {
     had_workers_at_ = slots() > 0 || options_.has_local_threads ? now : had_workers_at_;
   }
   const bool has_none = now - had_workers_at_ > lease_time();
-  // Jobs that an earlier process has warned are looked for once a second.
+  // Jobs that were given the warning by an earlier process are looked up once a second.
   constexpr std::chrono::seconds kPause{1};
   if (now - noted_at_ < kPause && (has_none || warned_.empty())) {
     return;
@@ -158,10 +160,10 @@ void WorkBoard::expire_leases() {
       for (const WorkUnit::Lease& lease : std::vector(unit.leases)) {
         if (!unit.is_busy && now > lease.until) {
           ++counts_.expired;
-          lose(entry, lease.worker, "nothing was heard of it in time");
+          lose(entry, lease.worker, "it did not report in time");
         }
       }
-      // A name that the broker has lost with a message is published again.
+      // Publishes again a name that the broker has lost with its message.
       if (unit.published > 0 && now - unit.published_at > 2 * lease_time()) {
         unit.published = 0;
       }
@@ -213,8 +215,8 @@ void WorkBoard::take_unverified() {
   }
 }
 
-/// One unit in the queue for each thread of the workers: then each finds its next one there. One,
-/// too, where there are none: what starts workers sees that they are needed.
+/// Keeps one unit in the queue per thread of the workers, so that each finds its next one there; at
+/// least one, so that an autoscaler sees that workers are needed.
 void WorkBoard::plan() {
   while (true) {
     int slots = 0;
@@ -246,7 +248,7 @@ bool WorkBoard::plan_one(int slots) {
     const int shares = kShareOfRest * slots;
     const double seconds =
         std::clamp(run->task().seconds_to_hand_out() / shares, kUnitSecondsLeast, kUnitSecondsMost);
-    // What the first slices take is not known.
+    // The time of the first slices is unknown, so the film also limits the unit.
     const core::Film& film = *run->film();
     const int fitting =
         static_cast<int>(kUnitBytesMost * film.tile_count() / static_cast<double>(film.bytes()));
@@ -274,7 +276,7 @@ bool WorkBoard::plan_one(int slots) {
   return false;
 }
 
-/// Nothing is left to hand out: threads that have nothing to do help with what takes longest.
+/// When nothing is left to lease, gives the longest-running units to idle workers too.
 void WorkBoard::double_last_units() {
   const core::MutexLock lock(mutex_);
   const auto now = Clock::now();
@@ -318,7 +320,7 @@ void WorkBoard::publish() {
   for (const std::string& name : names) {
     if (const Status published = publisher_->publish(name); !published) {
       log_.write(LogLevel::kWarning, "queue_fault", {{"detail", published.error().message}});
-      prepared_.reset();  // All that is open is published once there is a stream again.
+      prepared_.reset();  // Publishes all open units once there is a stream again.
       return;
     }
   }
@@ -335,7 +337,7 @@ void WorkBoard::request_reports() {
   }
 }
 
-/// Makes the stream on each new connection and has all that is open published in it.
+/// Creates the stream on each new connection and publishes all open units in it.
 bool WorkBoard::prepare_broker() {
   const std::uint64_t generation = publisher_->link().generation();
   if (prepared_ == generation && publisher_->link().is_connected()) {

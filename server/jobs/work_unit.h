@@ -1,4 +1,4 @@
-/// WorkUnit: some slices of one job, and the workers that render them.
+/// WorkUnit: a set of slices of one job, and the workers that render them.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct WorkUnit {
     Clock::time_point until;
     double progress = 0;  ///< CPU seconds, as last reported.
   };
-  /// What the first of two workers brought, until the other one's is in.
+  /// The first of two results, kept until the other arrives.
   struct Result {
     std::string worker;
     std::string digest;
@@ -33,17 +33,17 @@ struct WorkUnit {
   std::shared_ptr<RenderRun> run;
   std::vector<core::Slice> slices;
   double expected_seconds = 0;  ///< CPU time.
-  bool is_checked = false;      ///< Two results are wanted, which have to be equal.
-  int copies = 1;               ///< Workers that are to render it.
-  int published = 0;            ///< Messages that are out, for workers that are still to come.
+  bool is_checked = false;      ///< Needs two results, which must be equal.
+  int copies = 1;               ///< Number of workers intended to render it.
+  int published = 0;            ///< Messages published for workers that have not leased it yet.
   Clock::time_point published_at;
   std::vector<Lease> leases;
   std::optional<Result> first;
   bool is_busy = false;        ///< A result is being taken.
-  std::set<std::string> lost;  ///< Workers that it was lost with.
-  int losses = 0;              ///< Of all of them.
+  std::set<std::string> lost;  ///< Workers that lost it.
+  int losses = 0;              ///< Losses by all workers.
 
-  /// Workers that it waits for.
+  /// Returns the number of further workers that it needs.
   int wanted() const {
     return is_busy ? 0 : copies - static_cast<int>(leases.size()) - (first ? 1 : 0);
   }

@@ -1,5 +1,5 @@
 // tessera-server: the verbs that need the renderer or the store. The program `tessera`
-// (clients/cli) executes it in its own place.
+// (clients/cli) executes it in place of itself.
 #include <cstdio>
 #include <exception>
 #include <span>
@@ -39,10 +39,8 @@ int dispatch(std::span<char*> args) {
     return cli::worker(cli::Args(args.begin() + 2, args.end()));
   }
   std::fprintf(stderr,
-               "tessera-server: knows only serve, keys, check, backup, worker, denoise, render and "
-               "lab; "
-               "`tessera --help` "
-               "has all verbs\n");
+               "tessera-server: has only the verbs serve, keys, check, backup, worker, denoise, "
+               "render and lab; `tessera --help` lists all verbs\n");
   return cli::kWrongUsage;
 }
 

@@ -1,4 +1,4 @@
-/// Wall-clock time as the API counts it.
+/// Wall-clock time in the API's unit.
 #pragma once
 
 #include <chrono>

@@ -26,7 +26,7 @@ class Log {
 
   bool enabled(LogLevel level) const { return level >= level_.load(); }
   void set_level(LogLevel level) { level_ = level; }
-  /// event: a word or two that name the event; everything that varies is a field.
+  /// event: one or two words that name the event; all variable data are fields.
   void write(LogLevel level, std::string_view event, std::initializer_list<LogField> fields);
   /// Writes a line made by log_line(), whatever its level.
   void write_line(std::string_view line);

@@ -10,14 +10,14 @@ namespace {
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// The number in a file; kUnlimited for "max", and where there is no such file.
+/// Returns the number in a file; kUnlimited for "max", and if there is no such file.
 std::uint64_t number_in(const std::string& path) {
   std::ifstream file(path);
   std::uint64_t number = 0;
   return file >> number ? number : kUnlimited;
 }
 
-/// A limit holds for all groups inside, so every folder on the way up counts.
+/// Returns the minimum over the group and its parents, whose limits apply to it too.
 std::uint64_t least_on_the_way(const std::string& mount, std::string group, std::string_view name) {
   std::uint64_t least = kUnlimited;
   while (true) {
@@ -46,7 +46,7 @@ std::uint64_t machine_bytes(const std::string& root) {
 
 std::uint64_t usable_memory_bytes(const std::string& root) {
   std::uint64_t least = machine_bytes(root);
-  // Inside a container the paths may be those of the host, and the group's files stand at the mount
+  // Inside a container the paths may be those of the host, while the group's files are at the mount
   // itself.
   const std::string mount = root + "/sys/fs/cgroup";
   least = std::min({least, number_in(mount + "/memory.max"),

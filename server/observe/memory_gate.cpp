@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Freed memory stays with the allocator until it is asked for: after this share of the limit.
+/// The allocator keeps freed memory; it is trimmed after this share of the limit was freed.
 constexpr std::uint64_t kTrimShare = 16;
 
 }  // namespace
@@ -37,7 +37,7 @@ struct MemoryGate::Room {
     MemoryUse use;
     Kind kind = Kind::kNeeded;
   };
-  /// Bytes that holders of one name said; the largest counts.
+  /// Bytes declared by the holders of one name; the largest counts.
   struct Name {
     std::multiset<std::uint64_t> needed;
     std::multiset<std::uint64_t> idle;
@@ -56,7 +56,7 @@ struct MemoryGate::Room {
   std::map<std::uint64_t, Held> held GUARDED_BY(mutex);
   std::map<std::string, Name> names GUARDED_BY(mutex);
   Total total GUARDED_BY(mutex);
-  std::uint64_t freed_bytes GUARDED_BY(mutex) = 0;  ///< Since the allocator gave its own back.
+  std::uint64_t freed_bytes GUARDED_BY(mutex) = 0;  ///< Since the last malloc_trim().
   std::vector<std::function<bool()>> reclaimers GUARDED_BY(mutex);
 
   static std::uint64_t largest(const std::multiset<std::uint64_t>& bytes) {
@@ -91,7 +91,7 @@ struct MemoryGate::Room {
     }
   }
 
-  /// With the lease being this. Puts everything back.
+  /// Returns the total if the lease had this use; changes nothing.
   Total total_with(std::uint64_t id, const MemoryUse& use) REQUIRES(mutex) {
     const auto found = held.find(id);
     const Held next{.use = use};
@@ -134,7 +134,7 @@ struct MemoryGate::Room {
   bool is_within(std::uint64_t bytes, std::uint64_t most) const {
     return bytes_max == 0 || bytes <= (most == 0 ? bytes_max : most);
   }
-  /// What was freed goes back to the machine before more is given.
+  /// Returns freed memory to the system before more is allocated.
   void trim() {
     {
       const core::MutexLock lock(mutex);
@@ -145,7 +145,7 @@ struct MemoryGate::Room {
     }
     ::malloc_trim(0);
   }
-  /// One idle thing less; false: there is none.
+  /// Releases one idle object; returns false if there is none.
   bool reclaim() {
     std::vector<std::function<bool()>> each;
     {
@@ -163,7 +163,7 @@ struct MemoryGate::Room {
         return true;
       }
       if (!is_within(total_with(id, use).needed, most)) {
-        return false;  // Nothing idle goes in vain.
+        return false;  // Nothing idle is dropped in vain.
       }
     } while (reclaim());
     return false;
@@ -177,8 +177,8 @@ struct MemoryGate::Room {
     const std::string needs = std::string(what) + " needs " + memory_words(bytes) + " of memory";
     if (!is_within(bytes, 0)) {
       return Error{ErrorCode::kTooLarge,
-                   needs + "; all requests and jobs of this server may have " +
-                       memory_words(bytes_max) + " together (--memory)",
+                   needs + "; the limit for all requests and jobs of this server is " +
+                       memory_words(bytes_max) + " (--memory)",
                    ""};
     }
     const auto deadline = Clock::now() + patience;
@@ -192,7 +192,7 @@ struct MemoryGate::Room {
                          " are in use (--memory); try again",
                      ""};
       }
-      // Between the look and here something may have been freed: look again soon.
+      // Memory may have been freed between the check and this wait, so the wait is short.
       static_cast<void>(freed.wait_for(mutex, std::min(left, std::chrono::milliseconds(100))));
     }
     return core::ok_status();

@@ -2,8 +2,8 @@
 ///
 /// One limit for all: films and scenes of jobs, scenes being decoded, dry runs, films and images of
 /// requests, comparisons. A request that does not fit waits, or is refused with the figures. A
-/// shared object (a scene) has a name and counts once. Cached objects that nobody uses are dropped
-/// when memory is short.
+/// shared object (a scene) has a name and counts once. Cached objects that are not in use are
+/// dropped when memory is short.
 #pragma once
 
 #include <chrono>
@@ -77,7 +77,7 @@ class MemoryGate {
   /// Changes the lease to this use if everything then fits into `most` (0: the gate's limit) once
   /// idle memory is dropped.
   bool try_change(Lease& lease, const MemoryUse& use, std::uint64_t most = 0);
-  /// Whether try_change() would succeed once all idle memory is dropped.
+  /// Returns whether try_change() would succeed once all idle memory is dropped.
   bool has_room(const Lease& lease, const MemoryUse& use, std::uint64_t most = 0) const;
   /// Changes the lease, beyond the limit if necessary.
   static void change(Lease& lease, const MemoryUse& use);

@@ -12,7 +12,7 @@ struct CounterRow {
   Counter counter;
   std::string_view family;
   std::string_view labels;
-  std::string_view help;  ///< Of the family; rows of one family stand together.
+  std::string_view help;  ///< Of the family; rows of one family are adjacent.
 };
 constexpr std::array kCounters = {
     CounterRow{Counter::kCheckpointWritten, "tessera_checkpoints_total", R"(outcome="written")",
@@ -21,8 +21,7 @@ constexpr std::array kCounters = {
     CounterRow{Counter::kFilmEvicted, "tessera_films_evicted_total", "",
                "Films of ended jobs removed to keep the disk below its limit."},
     CounterRow{Counter::kWebhookDelivered, "tessera_webhook_deliveries_total",
-               R"(result="delivered")",
-               "Calls of webhooks: taken by the receiver, to be tried again, given up."},
+               R"(result="delivered")", "Webhook calls: delivered, to be retried, given up."},
     CounterRow{Counter::kWebhookFailed, "tessera_webhook_deliveries_total", R"(result="failed")",
                ""},
     CounterRow{Counter::kWebhookGivenUp, "tessera_webhook_deliveries_total", R"(result="given_up")",
@@ -40,7 +39,7 @@ constexpr std::array kRefusals = {
     RefusalRow{431, "header_size"}, RefusalRow{503, "busy"},      RefusalRow{507, "storage"},
 };
 
-/// Anybody can make up methods.
+/// Clients can invent methods, so unknown ones share a label.
 std::string_view known_method(std::string_view method) {
   constexpr std::array<std::string_view, 7> kMethods = {"GET",   "HEAD",   "POST",   "PUT",
                                                         "PATCH", "DELETE", "OPTIONS"};
@@ -160,7 +159,7 @@ void Metrics::count(Counter counter) {
 }
 
 void Metrics::write_http(MetricsText& text) const {
-  text.family("tessera_http_requests_total", "counter", "Requests answered; streams apart.");
+  text.family("tessera_http_requests_total", "counter", "Requests answered, excluding streams.");
   for (const auto& [key, count] : requests_) {
     const auto& [method, route, status] = key;
     text.sample("tessera_http_requests_total",
@@ -168,21 +167,22 @@ void Metrics::write_http(MetricsText& text) const {
                     metric_label("status", std::to_string(status)),
                 static_cast<double>(count));
   }
-  text.family("tessera_http_request_duration_seconds", "histogram",
-              "From the first byte of a request to the last of its answer; streams apart.");
+  text.family(
+      "tessera_http_request_duration_seconds", "histogram",
+      "Time from the first byte of a request to the last byte of its response, excluding streams.");
   for (const auto& [route, histogram] : durations_) {
     histogram.write(text, "tessera_http_request_duration_seconds", metric_label("route", route),
                     kRequestBounds);
   }
   text.family("tessera_http_stream_duration_seconds", "histogram",
-              "The same of event and tile streams and of requests that wait for a job.");
+              "Duration of event and tile streams and of requests that wait for a job.");
   for (const auto& [route, histogram] : streams_) {
     histogram.write(text, "tessera_http_stream_duration_seconds", metric_label("route", route),
                     kStreamBounds);
   }
   text.counter("tessera_http_received_bytes_total", "Bytes of request bodies.",
                static_cast<double>(bytes_received_));
-  text.counter("tessera_http_sent_bytes_total", "Bytes of bodies of answers.",
+  text.counter("tessera_http_sent_bytes_total", "Bytes of response bodies.",
                static_cast<double>(bytes_sent_));
   text.family("tessera_http_refusals_total", "counter", "Requests refused, by reason.");
   for (const RefusalRow& row : kRefusals) {
@@ -217,7 +217,8 @@ void Metrics::write(MetricsText& text) const {
                 static_cast<double>(count));
   }
   write_counters(text);
-  text.family("tessera_queue_wait_seconds", "histogram", "From submission to the first slice.");
+  text.family("tessera_queue_wait_seconds", "histogram",
+              "Time from submission to the first slice.");
   queue_wait_.write(text, "tessera_queue_wait_seconds", "", kWaitBounds);
 }
 

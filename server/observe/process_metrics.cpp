@@ -12,7 +12,7 @@
 namespace server {
 namespace {
 
-/// Seconds since 1970 when the machine was started; 0: not known.
+/// Returns the time of the machine's start in seconds since 1970; 0: unknown.
 double boot_seconds() {
   std::ifstream file("/proc/stat");
   for (std::string word; file >> word;) {
@@ -24,7 +24,7 @@ double boot_seconds() {
   return 0;
 }
 
-/// proc(5): /proc/PID/stat after the name, which stands in brackets and may hold spaces.
+/// proc(5): /proc/PID/stat after the name, which is in brackets and may contain spaces.
 struct ProcessStat {
   double cpu_seconds = 0;
   double threads = 0;
@@ -34,7 +34,7 @@ struct ProcessStat {
 };
 
 ProcessStat read_stat() {
-  constexpr int kFirst = 3;  // The field after the name.
+  constexpr int kFirst = 3;  // First field after the name.
   constexpr int kUserTicks = 14;
   constexpr int kSystemTicks = 15;
   constexpr int kThreads = 20;
@@ -71,7 +71,7 @@ double open_files() {
        !failure && file != std::filesystem::directory_iterator(); file.increment(failure)) {
     ++count;
   }
-  return count - 1;  // The folder itself was open while it was read.
+  return count - 1;  // Excludes the descriptor of the folder itself.
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ void write_process_metrics(MetricsText& text) {
   text.gauge("process_open_fds", "Open file descriptors.", open_files());
   rlimit limit = {};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) {
-    text.gauge("process_max_fds", "Most file descriptors that may be open.",
+    text.gauge("process_max_fds", "Maximum number of open file descriptors.",
                static_cast<double>(limit.rlim_cur));
   }
 }

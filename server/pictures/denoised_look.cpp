@@ -52,7 +52,7 @@ DenoisedFacts denoised_facts(const api::DenoisedView& view, const api::ImageQuer
       out.error.append(", ").append(api::number_text(error.high));
     }
   }
-  // The denoiser's own picture stays biased; the mixed one converges to the plain one.
+  // The denoiser's picture stays biased; the mixed one converges to the plain one.
   out.bias = is_full(query) ? "biased" : "consistent";
   return out;
 }

@@ -11,7 +11,7 @@
 
 namespace server {
 
-/// Whether the query asks for a denoised image.
+/// Returns whether the query asks for a denoised image.
 bool wants_denoised(const api::ImageQuery& query);
 
 /// Returns the layer that replaces beauty. Errors: kInvalidArgument at /denoise for another layer.

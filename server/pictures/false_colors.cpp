@@ -12,8 +12,8 @@
 namespace server {
 namespace {
 
-/// Hues step by the golden ratio's share of the circle, so that neighbouring ids are far apart;
-/// lightness changes with every other id.
+/// Hues of adjacent ids differ by the golden ratio's share of the circle, so that they are far
+/// apart; lightness alternates.
 core::Rgb color_of(std::uint32_t id) {
   if (id == 0) {
     return {};

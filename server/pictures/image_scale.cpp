@@ -11,13 +11,13 @@
 namespace server {
 namespace {
 
-/// The part of [begin, end) that lies in pixel `i`.
+/// Returns the part of [begin, end) that lies in pixel `i`.
 float overlap(int i, double begin, double end) {
   const double part = std::min(end, i + 1.0) - std::max(begin, static_cast<double>(i));
   return static_cast<float>(std::max(part, 0.0));
 }
 
-/// One row of the smaller image, from the rows that it covers.
+/// One row of the downscaled image, from the rows that it covers.
 class ScaledRow {
  public:
   ScaledRow(core::ImageRows image, int width, int height)

@@ -17,12 +17,12 @@
 namespace server {
 namespace {
 
-/// Where pixels show something.
+/// Bounds of the pixels that show an object.
 struct Seen {
   std::uint32_t object = 0;
   int left = 0;
   int top = 0;
-  int right = 0;  ///< the last column
+  int right = 0;  ///< last column
   int bottom = 0;
   std::uint64_t pixels = 0;
 };
@@ -80,7 +80,7 @@ api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::Ob
   return out;
 }
 
-/// From rays through the middle of the film and of the right side of it.
+/// Derived from rays through the centre of the film and of its right edge.
 api::ViewpointView viewpoint_of(const core::Camera& camera, int width, int height) {
   const auto w = static_cast<float>(width);
   const auto h = static_cast<float>(height);
@@ -132,7 +132,7 @@ core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const 
   const auto kept = boxes_.get(key, [&]() -> core::Result<Made> {
     auto made = std::make_shared<const core::ObjectBoxes>(
         core::object_boxes(*view.scene, *camera, width, height, instances));
-    constexpr std::uint64_t kNodeBytes = 48;  // of a map, beside what it holds
+    constexpr std::uint64_t kNodeBytes = 48;  // of a map node, besides its value
     const std::uint64_t each = sizeof(core::ObjectBox) + kNodeBytes;
     return Made{.value = made,
                 .bytes = 2 * key.size() + (made->objects.size() + made->instances.size()) * each};

@@ -25,7 +25,7 @@ using core::ErrorCode;
 
 namespace {
 
-/// Without the channel named A; what stays keeps its order.
+/// Removes the channel named A; the others keep their order.
 core::ImageRows without_alpha(core::ImageRows image) {
   std::vector<std::size_t> kept;
   std::vector<std::string> names;
@@ -49,7 +49,7 @@ core::ImageRows without_alpha(core::ImageRows image) {
   return image;
 }
 
-/// Where a picture comes from, in the file itself.
+/// Returns the metadata of the image's origin, stored in the file.
 std::map<std::string, std::string> provenance(const api::JobView& view,
                                               const api::ServerView& about) {
   const std::string build = view.build.empty() ? api::build_json(about) : view.build;
@@ -81,13 +81,13 @@ std::map<std::string, std::string> provenance(const api::JobView& view,
   return texts;
 }
 
-/// EXR shows all layers unless one is asked for, or the denoised picture.
+/// EXR contains all layers unless a layer or the denoised picture is requested.
 bool shows_all_layers(const Picture& picture) {
   return picture.query.mix.empty() && !picture.query.layer && picture.format.extension == "exr" &&
          !picture.denoised;
 }
 
-/// What a picture takes at most until it is sent.
+/// Returns the largest memory of a picture until it is sent.
 std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
   const bool all_layers = shows_all_layers(picture);
   const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
@@ -111,7 +111,7 @@ bool is_color(const api::ImageQuery& query) {
   if (layer != nullptr) {
     return layer->is_color;
   }
-  const auto share = core::light_share(layer_of(query));  // has no row
+  const auto share = core::light_share(layer_of(query));  // not in the table
   return !share || !share->is_irradiance;
 }
 
@@ -142,7 +142,8 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
   return options;
 }
 
-/// Ids are whole and mattes belong to their pixel: neither has a scale, a range or a mean.
+/// Ids are integers and mattes belong to their pixel: neither can be scaled, mapped to a range or
+/// averaged.
 std::optional<Error> refused_ids(const Picture& picture) {
   const core::LayerForm form = form_of(picture.query);
   const core::FilmSettings& film = picture.view.spec.render.film;
@@ -164,13 +165,13 @@ std::optional<Error> refused_ids(const Picture& picture) {
                         (form == core::LayerForm::kIds && picture.format.extension == "tif");
   if (!is_plain && is_linear && !is_exact) {
     return refused("." + std::string(picture.format.extension) +
-                       " does not hold this layer; exr does, and tif holds ids",
+                       " cannot store this layer; exr can, and tif can store ids",
                    "/layer");
   }
   return std::nullopt;
 }
 
-/// Sums of shares of the light stand for the picture, and have its error.
+/// A mix of light shares replaces the picture, and has its error.
 std::optional<Error> refused_mix(const core::Film& film, const Picture& picture) {
   const api::ImageQuery& query = picture.query;
   if (query.mix.empty()) {
@@ -180,11 +181,11 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
     return Error{ErrorCode::kInvalidArgument, std::move(why), "/mix"};
   };
   if (query.mix.size() != film.shares().size()) {
-    return refused("has " + std::to_string(query.mix.size()) + " weights; the job keeps " +
-                   std::to_string(film.shares().size()) + " shares of the light");
+    return refused("has " + std::to_string(query.mix.size()) + " weights; the job records " +
+                   std::to_string(film.shares().size()) + " light shares");
   }
   if (layer_of(query) != core::kBeauty && layer_of(query) != "error") {
-    return refused("is of the layers beauty and error");
+    return refused("applies only to the layers beauty and error");
   }
   if (query.denoise != api::DenoiseShow::kOff) {
     return refused("is not denoised");
@@ -203,7 +204,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   }
   if (picture.query.background &&
       (!is_color(picture.query) || (!picture.query.layer && picture.format.extension == "exr"))) {
-    return Error{ErrorCode::kInvalidArgument, "only one layer of colour stands before a background",
+    return Error{ErrorCode::kInvalidArgument, "only a single colour layer can have a background",
                  "/background"};
   }
   if (picture.query.parts && !shows_all_layers(picture)) {
@@ -235,7 +236,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
     return Error{layers.error().code, layers.error().message, "/layer"};
   }
   core::ImageRows rows = layers->rows();
-  // Formats without alpha need it to stand before something.
+  // Formats without alpha composite over a background, which needs it.
   if (!all_layers && !core::is_transparent(picture.view.spec.render)) {
     rows = without_alpha(std::move(rows));
   }

@@ -50,7 +50,7 @@ class PictureMaker {
   const api::ServerView& about_;
 };
 
-/// Whether the image stores names from the job's scene.
+/// Returns whether the image stores names from the job's scene.
 bool wants_names(const core::ImageFormat& format, const core::FilmSettings& film);
 
 /// Returns kInvalidArgument when the requested rectangle reaches beyond the film.

@@ -22,13 +22,13 @@ std::vector<double> unknown(std::size_t count) {
   return std::vector<double>(count, std::numeric_limits<double>::quiet_NaN());
 }
 
-/// A layer that is a mean over the samples, without an error of its own.
+/// Returns a layer that is a mean over the samples, without its own error estimate.
 api::PixelLayer plain_layer(const core::FilmSnapshot& snapshot, std::size_t index,
                             const core::LayerEntry& row) {
   const std::size_t channels = row.channels.size();
   std::vector<float> plane(snapshot.pixel_count() * channels);
   row.fill(snapshot, plane);
-  const std::size_t shown = std::min<std::size_t>(channels, 3);  // alpha is a layer of its own
+  const std::size_t shown = std::min<std::size_t>(channels, 3);  // alpha is a separate layer
   const float* first = &plane[index * channels];
   return api::PixelLayer{.name = std::string(row.name),
                          .mean = std::vector<double>(first, first + shown),
@@ -56,7 +56,7 @@ struct PixelPlace {
   int y = 0;
 };
 
-/// A share of the light; snapshot: with the share in place of the picture.
+/// Returns a light share; snapshot: with the share in place of the picture.
 api::PixelLayer share_layer(const core::FilmSnapshot& snapshot, const std::string& layer,
                             std::size_t index, PixelPlace at, bool has_interval) {
   api::PixelLayer out{.name = layer,

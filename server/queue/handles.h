@@ -1,4 +1,4 @@
-/// What the NATS library has open for a link, for the sources of this folder.
+/// Handles of the NATS library that belong to a link, for the sources of this folder.
 #pragma once
 
 #include <string>

@@ -7,7 +7,7 @@
 namespace queue {
 namespace {
 
-/// How long an operation of JetStream may take.
+/// Longest duration of a JetStream operation.
 constexpr std::int64_t kWaitMs = 2000;
 constexpr std::int64_t kReconnectMs = 250;
 

@@ -1,5 +1,5 @@
-/// NatsLink: a connection to a NATS server, made again whenever it breaks. With its folder the only
-/// home of the NATS library.
+/// NatsLink: a connection to a NATS server, reopened whenever it breaks. Its folder is the only
+/// user of the NATS library.
 #pragma once
 
 #include <atomic>
@@ -15,22 +15,22 @@ namespace queue {
 struct Address {
   std::string url;          ///< nats://[USER:PASSWORD@|TOKEN@]HOST[:PORT] or tls://...
   std::string credentials;  ///< file of a user's JWT and seed; empty: none
-  std::string ca;           ///< PEM file that the server's certificate is checked with; empty: the
-                            ///< machine's own
+  std::string
+      ca;  ///< PEM file that verifies the server's certificate; empty: the system's certificates
 };
 
-/// HOST:PORT. Errors: kInvalidArgument for a text that is no such address.
+/// Returns HOST:PORT. Errors: kInvalidArgument for an invalid address.
 core::Result<std::string> host_and_port(const std::string& url);
-/// Versions whose JetStream loses streams when its process is killed are refused. "" is not known,
-/// and let through. Source: release notes of nats-server 2.10.23, which repairs it.
+/// Refuses versions whose JetStream loses streams when its process is killed. "" means unknown and
+/// is accepted. Source: release notes of nats-server 2.10.23, which fixes it.
 core::Status check_version(std::string_view version);
-/// What the server at the address says on connecting; "" when it says nothing in plain text.
+/// Returns the version that the server reports on connecting; "" if it reports none in plain text.
 /// Errors: kUnavailable.
 core::Result<std::string> server_version(const std::string& url);
 
 class NatsLink {
  public:
-  /// Comes back without a connection where there is no server yet: it goes on trying. Errors:
+  /// Returns a link without a connection if the server is unreachable, and keeps trying. Errors:
   /// kInvalidArgument (address, credentials, certificates).
   static core::Result<std::shared_ptr<NatsLink>> open(const Address& address,
                                                       const std::string& name);
@@ -39,10 +39,10 @@ class NatsLink {
   NatsLink& operator=(const NatsLink&) = delete;
 
   bool is_connected() const;
-  /// Another number after each time that the connection was made anew.
+  /// Returns a number that changes after each reconnection.
   std::uint64_t generation() const { return generation_; }
   const std::string& url() const { return url_; }
-  /// HOST:PORT.
+  /// Returns HOST:PORT.
   const std::string& name() const { return name_; }
 
  private:

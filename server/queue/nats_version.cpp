@@ -1,4 +1,4 @@
-// The address and the version of a NATS server.
+// Address and version of a NATS server.
 #include <array>
 #include <charconv>
 #include <cstring>
@@ -20,7 +20,7 @@ using core::ErrorCode;
 
 struct Place {
   std::string host;
-  std::string port = "4222";  // the one that NATS has with IANA
+  std::string port = "4222";  // the port registered for NATS with IANA
 };
 
 std::optional<Place> place_of(std::string_view url) {
@@ -69,8 +69,7 @@ core::Result<std::string> host_and_port(const std::string& url) {
     return place->host + ":" + place->port;
   }
   return Error{ErrorCode::kInvalidArgument,
-               "\"" + url + "\" is no address of a NATS server; one looks like nats://HOST:4222",
-               ""};
+               "\"" + url + "\" is not an address of a NATS server such as nats://HOST:4222", ""};
 }
 
 core::Status check_version(std::string_view version) {
@@ -85,8 +84,8 @@ core::Status check_version(std::string_view version) {
   if (parts[0] == 2 && parts[1] == 10 && parts[2] < kRepaired) {
     return Error{ErrorCode::kInvalidArgument,
                  "nats-server " + std::string(version) +
-                     " is not used: versions 2.10.0 to 2.10.22 may lose a stream when their "
-                     "process ends; take 2.10.23 or newer, or 2.9",
+                     " is not supported: versions 2.10.0 to 2.10.22 may lose a stream when their "
+                     "process ends; use 2.10.23 or newer, or 2.9",
                  ""};
   }
   return core::ok_status();
@@ -113,7 +112,7 @@ core::Result<std::string> server_version(const std::string& url) {
         ::connect(socket.fd(), each->ai_addr, each->ai_addrlen) != 0) {
       continue;
     }
-    // "INFO {...,"version":"2.9.10",...}\r\n", of some hundred bytes.
+    // "INFO {...,"version":"2.9.10",...}\r\n", a few hundred bytes.
     std::string line;
     constexpr std::size_t kLineMax = 65536;
     while (line.find('\n') == std::string::npos && line.size() < kLineMax) {

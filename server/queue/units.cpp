@@ -22,7 +22,7 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   }
   jsCtx* js = link_->handles_->jetstream;
   jsErrCode code{};
-  // What an earlier process or connection has left is of no use.
+  // Units left by an earlier process or connection are obsolete.
   static_cast<void>(js_DeleteStream(js, kStream, nullptr, &code));
   std::array<const char*, 1> subjects = {kSubject};
   jsStreamConfig stream;
@@ -34,7 +34,7 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   stream.Storage = js_MemoryStorage;
   stream.Replicas = 1;
   if (const natsStatus s = js_AddStream(nullptr, js, &stream, nullptr, &code); s != NATS_OK) {
-    return nats_error("the stream of units cannot be made (is JetStream on?)", s);
+    return nats_error("the stream of units cannot be created (is JetStream enabled?)", s);
   }
   jsConsumerConfig consumer;
   jsConsumerConfig_Init(&consumer);
@@ -45,7 +45,7 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   consumer.MaxAckPending = -1;
   if (const natsStatus s = js_AddConsumer(nullptr, js, kStream, &consumer, nullptr, &code);
       s != NATS_OK) {
-    return nats_error("the consumer of units cannot be made", s);
+    return nats_error("the consumer of units cannot be created", s);
   }
   return core::ok_status();
 }
@@ -54,7 +54,8 @@ core::Status UnitPublisher::publish(std::string_view unit) {
   jsErrCode code{};
   const natsStatus s = js_Publish(nullptr, link_->handles_->jetstream, kSubject, unit.data(),
                                   static_cast<int>(unit.size()), nullptr, &code);
-  return s == NATS_OK ? core::ok_status() : core::Status(nats_error("a unit is not published", s));
+  return s == NATS_OK ? core::ok_status()
+                      : core::Status(nats_error("a unit could not be published", s));
 }
 
 void UnitPublisher::request_report(const std::string& worker) {
@@ -121,7 +122,7 @@ std::optional<UnitPuller::Unit> UnitPuller::next(std::chrono::milliseconds time)
     natsSubscription* made = nullptr;
     if (js_PullSubscribe(&made, link_->handles_->jetstream, kSubject, kConsumer, nullptr, &options,
                          &code) != NATS_OK) {
-      return wait_the_rest();  // No coordinator has made the consumer yet.
+      return wait_the_rest();  // No coordinator has created the consumer yet.
     }
     subscription_ = made;
   }
@@ -144,7 +145,7 @@ std::optional<UnitPuller::Unit> UnitPuller::next(std::chrono::milliseconds time)
 
 UnitPuller::Unit::~Unit() { natsMsg_Destroy(static_cast<natsMsg*>(message_)); }
 
-// A signal that gets lost does no harm: the coordinator knows which units are open.
+// A lost message is harmless: the coordinator knows which units are open.
 void UnitPuller::Unit::renew() const {
   static_cast<void>(natsMsg_InProgress(static_cast<natsMsg*>(message_), nullptr));
 }

@@ -1,8 +1,8 @@
 /// Units of work on a JetStream work queue: the coordinator publishes their names, each is given to
-/// one worker at a time, and again to another when the first one falls silent.
+/// one worker at a time, and to another if that one stops responding.
 ///
-/// The stream is in memory and has one replica: what is open is known to the coordinator, which
-/// publishes it again whenever the broker has lost it.
+/// The stream is in memory and has one replica: the coordinator knows the open units and publishes
+/// them again whenever the broker has lost them.
 #pragma once
 
 #include <chrono>
@@ -20,10 +20,10 @@ class UnitPublisher {
  public:
   explicit UnitPublisher(std::shared_ptr<NatsLink> link) : link_(std::move(link)) {}
 
-  /// Makes the stream, empty, and its consumer. silence: of a worker, before a unit goes to the
-  /// next. Errors: kUnavailable; kInvalidArgument for a server that is not used.
+  /// Creates the stream, empty, and its consumer. silence: time without renewal after which a unit
+  /// goes to the next worker. Errors: kUnavailable; kInvalidArgument for an unsupported server.
   core::Status prepare(std::chrono::milliseconds silence);
-  /// Errors: kUnavailable; then the stream has to be prepared anew.
+  /// Errors: kUnavailable; call prepare() again.
   core::Status publish(std::string_view unit);
   /// Asks the worker to report at once. The request may get lost.
   void request_report(const std::string& worker);
@@ -50,7 +50,7 @@ class ReportRequests {
   void* subscription_ = nullptr;
 };
 
-/// Of one thread of a worker.
+/// Used by one thread of a worker.
 class UnitPuller {
  public:
   explicit UnitPuller(std::shared_ptr<NatsLink> link);
@@ -58,8 +58,8 @@ class UnitPuller {
   UnitPuller(const UnitPuller&) = delete;
   UnitPuller& operator=(const UnitPuller&) = delete;
 
-  /// A unit that was given to this worker; destroyed without done(), it goes to another one when it
-  /// is due.
+  /// A unit given to this worker; if destroyed without done(), another worker gets it when it is
+  /// due.
   class Unit {
    public:
     Unit(std::string name, void* message) : name_(std::move(name)), message_(message) {}
@@ -71,18 +71,18 @@ class UnitPuller {
     Unit& operator=(const Unit&) = delete;
 
     const std::string& name() const { return name_; }
-    /// It is not given to another one for as long again. From any thread.
+    /// Extends the time until another worker gets it. From any thread.
     void renew() const;
-    /// It is never given again.
+    /// Removes it from the queue.
     void done() const;
-    /// Another one may have it at once.
+    /// Makes it available to other workers at once.
     void hand_back() const;
 
    private:
     std::string name_;
     void* message_;
   };
-  /// Waits for a unit that long. Empty: there is none, or no broker.
+  /// Waits for a unit for that long. Returns empty if there is none, or no broker.
   std::optional<Unit> next(std::chrono::milliseconds time);
 
  private:

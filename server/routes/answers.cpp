@@ -67,7 +67,7 @@ Response list_answer(const Request& request, std::string json,
   Response response = json_response(200, std::move(json));
   response.compressible = true;
   if (next) {
-    // The same request with another cursor.
+    // Repeats the request with another cursor.
     std::string target = request.path + "?cursor=" + *next;
     for (const auto& [name, value] : request.query_params) {
       if (name != "cursor") {

@@ -21,7 +21,7 @@ Response error_answer(const Request& request, core::ErrorCode code, std::string 
 /// Returns the job named by `{id}`, or a 404 when the request may see no such job.
 std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& request);
 
-/// Returns 422 when the query has any parameter.
+/// Returns 422 if the query has any parameter.
 std::optional<Response> refuse_query(const Request& request);
 
 /// Returns the sequence before which the next page starts. Empty: not a valid cursor.

@@ -1,4 +1,4 @@
-// Assets: files by the hash of their content.
+// Assets: files named by the hash of their content.
 
 #include <mutex>
 #include <shared_mutex>
@@ -27,7 +27,7 @@ Response upload(const RouteContext& context, Request& request, const std::string
   }
   StorageQuota::Room room = context.quota.room(request.access.tenant, StorageQuota::Kind::kAsset);
   const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
-  // Named, and kept already: nothing more will be.
+  // The file is stored already and needs no further space.
   const auto kept = context.assets.keeps(expected_id, request.access);
   if (!kept) {
     return error_answer(request, kept.error());
@@ -73,9 +73,9 @@ Response upload(const RouteContext& context, Request& request, const std::string
 Response put(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (!api::is_sha256(id)) {
-    return error_answer(request,
-                        Error{ErrorCode::kInvalidArgument,
-                              "\"" + id + "\" is no sha256: 64 lower-case hex digits", "/sha256"});
+    return error_answer(
+        request, Error{ErrorCode::kInvalidArgument,
+                       "\"" + id + "\" is not a sha256 (64 lower-case hex digits)", "/sha256"});
   }
   return upload(context, request, id);
 }
@@ -113,9 +113,9 @@ Response remove(const RouteContext& context, Request& request) {
     return error_answer(request, found.error());
   }
   if (!precondition_holds(request, make_etag(id))) {
-    return error_answer(request, api::kPreconditionFailed, "If-Match names another content");
+    return error_answer(request, api::kPreconditionFailed, "If-Match does not match the content");
   }
-  // Nobody can name it between the look and the deletion.
+  // No request can refer to the asset between the check and its deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
   const auto in_use = [&](const std::optional<std::string>& tenant) {
     return context.jobs.index().needs_asset(id, tenant);

@@ -13,8 +13,9 @@ namespace server {
 
 namespace {
 
-// Thumbnails of a sheet, pixels. Smaller ones where there are many: a sheet of 512 jobs, 23 in a
-// row, then needs no more memory than a picture of 4 megapixels.
+// Size of a sheet's thumbnails, in pixels, and the longest side of a sheet. Many jobs get smaller
+// thumbnails: a sheet of 512 jobs, 23 in a row, then needs no more memory than a picture of 4
+// megapixels.
 constexpr int kCell = 240;
 constexpr int kGap = 8;
 constexpr int kSheetSide = 2048;
@@ -31,7 +32,7 @@ struct Grid {
   int cell;
 };
 
-/// Grey, grey with alpha, RGB or RGBA of 8 or 16 bits into three channels of [0,1].
+/// Converts grey, grey with alpha, RGB or RGBA of 8 or 16 bits to three channels in [0,1].
 void paste(const core::Image& image, core::FloatImage& sheet, int left, int top) {
   const auto value = [&image](std::size_t index) {
     if (image.type == core::PixelType::kU16) {
@@ -134,7 +135,7 @@ core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jo
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const auto made = picture(jobs[i], png, look);
     if (!made) {
-      continue;  // Nothing rendered yet, or no more there.
+      continue;  // Nothing rendered yet, or the film is gone.
     }
     const auto image =
         core::decode_image(std::as_bytes(std::span(*made->content)), core::ImageLimits{});

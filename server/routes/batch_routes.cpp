@@ -1,4 +1,4 @@
-// Batches: submit, list, look, cancel, try again, delete; their pictures.
+// Batches: submit, list, get, cancel, retry, delete; images of their jobs.
 
 #include <algorithm>
 #include <string>
@@ -108,7 +108,7 @@ Response look(const RouteContext& context, Request& request) {
   return view_answer(context, request, 200);
 }
 
-/// The batch after the change that was asked for.
+/// Returns the batch after the requested change.
 Response changed(const RouteContext& context, Request& request, int status,
                  Verdict (BatchService::*change)(std::string_view, const Access&)) {
   if (auto refused = refuse_query(request)) {
@@ -143,7 +143,7 @@ const core::ImageFormat& format_of(std::string_view extension) {
   return *found;
 }
 
-/// Those that have a picture, or why there is no archive.
+/// Returns the jobs that have a film. Errors: why there is no archive.
 core::Result<std::vector<JobPointer>> pictured(const std::vector<JobPointer>& jobs) {
   std::vector<JobPointer> found;
   std::string evicted;
@@ -184,7 +184,7 @@ Response archive(const RouteContext& context, Request& request) {
     return error_answer(request, found.error());
   }
   const BatchPictures pictures(context, query->look);
-  // What no picture can have is told while a status can still say so.
+  // Makes the first image before the status is sent, so that errors common to all images get one.
   const auto first = pictures.picture(found->front(), format, query->look);
   if (!first) {
     return error_answer(request, first.error());

@@ -32,7 +32,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// Ends of the scales of the maps.
+/// Ends of the maps' scales.
 constexpr float kZScale = 5;
 
 Error too_many_pixels(int width, int height) {
@@ -47,8 +47,8 @@ bool is_too_large(int width, int height) {
   return std::int64_t{width} * height > api::limits::kComparisonPixels;
 }
 
-/// What comparing takes for a pixel of each side: the picture, the copy of a film or file that it
-/// is made from, tables of sums, half of the maps. Measured by tests/stress/memory --measure: 84.
+/// Memory per pixel of each side: the picture, the copy of the film or file that it is made from,
+/// tables of sums, and half of the maps. Measured by tests/stress/memory --measure: 84.
 constexpr std::uint64_t kSideBytes = 100;
 
 core::Status take_side(MemoryGate::Lease& lease, int width, int height) {
@@ -93,8 +93,7 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const Si
   }
   core::Picture picture = core::picture_of((*film)->snapshot());
   if (!core::errors_are_valid((*job)->record().view.spec.render)) {
-    picture.half_difference
-        .clear();  // The halves are not independent: nothing tells how far off it is.
+    picture.half_difference.clear();  // The halves are dependent: no valid error.
   }
   return picture;
 }
@@ -150,13 +149,13 @@ core::Result<std::string> png(int width, int height, const Color& color) {
         return static_cast<const float*>(row.data());
       }};
   core::EncodeOptions options;
-  options.is_color = false;  // These are display values already.
+  options.is_color = false;  // Already display values.
   return core::encode_rows(image, core::image_formats().front(), options);
 }
 
 core::Result<ComparisonMaps> make_maps(const core::Comparison& result,
                                        const core::Picture& reference) {
-  // Relative as in relmse, with its sign; the root shows one part in a hundred as a tenth of the
+  // Relative as in relmse, but signed; the square root maps one part in a hundred to a tenth of the
   // scale.
   const auto difference = [&](std::size_t i) {
     const float y = core::luminance(reference.values[i]);

@@ -70,9 +70,9 @@ void EventStream::run(StreamWriter& writer) {
   }
   while (!ended_ && !writer.client_gone()) {
     if (writer.stopping()) {
-      // The client comes back, and goes on where it was.
+      // Asks the client to reconnect and resume.
       writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
-                   format_sse_comment("the server stops"));
+                   format_sse_comment("the server is shutting down"));
       return;
     }
     if (!send_news(writer)) {
@@ -88,7 +88,8 @@ std::string EventStream::beginning() {
     if (!same_stream || last_->seq > job_->log().last_seq()) {
       return from_store(*last_);
     }
-    // The id stays the client's own: should it break off now, it has still missed the rest.
+    // The snapshot carries the client's own id: if the connection breaks now, the later events are
+    // still missing.
     seq_ = last_->seq;
     return snapshot(format_sse_id(stream_, seq_));
   }
@@ -105,7 +106,7 @@ std::string EventStream::ended_job() {
       job_->end_mark().value_or(EndMark{.stream = jobs_.journal().run_number(), .seq = 1});
   const std::string stream = stream_name(end.stream);
   ended_ = true;
-  // One after the other: who watches several jobs counts them as they are written.
+  // Separate statements fix the order of the calls: JobsStream counts events as they are formatted.
   const std::string first = snapshot(format_sse_id(stream, end.seq - 1));
   return first +
          text_of(format_sse_id(stream, end.seq), api::EventType::kEnd, api::end_event(view));
@@ -122,13 +123,13 @@ std::string EventStream::from_store(const SseId& last) {
                          job_->history() == Job::History::kInLog;
       const auto type = api::event_type_from_text(event.type);
       if (!type || *type == api::EventType::kEnd || later) {
-        continue;  // The end comes last, what is later in its turn.
+        continue;  // `end` comes last; later events follow in order.
       }
       text += text_of(format_sse_id(stream_name(event.stream), event.seq), *type, event.data);
     }
   }
   text += text_of("", api::EventType::kReset,
-                  api::reset_event("progress and tiles of the time in between are not kept"));
+                  api::reset_event("progress and tiles from the time in between are not stored"));
   if (api::is_final(job_->state())) {
     return text + ended_job();
   }
@@ -147,12 +148,12 @@ std::string EventStream::news() {
   for (const LoggedEvent& event : events) {
     seq_ = event.seq;
     if (event.type == api::EventType::kEnd && !is_last_end(event)) {
-      continue;  // The job was extended since: who reads "end" goes away.
+      continue;  // Skipped because the job has been extended since: clients disconnect on "end".
     }
     text += format_event(event);
     if (event.type == api::EventType::kEnd) {
       ended_ = true;
-      break;  // Nothing comes after it, not even the tiles that were on their way.
+      break;  // Nothing follows it, not even pending tiles.
     }
   }
   append_due_progress(text);
@@ -182,7 +183,7 @@ bool EventStream::send_news(StreamWriter& writer) {
 
 void EventStream::wait_for_news(bool has_sent, StreamWriter& writer) const {
   if (has_sent) {
-    // Tiles may wait for others of their kind; states may not.
+    // Tile events may wait for the next interval; states may not.
     job_->log().wait_after(seq_, EventLog::Wake::kDurable, Clock::now() + pace(),
                            writer.stop_token());
     return;
@@ -229,7 +230,7 @@ std::string EventStream::tile_text(const LoggedEvent& event) {
   }
   const std::uint32_t revision = (*film)->tile_revision(event.tile);
   if (revision > event.revision) {
-    return {};  // Its own event is on its way, and would tell the same again.
+    return {};  // A later event reports the newer revision.
   }
   const api::TileEvent tile = {.rect = (*film)->tile_rect(event.tile),
                                .revision = revision,

@@ -19,7 +19,7 @@ namespace server {
 
 /// Returns the STREAM part of event ids: the number of the server's run, in base 36.
 std::string stream_name(std::int64_t run);
-/// Returns empty when it is not such a number.
+/// Returns empty if the name is not such a number.
 std::optional<std::int64_t> stream_number(std::string_view name);
 
 class EventStream {
@@ -39,16 +39,16 @@ class EventStream {
   EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last,
               const StreamGate& streams, Options options);
 
-  /// Whether the client has the `end` and nothing follows it: 204.
+  /// Returns whether the client has the `end` and nothing follows it: 204.
   bool is_over() const;
   /// Sends until the job has ended or the client has disconnected.
   void run(StreamWriter& writer);
 
-  // For clients that watch several jobs: the first events to send, and the events since then.
-  // Neither waits.
+  // For clients that watch several jobs: beginning() returns the first events, news() those since
+  // then. Neither waits.
   std::string beginning();
   std::string news();
-  /// Whether `end` was among the events sent.
+  /// Returns whether `end` was among the events sent.
   bool has_ended() const { return ended_; }
   const Job& job() const { return *job_; }
 
@@ -58,7 +58,7 @@ class EventStream {
   std::string from_store(const SseId& last);
   std::string ended_job();
   std::string text_of(std::string_view id, api::EventType type, std::string_view data) const;
-  /// Whether the job ended with this event and has not been resumed since.
+  /// Returns whether the job ended with this event and has not been resumed since.
   bool is_last_end(const LoggedEvent& event) const;
   bool send_news(StreamWriter& writer);
   void wait_for_news(bool has_sent, StreamWriter& writer) const;

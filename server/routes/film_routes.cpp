@@ -1,4 +1,4 @@
-// Films for elsewhere, and films that become one.
+// Film download and merging.
 
 #include <algorithm>
 #include <memory>
@@ -37,7 +37,7 @@ core::FilmFormatLimits film_limits() {
           .file_bytes_max = static_cast<std::uint64_t>(api::limits::kFilmBytes)};
 }
 
-/// A film and what was asked for.
+/// A film and the request that it was rendered for.
 struct Source {
   core::FilmPart part;
   api::FilmOrigin origin;
@@ -54,7 +54,7 @@ core::SampleLedger ledger_of(const api::JobView& view, const core::Film& film) {
                              : view.ledger;
 }
 
-/// The film of a job that has ended.
+/// Returns the film of a job that has ended.
 core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
                                  const std::stop_token& stop) {
   auto film = context.jobs.films().final_film(job, stop);
@@ -70,7 +70,7 @@ core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
                            .build = view.build}};
 }
 
-/// Whether the text beside the numbers speaks of them.
+/// Returns whether the job request stored with the film describes its samples.
 bool speaks_of(const api::JobSpec& spec, const core::FilmPart& part) {
   const core::Film& film = *part.film;
   const core::FilmSettings& settings = spec.render.film;
@@ -89,7 +89,7 @@ std::vector<core::LightShare> shares_of_text(const std::string& text) {
   return origin ? origin->spec.render.film.shares : std::vector<core::LightShare>();
 }
 
-/// A film file that was uploaded. Pre: film_bytes() found it usable.
+/// Reads an uploaded film file. Pre: film_bytes() accepted it.
 core::Result<Source> film_of_asset(const RouteContext& context, const std::string& id,
                                    const Access& access) {
   const auto content = context.assets.read(id, access);
@@ -109,13 +109,14 @@ core::Result<Source> film_of_asset(const RouteContext& context, const std::strin
     return Error{ErrorCode::kInvalidArgument, "not a usable film: its text: " + reason, ""};
   }
   if (!speaks_of(origin->spec, file->part)) {
-    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text is about another film",
+    return Error{ErrorCode::kInvalidArgument, "not a usable film: its text describes another film",
                  ""};
   }
   return Source{.part = std::move(file->part), .origin = std::move(*origin)};
 }
 
-/// Bytes that the film takes, before any are taken. Errors: it is not there, or no film.
+/// Returns the memory needed for the film, before any is reserved. Errors: the film does not exist,
+/// or the file is not a film.
 core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::string& id,
                                        const Access& access) {
   if (api::is_uuid(id)) {
@@ -182,7 +183,7 @@ Response film(const RouteContext& context, Request& request) {
   return response;
 }
 
-/// What is wrong with a film beside the first one.
+/// Returns why a film cannot be merged with the first one; empty if it can.
 std::optional<api::Problem> misfit(const Source& first, const Source& next,
                                    const std::string& where) {
   const auto differences = api::film_differences(first.origin.spec, next.origin.spec);
@@ -192,12 +193,13 @@ std::optional<api::Problem> misfit(const Source& first, const Source& next,
   std::vector<api::FieldError> errors;
   for (const std::string& pointer : differences) {
     errors.push_back(
-        {where, "the film is of another image than the first one: its job differs at " + pointer});
+        {where,
+         "the film is not of the same image as the first one: its job differs at " + pointer});
   }
   return api::make_problem(ErrorCode::kInvalidArgument, std::move(errors));
 }
 
-/// Room for all films together, and for the one that they become. Errors: one is not there or no
+/// Reserves memory for all films and the merged one. Errors: a film does not exist or is not a
 /// film; kTooLarge, kUnavailable.
 core::Result<MemoryGate::Lease> take_room(const RouteContext& context,
                                           const std::vector<std::string>& films,
@@ -217,7 +219,8 @@ core::Result<MemoryGate::Lease> take_room(const RouteContext& context,
           where};
     }
   }
-  // Uploaded ones are there as files, too, while they are read; the merged one is as large as all.
+  // An uploaded film is in memory as a file too while it is read; the merged film is at most as
+  // large as all of them.
   auto lease = context.memory.take(3 * bytes, "merging the films");
   if (!lease) {
     return placed(lease.error(), lease.error().code == ErrorCode::kTooLarge ? "/films" : "");
@@ -225,7 +228,7 @@ core::Result<MemoryGate::Lease> take_room(const RouteContext& context,
   return lease;
 }
 
-/// The job that the merged film is of.
+/// Returns the spec of the merged film's job.
 api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged, int samples) {
   api::JobSpec spec = first;
   spec.name = "merged";
@@ -246,7 +249,7 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
       .seconds = {},
       .cpu_seconds = {},
       .deadline_unix_seconds = {}};
-  // As it will be read from the store: counts in whole sets.
+  // Parses it as the store will: counts are rounded to whole sets.
   auto settled = api::parse_job(api::spec_json(spec));
   CHECK(settled);
   return std::move(settled->spec);
@@ -267,7 +270,7 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   bool is_one_arithmetic = true;
   for (const Source& source : sources) {
     finished.elapsed_seconds += source.origin.elapsed_seconds;
-    // A count that depended on the error it saw still does.
+    // If an error estimate chose one film's count, it also influenced the sum's.
     if (source.origin.is_ended_by_error) {
       finished.stop_reason = core::StopReason::kRelativeError;
     }
@@ -282,8 +285,8 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   } else if (!is_one_build) {
     finished.warnings.emplace_back("The films were made by different builds.");
   }
-  // One whole range with equal counts is what a job of its own has: it can be extended. Plans and
-  // fits are not merged.
+  // A single range with equal counts is the film of an ordinary job, which can be extended. Plans
+  // and fits are not merged.
   const bool is_uniform = merged.ledger.size() == 1 &&
                           samples == finished.spec.stop.samples_per_pixel &&
                           finished.spec.render.adaptive.type == core::AdaptiveType::kNone &&

@@ -1,4 +1,4 @@
-// Jobs: submit, list, look, change, cancel, extend, delete.
+// Jobs: submit, list, get, change, cancel, extend, delete.
 
 #include <algorithm>
 #include <chrono>
@@ -31,7 +31,7 @@ using core::ErrorCode;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kKeyBytesMax = 255;
-/// Of a picture, before its pixels: a job request and some lines more.
+/// Part of an image file before its pixels: a job request and a few lines.
 constexpr std::size_t kPictureHeadBytes = std::size_t{2} << 20U;
 
 Clock::time_point deadline_in(double seconds) {
@@ -46,7 +46,7 @@ Response job_answer(int status, const api::JobView& view) {
   return response;
 }
 
-/// Until the job is final, or the deadline.
+/// Waits until the job is final, or until the deadline.
 void wait_for_end(const Job& job, Clock::time_point deadline, const std::stop_token& stop) {
   while (!api::is_final(job.state()) && Clock::now() < deadline && !stop.stop_requested()) {
     const std::uint64_t seen = job.log().last_seq();
@@ -56,7 +56,7 @@ void wait_for_end(const Job& job, Clock::time_point deadline, const std::stop_to
   }
 }
 
-/// Until the ETag is another than `known`, or the deadline.
+/// Waits until the ETag differs from `known`, or until the deadline.
 void wait_for_change(const JobService& jobs, const Job& job, std::string_view known,
                      Clock::time_point deadline, const std::stop_token& stop) {
   while (Clock::now() < deadline && !stop.stop_requested()) {
@@ -69,7 +69,7 @@ void wait_for_change(const JobService& jobs, const Job& job, std::string_view kn
   }
 }
 
-/// Who waits for a job is counted as a stream from there on. False: there is no place for one more.
+/// Counts a waiting request as a stream from here on. Returns false if no stream is free.
 bool take_stream_place(const RouteContext& context, const Request& request) {
   StreamSlot slot = context.streams.try_enter(request.access.tenant);
   const bool has_place = static_cast<bool>(slot);
@@ -103,7 +103,7 @@ std::optional<Response> refuse_webhook(const RouteContext& context, const Reques
 Response submitted_answer(const RouteContext& context, const Request& request,
                           const JobService::Submitted& submitted, std::optional<int> wait) {
   const Job& job = *submitted.job;
-  // The job is there: without a place to wait in, the preference is not met.
+  // The job exists already: without a free stream the Prefer header is ignored.
   const bool waits = wait && take_stream_place(context, request);
   int status = submitted.is_replay ? 200 : 201;
   if (waits) {
@@ -121,7 +121,7 @@ Response submitted_answer(const RouteContext& context, const Request& request,
   return response;
 }
 
-/// PUT: the id is the client's, so that asking twice makes one job.
+/// PUT: the client chooses the id, so that a repeated request creates one job.
 Response put(const RouteContext& context, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
@@ -129,7 +129,7 @@ Response put(const RouteContext& context, Request& request) {
   std::string id(request.path_param("id"));
   if (!api::is_uuid(id)) {
     return error_answer(request,
-                        Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is no UUID", "/id"});
+                        Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is not a UUID", "/id"});
   }
   std::transform(id.begin(), id.end(), id.begin(), [](char c) {
     return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -152,13 +152,13 @@ Response put(const RouteContext& context, Request& request) {
                           api::prefer_wait_seconds(request.headers.joined("Prefer").value_or("")));
 }
 
-/// The job request in the body, and the hash of the body.
+/// The job request in the body, and the body's hash.
 struct Asked {
   api::Parsed<api::ParsedJob> job;
   std::string hash;
 };
 
-/// Of a picture only the head is kept: what it says about itself.
+/// Keeps only the head of an image file, which contains the job request.
 Asked read_picture(const RouteContext& context, Request& request) {
   std::string head;
   core::Sha256 hash;
@@ -303,7 +303,8 @@ Response patch(const RouteContext& context, Request& request) {
       }
     }
     if (versions->empty()) {
-      return error_answer(request, api::kPreconditionFailed, "If-Match names no ETag of this job");
+      return error_answer(request, api::kPreconditionFailed,
+                          "If-Match does not match an ETag of this job");
     }
   }
   const auto patched = context.jobs.patch(job, request.body, versions, request.access);

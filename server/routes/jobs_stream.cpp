@@ -10,12 +10,12 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t kRetryMs = 2000;
 constexpr std::chrono::seconds kPing{15};
-/// Each job has a log of its own to wait on: the others are looked at this often.
+/// Interval for polling the jobs' logs: a thread can wait on only one of them.
 constexpr std::chrono::milliseconds kLook{100};
 constexpr std::chrono::microseconds kPace{50'000};
 constexpr std::chrono::microseconds kPaceForEach{500};
 
-/// One id for each job, or none.
+/// Returns one id for each job, or none.
 std::vector<SseId> parse_ids(std::string_view text, std::size_t count) {
   std::vector<SseId> ids;
   while (!text.empty()) {
@@ -57,7 +57,7 @@ std::string JobsStream::format(std::size_t job, const SseEvent& event) {
       id += (id.empty() ? "" : ".") + each;
     }
   }
-  // Every event's data is an object with members.
+  // Every event's data is a JSON object with at least one member.
   std::string data = "{\"job\":\"" + parts_[job]->job().id() + "\",";
   data += event.data.substr(1);
   return format_sse(SseEvent{.id = id, .event = event.event, .data = data, .retry_ms = {}});
@@ -82,7 +82,7 @@ void JobsStream::run(StreamWriter& writer) {
   while (writer.write(text) && !has_ended() && !writer.client_gone()) {
     if (writer.stopping()) {
       writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
-                   format_sse_comment("the server stops"));
+                   format_sse_comment("the server is shutting down"));
       return;
     }
     wait(!text.empty(), writer);

@@ -27,7 +27,7 @@ class JobsStream {
   JobsStream(const JobsStream&) = delete;
   JobsStream& operator=(const JobsStream&) = delete;
 
-  /// Whether the client has the end of every job: 204.
+  /// Returns whether the client has the end of every job: 204.
   bool is_over() const;
   /// Sends until all jobs have ended or the client has disconnected.
   void run(StreamWriter& writer);

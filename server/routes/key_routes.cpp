@@ -1,4 +1,4 @@
-// Keys over HTTP, and what tenants use.
+// Keys over HTTP, and the usage of tenants.
 
 #include <string>
 #include <utility>
@@ -41,7 +41,7 @@ MadeKey made_key(const api::KeyRequest& asked) {
   for (const std::string& scope : asked.scopes) {
     scopes += (scopes.empty() ? "" : ",") + scope;
   }
-  CHECK(read_scopes(scopes, made.row));  // parse_key_request() lets no other through.
+  CHECK(read_scopes(scopes, made.row));  // Guaranteed by parse_key_request().
   made.row.tenant = asked.tenant.value_or(made.row.tenant);
   made.row.rate_limit = asked.rate_limit;
   made.row.priority_max = asked.max_priority;
@@ -62,8 +62,8 @@ Response create(const RouteContext& context, Request& request) {
   }
   if (!context.key_ring.is_needed()) {
     return error_answer(request, ErrorCode::kForbidden,
-                        "this server has no keys, and with the first every request needs one; make "
-                        "it with `tessera keys add`");
+                        "this server has no keys, and once one exists, every request needs a key; "
+                        "create the first one with `tessera keys add`");
   }
   const MadeKey made = made_key(*asked);
   if (const auto inserted = context.keys.insert(made.row); !inserted) {

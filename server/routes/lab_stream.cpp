@@ -10,7 +10,7 @@
 namespace server {
 namespace {
 
-/// Renders go first: what they leave of the machine is enough for an experiment.
+/// Experiments run at a lower priority than renders.
 constexpr int kNiceness = 10;
 constexpr std::chrono::seconds kLookAgain{1};
 
@@ -26,7 +26,8 @@ void LabStream::push(std::string line) {
 }
 
 void LabStream::compute(const std::stop_token& stop) {
-  // Of this thread alone, on Linux; where it is refused the run has the priority of all others.
+  // Applies to this thread alone, on Linux; without the right to change it, the run keeps the
+  // normal priority.
   [[maybe_unused]] const int priority = ::nice(kNiceness);
   const auto outcome =
       core::lab::run(request_.setup, request_.options, stop, [this](const core::lab::Point& point) {
@@ -40,7 +41,7 @@ void LabStream::compute(const std::stop_token& stop) {
 
 std::string LabStream::next(const std::stop_token& stop) {
   const core::MutexLock lock(mutex_);
-  // The predicate runs with the lock held, which the analysis cannot see through the library.
+  // The predicate runs with the lock held, which the thread-safety analysis cannot see.
   const auto ready = [&]()
                          TESSERA_TS(no_thread_safety_analysis) { return done_ || !lines_.empty(); };
   while (!ready() && !stop.stop_requested()) {

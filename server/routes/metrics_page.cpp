@@ -11,13 +11,14 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
   for (const auto& [state, count] : counts.by_state) {
     text.sample("tessera_jobs", metric_label("state", state), static_cast<double>(count));
   }
-  text.gauge("tessera_queue_jobs", "Jobs that wait for a place.", counts.queued);
-  text.gauge("tessera_queue_limit_jobs", "Above it submissions are refused.",
+  text.gauge("tessera_queue_jobs", "Queued jobs.", counts.queued);
+  text.gauge("tessera_queue_limit_jobs",
+             "Number of queued jobs above which submissions are refused.",
              context.config.queue_max);
-  text.gauge("tessera_rendering_jobs", "Jobs that get slices.", counts.rendering);
-  text.gauge("tessera_jobs_without_room", "Jobs that are paused until the disk has room.",
+  text.gauge("tessera_rendering_jobs", "Jobs that are rendering.", counts.rendering);
+  text.gauge("tessera_jobs_without_room", "Jobs paused until the disk has space.",
              context.jobs.jobs_without_room());
-  text.gauge("tessera_render_threads", "Threads that render.", context.jobs.threads());
+  text.gauge("tessera_render_threads", "Render threads.", context.jobs.threads());
   text.counter("tessera_render_cpu_seconds_total", "CPU time of all slices.",
                counts.threads.cpu_seconds);
   text.counter("tessera_render_idle_seconds_total",
@@ -30,23 +31,23 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
                static_cast<double>(counts.rays));
   text.counter("tessera_samples_total", "Pixel samples since the process began.",
                static_cast<double>(counts.samples));
-  text.gauge("tessera_film_cache_bytes", "Finished films in memory.",
+  text.gauge("tessera_film_cache_bytes", "Memory of cached films.",
              static_cast<double>(counts.film_cache_bytes));
-  text.gauge("tessera_scene_cache_bytes", "Loaded scenes.",
+  text.gauge("tessera_scene_cache_bytes", "Memory of cached scenes.",
              static_cast<double>(context.scenes.cached_bytes()));
   text.gauge("tessera_held_memory_bytes",
-             "Films and scenes of jobs from their start to their end, pauses included.",
+             "Memory of films and scenes of jobs, from start to end including pauses.",
              static_cast<double>(counts.held_bytes));
-  text.gauge("tessera_held_memory_limit_bytes", "Above it jobs wait.",
+  text.gauge("tessera_held_memory_limit_bytes", "Memory above which jobs wait.",
              static_cast<double>(context.memory.bytes_max()));
-  text.gauge("tessera_memory_bytes", "Asked for by jobs, requests and caches together.",
+  text.gauge("tessera_memory_bytes", "Memory reserved by jobs, requests and caches together.",
              static_cast<double>(context.memory.used_bytes()));
-  text.gauge("tessera_queue_waits_for_memory",
-             "1: the next job would start if there were memory for it.",
+  text.gauge("tessera_queue_waits_for_memory", "1: the next job waits only for memory.",
              counts.waits_for_memory ? 1 : 0);
 }
 
-/// Without a queue there are families without samples, and counts of 0: alerts find their metrics.
+/// Without a queue, families without samples and counts of 0 are written, so that alerts find their
+/// metrics.
 void write_workers(MetricsText& text, const RouteContext& context) {
   const WorkBoard* board = context.jobs.board();
   std::map<std::string, int> states;
@@ -56,24 +57,26 @@ void write_workers(MetricsText& text, const RouteContext& context) {
     ++states[worker.state];
     rate += worker.state == "working" ? worker.rate : 0;
   }
-  text.family("tessera_workers", "gauge", "Workers that were seen lately, by state.");
+  text.family("tessera_workers", "gauge", "Workers seen recently, by state.");
   for (const auto& [state, count] : states) {
     text.sample("tessera_workers", metric_label("state", state), count);
   }
   const WorkBoard::Counts counts = board == nullptr ? WorkBoard::Counts() : board->counts();
-  text.gauge("tessera_workers_samples_per_second", "Pixel samples of all that work.", rate);
-  text.gauge("tessera_units_open", "Units whose results are awaited.", counts.open);
-  text.family("tessera_queue_connected", "gauge", "1: the broker of --queue is in use.");
+  text.gauge("tessera_workers_samples_per_second",
+             "Pixel samples per second of all active workers.", rate);
+  text.gauge("tessera_units_open", "Units without a result.", counts.open);
+  text.family("tessera_queue_connected", "gauge", "1: the broker of --queue is connected.");
   if (board != nullptr) {
     text.sample("tessera_queue_connected", "", counts.has_broker ? 1 : 0);
   }
-  text.counter("tessera_units_taken_total", "Results that went into a film.",
+  text.counter("tessera_units_taken_total", "Results added to a film.",
                static_cast<double>(counts.taken));
-  text.counter("tessera_units_expired_total", "Leases that ran out.",
+  text.counter("tessera_units_expired_total", "Expired leases.",
                static_cast<double>(counts.expired));
-  text.counter("tessera_units_refused_total", "Results that were refused.",
+  text.counter("tessera_units_refused_total", "Refused results.",
                static_cast<double>(counts.refused));
-  text.counter("tessera_units_doubled_total", "Units that a second worker got as the last ones.",
+  text.counter("tessera_units_doubled_total",
+               "Units given to a second worker at the end of a pass.",
                static_cast<double>(counts.doubled));
   text.counter("tessera_units_verified_total", "Units whose two results were equal.",
                static_cast<double>(counts.verified));
@@ -83,14 +86,14 @@ void write_workers(MetricsText& text, const RouteContext& context) {
 
 void write_storage(MetricsText& text, const RouteContext& context) {
   if (const auto stored = context.quota.total()) {
-    text.family("tessera_stored_bytes", "gauge", "What the data directory keeps.");
+    text.family("tessera_stored_bytes", "gauge", "Bytes stored in the data directory.");
     text.sample("tessera_stored_bytes", metric_label("kind", "assets"),
                 static_cast<double>(stored->asset_bytes));
     text.sample("tessera_stored_bytes", metric_label("kind", "films"),
                 static_cast<double>(stored->film_bytes));
   }
   text.gauge("tessera_stored_limit_bytes",
-             "Above it films are evicted and uploads refused; 0: none.",
+             "Bytes above which films are evicted and uploads refused; 0: no limit.",
              static_cast<double>(context.quota.limits().total_bytes));
   if (const auto space = disk_space(context.data.path())) {
     text.gauge("tessera_disk_free_bytes", "Free space of the data directory's disk.",
@@ -107,7 +110,7 @@ void write_connections(MetricsText& text, const RouteContext& context) {
   text.counter("tessera_http_connections_accepted_total", "Connections accepted.",
                static_cast<double>(stats.connections_accepted));
   text.family("tessera_http_connections_refused_total", "counter",
-              "Connections that a limit closed: of one address without a complete request, of all "
+              "Connections closed by a limit: of one address without a complete request, of all "
               "without one, and of all that are served.");
   text.sample("tessera_http_connections_refused_total", metric_label("limit", "address"),
               static_cast<double>(stats.connections_evicted_of_address));
@@ -117,7 +120,8 @@ void write_connections(MetricsText& text, const RouteContext& context) {
               static_cast<double>(stats.connections_refused));
   text.gauge("tessera_streams", "Open event and tile streams, and requests that wait for a job.",
              context.streams.open_count());
-  text.gauge("tessera_streams_limit", "Above it streams are refused.", context.streams.limit());
+  text.gauge("tessera_streams_limit", "Number of streams above which more are refused.",
+             context.streams.limit());
 }
 
 }  // namespace
@@ -125,7 +129,7 @@ void write_connections(MetricsText& text, const RouteContext& context) {
 std::string metrics_text(const RouteContext& context) {
   MetricsText text;
   const api::BuildView& build = context.about.build;
-  text.family("tessera_build_info", "gauge", "1; the labels say what is running.");
+  text.family("tessera_build_info", "gauge", "Always 1; the labels describe the running build.");
   text.sample("tessera_build_info",
               metric_label("version", context.about.version) + "," +
                   metric_label("build", build.id) + "," + metric_label("commit", build.commit) +

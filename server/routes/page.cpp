@@ -12,7 +12,7 @@
 namespace server {
 namespace {
 
-/// The file's own bytes: the answer is compressed anew for clients that take it.
+/// Returns the uncompressed bytes; the response is compressed again for clients that accept it.
 std::string plain_bytes(const web_page::File& file) {
   if (!file.is_gzip) {
     return {reinterpret_cast<const char*>(file.data), file.size};
@@ -21,7 +21,7 @@ std::string plain_bytes(const web_page::File& file) {
   z_stream stream;
   std::memset(&stream, 0, sizeof stream);
   CHECK(inflateInit2(&stream, 15 + 16) == Z_OK);
-  stream.next_in = const_cast<Bytef*>(file.data);  // zlib's interface; it does not write there
+  stream.next_in = const_cast<Bytef*>(file.data);  // zlib's interface; zlib does not write to it
   stream.avail_in = static_cast<uInt>(file.size);
   stream.next_out = reinterpret_cast<Bytef*>(plain.data());
   stream.avail_out = static_cast<uInt>(plain.size());

@@ -1,4 +1,4 @@
-// What came of a job: picture, pixels, convergence.
+// Results of a job: image, pixels, convergence.
 
 #include <algorithm>
 #include <chrono>
@@ -42,7 +42,7 @@ std::vector<std::string> tone_map_names() {
   return names;
 }
 
-/// By the extension, or by Accept; null: 406.
+/// Chooses by the extension, or by Accept; null: 406.
 const core::ImageFormat* choose_format(const Request& request) {
   const auto formats = core::image_formats();
   const std::string_view extension = request.path_param("format");
@@ -75,7 +75,7 @@ std::string picture_etag(const Request& request, const Picture& picture, std::ui
   for (const auto& [name, value] : request.query_params) {
     query += name == "revision" ? "" : name + "=" + value + "&";
   }
-  // The state too: a finished picture carries its digest.
+  // Includes the state, since a finished image carries its digest.
   return make_etag("r" + std::to_string(revision) + "-" +
                    std::string(api::to_text(picture.view.state)) + "-" +
                    core::sha256_hex(query.data(), query.size()).substr(0, 16));
@@ -83,7 +83,8 @@ std::string picture_etag(const Request& request, const Picture& picture, std::ui
 
 constexpr std::string_view kMultipart = "multipart/x-mixed-replace";
 constexpr std::string_view kBoundary = "tessera-picture";
-/// Pictures of one stream: as often, and never more than a fifth of a thread.
+/// Interval between the images of a stream, and the inverse of the largest share of a thread's time
+/// spent on them.
 constexpr std::chrono::milliseconds kPicturePace{500};
 constexpr int kPictureShare = 5;
 
@@ -105,7 +106,7 @@ std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made,
   return made ? std::optional(api::promised(made->view, job)) : std::nullopt;
 }
 
-/// Null where the picture shows no names, or the scene is gone.
+/// Returns null if the image contains no names, or the scene is gone.
 std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const Job& job,
                                                    const core::ImageFormat& format) {
   if (!wants_names(format, job.record().view.spec.render.film)) {
@@ -115,7 +116,8 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
   return view ? view->scene : nullptr;
 }
 
-/// One picture after the other until the job has ended: what browsers show in an <img>.
+/// Sends one image after another until the job has ended, in the form that browsers show in an
+/// <img>.
 class PictureStream {
  public:
   PictureStream(const RouteContext& context, JobPointer job, const core::ImageFormat& format,
@@ -131,7 +133,7 @@ class PictureStream {
     using Clock = std::chrono::steady_clock;
     bool alive = writer.write(delimiter());
     while (alive && !writer.client_gone() && !writer.stopping()) {
-      // In this order: what comes after the number is seen at the next look.
+      // In this order, events after this number are seen in the next pass.
       const std::uint64_t seq = job_->log().last_seq();
       const bool is_final = api::is_final(job_->state());
       const auto begin = Clock::now();
@@ -177,7 +179,7 @@ class PictureStream {
                           .denoised = planes_of(denoised),
                           .denoised_view = view_of(denoised, view),
                           .scene = scene_for_names(jobs_, *job_, format_)};
-    // The last picture waits for its room; of the others the next look may have one.
+    // Only the last image waits for memory; others are retried in the next pass.
     const auto encoded = maker_.make(
         **film, picture, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
     if (!encoded) {
@@ -187,7 +189,7 @@ class PictureStream {
     const std::string head = "\r\nContent-Type: " + std::string(format_.mime) +
                              "\r\nContent-Length: " + std::to_string(encoded->content->size()) +
                              "\r\nX-Tessera-Revision: " + std::to_string(revision) + "\r\n\r\n";
-    // The next delimiter at once: browsers show a picture when they have seen it.
+    // Sends the next delimiter at once: browsers show an image when they have received it.
     return writer.write(head) && writer.write(*encoded->content) &&
            writer.write("\r\n" + delimiter());
   }
@@ -206,7 +208,7 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
   const core::ImageFormat* format = choose_format(request);
   for (const core::ImageFormat& each : core::image_formats()) {
     if (request.path_param("format").empty() && each.extension == "jpg") {
-      format = &each;  // Accept speaks of the whole, not of its parts.
+      format = &each;  // Accept describes the multipart response, not its parts.
     }
   }
   if (format == nullptr) {
@@ -274,7 +276,7 @@ Response image(const RouteContext& context, Request& request) {
     return error_answer(request,
                         Error{ErrorCode::kConflict,
                               "revision " + std::to_string(*query->revision) +
-                                  " is not there yet; the newest is " + std::to_string(revision),
+                                  " does not exist yet; the newest is " + std::to_string(revision),
                               "/revision"});
   }
   const core::PixelRect crop = (*film)->crop();
@@ -383,7 +385,7 @@ Response convergence(const RouteContext& context, Request& request) {
   return json_response(200, api::convergence_json(points));
 }
 
-/// What the job's meter has read, or why there is nothing.
+/// Returns the readings of the job's meter, or why there are none.
 core::Result<std::vector<core::MeterReading>> meter_of(const RouteContext& context,
                                                        const Job& job) {
   const core::MeterSettings meter = job.record().view.spec.render.meter;

@@ -43,7 +43,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
   CHECK(table.empty());
   for (PageFile& file : page_files()) {
     if (file.path == "/" || file.path == "/docs") {
-      continue;  // Operations of their own.
+      continue;  // Separate operations.
     }
     const std::string path = file.path;
     routes.push_back(

@@ -1,4 +1,4 @@
-// Scenes: taken in, described, listed, deleted.
+// Scenes: upload, describe, list, delete.
 
 #include <cstddef>
 #include <cstring>
@@ -23,7 +23,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// The body in memory, once there is room for it; the transport has its limit.
+/// Reads the body into memory once it is reserved; the HTTP server limits its size.
 core::Result<SceneService::Upload> read_body(const RouteContext& context, const Request& request) {
   constexpr std::uint64_t kFirst = std::uint64_t{64} << 10U;
   const auto declared = request.body_reader->declared_bytes();
@@ -32,12 +32,13 @@ core::Result<SceneService::Upload> read_body(const RouteContext& context, const 
     return lease.error();
   }
   core::Bytes content;
-  // Pages of it are taken as the claim comes true.
+  // Reserves address space; the system allocates pages as the content arrives.
   content.reserve(static_cast<std::size_t>(declared.value_or(kFirst)));
   core::Status room = core::ok_status();
   const bool complete = request.body_reader->read([&](std::string_view piece) {
     if (content.size() + piece.size() > content.capacity()) {
-      // Of a length that nobody told: twice as much, and both while it moves.
+      // Doubles the buffer for a body of unknown length; both buffers exist while the content is
+      // moved.
       const std::uint64_t before = content.capacity();
       const std::uint64_t next = std::max<std::uint64_t>(2 * before, content.size() + piece.size());
       room = lease->grow(next);
@@ -69,7 +70,7 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   return response;
 }
 
-/// The first two bytes of every record of a zip archive (APPNOTE.TXT, 4.3).
+/// Checks the first two bytes of every record of a zip archive (APPNOTE.TXT, 4.3).
 bool begins_like_zip(const core::Bytes& content) {
   return content.size() >= 2 && std::memcmp(content.data(), "PK", 2) == 0;
 }
@@ -83,7 +84,7 @@ Response create(const RouteContext& context, Request& request) {
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
-  const bool is_any = type == "application/octet-stream";  // told apart by its first bytes
+  const bool is_any = type == "application/octet-stream";  // distinguished by its first bytes
   if (!is_scene && !is_zip && !is_any && type != "application/json") {
     return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "\"" + type +
@@ -156,7 +157,7 @@ Response remove(const RouteContext& context, Request& request) {
   if (context.scenes.builtin_glb(id) != nullptr) {
     return error_answer(request, ErrorCode::kConflict, "a built-in scene cannot be deleted");
   }
-  // Nobody can name it between the look and the deletion.
+  // No request can refer to the scene between the check and its deletion.
   const std::unique_lock<std::shared_mutex> naming(context.scenes.names_mutex());
   const auto in_use = [&](const std::optional<std::string>& tenant) {
     return context.jobs.index().needs_scene(id, tenant);

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kOverloadedRetrySeconds = 15;
 
-/// EventSource cannot read a status code: the refusal is an event.
+/// EventSource cannot read a status code, so the refusal is sent as an event.
 Response overloaded() {
   const std::string data = api::overloaded_event(kOverloadedRetrySeconds);
   Response response =

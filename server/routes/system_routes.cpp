@@ -1,4 +1,4 @@
-// Probes, metrics, the API description, the web page, what the server can do.
+// Probes, metrics, the API description, the web page, and the server's capabilities.
 
 #include <memory>
 #include <string>
@@ -21,7 +21,7 @@ Handler file_handler(PageFile file) {
   return [file = std::move(file)](Request& request) { return page_answer(request, file); };
 }
 
-/// Below it a job's record with its events and their journal may not fit: 16 pages of the database.
+/// Space needed for a job's record, its events and their journal: 16 pages of the database.
 constexpr std::uint64_t kRecordBytes = std::uint64_t{16} * 4096;
 
 bool is_disk_full(const RouteContext& context) {
@@ -31,18 +31,19 @@ bool is_disk_full(const RouteContext& context) {
 
 Response readiness(const RouteContext& context, const Request& request) {
   if (!context.ready) {
-    return error_answer(request, core::ErrorCode::kUnavailable, "the server starts or stops");
+    return error_answer(request, core::ErrorCode::kUnavailable,
+                        "the server is starting or stopping");
   }
   std::string text = "ready\n";
   if (const auto drained = context.jobs.drain(); drained.draining) {
-    text += "draining: no new jobs are taken; " + std::to_string(drained.running) + " run, " +
+    text += "draining: no new jobs are accepted; " + std::to_string(drained.running) + " run, " +
             std::to_string(drained.queued) + " wait\n";
   }
   const int waiting = context.jobs.jobs_without_room();
   if (waiting > 0 || is_disk_full(context)) {
     text += "storage_full: " + std::to_string(waiting) +
             (waiting == 1 ? " job waits" : " jobs wait") +
-            " for room on the disk; delete jobs or assets, or make room\n";
+            " for disk space; delete jobs or assets, or free space\n";
   }
   return text_response(200, "text/plain; charset=utf-8", std::move(text));
 }

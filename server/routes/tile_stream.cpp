@@ -13,7 +13,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Frames are handed to the transport in pieces of about this size.
+/// Approximate size of the pieces in which frames are passed to the HTTP server.
 constexpr std::size_t kPieceBytes = 128U << 10U;
 constexpr std::chrono::milliseconds kLookAgain{1000};
 constexpr std::chrono::microseconds kPace{20'000};
@@ -87,7 +87,7 @@ TileStream::TileStream(JobService& jobs, DenoiseService& denoising, JobPointer j
 
 void TileStream::run(StreamWriter& writer) {
   while (!writer.client_gone() && !writer.stopping()) {
-    // In this order: what comes after the number is seen at the next look.
+    // In this order, events after this number are seen in the next pass.
     const std::uint64_t seq = job_->log().last_seq();
     const bool is_final = api::is_final(job_->state());
     const auto film = jobs_.films().film(*job_);
@@ -144,7 +144,7 @@ bool TileStream::send_denoised(StreamWriter& writer, const core::Film& film, boo
   if (query_.denoise == api::DenoiseShow::kOff) {
     return true;
   }
-  // The last one waits for its room; of the others the next look may have one.
+  // Only the last picture waits for memory; others are retried in the next pass.
   const auto made = denoising_.get(job_, film, std::nullopt,
                                    is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
   if (!made || (*made)->view.revision <= std::max(denoised_sent_, query_.after)) {

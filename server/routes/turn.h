@@ -19,7 +19,7 @@ class Turn {
     Held held(mutex_, kPatience);
     if (!held) {
       // In pieces: GCC 14 warns of a copy out of bounds in the sum of three strings.
-      std::string message = "others were being served for ";
+      std::string message = "other requests were being served for ";
       message += std::to_string(kPatience.count());
       message += " s, and this request waited; try again";
       return core::Error{core::ErrorCode::kUnavailable, std::move(message), ""};

@@ -7,7 +7,7 @@ namespace server {
 std::optional<std::string> webhook_address_fault(const Config& config, const std::string& url) {
   const auto target = parse_web_target(url);
   if (!target) {
-    return "\"" + url + "\" is not an address of http or https";
+    return "\"" + url + "\" is not an http or https address";
   }
   if (config.webhook_private || !is_private_literal(target->host)) {
     return std::nullopt;

@@ -1,4 +1,4 @@
-// Webhook calls: those that were made and are to come, tests, the secret.
+// Webhook calls: list, retry, test; the secret.
 
 #include <string>
 #include <utility>

@@ -1,4 +1,4 @@
-// Workers: the list, and what `tessera worker` asks for and brings.
+// Workers: the list, and the requests of `tessera worker`.
 
 #include <algorithm>
 #include <string>
@@ -64,13 +64,13 @@ Response report(const RouteContext& context, Request& request) {
                 : error_answer(request, orders.error());
 }
 
-/// Of a job with open units.
+/// Returns the inputs of a job with open units.
 core::Result<api::WorkInputs> inputs_of(const RouteContext& context, const Request& request) {
   const std::string id(request.path_param("id"));
   WorkBoard* board = context.jobs.board();
   const JobPointer job = board == nullptr ? nullptr : board->job_of_units(id);
   if (!job) {
-    return Error{ErrorCode::kNotFound, "no unit of a job \"" + id + "\" is open", ""};
+    return Error{ErrorCode::kNotFound, "no unit of job \"" + id + "\" is open", ""};
   }
   api::WorkInputs inputs{.spec = job->record().view.spec, .files = {}};
   if (core::find_builtin_scene(inputs.spec.scene) == nullptr) {
@@ -110,7 +110,7 @@ Response file(const RouteContext& context, Request& request) {
   return file_response(request, {.path = context.assets.path_of(id)});
 }
 
-/// Calls work(board, unit, what the body says).
+/// Calls work(board, unit, parsed body).
 template <typename Work>
 Response on_unit(const RouteContext& context, Request& request, Work&& work) {
   if (auto refused = refuse_query(request)) {
@@ -153,8 +153,8 @@ Response result(const RouteContext& context, Request& request) {
   }
   const std::string unit(request.path_param("id"));
   const std::string worker(request.path_param("worker"));
-  // Who has no lease makes the server keep nothing; the body is read all the same, so that the
-  // connection goes on.
+  // A worker without a lease makes the server store nothing; the body is still read, so that the
+  // connection can be reused.
   const auto most = board->result_bytes_max(unit, worker);
   if (!most) {
     return request.body_reader->read([](std::string_view) { return true; })
@@ -178,7 +178,7 @@ Response result(const RouteContext& context, Request& request) {
   Status room = core::ok_status();
   const bool is_whole = request.body_reader->read([&](std::string_view piece) {
     const std::uint64_t size = body.size() + piece.size();
-    if (room && size > declared) {  // sent in chunks
+    if (room && size > declared) {  // chunked transfer encoding
       room = lease->grow(piece.size());
     }
     if (room && size <= *most) {

@@ -60,8 +60,9 @@ core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries
   }
   if (best == nullptr || tie) {
     return Error{ErrorCode::kInvalidArgument,
-                 best == nullptr ? "the archive holds no .glb and no .gltf"
-                                 : "the archive holds several .glb or .gltf files side by side",
+                 best == nullptr
+                     ? "the archive contains no .glb and no .gltf"
+                     : "the archive contains several .glb or .gltf files in the same folder",
                  ""};
   }
   return best;

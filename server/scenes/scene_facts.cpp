@@ -7,7 +7,7 @@
 namespace server {
 namespace {
 
-/// Percent-escapes what would break a line into words.
+/// Percent-escapes characters that separate words.
 std::string word(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string escaped;
@@ -150,15 +150,15 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                           facts.variants.end()) {
     faults.push_back(
         {"/variant", '"' + *spec.variant +
-                         "\" is no variant of the scene, which has: " + listed(facts.variants)});
+                         "\" is not a variant of the scene; available: " + listed(facts.variants)});
   }
-  const auto& groups = facts.light_groups;  // none: of a scene that was loaded by an older build
+  const auto& groups = facts.light_groups;  // absent in facts stored by an older build
   for (const core::LightShare& share : spec.render.film.shares) {
     if (share.group && !groups.empty() &&
         std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
       faults.push_back({"/film/layers",
                         '"' + *share.group +
-                            "\" is no group of lights of the scene, which has: " + listed(groups)});
+                            "\" is not a light group of the scene; available: " + listed(groups)});
     }
   }
   return faults;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kUploadsAtATime = 2;
 
-/// Of scenes whose loading nobody has measured: those built in, and those of older stores.
+/// For scenes whose loading was not measured: built-in ones, and those of older stores.
 constexpr std::uint64_t kLoadFactor = 4;
 
 std::string environment_key(const std::string& asset, const core::EnvironmentSettings& settings) {
@@ -43,12 +43,12 @@ std::uint64_t pixels_of(const core::Image& image) {
 /// Texels, and a distribution over them.
 std::uint64_t environment_bytes(const core::Image& image) { return pixels_of(image) * 20; }
 
-/// A pixel that is decoded, its texture and its weight. Measured by tests/stress/memory --measure:
-/// 28 of a Radiance file, whose pixels take 12; those of four floats take 4 more.
+/// Bytes per decoded pixel, its texture and its weight. Measured by tests/stress/memory --measure:
+/// 28 for a Radiance file, whose pixels take 12; pixels of four floats take 4 more.
 constexpr std::uint64_t kEnvironmentLoadBytes = 40;
 
 Error unknown_scene(const std::string& id, std::string where) {
-  std::string text = "no scene has the id \"" + id + "\"; built in are";
+  std::string text = "no scene has the id \"" + id + "\"; built-in scenes:";
   for (const core::BuiltinScene& scene : core::builtin_scenes()) {
     text += " " + std::string(scene.name);
   }
@@ -385,9 +385,9 @@ SceneService::Memory SceneService::memory_of_scene(const std::string& id,
   }
   const auto row = table_.find_scene(id, Access::operators());
   if (!row || !*row) {
-    return {.name = std::move(name)};  // Who loads it is told.
+    return {.name = std::move(name)};  // load() reports the error.
   }
-  // Each mesh that moves is kept at several times: all of them at most so often.
+  // Upper bound: each moving mesh is stored at up to kShutterSteps times.
   const std::uint64_t bytes =
       decode_facts((*row)->facts).bytes * (stand.shutter_seconds > 0 ? core::kShutterSteps : 1);
   const std::uint64_t load_bytes = load_bytes_of((*row)->facts);
@@ -396,7 +396,7 @@ SceneService::Memory SceneService::memory_of_scene(const std::string& id,
           .load_bytes = load_bytes > 0 ? load_bytes : bytes * kLoadFactor};
 }
 
-/// At most as much as the scene takes, which has more than vertices.
+/// Upper bound: the memory of the whole scene, which holds more than vertices.
 SceneService::Memory SceneService::memory_of_later(const std::string& id, double time_seconds,
                                                    const std::optional<std::string>& variant) {
   Memory memory = memory_of_scene(id, time_seconds, variant);

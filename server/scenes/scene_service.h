@@ -96,7 +96,7 @@ class SceneService {
   /// Returns a built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
 
-  /// Whether the caller already holds memory for loading (an admitted job) or needs it.
+  /// Whether the caller already holds memory for loading (an admitted job) or must reserve it.
   enum class Admission : std::uint8_t { kNeeded, kGiven };
   /// Errors: kNotFound when the scene is gone; of load_gltf() and Scene::build(); kUnavailable when
   /// memory is short.

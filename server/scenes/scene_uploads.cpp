@@ -1,4 +1,4 @@
-// Scenes that are taken in: files, archives, assets that make one.
+// Uploads of scenes: files, archives, and assets that form one.
 
 #include <algorithm>
 #include <utility>
@@ -20,10 +20,10 @@ using core::Status;
 
 namespace {
 
-/// Memory is asked for in steps of so many bytes.
+/// Memory is reserved in steps of this size.
 constexpr std::uint64_t kStep = std::uint64_t{4} << 20U;
 
-/// Asks for the memory of a scene as it is read.
+/// Reserves the memory of a scene while it is read.
 class ReadingMemory {
  public:
   explicit ReadingMemory(MemoryGate::Lease& lease) : lease_(lease) {}
@@ -44,7 +44,7 @@ class ReadingMemory {
   std::uint64_t taken_ = 0;
 };
 
-/// What a scene is read with: it asks `memory` for what it takes.
+/// Returns options for reading a scene that reserve its memory through `memory`.
 core::GltfOptions asking(ReadingMemory& memory) {
   core::GltfOptions options;
   options.limits.admit = [&memory](std::uint64_t bytes) { return memory.take(bytes); };
@@ -55,7 +55,7 @@ std::string_view view_of(const core::Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// One file names itself; several are named by the list of their names and contents.
+/// A single file is its own id; several have the hash of the list of their names and contents.
 std::string scene_id(const std::string& main_id, const SceneFiles& files) {
   if (files.empty()) {
     return main_id;
@@ -134,7 +134,8 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   }
   core::SceneSummary summary = (*scene)->summary();
   summary.name = origin.name.empty() ? summary.name : origin.name;
-  // The lease holds the file and all that became of it; the scene itself is counted by its name.
+  // The lease holds the file and everything derived from it; the scene itself is counted by its
+  // name.
   const std::uint64_t beside =
       std::max<std::uint64_t>(lease.bytes(), summary.bytes) - summary.bytes;
   SceneRow row{.sequence = 0,
@@ -186,7 +187,7 @@ core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const Sce
     return uris.error();
   }
   lease.shrink_to(before);
-  // Many names may mean one entry: it is unpacked once.
+  // Several names may refer to one entry, which is unpacked once.
   std::map<std::string, core::SharedBytes> unpacked;
   std::vector<std::string> missing;
   for (const std::string& uri : *uris) {
@@ -223,7 +224,7 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
   if (!lease) {
     return lease.error();
   }
-  std::map<std::string, core::SharedBytes> known;  // Many names may mean one asset.
+  std::map<std::string, core::SharedBytes> known;  // Several names may refer to one asset.
   const auto read = [&](const std::string& asset,
                         const std::string& pointer) -> core::Result<core::SharedBytes> {
     if (const auto found = known.find(asset); found != known.end()) {
@@ -242,7 +243,7 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
       return room.error();
     }
     auto bytes = assets_.read(asset, origin.access);
-    if (!bytes) {  // removed since
+    if (!bytes) {  // removed in the meantime
       return at_pointer(bytes.error());
     }
     known[asset] = *bytes;
@@ -259,8 +260,8 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
     if (!bytes) {
       return bytes.error();
     }
-    // As the document writes it ("the%20buffer.bin") or as the file is called: the loader asks for
-    // the latter.
+    // The request may use the document's spelling ("the%20buffer.bin") or the file's name, which
+    // the loader uses.
     document.files[core::percent_decode(uri)] = std::move(*bytes);
   }
   return add_document(std::move(document), *std::move(lease), origin);

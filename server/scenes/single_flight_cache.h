@@ -86,7 +86,7 @@ class SingleFlightCache {
     }
   }
 
-  /// Drops the least recently used value that nobody else holds. Returns false when there is none.
+  /// Drops the least recently used value without other holders. Returns false when there is none.
   bool drop_unused() {
     const core::MutexLock lock(mutex_);
     for (auto key = order_.rbegin(); key != order_.rend(); ++key) {

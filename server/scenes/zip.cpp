@@ -25,7 +25,8 @@ Error broken(std::string what) {
   return Error{ErrorCode::kInvalidArgument, "zip archive: " + std::move(what), ""};
 }
 
-/// Little-endian numbers; reads beyond the end give 0, so that one bounds check a record is enough.
+/// Reads little-endian numbers; reads beyond the end return 0, so that one bounds check per record
+/// is enough.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -46,7 +47,7 @@ class Reader {
   std::span<const std::byte> bytes_;
 };
 
-/// The last end record whose comment reaches exactly to the end of the archive.
+/// Finds the last end record whose comment reaches exactly to the end of the archive.
 core::Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
   const Reader reader(archive);
   if (archive.size() < kEndBytes) {
@@ -59,7 +60,7 @@ core::Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
       return at;
     }
   }
-  return broken("no central directory; the file is cut short or no zip");
+  return broken("no central directory; the file is cut short or is not a zip");
 }
 
 bool is_safe_name(std::string_view name) {
@@ -171,7 +172,7 @@ core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte
       continue;
     }
     if (!names.insert(entry->name).second) {
-      return broken("the name \"" + entry->name + "\" is there twice");
+      return broken("the name \"" + entry->name + "\" appears more than once");
     }
     total += entry->bytes;
     if (total > limits.total_bytes_max) {
@@ -196,7 +197,8 @@ core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> a
     }
     content.assign(packed.begin(), packed.end());
   } else {
-    // Deflate never packs better than 1032 to 1: a larger claim is not worth its memory.
+    // Deflate compresses at most 1032 to 1, so larger claims are refused before memory is
+    // allocated.
     if (entry.bytes > entry.packed_bytes * 1032 + 1032) {
       return broken("\"" + entry.name + "\" claims a size that deflate cannot reach");
     }
@@ -205,14 +207,14 @@ core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> a
     if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) {
       throw std::bad_alloc();
     }
-    // zlib's input is not const, but it is only read.
+    // zlib's input is not const, but zlib only reads it.
     stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(packed.data()));  // NOLINT
     stream.avail_in = static_cast<uInt>(packed.size());
     stream.next_out = reinterpret_cast<Bytef*>(content.data());
     stream.avail_out = static_cast<uInt>(content.size());
     Bytef nothing = 0;
     if (content.empty()) {
-      stream.next_out = &nothing;  // zlib wants an address.
+      stream.next_out = &nothing;  // zlib requires a non-null pointer.
     }
     const int code = inflate(&stream, Z_FINISH);
     const bool whole = code == Z_STREAM_END && stream.total_out == entry.bytes;
@@ -223,7 +225,7 @@ core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> a
   }
   const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
   if (!content.empty() && crc != entry.crc32) {
-    return broken("\"" + entry.name + "\" does not fit its checksum");
+    return broken("\"" + entry.name + "\" does not match its checksum");
   }
   return content;
 }

@@ -9,10 +9,10 @@ namespace server {
 namespace {
 
 constexpr std::uint32_t kMax32 = std::numeric_limits<std::uint32_t>::max();
-constexpr unsigned kVersion = 20;    // APPNOTE 4.4.3.2: folders; what every reader knows
+constexpr unsigned kVersion = 20;    // APPNOTE 4.4.3.2: folders; supported by every reader
 constexpr unsigned kVersion64 = 45;  // the same: Zip64
 constexpr unsigned kUtf8 = 1U << 11U;
-constexpr unsigned kFirstDay = (1U << 5U) | 1U;  // 1980-01-01 as MS-DOS has it
+constexpr unsigned kFirstDay = (1U << 5U) | 1U;  // 1980-01-01 in MS-DOS format
 constexpr std::uint32_t kLocalSignature = 0x04034b50;
 constexpr std::uint32_t kEntrySignature = 0x02014b50;
 constexpr std::uint32_t kEndSignature = 0x06054b50;
@@ -41,7 +41,8 @@ class Bytes {
   std::string text_;
 };
 
-/// From the flags to the sizes: alike before an entry and in the directory.
+/// Writes the fields from the flags to the sizes, which are equal in local headers and in the
+/// directory.
 void put_facts(Bytes& to, std::uint32_t crc, std::uint32_t bytes, std::size_t name_bytes) {
   constexpr unsigned kStored = 0;
   to.u16(kUtf8).u16(kStored).u16(0).u16(kFirstDay).u32(crc).u32(bytes).u32(bytes);
@@ -85,7 +86,7 @@ std::string ZipWriter::end() const {
   Bytes tail;
   tail.text(entries);
   if (is_far) {
-    constexpr std::uint64_t kEnd64Bytes = 44;  // after its own size
+    constexpr std::uint64_t kEnd64Bytes = 44;  // excluding the size field itself
     tail.u32(kEnd64Signature).u64(kEnd64Bytes).u16(kVersion64).u16(kVersion64).u32(0).u32(0);
     tail.u64(count).u64(count).u64(entries.size()).u64(offset_);
     tail.u32(kLocatorSignature).u32(0).u64(offset_ + entries.size()).u32(1);
@@ -100,7 +101,7 @@ std::string file_name_of(std::string_view text) {
   for (const char c : text) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                           (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-' ||
-                          static_cast<unsigned char>(c) >= 0x80;  // Of UTF-8.
+                          static_cast<unsigned char>(c) >= 0x80;  // Part of UTF-8.
     name += is_plain ? c : '_';
   }
   return name.find_first_not_of('.') == std::string::npos ? "_" + name : name;

@@ -25,9 +25,9 @@ core::Result<std::int64_t> number(Statement& select) {
   return value;
 }
 
-/// What there is to drop, and what stays.
+/// What a removal drops.
 struct Removal {
-  bool of_all = false;  ///< The references of all tenants, else that of the one who asks.
+  bool of_all = false;  ///< The references of all tenants, otherwise only the requesting tenant's.
   bool has_scene = false;
   bool bytes_go = false;
 };

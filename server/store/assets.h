@@ -1,7 +1,8 @@
-/// Assets: uploaded files by the hash of their content, and who keeps them.
+/// Assets: uploaded files named by the hash of their content, and the tenants that keep them.
 ///
-/// Equal uploads share their bytes; each tenant that brings them has a reference of its own. The
-/// files of a scene are there for the tenants that keep the scene. Bytes go with the last of both.
+/// Equal uploads share their bytes; each tenant that uploads them has its own reference. Files of a
+/// scene are kept for the tenants that keep the scene. The bytes are removed with the last
+/// reference and the last scene.
 #pragma once
 
 #include <cstdint>
@@ -22,28 +23,29 @@ class Assets {
   /// Both must outlive this.
   Assets(Database& database, const BlobStore& blobs) : database_(database), blobs_(blobs) {}
 
-  /// Size. Errors: kNotFound, also for one that `access` does not see.
+  /// Returns the size. Errors: kNotFound, also for an asset that `access` does not see.
   core::Result<std::uint64_t> find(std::string_view id, const Access& access);
-  /// The whole content. Errors: of find().
+  /// Returns the whole content. Errors: of find().
   core::Result<core::SharedBytes> read(std::string_view id, const Access& access);
   core::Result<UniqueFd> open(std::string_view id, const Access& access);
-  /// Of one that find() has found.
+  /// Pre: find() has found the asset.
   std::string path_of(std::string_view id) const { return blobs_.path_of(id); }
 
-  /// Does the tenant keep it already, by itself or in a scene? Where all is shared: does anybody?
+  /// Returns whether the tenant keeps it, by a reference or in a scene; if all is shared, whether
+  /// any tenant does.
   core::Result<bool> keeps(std::string_view id, const Access& access);
   core::Result<BlobStore::Upload> start_upload() const { return blobs_.start_upload(); }
-  /// A reference of the tenant to an upload that is finished. True: it kept it before.
+  /// Adds the tenant's reference to a completed upload. Returns true if it had one already.
   core::Result<bool> keep(const StoredBlob& blob, const Access& access, double now);
-  /// A file of a scene, which the scene's references keep.
+  /// Stores a file of a scene, which the scene's references keep.
   core::Result<StoredBlob> put_for_scene(std::string_view content, double now);
 
-  /// Whether jobs need it, those of a tenant or (empty) of all.
+  /// Returns whether jobs need it: those of a tenant, or (empty) all.
   using InUse = std::function<core::Result<bool>(const std::optional<std::string>& tenant)>;
   /// Drops the tenant's reference; the operator, who has none, drops all. Errors: kNotFound;
   /// kConflict while a scene or job that would lose it needs it.
   core::Status remove(std::string_view id, const Access& access, const InUse& in_use);
-  /// Bytes that nothing keeps any more.
+  /// Removes bytes without references.
   core::Status remove_bytes(std::string_view id) const { return blobs_.remove(id); }
 
  private:

@@ -1,7 +1,7 @@
 /// BlobStore: files named by the sha256 of their content, below assets/.
 ///
-/// A blob is written to a temporary file while it is hashed, synced, renamed to its name, and its
-/// folder synced: a name that can be seen has its whole content, after a power loss too.
+/// A blob is written to a temporary file while it is hashed, synced, renamed to its final name, and
+/// its folder is synced: a visible name has its whole content, even after a power failure.
 #pragma once
 
 #include <cstdint>
@@ -20,15 +20,15 @@ namespace server {
 struct StoredBlob {
   std::string id;
   std::uint64_t bytes = 0;
-  bool known = false;  ///< It was there before.
+  bool known = false;  ///< It existed already.
 };
 
 class BlobStore {
  public:
-  /// Makes the folders and removes what was being uploaded when the last process ended.
+  /// Creates the folders and removes uploads that the previous process did not complete.
   static core::Result<BlobStore> open(const std::string& directory);
 
-  /// One upload; a blob comes into being with finish() only.
+  /// One upload; the blob exists only after finish().
   class Upload {
    public:
     Upload(Upload&& other) noexcept;
@@ -39,8 +39,8 @@ class BlobStore {
     /// Errors: kNoSpace, kInternal.
     core::Status write(std::string_view piece);
     std::uint64_t bytes() const { return bytes_; }
-    /// expected_id: the name the client gave, or empty. Errors: kInvalidArgument when the content
-    /// has another hash; kNoSpace, kInternal.
+    /// expected_id: the name that the client gave, or empty. Errors: kInvalidArgument when the
+    /// content has another hash; kNoSpace, kInternal.
     core::Result<StoredBlob> finish(std::string_view expected_id);
 
    private:
@@ -55,15 +55,15 @@ class BlobStore {
   };
 
   core::Result<Upload> start_upload() const;
-  /// A whole blob from memory.
+  /// Stores a whole blob from memory.
   core::Result<StoredBlob> put(std::string_view content) const;
 
-  /// Size; empty when there is no such blob.
+  /// Returns the size; empty when there is no such blob.
   std::optional<std::uint64_t> find(std::string_view id) const;
-  /// Where a blob of that id is or would be. Pre: the id is a sha256.
+  /// Returns the path that a blob with that id has or would have. Pre: the id is a sha256.
   std::string path_of(std::string_view id) const;
   core::Result<UniqueFd> open_blob(std::string_view id) const;
-  /// The whole content. Errors: kNotFound.
+  /// Returns the whole content. Errors: kNotFound.
   core::Result<core::SharedBytes> read(std::string_view id) const;
   core::Status remove(std::string_view id) const;
 

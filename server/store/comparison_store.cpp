@@ -50,7 +50,7 @@ Status ComparisonStore::write_maps(const std::string& id, const ComparisonMaps& 
 }
 
 void ComparisonStore::remove_maps(const std::string& id) const {
-  std::error_code problem;  // A folder that stays takes room and nothing else.
+  std::error_code problem;  // A folder that remains only costs disk space.
   std::filesystem::remove_all(data_.comparisons_path() + "/" + id, problem);
 }
 

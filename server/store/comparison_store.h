@@ -1,6 +1,6 @@
-/// ComparisonStore: comparisons that were made: their figures in the database, their maps as files.
+/// ComparisonStore: results of comparisons: figures in the database, maps as files.
 ///
-/// The oldest are forgotten when they are too many or their maps take too much room.
+/// The oldest are removed when there are too many, or their maps take too much space.
 #pragma once
 
 #include <cstdint>
@@ -21,26 +21,27 @@ using ComparisonMaps = std::map<std::string, std::string>;
 struct ComparisonLimits {
   std::int64_t count = 1000;
   std::int64_t bytes = std::int64_t{1}
-                       << 30;  ///< Of all maps; the newest comparison stays in any case.
+                       << 30;  ///< Of all maps; the newest comparison is kept in any case.
 };
 
 class ComparisonStore {
  public:
-  /// Both outlive this.
+  /// Both must outlive this.
   ComparisonStore(Database& database, const DataDir& data, ComparisonLimits limits)
       : database_(database), data_(data), limits_(limits) {}
 
   struct Row {
     std::string id;
     std::string body;    ///< JSON
-    std::string tenant;  ///< Whose it is.
+    std::string tenant;  ///< The owner.
     double created_at = 0;
   };
-  /// The maps are on the disk before the record is. Errors: kNoSpace, kInternal.
+  /// Writes the maps to the disk before the record. Errors: kNoSpace, kInternal.
   core::Status insert(const Row& row, const ComparisonMaps& maps);
-  /// The JSON text. Errors: kNotFound, also for one that `access` does not see.
+  /// Returns the JSON text. Errors: kNotFound, also for a comparison that `access` does not see.
   core::Result<std::string> find(std::string_view id, const Access& access);
-  /// Where a map is or would be. Pre: the id is a UUID, the name one that insert() got.
+  /// Returns the path that a map has or would have. Pre: the id is a UUID, the name one passed to
+  /// insert().
   std::string path_of(std::string_view id, std::string_view map) const;
 
  private:

@@ -35,7 +35,7 @@ core::Result<DataDir> DataDir::open(const std::string& path) {
   }
   const std::string me = std::to_string(::getpid());
   if (::ftruncate(lock->get(), 0) == 0) {
-    // Only for the message above; the lock holds without it.
+    // Used only by the message above; the lock holds without it.
     static_cast<void>(write_at(lock->get(), std::as_bytes(std::span(me)), 0, lock_path));
   }
   return DataDir(path, std::move(*lock));

@@ -1,4 +1,4 @@
-/// The data directory: its layout, and the lock that keeps a second server out of it.
+/// The data directory: its layout, and a lock that excludes a second server.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace server {
 
 class DataDir {
  public:
-  /// Makes the folders and takes the lock. Errors: kConflict when another process holds it, with
-  /// its process id; what make_directories() says when the place cannot be written.
+  /// Creates the folders and takes the lock. Errors: kConflict when another process holds it, with
+  /// its process id; those of make_directories() when the path is not writable.
   static core::Result<DataDir> open(const std::string& path);
 
   const std::string& path() const { return path_; }

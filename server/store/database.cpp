@@ -21,22 +21,22 @@ namespace {
 
 bool is_full(int number) { return number == ENOSPC || number == EDQUOT || number == EFBIG; }
 
-/// number: errno of the failed call, when SQLite knows only that it failed.
+/// number: errno of the failed call, for results of SQLite that only report failure.
 Error sqlite_error(int code, const std::string& message, const std::string& path, int number = 0) {
   const int primary = code & 0xff;
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full(number))) {
     return Error{ErrorCode::kNoSpace, "the disk is full", path};
   }
-  std::string words = "the database says: " + message;
+  std::string words = "database error: " + message;
   if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB) {
     words += "; restore it from a backup, or start with another --data directory";
   }
   return Error{ErrorCode::kInternal, std::move(words), path};
 }
 
-/// SQLite reads the pages that a file has lost as zeros. The file's head says how many there are;
-/// it is right whenever no journal is left to be played back. Source: "Database File Format", 1.3:
-/// page size at 16, pages at 28, big-endian.
+/// SQLite reads missing pages of a cut file as zeros. The file's header holds the number of pages,
+/// which is correct when no journal is left to play back. Source: "Database File Format", 1.3: page
+/// size at 16, pages at 28, big-endian.
 Status check_not_cut(const std::string& path) {
   const auto journal = open_file(path + "-wal", O_RDONLY);
   if (journal) {
@@ -72,7 +72,8 @@ Status check_not_cut(const std::string& path) {
   return core::ok_status();
 }
 
-/// errno of the failed call. SQLite forgets that of a write at once, but its files do not.
+/// Returns errno of the failed call. SQLite clears that of a write at once, but keeps it in its
+/// file objects.
 int errno_of(sqlite3* db, int code) {
   const int number = sqlite3_system_errno(db);
   if (is_full(number) || code != SQLITE_IOERR_WRITE) {
@@ -126,7 +127,7 @@ Statement& Statement::bind(double value) {
 }
 
 Statement& Statement::bind(std::string_view value) {
-  // An empty view may have no address, which SQLite would take for NULL.
+  // An empty view may have a null address, which SQLite would bind as NULL.
   const char* data = value.data() == nullptr ? "" : value.data();
   check(
       sqlite3_bind_text64(statement_, ++bound_, data, value.size(), SQLITE_TRANSIENT, SQLITE_UTF8));
@@ -203,7 +204,7 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   if (const Status whole = check_not_cut(path); !whole) {
     return whole.error();
   }
-  // SQLite would let everybody read it; its journals get the mode of the database.
+  // SQLite would make the file readable by all users; its journals inherit the database's mode.
   if (const auto made = open_file(path, O_RDWR | O_CREAT); !made) {
     return made.error();
   } else if (::fchmod(made->get(), S_IRUSR | S_IWUSR) != 0) {
@@ -230,7 +231,7 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   if (const Status migrated = migrate(*database); !migrated) {
     return migrated.error();
   }
-  static_cast<void>(database->reserve_.take());  // On a full disk later.
+  static_cast<void>(database->reserve_.take());  // On a full disk: retried later.
   return database;
 }
 

@@ -1,8 +1,8 @@
-/// Database: one SQLite connection behind a lock, in WAL mode with full sync. The only home of
+/// Database: one SQLite connection behind a lock, in WAL mode with full sync. The only user of
 /// SQLite.
 ///
-/// Errors: kNoSpace when the disk is full; kInternal with SQLite's words else (a damaged page, an
-/// unreadable file); `where` is the path of the database.
+/// Errors: kNoSpace when the disk is full; otherwise kInternal with SQLite's message (a damaged
+/// page, an unreadable file); `where` is the path of the database.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ struct sqlite3_stmt;
 
 namespace server {
 
-/// One prepared statement. The first failure sticks: bind, step and read, then ask status() once.
+/// One prepared statement. The first failure is kept: bind, step and read, then check status()
+/// once.
 class Statement {
  public:
   Statement(sqlite3* db, const char* sql, std::string path);
@@ -38,7 +39,7 @@ class Statement {
   Statement& bind(std::string_view value);
   Statement& bind(std::optional<double> value);
 
-  /// True when there is a row to read. False at the end and after a failure.
+  /// Returns true when there is a row to read; false at the end and after a failure.
   bool step();
   /// Steps once; for statements without rows.
   core::Status run();
@@ -62,17 +63,18 @@ class Statement {
 
 class Database {
  public:
-  /// Opens or makes the file. Errors: a file that is no database, or one made by a newer version.
+  /// Opens or creates the file. Errors: the file is not a database, or was written by a newer
+  /// version.
   static core::Result<std::unique_ptr<Database>> open(const std::string& path);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  /// The connection, held for as long as this object lives: some lines, never while calling out.
+  /// Holds the connection for as long as this object lives: a few lines, never while calling out.
   class Session {
    public:
     Statement prepare(const char* sql) { return Statement(db_->handle_, sql, db_->path_); }
-    /// Statements without parameters and rows.
+    /// Runs statements without parameters and rows.
     core::Status execute(const char* sql);
     std::int64_t last_row_id() const;
     std::int64_t changes() const;
@@ -85,12 +87,12 @@ class Database {
   };
   Session session() { return Session(*this); }
 
-  /// What a transaction may use of a full disk. What only adds to the store leaves the reserve to
-  /// those who change and delete.
+  /// Space that a transaction may use on a full disk. Transactions that only add to the store leave
+  /// the reserve to changes and deletions.
   enum class Spend : std::uint8_t { kReserve, kFreeSpace };
   DiskReserve& reserve() { return reserve_; }
 
-  /// BEGIN, `work(session)`, COMMIT; all of it or nothing. On a full disk once more, with the
+  /// Runs BEGIN, `work(session)`, COMMIT; all of it or nothing. On a full disk, retries with the
   /// reserve.
   template <typename Work>
   core::Status transact(const Work& work, Spend spend = Spend::kReserve) {

@@ -35,7 +35,7 @@ core::Result<std::vector<DeliveryRow>> read_rows(Statement& select) {
   return rows;
 }
 
-/// Tenant, scheme, host and port.
+/// Returns tenant, scheme, host and port.
 std::string receiver_of(const DeliveryRow& row) {
   const std::size_t scheme = row.url.find("://");
   const std::size_t host = scheme == std::string::npos ? 0 : scheme + 3;

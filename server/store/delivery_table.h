@@ -1,4 +1,4 @@
-/// DeliveryTable: webhook calls that are to be made, and how those that were made ended.
+/// DeliveryTable: pending webhook calls, and the outcomes of earlier ones.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 namespace server {
 
 struct DeliveryRow {
-  std::int64_t sequence = 0;  ///< Newest has the highest; given by insert().
+  std::int64_t sequence = 0;  ///< The newest has the highest; assigned by insert().
   std::string id;
-  std::string tenant = {};  ///< Whose it is; empty: the operator's.
+  std::string tenant = {};  ///< The owner; empty: the operator.
   std::string job = {};     ///< Empty: a test.
   std::string event;        ///< "state", "end", "test".
   std::string url;
@@ -27,16 +27,17 @@ struct DeliveryRow {
   double created_at = 0;                ///< Seconds since 1970, as all times here.
   double next_at = 0;                   ///< While it is pending.
   std::optional<double> ended_at = {};  ///< When it was delivered or given up.
-  int status = 0;                       ///< Of the last answer; 0: there was none.
+  int status = 0;                       ///< Of the last response; 0: none.
   std::string detail = {};              ///< Why the last attempt failed.
 };
 
-/// In the transaction that they follow from. Their receivers follow from tenants and addresses.
+/// Inserts the calls in the transaction that causes them. Receivers follow from tenants and
+/// addresses.
 core::Status insert_deliveries(Database::Session& session, const std::vector<DeliveryRow>& rows);
 
 struct DeliveryQuery {
-  std::string job = {};    ///< Empty: of any.
-  std::string state = {};  ///< Empty: in any.
+  std::string job = {};    ///< Empty: all jobs.
+  std::string state = {};  ///< Empty: all states.
   std::optional<std::int64_t> before = {};
   int limit = 50;
 };
@@ -47,22 +48,23 @@ class DeliveryTable {
   explicit DeliveryTable(Database& database) : database_(database) {}
 
   core::Status insert(const DeliveryRow& row);
-  /// The first that is due of each receiver, for so many receivers of each tenant. A call waits
-  /// while an earlier one of the same job to the same address does.
+  /// Returns the first due call of each receiver, for at most that many receivers per tenant. A
+  /// call waits while an earlier one of the same job to the same address does.
   core::Result<std::vector<DeliveryRow>> due(double now, int receivers_of_tenant);
-  /// How an attempt ended: state, attempts, times, status and detail of the row.
+  /// Records the outcome of an attempt: state, attempts, times, status and detail of the row.
   core::Status update(const DeliveryRow& row);
-  /// Pending again, at once. Errors: kNotFound, also for one that `access` does not see.
+  /// Makes the call pending again, due at once. Errors: kNotFound, also for a call that `access`
+  /// does not see.
   core::Status send_again(std::string_view id, const Access& access, double now);
-  /// Errors: kNotFound, also for one that `access` does not see.
+  /// Errors: kNotFound, also for a call that `access` does not see.
   core::Result<DeliveryRow> find(std::string_view id, const Access& access);
-  /// Newest first, of what `access` sees.
+  /// Returns the calls that `access` sees, newest first.
   core::Result<std::vector<DeliveryRow>> list(const DeliveryQuery& query, const Access& access);
   core::Result<std::int64_t> pending_count();
-  /// Those that ended before.
+  /// Removes calls that ended before that time.
   core::Status forget_before(double ended_at);
 
-  /// The tenant's secret; `fresh` is kept where there is none.
+  /// Returns the tenant's secret; stores `fresh` if there is none.
   core::Result<std::string> secret(std::string_view tenant, const std::string& fresh);
   core::Status replace_secret(std::string_view tenant, std::string_view secret);
 

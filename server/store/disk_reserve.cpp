@@ -12,8 +12,8 @@
 namespace server {
 namespace {
 
-/// What the write-ahead log of the database takes until its pages go to their places: 1000 pages
-/// of 4096 bytes (wal_autocheckpoint). Of a small file system a sixteenth.
+/// Largest size of the database's write-ahead log before its pages are written to the database:
+/// 1000 pages of 4096 bytes (wal_autocheckpoint). On a small file system, a sixteenth of it.
 constexpr std::uint64_t kReserveBytesMax = std::uint64_t{4096} * 1000;
 constexpr std::uint64_t kShare = 16;
 
@@ -32,7 +32,7 @@ bool DiskReserve::take() {
   const std::uint64_t bytes = std::min(kReserveBytesMax, space->total_bytes / kShare);
   is_taken_ = bytes == 0 || ::posix_fallocate(file->get(), 0, static_cast<off_t>(bytes)) == 0;
   if (!is_taken_) {
-    static_cast<void>(::ftruncate(file->get(), 0));  // What was allocated before it failed.
+    static_cast<void>(::ftruncate(file->get(), 0));  // Frees what was allocated before the failure.
   }
   return is_taken_;
 }

@@ -1,5 +1,5 @@
-/// DiskReserve: a file of nothing but space. It is given up when the disk is full, so that records
-/// can still be changed: jobs cancelled, failed, paused and deleted. Thread-safe.
+/// DiskReserve: a file that reserves disk space. The space is released when the disk is full, so
+/// that records can still be changed: jobs cancelled, failed, paused and deleted. Thread-safe.
 #pragma once
 
 #include <atomic>
@@ -11,12 +11,12 @@ namespace server {
 
 class DiskReserve {
  public:
-  /// path: made when the space is taken.
+  /// path: created when the space is taken.
   explicit DiskReserve(std::string path) : path_(std::move(path)) {}
 
-  /// Takes the space unless it is taken. False: the disk has not that much.
+  /// Takes the space unless it is taken already. Returns false if the disk has too little.
   bool take();
-  /// True: there was some to give.
+  /// Releases the space. Returns true if there was any to release.
   bool give_up();
   bool is_taken() const { return is_taken_; }
 

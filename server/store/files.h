@@ -1,7 +1,7 @@
 /// Files of the data directory: descriptors, whole reads and writes, durable renames.
 ///
 /// Errors: kNoSpace when the disk or a quota is full, kNotFound when there is no such file,
-/// kInternal with the system's words else; `where` is the path.
+/// otherwise kInternal with the system's message; `where` is the path.
 #pragma once
 
 #include <cstddef>
@@ -35,14 +35,14 @@ class UniqueFd {
   int fd_ = -1;
 };
 
-/// The error for errno `code` at `path`.
+/// Returns the error for errno `code` at `path`.
 core::Error file_error(std::string_view what, const std::string& path, int code);
 
 /// flags as for open(2), with O_CLOEXEC added; new files are readable by their owner only.
 core::Result<UniqueFd> open_file(const std::string& path, int flags);
 core::Status write_at(int fd, std::span<const std::byte> bytes, std::uint64_t offset,
                       const std::string& path);
-/// Reads up to bytes.size(); fewer only at the end of the file.
+/// Reads up to bytes.size() bytes; fewer only at the end of the file.
 core::Result<std::size_t> read_at(int fd, std::span<std::byte> bytes, std::uint64_t offset,
                                   const std::string& path);
 core::Result<std::uint64_t> file_bytes(int fd, const std::string& path);
@@ -51,12 +51,12 @@ core::Status sync_directory(const std::string& path);
 core::Status make_directories(const std::string& path);
 /// Atomic; both in the same file system. Durable after sync_directory().
 core::Status rename_file(const std::string& from, const std::string& to);
-/// No error when it is not there.
+/// Succeeds if the file does not exist.
 core::Status remove_file(const std::string& path);
 
 struct DiskSpace {
   std::uint64_t total_bytes = 0;
-  std::uint64_t free_bytes = 0;  ///< For us, not for root.
+  std::uint64_t free_bytes = 0;  ///< Available to this user, not to root.
 };
 core::Result<DiskSpace> disk_space(const std::string& path);
 

@@ -21,7 +21,7 @@ namespace {
 std::uint64_t align(std::uint64_t bytes) { return (bytes + kAlign - 1) / kAlign * kAlign; }
 
 std::uint32_t crc_after_field(std::span<const std::byte> part) {
-  const auto rest = part.subspan(8);  // After the magic and the CRC itself.
+  const auto rest = part.subspan(8);  // Skips the magic and the CRC itself.
   return static_cast<std::uint32_t>(
       crc32_z(0, reinterpret_cast<const Bytef*>(rest.data()), rest.size()));
 }
@@ -42,7 +42,8 @@ void append(std::vector<std::byte>& part, const Value* values, std::size_t count
 
 template <typename Value>
 void take(std::span<const std::byte>& rest, Value* values, std::size_t count) {
-  // count is derived from sizes that were checked against rest; an empty vector has no address.
+  // count is derived from sizes that were checked against rest; an empty vector may have a null
+  // address.
   if (count > 0) {
     std::memcpy(static_cast<void*>(values), rest.data(), count * sizeof(Value));
   }
@@ -75,8 +76,8 @@ struct FilmFile::Layout {
     pixel_bytes = replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
                   (film.has_plan() ? sizeof(StoredPlan) : 0) +
                   (film.has_pilot() ? sizeof(core::PilotPixel) : 0) + film.label_bytes();
-    // As of the first version, so that its slots stay where they are: kPointsWritten leaves room
-    // for what came later.
+    // The size of the first version, so that slots keep their offsets: kPointsWritten leaves room
+    // for later fields.
     head_bytes = align(kFirstHeadBytes + kPointsMax * sizeof(PointFields) +
                        static_cast<std::uint64_t>(film.tile_count()) * sizeof(Tile) +
                        splat_head_bytes(film));
@@ -129,11 +130,11 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   const std::size_t fields_bytes = is_first ? kFirstHeadBytes : sizeof fields;
   if ((!is_first && fields.magic != kHeadMagic) || fields.bytes < fields_bytes ||
       fields.bytes > *got) {
-    return damaged(path_, "its head is not one");
+    return damaged(path_, "its head is invalid");
   }
   part.resize(fields.bytes);
   if (crc_after_field(part) != fields.crc) {
-    return damaged(path_, "the checksum of its head does not fit");
+    return damaged(path_, "its head does not match its checksum");
   }
   const core::PixelRect rect = {fields.x, fields.y, fields.width, fields.height};
   if (rect != film.crop() || fields.full_width != film.full_width() ||
@@ -145,7 +146,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   const std::size_t text_begin = fields_bytes + fields.point_count * sizeof(PointFields) +
                                  fields.tile_count * sizeof(Tile) + splat_head_bytes(film);
   if (fields.bytes < text_begin || fields.bytes > text_begin + kArithmeticBytesMax) {
-    return damaged(path_, "its head has another length");
+    return damaged(path_, "its head has the wrong length");
   }
   Checkpoint checkpoint;
   checkpoint.sequence = fields.sequence;
@@ -187,7 +188,7 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     core::TileState state;
     state.rect = film.tile_rect(tile);
     if (entry.sequence == 0) {
-      if (film.tile_samples(tile) > 0) {  // from a checkpoint that turned out to be damaged
+      if (film.tile_samples(tile) > 0) {  // from a damaged checkpoint
         film.restore(tile, std::move(state), 0);
       }
       continue;
@@ -207,7 +208,7 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     part.resize(size);
     if (fields.magic != kSlotMagic || fields.sequence != entry.sequence ||
         fields.tile != static_cast<std::uint32_t>(tile) || crc_after_field(part) != fields.crc) {
-      return damaged(path_, "tile " + std::to_string(tile) + " does not fit its checksum");
+      return damaged(path_, "tile " + std::to_string(tile) + " does not match its checksum");
     }
     state.samples = fields.samples;
     state.rejected_samples = fields.rejected_samples;
@@ -260,7 +261,7 @@ Status FilmFile::restore_meter(core::Film& film, std::uint32_t sequence) const {
   std::memcpy(&fields, part.data(), sizeof fields);
   if (*got < part.size() || fields.magic != MeterFields{}.magic || fields.sequence != sequence ||
       fields.bytes != part.size() || crc_after_field(part) != fields.crc) {
-    return damaged(path_, "the meter does not fit its checksum");
+    return damaged(path_, "the meter does not match its checksum");
   }
   auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
   for (int i = 0; i < film.meter_chunk_count(); ++i) {
@@ -323,7 +324,8 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
     tiles_.assign(static_cast<std::size_t>(film.tile_count()), Tile{});
     return FilmRecord{};
   }
-  // Checkpoint 1 is in head 1: with head 0 still blank it was cut short, and nothing was told yet.
+  // Checkpoint 1 is in head 1. If head 0 is still blank, checkpoint 1 was cut short and was never
+  // reported as saved.
   if (first && first->sequence == 0 && !second && second.error().code == ErrorCode::kInternal) {
     tiles_.assign(static_cast<std::size_t>(film.tile_count()), Tile{});
     return FilmRecord{};
@@ -336,7 +338,7 @@ core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
 
 Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before,
                             std::uint32_t sequence, const core::SplatState& splats) {
-  // The version first: what changes meanwhile is written again.
+  // Reads the version first: later changes are written again.
   versions_[static_cast<std::size_t>(tile)] = film.tile_version(tile);
   const std::uint32_t revision = film.tile_revision(tile);
   core::TileState state = film.tile(tile);
@@ -436,8 +438,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   const std::uint32_t sequence = sequence_ + 1;
   const core::SplatState splats = film.splats();
   Status status = core::ok_status();
-  // A checkpoint is of one epoch: when another begins while tiles are written, they are written
-  // again.
+  // A checkpoint covers one epoch: if another begins, the tiles are written again.
   bool again = true;
   while (again && status) {
     const std::uint32_t epoch = film.plan_epoch();
@@ -452,7 +453,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   if (status) {
     status = write_meter(film, sequence);
   }
-  // The slots must be on the disk before a head names them.
+  // The slots must be on the disk before a head refers to them.
   if (status) {
     status = sync_file(fd_.get(), path_);
   }
@@ -465,7 +466,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
   if (!status) {
     tiles_ = before;
     versions_ = versions_before;
-    release_old_slots(film);  // On a full disk others need the room of what is of no use.
+    release_old_slots(film);  // Frees useless slots: the disk may be full.
     return status;
   }
   sequence_ = sequence;
@@ -477,7 +478,7 @@ Status FilmFile::write(const core::Film& film, const FilmRecord& record, bool is
 
 void FilmFile::release_old_slots(const core::Film& film) const {
   const Layout layout(film);
-  // Failure only costs disk space: not every file system can do it.
+  // A failure only costs disk space: not every file system supports this.
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const Tile& entry = tiles_[static_cast<std::size_t>(tile)];
     const std::uint32_t unused = entry.sequence == 0 ? 0 : 1 - entry.slot;

@@ -1,15 +1,15 @@
 /// FilmFile: the durable copy of one job's film, films/<job>.film.
 ///
-/// A checkpoint writes the changed tiles only, and is atomic: each tile has two slots, a checkpoint
-/// writes the one that the last complete checkpoint does not need, syncs, then writes the other of
-/// two heads, which names for each tile its slot and sequence number, and syncs again. What is cut
-/// short leaves the checkpoint before it. Heads and slots carry a CRC-32; when the newest
-/// checkpoint is damaged the one before it is taken, whole.
+/// A checkpoint writes only the changed tiles, and is atomic: each tile has two slots. A checkpoint
+/// writes the slot that the last complete checkpoint does not need, syncs, then writes the other of
+/// two heads, which holds for each tile its slot and sequence number, and syncs again. An
+/// interrupted checkpoint leaves the previous one intact. Heads and slots carry a CRC-32; if the
+/// newest checkpoint is damaged, the previous one is read as a whole.
 ///
-/// A meter's sums come after the slots, twice as well: each checkpoint writes all of them.
+/// A meter's sums follow the slots, also twice: each checkpoint writes all of them.
 ///
-/// Of a film with splats all tiles are written, with the splats of one moment: a light path adds to
-/// any of them.
+/// For a film with splats all tiles are written, with the splats of one moment: a light path may
+/// add to any tile.
 ///
 /// Layout, little endian, parts aligned to 4096 bytes: head 0, head 1, then for each tile slot 0
 /// and slot 1, then the meter. An object is used by one thread at a time.
@@ -28,39 +28,39 @@
 
 namespace server {
 
-/// What stands beside the tiles.
+/// Data stored besides the tiles.
 struct FilmRecord {
   double elapsed_seconds = 0;
-  /// More than 2,048 are thinned out.
+  /// More than 2,048 points are thinned out.
   std::vector<core::ConvergencePoint> points;
-  /// core::arithmetic_class() of the last writer; empty: not noted. At most 256 bytes.
+  /// core::arithmetic_class() of the last writer; empty: unknown. At most 256 bytes.
   std::string arithmetic = {};
 };
 
 class FilmFile {
  public:
-  /// Opens or makes the file. Errors: kNoSpace, kInternal.
+  /// Opens or creates the file. Errors: kNoSpace, kInternal.
   static core::Result<FilmFile> open(const std::string& path);
 
-  /// Reads the last complete checkpoint into an empty film; a file without any leaves it empty.
-  /// Errors: kConflict when the file is of a film of another geometry; kInternal for damage.
+  /// Reads the last complete checkpoint into an empty film; a file without one leaves it empty.
+  /// Errors: kConflict when the file belongs to a film of another geometry; kInternal for damage.
   core::Result<FilmRecord> restore(core::Film& film);
 
-  /// Brings the file up to the film: tiles that changed since the last write or restore.
-  /// is_final: the older slots give their space back. Errors: kNoSpace, kInternal; the checkpoint
-  /// before it is still good then.
+  /// Writes the tiles that changed since the last write or restore. is_final: releases the disk
+  /// space of the older slots. Errors: kNoSpace, kInternal; the previous checkpoint is then still
+  /// valid.
   core::Status write(const core::Film& film, const FilmRecord& record, bool is_final);
 
-  /// The most that the file of a film takes, while it is being written.
+  /// Returns the largest size of the film's file while it is being written.
   static std::uint64_t disk_bytes_max(const core::Film& film);
-  /// Bytes that the file takes on the disk.
+  /// Returns the bytes that the file occupies on the disk.
   std::uint64_t disk_bytes() const;
 
  private:
   struct Tile {
     std::uint32_t sequence = 0;  ///< Of the checkpoint that wrote it; 0: none.
-    std::uint32_t slot = 0;      ///< Which slot that is.
-    std::uint32_t revision = 0;  ///< Of the film's tile at that time.
+    std::uint32_t slot = 0;      ///< The slot with that sequence.
+    std::uint32_t revision = 0;  ///< Of the film's tile when it was written.
   };
   struct Layout;
   struct Checkpoint;
@@ -81,7 +81,7 @@ class FilmFile {
   std::uint32_t sequence_ = 0;  ///< Of the last complete checkpoint; it is in head sequence_ % 2.
   std::vector<Tile> tiles_;
   std::vector<std::uint64_t>
-      versions_;  ///< Of the film's tiles when they were written or read; 0: never.
+      versions_;  ///< Of the film's tiles when they were last written or read; 0: never.
   std::vector<std::byte> buffer_;
 };
 

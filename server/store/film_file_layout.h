@@ -1,4 +1,4 @@
-/// What film files hold: heads, points and slots as they are on the disk, and their sizes.
+/// Contents of film files: heads, points and slots as stored on disk, and their sizes.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@ namespace server {
 inline constexpr std::uint64_t kAlign = 4096;
 inline constexpr std::size_t kPointsMax = 2048;
 inline constexpr std::size_t kArithmeticBytesMax = 256;
-/// Of the room for points, some is for the text.
+/// Part of the room for points holds the arithmetic text.
 inline constexpr std::size_t kPointsWritten = kPointsMax - 8;
 inline constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '2'};
-/// The same without the seconds beside the samples.
+/// Magic of heads without cpu_seconds_beside.
 inline constexpr std::array<char, 4> kFirstHeadMagic = {'T', 'S', 'F', '1'};
 inline constexpr std::size_t kFirstHeadBytes = 64;
 inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
@@ -25,7 +25,7 @@ static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32
                   sizeof(core::LabelPixel) == 44 && sizeof(core::MattePixel) == 72,
               "the file holds these as they are in memory; a change needs a new magic");
 
-/// As it was when the halves of a pixel could have different counts; both are the same now.
+/// Format from when the two halves of a pixel could have different counts; now both are equal.
 struct StoredPlan {
   std::array<std::uint32_t, 2> from{};
   std::array<std::uint32_t, 2> to{};
@@ -37,11 +37,11 @@ inline constexpr std::int32_t kPilot = 4;
 inline constexpr std::int32_t kFit = 8;
 inline constexpr std::int32_t kSplats = 16;
 inline constexpr std::int32_t kMeter = 32;
-/// Beyond the number of shares.
+/// Above the bits of the number of shares.
 inline constexpr std::int32_t kLabels = 1 << 19;
 inline constexpr std::int32_t kObjectMattes = 1 << 17;
 inline constexpr std::int32_t kMaterialMattes = 1 << 18;
-/// From this bit on: the number of shares.
+/// The number of shares begins at this bit.
 inline constexpr std::int32_t kSharesShift = 8;
 
 inline std::int32_t parts_of(const core::Film& film) {
@@ -53,7 +53,7 @@ inline std::int32_t parts_of(const core::Film& film) {
          (static_cast<std::int32_t>(film.shares().size()) << kSharesShift);
 }
 
-/// In front of each part. The CRC covers everything after itself.
+/// Precedes each head. The CRC covers everything after itself.
 struct HeadFields {
   std::array<char, 4> magic = kHeadMagic;
   std::uint32_t crc = 0;
@@ -66,12 +66,12 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts = 0;  ///< What a tile may have: kAux, kPlan, kPilot, kFit, kSplats, kMeter,
-                           ///< shares, kLabels, mattes.
+  std::int32_t parts = 0;  ///< Possible parts of a tile: kAux, kPlan, kPilot, kFit, kSplats,
+                           ///< kMeter, shares, kLabels, mattes.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
-  double cpu_seconds_beside = 0;  ///< Of the film, beside its tiles'.
+  double cpu_seconds_beside = 0;  ///< Of the film, not included in its tiles.
 };
 static_assert(sizeof(HeadFields) == kFirstHeadBytes + sizeof(double));
 
@@ -87,7 +87,7 @@ struct PointFields {
 };
 static_assert(sizeof(PointFields) == 56);
 
-/// In front of the meter's sums: of each chunk its fields, then its sums.
+/// Precedes the meter's sums: for each chunk its fields, then its sums.
 struct MeterFields {
   std::array<char, 4> magic = {'T', 'S', 'M', '1'};
   std::uint32_t crc = 0;
@@ -129,7 +129,8 @@ inline std::size_t replicate_bytes(const core::Film& film) {
           film.shares().size() * sizeof(core::Rgb));
 }
 
-/// In the head: light samples of each unit, light paths of each replicate, rejected splats, rays.
+/// Returns the bytes in the head for light samples of each unit, light paths of each replicate,
+/// rejected splats, and rays.
 inline std::size_t splat_head_bytes(const core::Film& film) {
   return film.has_splats()
              ? static_cast<std::size_t>(film.unit_count()) * sizeof(std::int32_t) +
@@ -137,7 +138,7 @@ inline std::size_t splat_head_bytes(const core::Film& film) {
              : 0;
 }
 
-/// Of the meter's part; 0: there is none.
+/// Returns the size of the meter's part; 0: there is none.
 inline std::size_t meter_size(const core::Film& film) {
   return film.meter_chunk_count() > 0
              ? sizeof(MeterFields) +
@@ -146,7 +147,7 @@ inline std::size_t meter_size(const core::Film& film) {
              : 0;
 }
 
-/// Of a whole slot, by what its fields say.
+/// Returns the size of a whole slot, according to its fields.
 inline std::size_t slot_size(const core::Film& film, const core::PixelRect& rect,
                              const SlotFields& fields) {
   return sizeof fields +
@@ -160,7 +161,7 @@ inline void size_labels(const core::Film& film, std::size_t pixels, core::TileSt
   state.mattes.resize(pixels * film.matte_kinds().count());
 }
 
-/// Arrays that come last, in their order.
+/// Visits the arrays that come last, in their order.
 template <typename Visit>
 void visit_labels(core::TileState& state, const Visit& visit) {
   visit(state.labels);

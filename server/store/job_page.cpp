@@ -13,8 +13,8 @@ std::string job_title(std::string_view name, std::string_view scene) {
 }
 
 std::string job_page_sql(const JobQuery& query, std::string_view columns) {
-  // A label or the titles lead: their tables are small and in the order of the jobs, so that little
-  // else is read.
+  // Starts from the labels or titles: their tables are small and in the order of the jobs, so that
+  // few other rows are read.
   const bool by_label = !query.labels.empty();
   const bool by_title = !by_label && !query.title.empty();
   const bool by_tenant = !by_label && !by_title && query.tenant;

@@ -1,4 +1,4 @@
-/// The statement behind a page of the list of jobs.
+/// SQL of a page of the list of jobs.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace server {
 
-/// SELECT of these columns, newest first; its parameters are bound by bind_job_page().
+/// Returns a SELECT of these columns, newest first; bind_job_page() binds its parameters.
 std::string job_page_sql(const JobQuery& query, std::string_view columns);
 void bind_job_page(Statement& select, const JobQuery& query);
 

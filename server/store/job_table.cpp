@@ -29,7 +29,7 @@ constexpr const char* kUpdate =
     " error_unreliable=?, build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=? "
     "WHERE sequence=?";
 
-/// The columns in the order of kInsert, after the sequence.
+/// The columns in the order of kInsert, except the sequence.
 #define TESSERA_JOB_COLUMNS                                                                       \
   "sequence, id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"     \
   " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where," \
@@ -38,7 +38,7 @@ constexpr const char* kUpdate =
   " error_high, error_unreliable, build, ledger, samples_by_error, split_count, pause_reason,"    \
   " COALESCE((SELECT owner FROM job_owners WHERE job_owners.job=sequence), '')"
 
-/// Those that render or may yet: a finished job with its film can be extended.
+/// Jobs that render or may render again: a finished job with its film can be extended.
 constexpr const char* kNeedsInputs =
     "(state NOT IN ('finished','failed','cancelled') OR (state='finished' AND film=1))";
 
@@ -173,7 +173,8 @@ Status write_expiry(Database::Session& session, const JobRow& row) {
   return keep.bind(row.sequence).bind(*row.delete_at).run();
 }
 
-/// What counts for the owner, if there is one: of a job that has not ended all that it may need.
+/// Updates the bytes counted for the owner, if there is one: for an unfinished job, the most that
+/// it may need.
 Status write_stored_bytes(Database::Session& session, const JobRow& row) {
   const std::uint64_t bytes = row.film == FilmPlace::kOnDisk ? row.film_bytes : 0;
   Statement update = session.prepare(
@@ -262,7 +263,7 @@ core::Result<bool> any_row(Statement& select) {
   return found;
 }
 
-/// Does a job (of that tenant) need what stands in the column?
+/// Returns whether a job (of that tenant) needs the id in the column.
 core::Result<bool> input_in_use(Database& database, const std::string& column, std::string_view id,
                                 const std::optional<std::string>& tenant) {
   auto session = database.session();
@@ -450,7 +451,7 @@ core::Result<std::optional<IdempotencyRow>> JobTable::find_key(std::string_view 
 
 Status JobTable::forget_keys_before(double created_at) {
   auto session = database_.session();
-  // What a client named itself stays for as long as the job does.
+  // A client-chosen id is kept as long as its job.
   Statement forget = session.prepare(
       "DELETE FROM idempotency WHERE created_at<? AND (key NOT GLOB 'put *'"
       " OR NOT EXISTS (SELECT 1 FROM jobs WHERE jobs.id=idempotency.job))");
@@ -469,7 +470,7 @@ core::Result<bool> JobTable::environment_in_use(std::string_view asset,
 
 core::Result<int> JobTable::unfinished_of(std::string_view tenant) {
   auto session = database_.session();
-  // By state first: a tenant may have many jobs, and few of all jobs are unfinished.
+  // Selects by state first: a tenant may have many jobs, but few jobs are unfinished.
   Statement select = session.prepare(
       "SELECT COUNT(*) FROM jobs CROSS JOIN job_owners ON job=sequence"
       " WHERE state IN ('queued','loading','rendering','paused') AND owner=?");

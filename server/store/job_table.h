@@ -16,21 +16,20 @@
 
 namespace server {
 
-/// Where the film of a job is.
+/// Location of a job's film.
 enum class FilmPlace { kNone = 0, kOnDisk = 1, kEvicted = 2 };
 
-/// A job as it stands in the database. Times are seconds since 1970; states and reasons are the
-/// words of the API.
+/// A job as stored in the database. Times are seconds since 1970; states and reasons are the words
+/// of the API.
 struct JobRow {
-  std::int64_t sequence = 0;  ///< Newest has the highest.
+  std::int64_t sequence = 0;  ///< The newest has the highest.
   std::string id;
   std::string spec_json;
   std::int64_t spec_version = 1;
   std::string scene;
-  std::string name =
-      {};  ///< What lists find it by beside its scene; not read back, it stands in the spec.
+  std::string name = {};  ///< Title for searches; not read back, since it follows from the spec.
   std::string environment_asset;              ///< Empty: none.
-  std::map<std::string, std::string> labels;  ///< As the name: not read back.
+  std::map<std::string, std::string> labels;  ///< Not read back, like the title.
   int priority = 0;
   std::string state;
   std::string pause_reason = {};  ///< Empty: not paused.
@@ -63,12 +62,11 @@ struct JobRow {
   int samples_by_error = 0;
   int split_count = 0;
 
-  std::string tenant = {};  ///< Whose it is; empty: the operator's. It never changes.
+  std::string tenant = {};  ///< The owner; empty: the operator. Never changes.
 
   // Written by insert() and update(), not read back: they follow from the spec and the request.
-  std::uint64_t reserved_bytes =
-      0;  ///< The most that its film takes while it renders. insert() only.
-  std::optional<double> delete_at = {};  ///< When it is to be forgotten.
+  std::uint64_t reserved_bytes = 0;      ///< The largest size of its film file. insert() only.
+  std::optional<double> delete_at = {};  ///< When it expires.
 };
 
 /// A durable event. (stream, seq) grows within a job; stream is the number of the server's run.
@@ -86,18 +84,19 @@ struct IdempotencyRow {
   double created_at = 0;
 };
 
-/// What a job is found by: its name, else its scene, with a to z for A to Z.
+/// Returns the text that a job is searched by: its name, or its scene if it has none, with A to Z
+/// in lower case.
 std::string job_title(std::string_view name, std::string_view scene);
 
 struct JobQuery {
-  std::vector<std::string> states;  ///< Any of them; empty: all.
-  /// All of them; without a value the name alone counts.
+  std::vector<std::string> states;  ///< Any of these; empty: all.
+  /// All of these; without a value, only the name has to match.
   std::vector<std::pair<std::string, std::optional<std::string>>> labels;
-  std::string title = {};  ///< A part of job_title(), in letters of any case; empty: all.
-  std::optional<std::string> tenant = {};  ///< Whose they are; empty: anybody's.
-  bool stored = true;                      ///< What the table has: jobs of class normal.
-  bool previews = true;                    ///< Those in memory, which this table never has.
-  std::optional<std::int64_t> before;      ///< Only sequences below.
+  std::string title = {};                  ///< A part of job_title(), ignoring case; empty: all.
+  std::optional<std::string> tenant = {};  ///< The owner; empty: all tenants.
+  bool stored = true;                  ///< Includes jobs of class normal, which this table stores.
+  bool previews = true;                ///< Includes previews, which are only in memory.
+  std::optional<std::int64_t> before;  ///< Only sequences below.
   int limit = 50;
 };
 
@@ -106,17 +105,17 @@ class JobTable {
   /// database must outlive this.
   explicit JobTable(Database& database) : database_(database) {}
 
-  /// The number of this run of the server, one above the last one's.
+  /// Returns the number of this run of the server, one above the previous one's.
   core::Result<std::int64_t> next_run();
 
-  /// The highest sequence that a job ever had.
+  /// Returns the highest sequence ever given to a job.
   core::Result<std::int64_t> last_sequence();
 
-  /// Record, first events and key, all or nothing.
+  /// Inserts record, first events and key; all or nothing.
   core::Status insert(const JobRow& row, const std::vector<EventRow>& events,
                       const std::optional<IdempotencyRow>& key,
                       const std::vector<DeliveryRow>& deliveries = {});
-  /// Jobs of a batch, the batch and its key: all of them or none.
+  /// A batch: its jobs, the batch and its key; all are inserted or none.
   struct Insertion {
     JobRow row;
     std::vector<EventRow> events;
@@ -125,10 +124,10 @@ class JobTable {
   using Beside = std::function<core::Status(Database::Session&)>;
   core::Status insert(const std::vector<Insertion>& jobs, const std::optional<IdempotencyRow>& key,
                       const Beside& beside);
-  /// Replaces everything but the identity, and adds the events and webhooks.
+  /// Replaces everything but the identity, and adds the events and webhook calls.
   core::Status update(const JobRow& row, const std::vector<EventRow>& events,
                       const std::vector<DeliveryRow>& deliveries = {});
-  /// Several at once: all of them or none.
+  /// One of several changes, all of which are made or none.
   struct Change {
     JobRow row;
     std::vector<EventRow> events;
@@ -136,44 +135,45 @@ class JobTable {
   };
   core::Status update(const std::vector<Change>& changes);
   core::Result<std::optional<JobRow>> find(std::string_view id);
-  /// Newest first.
+  /// Returns jobs, newest first.
   core::Result<std::vector<JobRow>> list(const JobQuery& query);
-  /// Those that have not ended, oldest first.
+  /// Returns unfinished jobs, oldest first.
   core::Result<std::vector<JobRow>> unfinished();
-  /// Its film is loose from then on.
+  /// Removes the job; its film is loose from then on.
   core::Status remove(std::string_view id);
-  /// A film file is about to be made before its job is inserted, which settles it; or to be
-  /// removed.
+  /// Records a film file that will be created before its job is inserted, which claims it, or that
+  /// will be removed.
   core::Status note_loose_film(std::string_view id);
   core::Status forget_loose_film(std::string_view id);
-  /// Those of no job, or of one whose film was evicted: being made or removed when a process ended.
+  /// Returns film files without a job, or of a job whose film was evicted: their creation or
+  /// removal was interrupted when a process ended.
   core::Result<std::vector<std::string>> loose_films();
-  /// Jobs that have ended and whose film is on disk, oldest first.
+  /// Returns ended jobs whose film is on disk, oldest first.
   core::Result<std::vector<JobRow>> films_oldest_first(int limit);
 
-  /// Events after (stream, seq), in order.
+  /// Returns the events after (stream, seq), in order.
   core::Result<std::vector<EventRow>> events_after(std::int64_t job_sequence, std::int64_t stream,
                                                    std::uint64_t seq);
-  /// Events of the job that were stored by that run of the server.
+  /// Returns whether that run of the server stored events of the job.
   core::Result<bool> knows_stream(std::int64_t job_sequence, std::int64_t stream);
 
-  /// Of a job that is not stored itself.
+  /// Inserts a key of a job that is not stored itself.
   core::Status insert_key(const IdempotencyRow& key);
   core::Result<std::optional<IdempotencyRow>> find_key(std::string_view key);
   core::Status forget_keys_before(double created_at);
 
-  /// Unfinished jobs of that tenant.
+  /// Returns the number of the tenant's unfinished jobs.
   core::Result<int> unfinished_of(std::string_view tenant);
-  /// How long jobs are kept that have ended, and how many of them; 0: whatever comes.
+  /// How long ended jobs are kept, and how many; 0: no limit.
   struct Retention {
     double seconds = 0;
     std::int64_t count = 0;
   };
-  /// Ids of jobs to forget: by their own time, or by `retention`.
+  /// Returns ids of jobs to delete: by their own expiry, or by `retention`.
   core::Result<std::vector<std::string>> expired(double now, const Retention& retention, int limit);
 
-  /// Jobs that need the scene or asset: unfinished ones, and finished ones that could go on.
-  /// tenant: of that one; empty: of anybody.
+  /// Return whether jobs need the scene or asset: unfinished ones, and finished ones that can be
+  /// extended. tenant: only jobs of that tenant; empty: all.
   core::Result<bool> scene_in_use(std::string_view scene, const std::optional<std::string>& tenant);
   core::Result<bool> environment_in_use(std::string_view asset,
                                         const std::optional<std::string>& tenant);

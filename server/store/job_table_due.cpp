@@ -1,4 +1,4 @@
-// Jobs whose time is over, and films without a job.
+// Jobs due for deletion, and films without a job.
 
 #include "server/store/job_table.h"
 

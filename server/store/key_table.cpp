@@ -112,7 +112,7 @@ core::Result<std::vector<KeyRow>> KeyTable::list() {
     row.name = select.text(1);
     row.token_hash = select.text(2);
     row.session_hash = select.text(3);
-    static_cast<void>(read_scopes(select.text(4), row));  // A text that is none allows nothing.
+    static_cast<void>(read_scopes(select.text(4), row));  // An invalid text grants no scope.
     if (const auto limit = select.optional_real(5)) {
       row.rate_limit = static_cast<int>(*limit);
     }

@@ -1,5 +1,5 @@
-/// KeyTable: the bearer keys that `tessera keys` manages. The store has hashes only; who reads it
-/// cannot ask in a key's name.
+/// KeyTable: the bearer keys that `tessera keys` manages. Only hashes are stored, so that a reader
+/// of the store cannot use a key.
 #pragma once
 
 #include <cstddef>
@@ -14,44 +14,44 @@
 namespace server {
 
 struct KeyRow {
-  std::string id;            ///< Eight hex digits; names the key in lists and logs.
-  std::string name;          ///< For people.
+  std::string id;            ///< Eight hex digits; identifies the key in lists and logs.
+  std::string name;          ///< Display name.
   std::string token_hash;    ///< sha256 of the key, hex.
   std::string session_hash;  ///< sha256 of the session cookie that the key is exchanged for, hex.
-  std::string tenant;        ///< Whose it is: what it makes belongs to all keys of that tenant.
+  std::string
+      tenant;  ///< The owner: things created with the key belong to all keys of that tenant.
   bool may_read = true;
   bool may_write = true;
-  bool may_work = false;          ///< Renders units of jobs: `tessera worker`.
-  bool may_admin = false;         ///< Sees the things of all tenants, manages keys.
-  int priority_max = 0;           ///< Of the jobs that it submits.
-  std::optional<int> rate_limit;  ///< Requests a minute, 0 for any number; empty: the server's.
+  bool may_work = false;          ///< May render units of jobs: `tessera worker`.
+  bool may_admin = false;         ///< Sees all tenants, manages keys.
+  int priority_max = 0;           ///< For jobs that it submits.
+  std::optional<int> rate_limit;  ///< Requests per minute, 0: no limit; empty: the server's limit.
   double created_at = 0;          ///< Seconds since 1970.
   std::optional<double> expires_at;
 };
 
-/// "read,write"; "admin" goes with these two.
+/// Returns "read,write"; "admin" is added to these two.
 std::string scopes_text(const KeyRow& row);
-/// From such a text. False: it is not one.
+/// Reads such a text. Returns false if it is invalid.
 bool read_scopes(std::string_view text, KeyRow& row);
-/// 1 to 64 letters, digits, `.`, `_` and `-`.
+/// Returns whether the name has 1 to 64 letters, digits, `.`, `_` and `-`.
 bool is_tenant_name(std::string_view text);
 
-/// A fresh key of a tenant of its own: what stands in the table, and the text that its owner gets,
-/// once.
+/// A new key of its own tenant: the row of the table, and the text that is given to its owner once.
 struct MadeKey {
   KeyRow row;
   std::string token;
 };
 MadeKey make_key(std::string name);
 
-/// bytes: at most 32.
+/// Returns random bytes as hex digits. bytes: at most 32.
 std::string random_hex(std::size_t bytes);
 
-/// The session cookie of a key: known to who has the key, and to nobody who has its hash.
+/// Derives the session cookie from the key; it cannot be derived from the key's hash.
 std::string session_of_token(std::string_view token);
-/// As in the table.
+/// Returns the hash stored in the table.
 std::string secret_hash(std::string_view secret);
-/// In a time that does not tell where they differ. Empty ones are no secrets.
+/// Compares in constant time. Empty texts are never equal secrets.
 bool is_same_secret(std::string_view a, std::string_view b);
 
 class KeyTable {
@@ -60,9 +60,9 @@ class KeyTable {
   explicit KeyTable(Database& database) : database_(database) {}
 
   core::Status insert(const KeyRow& row);
-  /// Oldest first.
+  /// Returns the keys, oldest first.
   core::Result<std::vector<KeyRow>> list();
-  /// False when there is none of that id.
+  /// Returns false if there is no key with that id.
   core::Result<bool> remove(std::string_view id);
 
  private:

@@ -89,8 +89,8 @@ core::Result<std::vector<SceneRow>> SceneTable::list_scenes(const Access& access
                                                             std::optional<std::int64_t> before,
                                                             int limit) {
   auto session = database_.session();
-  // Of a scene that several tenants keep, the newest reference: SQLite takes the other columns from
-  // the row of the maximum.
+  // Selects the newest reference of a scene that several tenants keep: SQLite takes the other
+  // columns from the row with the maximum.
   Statement select = session.prepare(
       access.sees_all()
           ? "SELECT MAX(sequence) AS newest, scene, description, created_at FROM scene_tenants"

@@ -1,6 +1,6 @@
-/// SceneTable: which scenes there are, who keeps them, and which asset is part of which scene.
+/// SceneTable: scenes, the tenants that keep them, and the assets that are part of each scene.
 ///
-/// Equal scenes are one; each tenant that uploads it has a reference with a description of its own.
+/// Equal scenes are one; each tenant that uploads it has its own reference and description.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@
 
 namespace server {
 
-/// A scene's files: uri in the glTF document to asset id. The document itself has the uri "".
+/// A scene's files: maps uri in the glTF document to asset id. The document itself has the uri "".
 using SceneFiles = std::map<std::string, std::string>;
 
 struct SceneRow {
-  std::int64_t sequence = 0;  ///< Newest has the highest; given by insert().
+  std::int64_t sequence = 0;  ///< The newest has the highest; assigned by insert().
   std::string id;
-  std::string description;  ///< JSON of GET /v1/scenes/{id}, made when the tenant uploaded it.
-  std::string facts;        ///< What a job request is checked against; see scenes/scene_facts.h.
+  std::string description;  ///< JSON of GET /v1/scenes/{id}, generated when the tenant uploaded it.
+  std::string facts;        ///< Facts for checking job requests; see scenes/scene_facts.h.
   double created_at = 0;
   SceneFiles files;
 };
@@ -33,24 +33,25 @@ class SceneTable {
   /// database must outlive this.
   explicit SceneTable(Database& database) : database_(database) {}
 
-  /// The scene, if it is new, and the reference of a tenant to it.
+  /// Inserts the scene if it is new, and a tenant's reference to it.
   core::Status insert_scene(const SceneRow& row, const Access& access);
-  /// Empty: there is none that `access` sees.
+  /// Returns empty if `access` sees no such scene.
   core::Result<std::optional<SceneRow>> find_scene(std::string_view id, const Access& access);
-  /// Does the tenant keep it? Where all is shared: does anybody?
+  /// Returns whether the tenant keeps it; if all is shared, whether any tenant does.
   core::Result<bool> keeps(std::string_view id, const Access& access);
-  /// Newest first, without facts and files.
+  /// Returns scenes without facts and files, newest first.
   core::Result<std::vector<SceneRow>> list_scenes(const Access& access,
                                                   std::optional<std::int64_t> before, int limit);
 
   /// What remove_scene() would drop.
   struct Removal {
-    bool of_all = false;      ///< The references of all tenants, else that of the one who asks.
-    bool scene_goes = false;  ///< Nobody keeps it then.
+    bool of_all =
+        false;  ///< The references of all tenants, otherwise only the requesting tenant's.
+    bool scene_goes = false;  ///< No tenant keeps it afterwards.
   };
   core::Result<Removal> plan_removal(std::string_view id, const Access& access);
-  /// Returns the assets that came with the scene and that nothing keeps any more: their files may
-  /// go.
+  /// Returns the assets that came with the scene and have no references left: their files can be
+  /// removed.
   core::Result<std::vector<std::string>> remove_scene(std::string_view id, const Access& access,
                                                       const Removal& removal);
 

@@ -6,7 +6,7 @@
 namespace server {
 namespace {
 
-/// Row n brings version n to n + 1. Rows are never changed once released, only added.
+/// Row n migrates version n to n + 1. Released rows never change; new ones are appended.
 constexpr std::array kMigrations = {
     R"sql(
 CREATE TABLE counters(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -99,9 +99,9 @@ CREATE TABLE scene_files(
 ) WITHOUT ROWID;
 CREATE INDEX scene_files_by_asset ON scene_files(asset);
 )sql",
-    // Lists of all jobs that have a label, whatever its value.
+    // For lists of all jobs that have a label, whatever its value.
     "CREATE INDEX job_labels_by_name ON job_labels(name, job);",
-    // Keys, whose jobs they are, when jobs are forgotten, and webhooks on their way.
+    // Keys, owners of jobs, expiry of jobs, and pending webhook calls.
     R"sql(
 CREATE TABLE keys(
   id TEXT PRIMARY KEY,
@@ -138,7 +138,7 @@ CREATE INDEX deliveries_by_time ON deliveries(next_at);
 
 CREATE INDEX idempotency_by_job ON idempotency(job);
 )sql",
-    // What made a film, where its samples are from; comparisons.
+    // Builds and ledgers of films; comparisons.
     R"sql(
 ALTER TABLE jobs ADD COLUMN build TEXT NOT NULL DEFAULT '';
 ALTER TABLE jobs ADD COLUMN ledger TEXT NOT NULL DEFAULT '';
@@ -150,7 +150,8 @@ CREATE TABLE comparisons(
   created_at REAL NOT NULL
 );
 )sql",
-    // Who keeps how much; films that are being made or removed beside the records of their jobs.
+    // Storage used by each tenant; films being created or removed while their jobs' records do not
+    // yet say so.
     R"sql(
 ALTER TABLE assets ADD COLUMN owner TEXT NOT NULL DEFAULT '';
 CREATE INDEX assets_by_owner ON assets(owner, bytes);
@@ -162,7 +163,7 @@ CREATE INDEX job_owners_by_bytes ON job_owners(owner, stored_bytes);
 CREATE INDEX jobs_by_film_bytes ON jobs(film, film_bytes);
 CREATE TABLE loose_films(job TEXT PRIMARY KEY) WITHOUT ROWID;
 )sql",
-    // What jobs are found by, apart from their records: all of them are read at times.
+    // Text that jobs are searched by, apart from their records: searches may read all of it.
     R"sql(
 CREATE TABLE job_titles(job INTEGER PRIMARY KEY REFERENCES jobs(sequence)
   ON DELETE CASCADE, title TEXT NOT NULL);
@@ -171,21 +172,21 @@ INSERT INTO job_titles(job, title)
     ''), scene))
   FROM jobs;
 )sql",
-    // Samples that an error chose, and what was measured before the first one.
+    // Whether an error chose a job's number of samples, and measurements made before rendering.
     R"sql(
 ALTER TABLE jobs ADD COLUMN samples_by_error INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN split_count INTEGER NOT NULL DEFAULT 0;
 UPDATE jobs SET samples_by_error =
   max(CAST(round(samples_mean) AS INTEGER), 1) WHERE stop_reason='relative_error';
 )sql",
-    // Sessions of browsers: cookies that end, in place of one for each key that never changed.
+    // Browser sessions: cookies that expire, replacing one permanent cookie per key.
     R"sql(
 CREATE TABLE sessions(hash TEXT PRIMARY KEY, token_hash TEXT NOT NULL,
   ends_at REAL NOT NULL) WITHOUT ROWID;
 )sql",
-    // Tenants: whose keys, assets, scenes and comparisons are. What a key made belongs to the
-    // tenant of its name; a scene or asset of unknown origin to the operator, and to those whose
-    // jobs use it. job_owners.owner holds tenants from here on.
+    // Tenants that own keys, assets, scenes and comparisons. Things created with a key belong to
+    // the tenant named like the key; a scene or asset of unknown origin belongs to the operator,
+    // and to those whose jobs use it. job_owners.owner holds tenants from here on.
     R"sql(
 ALTER TABLE keys ADD COLUMN tenant TEXT NOT NULL DEFAULT '';
 ALTER TABLE keys ADD COLUMN priority_max INTEGER NOT NULL DEFAULT 100;
@@ -245,8 +246,7 @@ CREATE TRIGGER keep_deleted_work BEFORE DELETE ON jobs BEGIN
     ON CONFLICT(tenant) DO UPDATE SET jobs=jobs+1, cpu_seconds=cpu_seconds+excluded.cpu_seconds;
 END;
 )sql",
-    // Webhook calls stay when they have ended, each in the name of a tenant with a secret of its
-    // own.
+    // Webhook calls are kept after they end. Each is made for a tenant, which has its own secret.
     R"sql(
 CREATE TABLE webhook_deliveries(
   sequence INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -279,13 +279,13 @@ attempts, created_at, next_at,
 DROP TABLE deliveries;
 CREATE TABLE webhook_secrets(tenant TEXT PRIMARY KEY, secret TEXT NOT NULL) WITHOUT ROWID;
 )sql",
-    // Why a job is paused; ended jobs in the order in which they are forgotten.
+    // Why a job is paused; ended jobs in the order in which they expire.
     R"sql(
 ALTER TABLE jobs ADD COLUMN pause_reason TEXT NOT NULL DEFAULT '';
 UPDATE jobs SET pause_reason='requested' WHERE state='paused';
 CREATE INDEX jobs_by_end ON jobs(finished_at);
 )sql",
-    // Jobs that were made together; a batch goes with its last job.
+    // Batches: jobs submitted together; a batch is removed with its last job.
     R"sql(
 CREATE TABLE batches(
   sequence INTEGER PRIMARY KEY AUTOINCREMENT,

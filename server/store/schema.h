@@ -1,4 +1,4 @@
-/// The tables of the database and how an older file becomes a newer one.
+/// The tables of the database, and migration of older files.
 #pragma once
 
 #include "core/base/result.h"
@@ -6,11 +6,11 @@
 
 namespace server {
 
-/// The version that this build writes; kept in the file's user_version.
+/// Returns the version that this build writes, which is stored in the file's user_version.
 int schema_version();
 
-/// Brings the file up to schema_version(), one migration a transaction.
-/// Errors: kInternal when the file was made by a newer version.
+/// Migrates the file to schema_version(), one migration per transaction. Errors: kInternal when the
+/// file was written by a newer version.
 core::Status migrate(Database& database);
 
 }  // namespace server

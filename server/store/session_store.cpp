@@ -58,7 +58,7 @@ core::Status SessionStore::end(std::string_view cookie) {
   if (entries_.find(hash) == entries_.end()) {
     return core::ok_status();
   }
-  // First in the store: what is still valid after a restart is not told to be over.
+  // Removes it from the store first: a session reported as ended must not be valid after a restart.
   core::Status removed = database_.transact([&](Database::Session& session) {
     return session.prepare("DELETE FROM sessions WHERE hash=?").bind(hash).run();
   });

@@ -1,5 +1,5 @@
-/// Sessions of browsers: a random cookie stands for a key, until a time, the owner's word, or the
-/// end of the key. They outlive the process; the store has hashes only.
+/// SessionStore: browser sessions. A random cookie represents a key until it expires, its owner
+/// ends it, or the key is removed. Sessions outlive the process; only hashes are stored.
 #pragma once
 
 #include <chrono>
@@ -18,20 +18,19 @@ namespace server {
 
 class SessionStore {
  public:
-  /// A picture may render for days, and its page stays open.
+  /// A picture may render for days while its page stays open.
   static constexpr std::chrono::hours kLife{7 * 24};
-  static constexpr std::size_t kMax = 10000;  ///< The one that ends first goes beyond.
+  static constexpr std::size_t kMax = 10000;  ///< The one that expires first is dropped.
 
-  /// Reads what is stored. database must outlive the result.
+  /// Reads the stored sessions. database must outlive the result.
   static core::Result<std::unique_ptr<SessionStore>> open(Database& database);
 
-  /// A new one for the key of that hash: the cookie.
+  /// Starts a session for the key with that hash and returns its cookie.
   core::Result<std::string> begin(std::string_view token_hash, double now) EXCLUDES(mutex_);
-  /// The hash of the key that the cookie stands for; empty when there is no such session, or it is
-  /// over.
+  /// Returns the hash of the cookie's key; empty when there is no such session, or it has expired.
   std::optional<std::string> token_hash_of(std::string_view cookie, double now) const
       EXCLUDES(mutex_);
-  /// That of the cookie, if there is one.
+  /// Ends the cookie's session, if there is one.
   core::Status end(std::string_view cookie) EXCLUDES(mutex_);
 
  private:

@@ -12,7 +12,7 @@ using core::Status;
 
 namespace {
 
-/// Taken at a time for an upload of unknown size.
+/// Reserved at a time for an upload of unknown size.
 constexpr std::uint64_t kStepBytes = std::uint64_t{4} << 20U;
 
 core::Result<std::uint64_t> sum_of(Statement& select) {
@@ -91,7 +91,7 @@ Status StorageQuota::check_tenant(const Room& room, std::uint64_t more) const {
   }
   return Error{api::kOverQuota,
                "this needs " + std::to_string(room.bytes_ + more) + " bytes; the tenant '" +
-                   room.tenant_ + "' keeps " + std::to_string(taken - room.bytes_) +
+                   room.tenant_ + "' uses " + std::to_string(taken - room.bytes_) +
                    " already, and " + std::to_string(limits_.tenant_bytes) +
                    " are allowed (delete assets or jobs)",
                ""};
@@ -111,7 +111,7 @@ Status StorageQuota::check_total(const Room& room, std::uint64_t more) const {
   }
   return Error{api::kOverQuota,
                "this needs " + std::to_string(room.bytes_ + more) +
-                   " bytes; the server keeps assets of " + std::to_string(taken - room.bytes_) +
+                   " bytes; the server stores assets of " + std::to_string(taken - room.bytes_) +
                    ", and its limit is " + std::to_string(limits_.total_bytes),
                ""};
 }

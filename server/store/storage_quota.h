@@ -1,9 +1,8 @@
-/// StorageQuota: how much the data directory keeps, in all and for each tenant, and how much it
-/// may.
+/// StorageQuota: storage used by the data directory, in total and by tenant, and its limits.
 ///
-/// What counts: assets and scenes, for each tenant that keeps them; films on the disk; and for a
-/// job that has not ended the most that its film can take while it renders. The operator is bound
-/// by the total alone. The total refuses assets only: films are evicted for it (JobService).
+/// Counted are assets and scenes, for each tenant that keeps them; films on disk; and for an
+/// unfinished job the largest size of its film. The operator is limited only by the total. The
+/// total refuses only assets: films are evicted to meet it (JobService).
 #pragma once
 
 #include <cstdint>
@@ -18,8 +17,8 @@
 namespace server {
 
 struct StorageLimits {
-  std::uint64_t total_bytes = 0;   ///< 0: whatever the disk holds.
-  std::uint64_t tenant_bytes = 0;  ///< Of one tenant; 0: any number.
+  std::uint64_t total_bytes = 0;   ///< 0: limited only by the disk.
+  std::uint64_t tenant_bytes = 0;  ///< Of one tenant; 0: no limit.
 };
 
 class StorageQuota {
@@ -29,8 +28,7 @@ class StorageQuota {
   /// database must outlive this.
   StorageQuota(Database& database, StorageLimits limits) : database_(database), limits_(limits) {}
 
-  /// Bytes that are promised to somebody until what they are for is on record. The quota outlives
-  /// it.
+  /// Bytes reserved until the record that they are for is stored. The quota must outlive it.
   class Room {
    public:
     Room(Room&& other) noexcept
@@ -43,9 +41,9 @@ class StorageQuota {
     Room& operator=(const Room&) = delete;
     ~Room();
 
-    /// Makes it `bytes` large, if it is smaller. Errors: kOverQuota, and it stays as it was.
+    /// Grows the reservation to `bytes`. Errors: kOverQuota; the reservation is then unchanged.
     core::Status grow_to(std::uint64_t bytes);
-    /// The same for a size that grows piece by piece: takes some more where there is more.
+    /// Covers a size that grows piece by piece; reserves ahead when there is space.
     core::Status cover(std::uint64_t bytes);
 
    private:
@@ -57,19 +55,20 @@ class StorageQuota {
     Kind kind_;
     std::uint64_t bytes_ = 0;
   };
-  /// tenant: empty: the operator. Nothing is promised yet.
+  /// tenant: empty: the operator. Reserves nothing yet.
   Room room(std::string tenant, Kind kind) { return {*this, std::move(tenant), kind}; }
 
   struct Stored {
     std::uint64_t asset_bytes = 0;
     std::uint64_t film_bytes = 0;
   };
-  /// On record, without promises.
+  /// Returns recorded bytes without reservations.
   core::Result<Stored> total() const;
   core::Result<Stored> of_tenant(std::string_view tenant) const;
-  /// Is the disk full, whatever the limits? Records can still be changed and deleted.
+  /// Returns whether the disk is full, regardless of the limits. Records can still be changed and
+  /// deleted.
   bool is_disk_full() const { return !database_.reserve().is_taken(); }
-  /// Looks again. True: there is room.
+  /// Checks the disk again. Returns true if there is space.
   bool has_disk_room() { return database_.reserve().take(); }
   const StorageLimits& limits() const { return limits_; }
 
@@ -80,7 +79,7 @@ class StorageQuota {
 
   Database& database_;
   const StorageLimits limits_;
-  mutable core::Mutex mutex_;  ///< Taken before the database's lock.
+  mutable core::Mutex mutex_;  ///< Locked before the database's lock.
   std::map<std::string, std::uint64_t> promised_ GUARDED_BY(mutex_);  ///< By tenant.
   std::uint64_t promised_assets_ GUARDED_BY(mutex_) = 0;
 };

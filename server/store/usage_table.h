@@ -1,4 +1,4 @@
-/// UsageTable: what each tenant has, over all tables.
+/// UsageTable: usage of each tenant, over all tables.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ struct UsageRow {
   std::string tenant;  ///< Empty: the operator.
   std::int64_t jobs = 0;
   std::int64_t unfinished_jobs = 0;
-  double cpu_seconds = 0;  ///< Those of deleted jobs too.
+  double cpu_seconds = 0;  ///< Includes deleted jobs.
   std::int64_t deleted_jobs = 0;
-  std::int64_t film_bytes = 0;  ///< Room for films that are being rendered counts.
+  std::int64_t film_bytes = 0;  ///< Includes the reserved size of films that are being rendered.
 };
 
 class UsageTable {
@@ -25,8 +25,8 @@ class UsageTable {
   /// database must outlive this.
   explicit UsageTable(Database& database) : database_(database) {}
 
-  /// Every tenant that has a key or anything else, by name; of one who does not see all, only that
-  /// one.
+  /// Returns every tenant that has a key or anything else, by name; without access to all tenants,
+  /// only the own one.
   core::Result<std::vector<UsageRow>> list(const Access& access);
 
  private:

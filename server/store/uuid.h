@@ -1,11 +1,11 @@
-/// Names for jobs and comparisons.
+/// Identifiers of jobs and comparisons.
 #pragma once
 
 #include <string>
 
 namespace server {
 
-/// A random UUID (RFC 9562, version 4).
+/// Returns a random UUID (RFC 9562, version 4).
 std::string make_uuid();
 
 }  // namespace server

@@ -324,4 +324,4 @@ class Check(unittest.TestCase):
     def test_missing_directory_is_1(self):
         code, _, said = tessera("check", "--data", self.server.data + "/nowhere")
         self.assertEqual(code, 1)
-        self.assertIn("no data directory", said)
+        self.assertIn("not a data directory", said)

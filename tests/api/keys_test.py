@@ -59,7 +59,7 @@ class Keyed(unittest.TestCase):
             self.assertEqual(
                 answer.headers["WWW-Authenticate"], 'Bearer realm="tessera", error="invalid_token"'
             )
-            self.assertIn("is not known, or has expired", answer.json()["detail"])
+            self.assertIn("is unknown or has expired", answer.json()["detail"])
         cookie = {"Authorization": "", "Cookie": "tessera_session=old"}
         self.assertIn(
             "session", self.server.request("GET", "/v1/jobs", headers=cookie).json()["detail"]

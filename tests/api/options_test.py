@@ -73,4 +73,5 @@ class Options(ApiTest):
         plain = next(e for e in experiments if not e["params"])
         answer = self.server.post("/v1/lab/runs", {"experiment": plain["name"], "params": {"x": 1}})
         problem = self.assert_problem(answer, 422, "/params/x")
-        self.assertEqual(problem["errors"][0]["detail"], "Unknown field; none is known here")
+        detail = problem["errors"][0]["detail"]
+        self.assertEqual(detail, "Unknown field; no fields are allowed here")

@@ -402,4 +402,4 @@ class WatchPicture(ApiTest):
                 ender.join()
         self.assertEqual(watching.returncode, 1)
         self.assertIn("cancelled", out)
-        self.assertIn("tev is gone", said)
+        self.assertIn("tev has closed the connection", said)

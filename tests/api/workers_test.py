@@ -171,7 +171,8 @@ class WorkersTest(FarmTest):
                 farm = self.farm(*flags, workers=1)
                 job = farm.server.render(body)
                 self.assertEqual(job["film_digest"], SingleProcess.digest(body))
-                told = [w for w in job["warnings"] if w.startswith("Workers do not help")]
+                words = "Workers cannot render this job"
+                told = [w for w in job["warnings"] if w.startswith(words)]
                 self.assertEqual(len(told), 0 if is_lent else 1, job["warnings"])
                 units = farm.listed()[farm.workers[0].id]["units"]
                 self.assertEqual(units > 0, is_lent)

@@ -127,7 +127,8 @@ WORDS = {
     r"nobody": "no thread, no client, not",
     r"told": "reported, published, returned",
 }
-WORDS_IN = {"core": WORDS | {r"lamps?": "light, or emitter"}, "server/jobs": WORDS, "tests": WORDS}
+WORDS_IN = {"core": WORDS | {r"lamps?": "light, or emitter"},
+            **dict.fromkeys(("server", "api", "clients/cli", "tests"), WORDS)}
 COMMENT = re.compile(r"(?<![:\"])//(.*)$")
 TEST_NAME = re.compile(r"^TEST(?:_F|_P)?\(\w+, (\w+)\)")
 # May print: stops the process if our own code is wrong.

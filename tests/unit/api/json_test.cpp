@@ -55,7 +55,7 @@ TEST(ParseJson, RefusesARepeatedMemberWithItsPointer) {
   EXPECT_EQ(problem.status, 422);
   ASSERT_EQ(problem.errors.size(), 1U);
   EXPECT_EQ(problem.errors[0].pointer, "/a/0/c/x~1y");
-  EXPECT_EQ(problem.errors[0].detail, "is there more than once");
+  EXPECT_EQ(problem.errors[0].detail, "appears more than once");
 }
 
 TEST(ParseJson, AcceptsEqualNamesInDifferentObjects) {

@@ -39,10 +39,9 @@ TEST(LabRequest, LimitsTheWholeRun) {
       api::parse_lab_request(R"({"experiment":"pi","n":[10000000,1],"replicates":100})");
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.problem().errors[0],
-            (api::FieldError{
-                "/n",
-                "with these replicates the run takes 1000000100 evaluations, at most 1000000000 "
-                "are allowed"}));
+            (api::FieldError{"/n",
+                             "with these replicates the run needs 1000000100 evaluations, at most "
+                             "1000000000 are allowed"}));
 }
 
 TEST(LabAnswer, LinesAreValidAgainstTheirSchemas) {

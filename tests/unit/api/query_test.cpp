@@ -116,7 +116,7 @@ TEST(EventsQuery, ReadsJobsAndTheLastEvent) {
   EXPECT_EQ(errors_of(api::parse_events_query(Query{}), 422),
             (Errors{{"/jobs", "is required, or batch"}}));
   EXPECT_EQ(errors_of(api::parse_events_query(Query{{"batch", id}, {"jobs", id}}), 422),
-            (Errors{{"/jobs", "and batch do not come together"}}));
+            (Errors{{"/jobs", "and batch exclude each other"}}));
   EXPECT_EQ(errors_of(api::parse_events_query(Query{{"jobs", "a"}}), 422),
             (Errors{{"/jobs", "'a' is not a job id (UUID)"}}));
   EXPECT_EQ(api::parse_job_events_query(Query{{"last_event_id", "k-4"}})->last_event_id, "k-4");
@@ -195,14 +195,14 @@ TEST(ImageQuery, Answers422ToWrongValues) {
   EXPECT_EQ(errors({{"tonemap", "film"}}),
             (Errors{{"/tonemap", "Unknown value 'film'; expected one of: srgb, linear, aces"}}));
   EXPECT_EQ(errors({{"range", "1"}}),
-            (Errors{{"/range", R"('1' is neither auto nor two numbers with a comma between)"}}));
+            (Errors{{"/range", R"('1' is neither auto nor two numbers separated by a comma)"}}));
   EXPECT_EQ(errors({{"range", "2,2"}}),
             (Errors{{"/range", "the first number must be below the second"}}));
   EXPECT_EQ(errors({{"range", "0,far"}}), (Errors{{"/range", "expected a number, got a string"}}));
   EXPECT_EQ(errors({{"revision", "-1"}}), (Errors{{"/revision", "-1 is outside [0, 4294967295]"}}));
   EXPECT_EQ(errors({{"max_size", "0"}}), (Errors{{"/max_size", "0 is outside [1, 16384]"}}));
   EXPECT_EQ(errors({{"x", "0"}, {"y", "0"}, {"width", "8"}}),
-            (Errors{{"/height", "is required; x, y, width and height come together"}}));
+            (Errors{{"/height", "is required; x, y, width and height must be given together"}}));
   EXPECT_EQ(errors({{"width", "0"}}), (Errors{{"/width", "0 is outside [1, 16384]"}}));
   EXPECT_EQ(errors({{"gamma", "2.2"}}), (Errors{{"/gamma", "unknown query parameter"}}));
 }

@@ -27,7 +27,7 @@ Outcome run(const cli::Args& args) {
   return {code, testing::internal::GetCapturedStderr()};
 }
 
-constexpr const char* kRest = " `tessera draw --help` lists what there is.\n";
+constexpr const char* kRest = " `tessera draw --help` lists the options.\n";
 
 TEST(WrongUsage, ReportsTheCommandAndTheMissingArgument) {
   const Outcome missing = run({"sphere"});
@@ -53,7 +53,7 @@ TEST(WrongUsage, SuggestsTheMostSimilarOption) {
 
 TEST(WrongUsage, ReportsAnExtraWord) {
   EXPECT_EQ(run({"sphere", "cube", "-o", "a.png"}).told,
-            std::string("tessera draw: \"cube\" is one word too many.") + kRest);
+            std::string("tessera draw: \"cube\" is an unexpected argument.") + kRest);
 }
 
 TEST(WrongUsage, ReportsAValueThatIsNotANumber) {

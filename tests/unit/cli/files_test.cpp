@@ -68,7 +68,7 @@ TEST_F(SideFiles, BelongToTheOnlyModelOfTheFolder) {
   std::ofstream(root_ / "scene" / "table.glb") << "x";
   const auto several = cli::model_file(folder);
   ASSERT_FALSE(several);
-  EXPECT_EQ(several.error().message, "2 models are in this folder; name one of them");
+  EXPECT_EQ(several.error().message, "2 models are in this folder; choose one of them");
   const auto name = cli::model_file("cornell-box");
   ASSERT_TRUE(name);
   EXPECT_FALSE(*name);

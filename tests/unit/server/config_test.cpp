@@ -52,7 +52,7 @@ TEST(Config, FaultNamesTheFlagAndTheRange) {
   EXPECT_EQ(parse({"--memory", "101%"}).error().message, "--memory: 101 is outside [1, 100]");
   EXPECT_EQ(parse({"--prot", "1"}).error().message,
             "there is no option --prot; did you mean --port?");
-  EXPECT_EQ(parse({"here"}).error().message, "\"here\" is one word too many");
+  EXPECT_EQ(parse({"here"}).error().message, "\"here\" is an unexpected argument");
   EXPECT_EQ(parse({}, {{"TESSERA_PORT", "x"}}).error().where, "TESSERA_PORT");
   for (const auto& args :
        std::vector<std::vector<std::string_view>>{{"--port"},

@@ -1,4 +1,4 @@
-"""Requests of both clients that take some thought."""
+"""Requests that both clients build in more than one step."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _is_asset_id(text: str) -> bool:
 
 
 def wants_upload(side: JobData | str | PathLike[str]) -> TypeGuard[str | PathLike[str]]:
-    """Is this side of a comparison an image file?"""
+    """Returns whether this side of a comparison is an image file."""
     if isinstance(side, JobData):
         return False
     return not (isinstance(side, str) and (_is_asset_id(side) or side.count("-") == 4))
@@ -60,7 +60,7 @@ def comparison_call(
 def batch_call(
     template: Json, matrix: Mapping[str, Sequence[Any]], pattern: str, webhook: str | None
 ) -> Call:
-    """POST /v1/batches; the key makes a repeated request give the same batch."""
+    """POST /v1/batches; with the key, a repeated request returns the same batch."""
     body: Json = {
         "template": template,
         "matrix": {path: list(values) for path, values in matrix.items()},
@@ -86,13 +86,13 @@ def lab_call(experiment: str, members: Mapping[str, Any]) -> Call:
 
 
 def lab_line(line: str, lines: list[Json], on_point: Callable[[LabPoint], object] | None) -> None:
-    """Takes over one line of an experiment's stream."""
+    """Parses one line of an experiment's stream."""
     if not line.strip():
         return
     try:
         data = json.loads(line)
     except ValueError as error:
-        raise CorruptData(f"a line of the experiment is no JSON: {line[:200]!r}") from error
+        raise CorruptData(f"a line of the experiment is not JSON: {line[:200]!r}") from error
     lines.append(data)
     if on_point is not None and "n" in data:
         on_point(LabPoint.of(data))
@@ -100,12 +100,12 @@ def lab_line(line: str, lines: list[Json], on_point: Callable[[LabPoint], object
 
 def lab_run(lines: Sequence[Json]) -> LabRun:
     if not lines or "verdict" not in lines[-1]:
-        raise CorruptData("the experiment's stream broke off before its closing line")
+        raise CorruptData("the experiment's stream ended before its closing line")
     return LabRun.of(lines)
 
 
 def is_offered(path: str, openapi: Json) -> bool:
-    """Does the server's own description have this path?"""
+    """Returns whether the server's OpenAPI document has this path."""
     return path in openapi.get("paths", {})
 
 

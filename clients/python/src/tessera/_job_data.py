@@ -1,4 +1,4 @@
-"""What a job is, apart from the way to the server: shared by Job and AsyncJob."""
+"""Data of a job, independent of the connection: shared by Job and AsyncJob."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LINEAR = ("exr", "hdr", "tif")
 
 
 class JobData:
-    """The newest that is known of a job: from the last answer or event, without a new request."""
+    """The latest known data of a job, from the last response or event; makes no request."""
 
     def __init__(self, data: Json) -> None:
         self.data: Json = data
@@ -50,13 +50,13 @@ class JobData:
 
     @property
     def stop_reason(self) -> str | None:
-        """Which rule of `stop` ended it, or limit, cancelled, failed; None before the end."""
+        """The rule of `stop` that ended it, or limit, cancelled, failed; None before the end."""
         reason = self.data.get("stop_reason")
         return None if reason is None else str(reason)
 
     @property
     def spec(self) -> dict[str, Any]:
-        """The request with all defaults, as it is in force."""
+        """The request with all defaults filled in."""
         return dict(self.data.get("spec") or {})
 
     @property
@@ -77,7 +77,7 @@ class JobData:
 
     @property
     def pause_reason(self) -> str | None:
-        """Of a paused job: "requested", or "storage_full", and then it goes on by itself."""
+        """Of a paused job: "requested", or "storage_full", after which it resumes by itself."""
         reason = self.data.get("pause_reason")
         return None if reason is None else str(reason)
 
@@ -106,12 +106,12 @@ class JobData:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the image: of the crop, if there is one."""
+        """Width and height of the image, or of the crop if there is one."""
         _, _, width, height = self._crop()
         return width, height
 
     def tile_image(self) -> TileImage:
-        """An empty image of the job's size, to put its tiles into."""
+        """Returns an empty image of the job's size, into which tiles can be put."""
         x, y, width, height = self._crop()
         return TileImage(width, height, x, y)
 
@@ -121,13 +121,13 @@ class JobData:
         return crop["x"], crop["y"], crop["width"], crop["height"]
 
     def apply(self, event: Event) -> None:
-        """Takes over what an event tells."""
+        """Updates the data from an event."""
         if event.type == "snapshot":
             self.data = event.data
         elif event.type in ("state", "progress", "end"):
             self.data = self.data | event.data
         elif event.type == "warning":
-            # A resumed stream may tell what the snapshot held already.
+            # A resumed stream may repeat what the snapshot contained.
             told = {*self.warnings, None}
             if event.data.get("message") not in told:
                 self.data = self.data | {"warnings": [*self.warnings, event.data["message"]]}
@@ -137,7 +137,7 @@ class JobData:
             raise JobFailed(self.id, self.failure or {})
 
     def look_call(self, wait_s: float = 0) -> Call:
-        """GET of the job; wait_s: until it has ended, at most so long."""
+        """GET of the job; wait_s: waits for its end, at most this long."""
         if wait_s <= 0:
             return Call("GET", self.path)
         wait_s = min(wait_s, LONG_POLL_S)
@@ -150,11 +150,11 @@ class JobData:
         return Call("POST", self.path + "/cancel")
 
     def retry_call(self) -> Call:
-        # The second of two would be refused, because the job is queued: not repeated.
+        # Not repeated: a second one would be refused, because the job is queued.
         return Call("POST", self.path + "/retry", repeatable=False)
 
     def extend_call(self, stop: Mapping[str, Any]) -> Call:
-        # The second of two would be refused, because the job is running: not repeated.
+        # Not repeated: a second one would be refused, because the job is running.
         return Call("POST", self.path + "/extend", json={"stop": dict(stop)}, repeatable=False)
 
     def picture_call(self, format: str, options: Mapping[str, Any]) -> Call:

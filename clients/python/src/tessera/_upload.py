@@ -1,4 +1,4 @@
-"""Scene files on this machine: what they name, and where that lies."""
+"""Local scene files: the files that they refer to, and their paths."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from urllib.parse import unquote
 from ._wire import PIECE_BYTES, Call
 from .errors import TesseraError
 
-# Reading a large scene and building its trees is the server's work within the request.
+# The server reads a large scene and builds its trees within the request.
 _LOADING_S = 600.0
 _MEDIA = {".glb": "model/gltf-binary", ".zip": "application/zip"}
 
 
 def looks_like_file(scene: str | os.PathLike[str]) -> bool:
-    """Is this a file or folder to upload, rather than the name or id of a scene?"""
+    """Returns whether this is a path to upload, rather than the name or id of a scene."""
     return (
         not isinstance(scene, str)
         or scene.lower().endswith((".glb", ".gltf", ".zip"))
@@ -29,7 +29,7 @@ def looks_like_file(scene: str | os.PathLike[str]) -> bool:
 
 
 def scene_file(path: str | os.PathLike[str]) -> Path:
-    """The file to upload: the path itself, or the one glTF or GLB in a folder."""
+    """Returns the file to upload: the path itself, or the only glTF or GLB in a folder."""
     place = Path(path)
     if place.is_dir():
         found = sorted(p for p in place.iterdir() if p.suffix.lower() in (".gltf", ".glb"))
@@ -45,7 +45,7 @@ def scene_file(path: str | os.PathLike[str]) -> Path:
 
 
 def single_file_call(content: Path | bytes, suffix: str) -> Call:
-    """POST /v1/scenes with one file that holds everything."""
+    """POST /v1/scenes with a single file."""
     headers = {"Content-Type": _MEDIA[suffix]}
     params = {"name": content.name} if isinstance(content, Path) else {}
     return Call(
@@ -61,7 +61,7 @@ def scene_from_assets_call(gltf_id: str, files: dict[str, str], name: str) -> Ca
 
 
 def bytes_suffix(content: bytes) -> str:
-    """ ".glb" or ".zip" by the first bytes."""
+    """Returns ".glb" or ".zip", judging by the first bytes."""
     if content[:4] == b"glTF":
         return ".glb"
     if content[:2] == b"PK":
@@ -71,18 +71,18 @@ def bytes_suffix(content: bytes) -> str:
 
 @dataclass(frozen=True)
 class SideFile:
-    uri: str  # as the document writes it
+    uri: str  # as written in the document
     path: Path
 
 
 def side_files(gltf: Path) -> list[SideFile]:
-    """The files that a glTF document names, each once. They must lie in its folder or below."""
+    """Returns the files that a glTF document refers to, each once. They must be in its folder."""
     try:
         document = json.loads(gltf.read_bytes())
     except ValueError as error:
         raise TesseraError(f"{gltf}: is not JSON: {error}") from error
     if not isinstance(document, dict):
-        raise TesseraError(f"{gltf}: is no glTF document")
+        raise TesseraError(f"{gltf}: is not a glTF document")
     home = gltf.parent.resolve()
     found: dict[str, SideFile] = {}
     for kind in ("buffers", "images"):
@@ -93,9 +93,9 @@ def side_files(gltf: Path) -> list[SideFile]:
                 continue
             path = (home / unquote(uri)).resolve()
             if "://" in uri or not path.is_relative_to(home):
-                raise TesseraError(f"{gltf}: may only name files in its own folder, not {uri}")
+                raise TesseraError(f"{gltf}: may only use files in its own folder, not {uri}")
             if not path.is_file():
-                raise FileNotFoundError(f"{gltf} names {uri}, which is not there")
+                raise FileNotFoundError(f"{gltf} refers to {uri}, which does not exist")
             found[uri] = SideFile(uri, path)
     return list(found.values())
 

@@ -1,4 +1,4 @@
-"""One request and what to do about its outcome: without a socket, so that both clients share it."""
+"""One request and the handling of its outcome, without a socket, so that both clients share it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Json = dict[str, Any]
 Params = Mapping[str, str | int | float | Sequence[str]]
 
 DEFAULT_SERVER = "http://127.0.0.1:8080"
-# The server pings event streams every 15 s: three of them missing is a dead line.
+# The server pings event streams every 15 s; after three missing pings the line is dead.
 SILENCE_S = 45.0
 LONG_POLL_S = 20
 PIECE_BYTES = 1 << 20
@@ -29,13 +29,13 @@ PIECE_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class Retry:
-    """When a request is tried again.
+    """When a request is repeated.
 
-    attempts: how often at most, the first one included. patience_s: how long after the first one;
-    also how long `wait()`, `events()` and `tiles()` go on looking for a server that went away. The
-    pause before try k + 1 is drawn from [d/2, d], d = first_delay_s * 2^(k-1), at most
-    longest_delay_s; `Retry-After` of the server counts as a lower bound. What may have happened
-    already is only repeated if twice is the same as once.
+    attempts: maximum number, including the first. patience_s: longest time after the first attempt;
+    also how long `wait()`, `events()` and `tiles()` look for a server that has gone away. The pause
+    before attempt k + 1 is drawn from [d/2, d], d = first_delay_s * 2^(k-1), at most
+    longest_delay_s; the server's `Retry-After` is a lower bound. A request that may have taken
+    effect is repeated only if repeating it is harmless.
     """
 
     attempts: int = 5
@@ -44,18 +44,18 @@ class Retry:
     patience_s: float = 60.0
 
     def pause_s(self, tries: int, at_least_s: float = 0.0) -> float:
-        """Seconds to wait after `tries` failures."""
+        """Returns the seconds to wait after `tries` failures."""
         longest = min(self.first_delay_s * 2.0 ** min(tries - 1, 30), self.longest_delay_s)
         return max(longest * random.uniform(0.5, 1.0), at_least_s)
 
     def endless(self) -> Retry:
-        """Limited by patience_s only."""
+        """Returns a copy that only patience_s limits."""
         return replace(self, attempts=sys.maxsize)
 
 
 @dataclass(frozen=True)
 class Call:
-    """A request that can be sent more than once."""
+    """A request that may be sent more than once."""
 
     method: str
     path: str
@@ -63,15 +63,15 @@ class Call:
     json: Any = None
     content: bytes | Path | None = None
     headers: Mapping[str, str] = field(default_factory=dict)
-    repeatable: bool = True  # sending it twice is the same as sending it once
-    timeout_s: float | None = None  # of a read; None: the client's
-    missing_is_fine: bool = False  # 404 is an answer, no error
+    repeatable: bool = True  # sending it twice has the same effect as once
+    timeout_s: float | None = None  # of a read; None: the client's default
+    missing_is_fine: bool = False  # 404 is a response, not an error
 
     def build(self, http: httpx.Client | httpx.AsyncClient, body: Any) -> httpx.Request:
-        """The request itself; body: `content`, opened if it is a file."""
+        """Builds the request; body: `content`, opened if it is a file."""
         headers = dict(self.headers)
         if isinstance(self.content, Path):
-            # With it the transport needs no chunked coding.
+            # Avoids chunked transfer coding.
             headers["Content-Length"] = str(self.content.stat().st_size)
         extra: Json = {}
         if self.timeout_s is not None:
@@ -83,7 +83,7 @@ class Call:
 
 
 def submit_call(request: Json, *, dry_run: bool = False) -> Call:
-    """POST /v1/jobs; the key makes a repeated request give the same job."""
+    """POST /v1/jobs; with the key, a repeated request returns the same job."""
     if dry_run:
         return Call("POST", "/v1/jobs", params={"dry_run": 1}, json=request)
     key = f"python-{uuid.uuid4()}"
@@ -103,11 +103,11 @@ Outcome = httpx.Response | httpx.TransportError
 def pause_before_retry(
     call: Call, outcome: Outcome, tries: int, elapsed_s: float, retry: Retry
 ) -> float | None:
-    """Seconds until the next try, or None if this outcome stands."""
+    """Returns the seconds until the next attempt, or None if this outcome is final."""
     at_least_s = 0.0
     if isinstance(outcome, httpx.Response):
         status = outcome.status_code
-        # These two say that nothing was done; the others may come from a proxy that knows less.
+        # After these two nothing was done; others may come from a proxy that does not know.
         again = status in (429, 503) or (status in (502, 504) and call.repeatable)
         at_least_s = _retry_after_s(outcome)
     else:
@@ -124,13 +124,13 @@ def pause_before_retry(
 
 
 def conclude(call: Call, outcome: Outcome, tries: int, server: str) -> httpx.Response:
-    """The response of a request that succeeded; raises for every other."""
+    """Returns the response of a successful request; raises for any other."""
     if isinstance(outcome, httpx.TransportError):
         raise unreachable(server, outcome) from outcome
     if outcome.is_success or (call.missing_is_fine and outcome.status_code == 404):
         return outcome
     if call.method == "DELETE" and outcome.status_code == 404 and tries > 1:
-        return outcome  # an earlier try did it, only its answer was lost
+        return outcome  # an earlier attempt succeeded, but its response was lost
     raise problem_of(outcome)
 
 
@@ -140,20 +140,20 @@ def unreachable(server: str, error: Exception) -> ConnectionFailed:
 
 
 class Comeback:
-    """Whether and when a stream that broke off is tried again."""
+    """Decides whether and when an interrupted stream is reopened."""
 
     def __init__(self, retry: Retry, server: str) -> None:
         self._retry, self._server = retry, server
         self.contact()
 
     def contact(self) -> None:
-        """The server has said something."""
+        """Records that the server has sent something."""
         self._tries, self._since = 0, time.monotonic()
 
     def pause_s(self, error: Exception | None) -> float:
-        """Seconds until the next try; error: why it broke off, None if the server closed it.
+        """Returns the seconds until the next attempt. error: None if the server closed the stream.
 
-        Raises when that is of no use, or the server has been silent for too long.
+        Raises if another attempt is useless, or the server has been silent for too long.
         """
         if error is not None and not _may_be_tried_again(error):
             raise error
@@ -174,7 +174,7 @@ def _may_be_tried_again(error: Exception) -> bool:
 
 
 def segment(text: str) -> str:
-    """One segment of a path."""
+    """Encodes one segment of a path."""
     return quote(text, safe="")
 
 
@@ -185,21 +185,21 @@ def is_loopback(server: str) -> bool:
 
 @dataclass(frozen=True)
 class Address:
-    """Where the server is and how to be let in."""
+    """Address and key of the server."""
 
     server: str
     key: str
 
     @staticmethod
     def of(server: str | None, key: str | None) -> Address:
-        """Arguments, else TESSERA_SERVER and TESSERA_KEY, else the default and no key."""
+        """Takes arguments, else TESSERA_SERVER and TESSERA_KEY, else the default and no key."""
         url = server or os.environ.get("TESSERA_SERVER") or DEFAULT_SERVER
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
-            raise TesseraError(f'"{url}" is no address; one looks like {DEFAULT_SERVER}')
+            raise TesseraError(f'"{url}" is not an address such as {DEFAULT_SERVER}')
         return Address(url.rstrip("/"), os.environ.get("TESSERA_KEY", "") if key is None else key)
 
     def settings(self, timeout_s: float) -> Json:
-        """Arguments of httpx.Client and httpx.AsyncClient."""
+        """Returns arguments of httpx.Client and httpx.AsyncClient."""
         headers = {"User-Agent": "tessera-python", "Accept": "application/json"}
         if self.key:
             headers["Authorization"] = f"Bearer {self.key}"
@@ -209,6 +209,6 @@ class Address:
             "timeout": httpx.Timeout(timeout_s, connect=10.0),
             # Many streams may be open at once.
             "limits": httpx.Limits(max_connections=None, max_keepalive_connections=20),
-            # A proxy of the environment cannot reach this machine's own server.
+            # A proxy from the environment cannot reach a local server.
             "trust_env": not is_loopback(self.server),
         }

@@ -1,4 +1,4 @@
-"""AsyncBatch: jobs that were made together, with calls to be awaited."""
+"""AsyncBatch: jobs that were submitted together, with calls to be awaited."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LOOK_S = 0.5
 
 
 class AsyncBatch:
-    """A series of jobs. What is known of it is of the last answer; `data` holds all of that.
+    """A batch of jobs, with the data of the last response; `data` holds all of it.
 
     Comes from `AsyncClient.submit_batch`, `AsyncClient.batch` or `AsyncClient.batches`.
     """
@@ -51,17 +51,17 @@ class AsyncBatch:
 
     @property
     def fraction(self) -> float:
-        """How much of all jobs is done."""
+        """Completed fraction of all jobs."""
         return self.data["progress"]["fraction"]
 
     async def refresh(self) -> AsyncBatch:
-        """Asks for the batch as it is now."""
+        """Requests the current state of the batch."""
         return await self._take(Call("GET", self.path))
 
     async def wait(self, timeout: float | None = None, *, check: bool = True) -> AsyncBatch:
-        """Until all jobs have ended, through restarts of the server.
+        """Waits until all jobs have ended, even through restarts of the server.
 
-        timeout: seconds; then WaitTimeout. check: raise JobFailed for the first that failed.
+        timeout: seconds; then WaitTimeout. check: raise JobFailed for the first failed job.
         """
         began = time.monotonic()
         while not self.ended:
@@ -76,20 +76,20 @@ class AsyncBatch:
         return self
 
     async def jobs(self) -> list[AsyncJob]:
-        """The jobs as they are now, in the order of the matrix."""
+        """Returns the current jobs in the order of the matrix."""
         await self.refresh()
         return [await self._client.job(job["id"]) for job in self.data["jobs"]]
 
     async def cancel(self) -> AsyncBatch:
-        """Ends all jobs; images so far are kept."""
+        """Cancels all jobs; images so far are kept."""
         return await self._take(Call("POST", self.path + "/cancel"))
 
     async def retry(self) -> AsyncBatch:
-        """Queues the failed jobs again. Conflict where none has failed."""
+        """Queues the failed jobs again. Conflict if none has failed."""
         return await self._take(Call("POST", self.path + "/retry"))
 
     async def delete(self) -> None:
-        """Forgets the batch with its jobs and their files. Conflict while one runs."""
+        """Deletes the batch with its jobs and their files. Conflict while one runs."""
         await self._client.send(Call("DELETE", self.path))
 
     async def archive(self, path: str | PathLike[str], format: str = "png", **look: Any) -> Path:
@@ -98,12 +98,12 @@ class AsyncBatch:
         return await self._save(call, path)
 
     async def sheet(self, path: str | PathLike[str], **look: Any) -> Path:
-        """Writes a PNG of all images on one sheet. look: as of archive()."""
+        """Writes a PNG of all images on one sheet. look: as for archive()."""
         return await self._save(Call("GET", self.path + "/sheet.png", params=look), path)
 
     async def _save(self, call: Call, path: str | PathLike[str]) -> Path:
         place = Path(path)
-        # Many images take their time before the first byte.
+        # Many images take a while before the first byte.
         response = await self._client.send(
             Call(call.method, call.path, params=call.params, timeout_s=600)
         )

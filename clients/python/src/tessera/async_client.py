@@ -52,11 +52,11 @@ Pathish = str | PathLike[str]
 
 
 class AsyncClient:
-    """Speaks to one server; a context manager.
+    """A connection to one server; a context manager.
 
     server: http://HOST[:PORT], else TESSERA_SERVER, else http://127.0.0.1:8080. key: bearer token,
-    else TESSERA_KEY, else none. timeout: seconds that an answer may take (uploads and long polls
-    have their own). compressed: ask for compressed tiles; None: unless the server is on this
+    else TESSERA_KEY, else none. timeout: seconds to wait for a response (uploads and long polls
+    have their own). compressed: request compressed tiles; None: unless the server is on this
     machine. transport: an httpx transport, for tests.
     """
 
@@ -78,44 +78,44 @@ class AsyncClient:
         await self.close()
 
     async def close(self) -> None:
-        """Closes all connections. Jobs go on."""
+        """Closes all connections. Jobs continue."""
         await self._http.aclose()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.server}>"
 
-    # What the server has.
+    # Reading from the server.
 
     async def info(self) -> ServerInfo:
         return ServerInfo(await self.ask(Call("GET", "/v1/server")))
 
     async def scene(self, scene_id: str) -> Scene:
-        """A scene by id or built-in name."""
+        """Returns a scene by id or built-in name."""
         data = await self.ask(Call("GET", f"/v1/scenes/{segment(scene_id)}", timeout_s=120))
         return Scene(str(data["id"]), data)
 
     async def scenes(self, limit: int | None = None) -> AsyncIterator[Scene]:
-        """Uploaded scenes, newest first; pages are asked for as they are needed."""
+        """Yields uploaded scenes, newest first; requests pages as needed."""
         async for data in self._pages("/v1/scenes", {}, "scenes", limit):
             yield Scene(str(data["id"]), data)
 
     async def delete_scene(self, scene: Scene | str) -> None:
-        """Conflict while a job uses it."""
+        """Deletes a scene. Conflict while a job uses it."""
         await self.send(Call("DELETE", f"/v1/scenes/{segment(scene_id_of(scene))}"))
 
     async def scene_glb(self, name: str) -> bytes:
-        """A built-in scene as GLB."""
+        """Returns a built-in scene as GLB."""
         headers = {"Accept": "model/gltf-binary"}
         call = Call("GET", f"/v1/scenes/{segment(name)}/gltf", headers=headers)
         response = await self.send(call)
         return response.content
 
-    # Giving it something.
+    # Uploads and submissions.
 
     async def upload(self, scene: Pathish | bytes) -> Scene:
-        """A scene: a .glb, .gltf or .zip file, a folder with a glTF, or the bytes of a GLB or zip.
+        """Uploads a scene: .glb, .gltf, .zip, a folder with a glTF, or the bytes of a GLB or zip.
 
-        Files that the server has already are not sent again.
+        Does not send files that the server has already.
         """
         if isinstance(scene, bytes):
             return await self._scene(_upload.single_file_call(scene, _upload.bytes_suffix(scene)))
@@ -127,7 +127,7 @@ class AsyncClient:
         return await self._scene(_upload.scene_from_assets_call(document, files, path.name))
 
     async def upload_asset(self, content: Pathish | bytes) -> str:
-        """Any file, e.g. an environment map. Returns its id, the sha256 of the content."""
+        """Uploads any file, e.g. an environment map. Returns its id, the sha256 of the content."""
         source = content if isinstance(content, bytes) else Path(content)
         asset_id = await asyncio.to_thread(_upload.sha256_of, source)
         known = await self.send(_upload.find_asset_call(asset_id))
@@ -136,10 +136,9 @@ class AsyncClient:
         return asset_id
 
     async def submit(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> AsyncJob:
-        """A new job. scene: built-in name, id, Scene, or a file or folder, which is uploaded first.
+        """Submits a job. scene: built-in name, id, Scene, or a path, which is uploaded first.
 
-        See JobOptions for the options. Never makes two jobs, however often the network makes it
-        try.
+        See JobOptions for the options. Never creates two jobs, even if requests are repeated.
         """
         return AsyncJob(self, await self.ask(submit_call(await self._request(scene, options))))
 
@@ -151,18 +150,18 @@ class AsyncClient:
         dry_run: models.DryRun = await self.ask(call)
         return dry_run
 
-    # Series.
+    # Batches.
 
     async def submit_batch(
         self, scene: Scene | Pathish | None, matrix: Mapping[str, Sequence[Any]], *,
         pattern: str = "", webhook: str | None = None, **options: Unpack[JobOptions],
     ) -> AsyncBatch:  # fmt: skip
-        """A job for each combination of the matrix's values: all of them or none.
+        """Submits a job for each combination of the matrix's values: all of them or none.
 
         matrix: paths of members of the job request, each with its values, such as
         {"camera.orbit.theta_degrees": [0, 90], "variant": ["red", "blue"]}. pattern: of the jobs'
         names, such as "{variant}-{theta_degrees}". webhook: an address that is called when all have
-        ended. scene, options: as of submit(); scene may be None where the matrix has it.
+        ended. scene, options: as for submit(); scene may be None if the matrix has it.
         """
         request = await self._request(scene if scene is not None else "", options)
         if scene is None:
@@ -174,7 +173,7 @@ class AsyncClient:
         return AsyncBatch(self, await self.ask(Call("GET", f"/v1/batches/{segment(batch_id)}")))
 
     async def batches(self, limit: int | None = None) -> AsyncIterator[models.BatchSummary]:
-        """Batches without their jobs, newest first; pages are asked for as they are needed."""
+        """Yields batches without their jobs, newest first; requests pages as needed."""
         async for data in self._pages("/v1/batches", {}, "batches", limit):
             yield data
 
@@ -187,25 +186,25 @@ class AsyncClient:
         self, *, state: str | Sequence[str] | None = None,
         label: str | Sequence[str] | Mapping[str, str] | None = None, limit: int | None = None,
     ) -> AsyncIterator[AsyncJob]:  # fmt: skip
-        """Jobs, newest first; pages are asked for as they are needed.
+        """Yields jobs, newest first; requests pages as needed.
 
         state: one or several. label: `key`, `key=value`, several of them, or a mapping; all must
-        fit.
+        match.
         """
         params = JobQuery(state, label).params()
         async for data in self._pages("/v1/jobs", params, "jobs", limit):
             yield AsyncJob(self, data)
 
-    # Comparing and teaching.
+    # Comparisons and experiments.
 
     async def compare(
         self, a: AsyncJob | Pathish, b: AsyncJob | Pathish, *, a_denoise: str | None = None,
         b_denoise: str | None = None,
     ) -> Comparison:  # fmt: skip
-        """Two jobs, or a job and an image (a file, which is uploaded, or an asset id).
+        """Compares two jobs, or a job and an image (a file, which is uploaded, or an asset id).
 
-        a_denoise, b_denoise: mixed or full for a job's denoised image. NotOffered where the
-        server's build has no comparisons.
+        a_denoise, b_denoise: mixed or full for a job's denoised image. NotOffered if the server's
+        build has no comparisons.
         """
         sides = [await self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
         try:
@@ -216,10 +215,10 @@ class AsyncClient:
             raise not_offered("comparisons") from error
 
     async def merge(self, *films: AsyncJob | Pathish) -> AsyncJob:
-        """A finished job of several films: jobs that have ended, or files that film() wrote.
+        """Merges films into a finished job: jobs that have ended, or files that film() wrote.
 
-        Their jobs may differ in seed, replicates, stop rules and names only; Conflict where they
-        have samples in common.
+        Their jobs may differ only in seed, replicates, stop rules and names; Conflict if they have
+        common samples.
         """
         sides = [await self.upload_asset(f) if wants_upload(f) else f for f in films]
         return AsyncJob(self, await self.ask(merge_call(sides)))
@@ -231,7 +230,7 @@ class AsyncClient:
         """Runs an experiment of the laboratory to its end.
 
         members: estimator, sampler, n (list), replicates, seed, params. on_point: called with each
-        line as it comes. NotOffered where the server's build has no laboratory.
+        line as it arrives. NotOffered if the server's build has no laboratory.
         """
         lines: list[Json] = []
         try:
@@ -244,10 +243,10 @@ class AsyncClient:
             raise unreachable(self.server, error) from error
         return lab_run(lines)
 
-    # Underneath.
+    # Requests.
 
     async def send(self, call: Call, *, patient: bool = False) -> httpx.Response:
-        """Sends a request, again if need be; raises unless it succeeds."""
+        """Sends a request, repeatedly if necessary; raises unless it succeeds."""
         retry = self.retry.endless() if patient else self.retry
         tries, began = 0, time.monotonic()
         while True:
@@ -265,13 +264,13 @@ class AsyncClient:
             await asyncio.sleep(pause)
 
     async def ask(self, call: Call, *, patient: bool = False) -> Any:
-        """send(), and the JSON object of the answer: as the operation's schema says."""
+        """Calls send() and returns the JSON object of the response, in the operation's schema."""
         response = await self.send(call, patient=patient)
         return response.json()
 
     @asynccontextmanager
     async def stream(self, call: Call) -> AsyncIterator[httpx.Response]:
-        """An answer whose body is read as it comes. Tried once."""
+        """Opens a response whose body is read as it arrives. Makes a single attempt."""
         response = await self._http.send(call.build(self._http, call.content), stream=True)
         try:
             if not response.is_success:

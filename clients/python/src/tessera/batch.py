@@ -1,5 +1,5 @@
 # Written by clients/synchronous.py from async_batch.py: do not edit.
-"""Batch: jobs that were made together, with calls that wait."""
+"""Batch: jobs that were submitted together, with calls that wait."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LOOK_S = 0.5
 
 
 class Batch:
-    """A series of jobs. What is known of it is of the last answer; `data` holds all of that.
+    """A batch of jobs, with the data of the last response; `data` holds all of it.
 
     Comes from `Client.submit_batch`, `Client.batch` or `Client.batches`.
     """
@@ -51,17 +51,17 @@ class Batch:
 
     @property
     def fraction(self) -> float:
-        """How much of all jobs is done."""
+        """Completed fraction of all jobs."""
         return self.data["progress"]["fraction"]
 
     def refresh(self) -> Batch:
-        """Asks for the batch as it is now."""
+        """Requests the current state of the batch."""
         return self._take(Call("GET", self.path))
 
     def wait(self, timeout: float | None = None, *, check: bool = True) -> Batch:
-        """Until all jobs have ended, through restarts of the server.
+        """Waits until all jobs have ended, even through restarts of the server.
 
-        timeout: seconds; then WaitTimeout. check: raise JobFailed for the first that failed.
+        timeout: seconds; then WaitTimeout. check: raise JobFailed for the first failed job.
         """
         began = time.monotonic()
         while not self.ended:
@@ -76,20 +76,20 @@ class Batch:
         return self
 
     def jobs(self) -> list[Job]:
-        """The jobs as they are now, in the order of the matrix."""
+        """Returns the current jobs in the order of the matrix."""
         self.refresh()
         return [self._client.job(job["id"]) for job in self.data["jobs"]]
 
     def cancel(self) -> Batch:
-        """Ends all jobs; images so far are kept."""
+        """Cancels all jobs; images so far are kept."""
         return self._take(Call("POST", self.path + "/cancel"))
 
     def retry(self) -> Batch:
-        """Queues the failed jobs again. Conflict where none has failed."""
+        """Queues the failed jobs again. Conflict if none has failed."""
         return self._take(Call("POST", self.path + "/retry"))
 
     def delete(self) -> None:
-        """Forgets the batch with its jobs and their files. Conflict while one runs."""
+        """Deletes the batch with its jobs and their files. Conflict while one runs."""
         self._client.send(Call("DELETE", self.path))
 
     def archive(self, path: str | PathLike[str], format: str = "png", **look: Any) -> Path:
@@ -98,12 +98,12 @@ class Batch:
         return self._save(call, path)
 
     def sheet(self, path: str | PathLike[str], **look: Any) -> Path:
-        """Writes a PNG of all images on one sheet. look: as of archive()."""
+        """Writes a PNG of all images on one sheet. look: as for archive()."""
         return self._save(Call("GET", self.path + "/sheet.png", params=look), path)
 
     def _save(self, call: Call, path: str | PathLike[str]) -> Path:
         place = Path(path)
-        # Many images take their time before the first byte.
+        # Many images take a while before the first byte.
         response = self._client.send(
             Call(call.method, call.path, params=call.params, timeout_s=600)
         )

@@ -52,11 +52,11 @@ Pathish = str | PathLike[str]
 
 
 class Client:
-    """Speaks to one server; a context manager.
+    """A connection to one server; a context manager.
 
     server: http://HOST[:PORT], else TESSERA_SERVER, else http://127.0.0.1:8080. key: bearer token,
-    else TESSERA_KEY, else none. timeout: seconds that an answer may take (uploads and long polls
-    have their own). compressed: ask for compressed tiles; None: unless the server is on this
+    else TESSERA_KEY, else none. timeout: seconds to wait for a response (uploads and long polls
+    have their own). compressed: request compressed tiles; None: unless the server is on this
     machine. transport: an httpx transport, for tests.
     """
 
@@ -78,44 +78,44 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """Closes all connections. Jobs go on."""
+        """Closes all connections. Jobs continue."""
         self._http.close()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.server}>"
 
-    # What the server has.
+    # Reading from the server.
 
     def info(self) -> ServerInfo:
         return ServerInfo(self.ask(Call("GET", "/v1/server")))
 
     def scene(self, scene_id: str) -> Scene:
-        """A scene by id or built-in name."""
+        """Returns a scene by id or built-in name."""
         data = self.ask(Call("GET", f"/v1/scenes/{segment(scene_id)}", timeout_s=120))
         return Scene(str(data["id"]), data)
 
     def scenes(self, limit: int | None = None) -> Iterator[Scene]:
-        """Uploaded scenes, newest first; pages are asked for as they are needed."""
+        """Yields uploaded scenes, newest first; requests pages as needed."""
         for data in self._pages("/v1/scenes", {}, "scenes", limit):
             yield Scene(str(data["id"]), data)
 
     def delete_scene(self, scene: Scene | str) -> None:
-        """Conflict while a job uses it."""
+        """Deletes a scene. Conflict while a job uses it."""
         self.send(Call("DELETE", f"/v1/scenes/{segment(scene_id_of(scene))}"))
 
     def scene_glb(self, name: str) -> bytes:
-        """A built-in scene as GLB."""
+        """Returns a built-in scene as GLB."""
         headers = {"Accept": "model/gltf-binary"}
         call = Call("GET", f"/v1/scenes/{segment(name)}/gltf", headers=headers)
         response = self.send(call)
         return response.content
 
-    # Giving it something.
+    # Uploads and submissions.
 
     def upload(self, scene: Pathish | bytes) -> Scene:
-        """A scene: a .glb, .gltf or .zip file, a folder with a glTF, or the bytes of a GLB or zip.
+        """Uploads a scene: .glb, .gltf, .zip, a folder with a glTF, or the bytes of a GLB or zip.
 
-        Files that the server has already are not sent again.
+        Does not send files that the server has already.
         """
         if isinstance(scene, bytes):
             return self._scene(_upload.single_file_call(scene, _upload.bytes_suffix(scene)))
@@ -127,7 +127,7 @@ class Client:
         return self._scene(_upload.scene_from_assets_call(document, files, path.name))
 
     def upload_asset(self, content: Pathish | bytes) -> str:
-        """Any file, e.g. an environment map. Returns its id, the sha256 of the content."""
+        """Uploads any file, e.g. an environment map. Returns its id, the sha256 of the content."""
         source = content if isinstance(content, bytes) else Path(content)
         asset_id = _upload.sha256_of(source)
         known = self.send(_upload.find_asset_call(asset_id))
@@ -136,10 +136,9 @@ class Client:
         return asset_id
 
     def submit(self, scene: Scene | Pathish, **options: Unpack[JobOptions]) -> Job:
-        """A new job. scene: built-in name, id, Scene, or a file or folder, which is uploaded first.
+        """Submits a job. scene: built-in name, id, Scene, or a path, which is uploaded first.
 
-        See JobOptions for the options. Never makes two jobs, however often the network makes it
-        try.
+        See JobOptions for the options. Never creates two jobs, even if requests are repeated.
         """
         return Job(self, self.ask(submit_call(self._request(scene, options))))
 
@@ -151,18 +150,18 @@ class Client:
         dry_run: models.DryRun = self.ask(call)
         return dry_run
 
-    # Series.
+    # Batches.
 
     def submit_batch(
         self, scene: Scene | Pathish | None, matrix: Mapping[str, Sequence[Any]], *,
         pattern: str = "", webhook: str | None = None, **options: Unpack[JobOptions],
     ) -> Batch:  # fmt: skip
-        """A job for each combination of the matrix's values: all of them or none.
+        """Submits a job for each combination of the matrix's values: all of them or none.
 
         matrix: paths of members of the job request, each with its values, such as
         {"camera.orbit.theta_degrees": [0, 90], "variant": ["red", "blue"]}. pattern: of the jobs'
         names, such as "{variant}-{theta_degrees}". webhook: an address that is called when all have
-        ended. scene, options: as of submit(); scene may be None where the matrix has it.
+        ended. scene, options: as for submit(); scene may be None if the matrix has it.
         """
         request = self._request(scene if scene is not None else "", options)
         if scene is None:
@@ -174,7 +173,7 @@ class Client:
         return Batch(self, self.ask(Call("GET", f"/v1/batches/{segment(batch_id)}")))
 
     def batches(self, limit: int | None = None) -> Iterator[models.BatchSummary]:
-        """Batches without their jobs, newest first; pages are asked for as they are needed."""
+        """Yields batches without their jobs, newest first; requests pages as needed."""
         yield from self._pages("/v1/batches", {}, "batches", limit)
 
     # Jobs.
@@ -186,25 +185,25 @@ class Client:
         self, *, state: str | Sequence[str] | None = None,
         label: str | Sequence[str] | Mapping[str, str] | None = None, limit: int | None = None,
     ) -> Iterator[Job]:  # fmt: skip
-        """Jobs, newest first; pages are asked for as they are needed.
+        """Yields jobs, newest first; requests pages as needed.
 
         state: one or several. label: `key`, `key=value`, several of them, or a mapping; all must
-        fit.
+        match.
         """
         params = JobQuery(state, label).params()
         for data in self._pages("/v1/jobs", params, "jobs", limit):
             yield Job(self, data)
 
-    # Comparing and teaching.
+    # Comparisons and experiments.
 
     def compare(
         self, a: Job | Pathish, b: Job | Pathish, *, a_denoise: str | None = None,
         b_denoise: str | None = None,
     ) -> Comparison:  # fmt: skip
-        """Two jobs, or a job and an image (a file, which is uploaded, or an asset id).
+        """Compares two jobs, or a job and an image (a file, which is uploaded, or an asset id).
 
-        a_denoise, b_denoise: mixed or full for a job's denoised image. NotOffered where the
-        server's build has no comparisons.
+        a_denoise, b_denoise: mixed or full for a job's denoised image. NotOffered if the server's
+        build has no comparisons.
         """
         sides = [self.upload_asset(s) if wants_upload(s) else s for s in (a, b)]
         try:
@@ -215,10 +214,10 @@ class Client:
             raise not_offered("comparisons") from error
 
     def merge(self, *films: Job | Pathish) -> Job:
-        """A finished job of several films: jobs that have ended, or files that film() wrote.
+        """Merges films into a finished job: jobs that have ended, or files that film() wrote.
 
-        Their jobs may differ in seed, replicates, stop rules and names only; Conflict where they
-        have samples in common.
+        Their jobs may differ only in seed, replicates, stop rules and names; Conflict if they have
+        common samples.
         """
         sides = [self.upload_asset(f) if wants_upload(f) else f for f in films]
         return Job(self, self.ask(merge_call(sides)))
@@ -230,7 +229,7 @@ class Client:
         """Runs an experiment of the laboratory to its end.
 
         members: estimator, sampler, n (list), replicates, seed, params. on_point: called with each
-        line as it comes. NotOffered where the server's build has no laboratory.
+        line as it arrives. NotOffered if the server's build has no laboratory.
         """
         lines: list[Json] = []
         try:
@@ -243,10 +242,10 @@ class Client:
             raise unreachable(self.server, error) from error
         return lab_run(lines)
 
-    # Underneath.
+    # Requests.
 
     def send(self, call: Call, *, patient: bool = False) -> httpx.Response:
-        """Sends a request, again if need be; raises unless it succeeds."""
+        """Sends a request, repeatedly if necessary; raises unless it succeeds."""
         retry = self.retry.endless() if patient else self.retry
         tries, began = 0, time.monotonic()
         while True:
@@ -264,13 +263,13 @@ class Client:
             time.sleep(pause)
 
     def ask(self, call: Call, *, patient: bool = False) -> Any:
-        """send(), and the JSON object of the answer: as the operation's schema says."""
+        """Calls send() and returns the JSON object of the response, in the operation's schema."""
         response = self.send(call, patient=patient)
         return response.json()
 
     @contextmanager
     def stream(self, call: Call) -> Iterator[httpx.Response]:
-        """An answer whose body is read as it comes. Tried once."""
+        """Opens a response whose body is read as it arrives. Makes a single attempt."""
         response = self._http.send(call.build(self._http, call.content), stream=True)
         try:
             if not response.is_success:

@@ -1,11 +1,11 @@
-"""Labelled images: masks, boxes, and the JSON of COCO, from the layers of ids of a job.
+"""Labelled images: masks, boxes, and COCO JSON, from the id layers of a job.
 
     job = client.submit("glass", layers=["instance"], samples_per_pixel=64).wait()
     folder = CocoFolder("out")
     folder.add("glass", job.picture(), job.image("instance"), job.objects())
     folder.write()
 
-Of whole films: a film with a crop has boxes of the full film, but an image of the crop.
+For whole films only: with a crop, boxes refer to the full film, but the image to the crop.
 """
 
 from __future__ import annotations
@@ -29,29 +29,29 @@ Box = tuple[float, float, float, float]
 
 
 def ids_of(image: npt.ArrayLike) -> Ids:
-    """A layer of ids, as Job.image() gives it, as whole numbers."""
+    """Converts a layer of ids, as returned by Job.image(), to integers."""
     values = np.asarray(image)
     whole = values.astype(np.uint32)
     if values.ndim != 2 or not np.array_equal(whole, values):
-        raise ValueError("no layer of ids: object, instance, material or primitive is")
+        raise ValueError("not a layer of ids: use object, instance, material or primitive")
     return whole
 
 
 def masks(ids: npt.ArrayLike) -> dict[int, Mask]:
-    """What each id covers; 0, where there is nothing, is left out."""
+    """Returns the mask of each id, except 0, which marks empty pixels."""
     whole = ids_of(ids)
     return {int(i): whole == i for i in np.unique(whole) if i != 0}
 
 
 def box_of(mask: Mask) -> Box:
-    """x, y, width, height in pixels. The mask holds something."""
+    """Returns x, y, width, height in pixels. The mask must not be empty."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     x, y = int(columns[0]), int(rows[0])
     return (x, y, int(columns[-1]) - x + 1, int(rows[-1]) - y + 1)
 
 
 def run_lengths(mask: Mask) -> dict[str, Any]:
-    """COCO's uncompressed RLE: column by column, runs of 0 and 1 in turn, 0 first."""
+    """Returns COCO's uncompressed RLE: column by column, runs of 0 and 1 in turn, 0 first."""
     flat = np.concatenate(([False], mask.T.ravel()))
     ends = np.flatnonzero(flat[1:] != flat[:-1])
     counts = np.diff(np.concatenate(([0], ends, [mask.size])))
@@ -59,7 +59,7 @@ def run_lengths(mask: Mask) -> dict[str, Any]:
 
 
 def panoptic_png(ids: npt.ArrayLike) -> bytes:
-    """COCO's image of segments: id = R + 256 G + 256^2 B."""
+    """Encodes COCO's image of segments: id = R + 256 G + 256^2 B."""
     whole = ids_of(ids)
     return encode_png(
         np.stack([(whole >> shift & 255).astype(np.uint8) for shift in (0, 8, 16)], axis=2)
@@ -68,14 +68,14 @@ def panoptic_png(ids: npt.ArrayLike) -> bytes:
 
 @dataclass(frozen=True)
 class Segment:
-    """An instance that an image shows."""
+    """An instance that is visible in an image."""
 
     id: int  # of the layer instance
     object: int
     name: str
     mask: Mask
     box: Box
-    amodal_box: Box | None  # of all of it within the film, hidden or not
+    amodal_box: Box | None  # of its part within the film, hidden or not
 
     @property
     def area(self) -> int:
@@ -83,7 +83,7 @@ class Segment:
 
 
 def segments(ids: npt.ArrayLike, objects: models.Objects) -> list[Segment]:
-    """ids: the layer instance. objects: of Job.objects()."""
+    """Returns the visible instances. ids: the layer instance. objects: of Job.objects()."""
     instances = {each["id"]: each for each in objects["instances"]}
     names = {each["id"]: each["name"] for each in objects["objects"]}
     found = []
@@ -106,15 +106,15 @@ def segments(ids: npt.ArrayLike, objects: models.Objects) -> list[Segment]:
 
 
 def name_without_number(segment: Segment) -> str:
-    """The name of the object, without what makes it unlike others of that name."""
+    """Returns the object's name without the suffix that makes it unique."""
     return segment.name.split("#")[0]
 
 
 class CocoFolder:
-    """Images and what they show, as COCO has them: detection with masks, and panoptic.
+    """Images and their labels in COCO's format: detection with masks, and panoptic.
 
-    images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json.
-    Beside what COCO says, annotations have `amodal_bbox` and `instance_id`, images `camera`
+    images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json. In
+    addition to COCO's members, annotations have `amodal_bbox` and `instance_id`, images `camera`
     (intrinsics and pose).
     """
 
@@ -123,7 +123,7 @@ class CocoFolder:
         folder: str | PathLike[str],
         category: Callable[[Segment], str | None] = name_without_number,
     ) -> None:
-        """category: of a segment; None leaves it out."""
+        """category: returns the category of a segment; None omits it."""
         self.folder = Path(folder)
         self._category = category
         self._categories: dict[str, int] = {}
@@ -136,7 +136,10 @@ class CocoFolder:
     def add(
         self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.Objects
     ) -> list[Segment]:
-        """name: of its files. picture: a PNG. ids: the layer instance. The segments kept."""
+        """Adds an image and returns its segments.
+
+        name: of its files. picture: a PNG. ids: the layer instance.
+        """
         whole = ids_of(ids)
         image = len(self._images) + 1
         kept, infos = [], []
@@ -181,7 +184,7 @@ class CocoFolder:
         return kept
 
     def write(self) -> None:
-        """The JSON of all that was added."""
+        """Writes the JSON of everything that was added."""
         categories: list[Mapping[str, Any]] = [
             {"id": number, "name": name, "supercategory": "object", "isthing": 1}
             for name, number in self._categories.items()

@@ -1,4 +1,4 @@
-"""How a job looks in a notebook."""
+"""Representation of a job in a notebook."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _row(name: str, value: str) -> str:
 
 
 def job_html(job: JobData, png: bytes | None) -> str:
-    """State, bar and error of a job, with its image if there is one."""
+    """Returns state, bar and error of a job, with its image if there is one."""
     progress, percent = job.progress, job.progress.fraction * 100
     reason = f" ({job.stop_reason})" if job.stop_reason and job.stop_reason != job.state else ""
     rows = [
@@ -58,13 +58,13 @@ def job_html(job: JobData, png: bytes | None) -> str:
 
 
 class Page:
-    """HTML on a notebook's page that is replaced in place."""
+    """HTML in a notebook that is replaced in place."""
 
     def __init__(self) -> None:
         try:
             ipython: Any = importlib.import_module("IPython.display")
         except ImportError as error:
-            raise NotOffered("show() draws in a notebook; IPython is not installed") from error
+            raise NotOffered("show() needs a notebook; IPython is not installed") from error
         self._html = ipython.HTML
         self._handle: Any = ipython.display(ipython.HTML(""), display_id=True)
 

@@ -1,7 +1,7 @@
-"""What can go wrong, as exceptions.
+"""Exceptions of this package.
 
-`Problem` is an answer of the server (RFC 9457) and has one subclass for each status that the API
-uses; `ConnectionFailed` means that no answer came at all. All derive from `TesseraError`.
+`Problem` is an error response of the server (RFC 9457) and has one subclass for each status that
+the API uses; `ConnectionFailed` means that there was no response. All derive from `TesseraError`.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ import httpx
 
 
 class TesseraError(Exception):
-    """Whatever this package raises on purpose."""
+    """Base class of all exceptions that this package raises."""
 
 
 class ConnectionFailed(TesseraError):
-    """The server could not be reached, or the line broke and did not come back."""
+    """The server could not be reached, or the connection broke and could not be restored."""
 
 
 class CorruptData(TesseraError):
-    """Bytes that are no tile frame, event or image, or whose checksum is wrong."""
+    """Bytes that are not a tile frame, event or image, or whose checksum is wrong."""
 
 
 class WaitTimeout(TesseraError, TimeoutError):
-    """The job had not ended when the time was over. It goes on rendering."""
+    """The job had not ended when the time was over. It continues to render."""
 
 
 class NotOffered(TesseraError):
-    """This server's build does not have what was asked for."""
+    """This server's build does not support the request."""
 
 
 class JobFailed(TesseraError):
@@ -44,14 +44,14 @@ class JobFailed(TesseraError):
 
 @dataclass(frozen=True)
 class FieldError:
-    """One fault in a request: a JSON pointer (RFC 6901) and what is wrong there."""
+    """One error in a request: a JSON pointer (RFC 6901) and what is wrong there."""
 
     pointer: str
     detail: str
 
 
 class Problem(TesseraError):
-    """An error that the server answered with."""
+    """An error response of the server."""
 
     def __init__(self, status: int, document: dict[str, Any], request_id: str = "") -> None:
         self.status = status
@@ -80,7 +80,7 @@ class Problem(TesseraError):
 
 
 class BadRequest(Problem):
-    """400: broken JSON or a wrong query."""
+    """400: invalid JSON or query."""
 
 
 class Unauthorized(Problem):
@@ -108,7 +108,7 @@ class Conflict(Problem):
 
 
 class Gone(Problem):
-    """410: the film was evicted; the job's record stays."""
+    """410: the film was evicted; the job's record is kept."""
 
 
 class PreconditionFailed(Problem):
@@ -120,19 +120,19 @@ class TooLarge(Problem):
 
 
 class UnsupportedMedia(Problem):
-    """415: no scene file that the server reads."""
+    """415: not a scene file that the server reads."""
 
 
 class Misdirected(Problem):
-    """421: the server is not known under this host name."""
+    """421: the server does not accept this host name."""
 
 
 class Invalid(Problem):
-    """422: well-formed, but wrong inside; `errors` names each place."""
+    """422: well-formed, but with invalid values; `errors` names each location."""
 
 
 class MissingFiles(Problem):
-    """424: the scene names files that did not come with it."""
+    """424: the scene refers to files that were not uploaded with it."""
 
 
 class TooManyRequests(Problem):
@@ -144,7 +144,7 @@ class ServerFault(Problem):
 
 
 class Unavailable(ServerFault):
-    """503: starting, stopping or overloaded, and still so after all retries."""
+    """503: starting, stopping or overloaded, even after all retries."""
 
 
 class NoSpace(ServerFault):
@@ -173,14 +173,14 @@ BY_STATUS: dict[int, type[Problem]] = {
 
 
 def problem_of(response: httpx.Response) -> Problem:
-    """The exception for a response whose body has been read and whose status is no success."""
+    """Returns the exception for an unsuccessful response whose body has been read."""
     status = response.status_code
     try:
         body = response.json()
     except ValueError:
         body = None
     if not isinstance(body, dict):
-        # Not ours: a proxy in between, for example.
+        # Not from the server: a proxy, for example.
         body = {"title": response.reason_phrase, "detail": response.text[:500]}
     kind = BY_STATUS.get(status, ServerFault if status >= 500 else Problem)
     return kind(status, body, response.headers.get("X-Request-Id", ""))

@@ -1,4 +1,4 @@
-"""Server-sent events: the parser, and where a broken stream goes on."""
+"""Server-sent events: the parser, and resumption of interrupted streams."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ EventType = Literal[
 class Event:
     """One event of a job.
 
-    `snapshot` (the whole job; first on every connection), `state`, `progress` (at most two a
+    `snapshot` (the whole job; first on every connection), `state`, `progress` (at most two per
     second), `tile` (x, y, width, height, revision, samples, error, url), `warning` (message),
     `reset` (progress and tiles were lost; a snapshot follows) and `end`. Members of `data` are
-    those of the API. A type that a newer server has and this package does not know comes through as
-    it is.
+    those of the API. Types of a newer server that this package does not know are passed on
+    unchanged.
     """
 
     type: EventType
@@ -32,7 +32,7 @@ class Event:
 
 
 class EventParser:
-    """Bytes in, events out, as the HTML standard reads a stream (section 9.2.6)."""
+    """Parses bytes into events, as the HTML standard defines it (section 9.2.6)."""
 
     def __init__(self) -> None:
         self.last_id = ""
@@ -46,7 +46,7 @@ class EventParser:
         self._id = self.last_id
 
     def restart(self) -> None:
-        """A new connection: what was half there is gone, the last id stays."""
+        """Starts a new connection: discards the incomplete event and keeps the last id."""
         self._pending = b""
         self._begin()
 
@@ -86,14 +86,14 @@ class EventParser:
         try:
             data = json.loads(text)
         except ValueError as error:
-            raise CorruptData(f"an event is no JSON: {text[:200]!r}") from error
+            raise CorruptData(f"an event is not JSON: {text[:200]!r}") from error
         if not isinstance(data, dict):
-            raise CorruptData(f"an event is no JSON object: {text[:200]!r}")
+            raise CorruptData(f"an event is not a JSON object: {text[:200]!r}")
         return Event(cast(EventType, self._type or "message"), data, self._id)
 
 
 class EventFeed:
-    """A job's events over as many connections as it takes."""
+    """A job's events over any number of connections."""
 
     def __init__(self, job_path: str, last_event_id: str | None) -> None:
         self._path = job_path + "/events"
@@ -112,19 +112,19 @@ class EventFeed:
         return Call("GET", self._path, headers=headers, timeout_s=SILENCE_S)
 
     def take(self, piece: bytes) -> Iterator[Event]:
-        """The events that are complete with this piece. Nothing follows the end."""
+        """Returns the events completed by this piece. Nothing follows the end."""
         for event in self._parser.feed(piece):
             if event.type == "overloaded":
                 self._come_back_s = float(event.data.get("retry_after_seconds") or 0)
                 self.refused = True
-                continue  # no event of the job; the server closes now
+                continue  # not an event of the job; the server closes the stream now
             self.ended = event.type == "end"
             yield event
             if self.ended:
                 return
 
     def pause_s(self, suggested_s: float) -> float:
-        """Seconds before the next connection: the server's wish, else the suggestion."""
+        """Returns the seconds before the next connection: the server's or the given ones."""
         if self.refused:
             return self._come_back_s
         return suggested_s if self._parser.retry_s is None else self._parser.retry_s

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Job(JobData):
-    """A job. What is known of it (state, progress, error, ...) is of the last answer or event.
+    """A job, with the data (state, progress, error, ...) of the last response or event.
 
     Comes from `Client.submit`, `Client.job` or `Client.jobs`.
     """
@@ -33,14 +33,14 @@ class Job(JobData):
         super().__init__(data)
         self._client = client
 
-    # Looking.
+    # State and events.
 
     def refresh(self) -> Job:
-        """Asks for the job as it is now."""
+        """Requests the current state of the job."""
         return self._take(self.look_call())
 
     def wait(self, timeout: float | None = None, *, check: bool = True) -> Job:
-        """Until the job has ended, through restarts of the server.
+        """Waits until the job has ended, even through restarts of the server.
 
         timeout: seconds; then WaitTimeout. check: raise JobFailed if it failed. A cancelled job is
         returned like a finished one: it keeps its image so far.
@@ -56,10 +56,10 @@ class Job(JobData):
         return self
 
     def events(self, last_event_id: str | None = None) -> Generator[Event, None, None]:
-        """The job's events until its end. Broken connections are made again where they broke.
+        """Yields the job's events until its end. Resumes interrupted connections.
 
-        last_event_id: goes on after this one. The job itself is kept up to date. Raises
-        ConnectionFailed when the server stays away for `Retry.patience_s`.
+        last_event_id: resumes after this event. The job itself is kept up to date. Raises
+        ConnectionFailed when the server is unreachable for `Retry.patience_s`.
         """
         feed = EventFeed(self.path, last_event_id)
         comeback = Comeback(self._client.retry, self._client.server)
@@ -73,7 +73,7 @@ class Job(JobData):
                         for event in feed.take(piece):
                             self.apply(event)
                             if feed.ended:
-                                self.refresh()  # the event leaves out the progress
+                                self.refresh()  # the event omits the progress
                             yield event
                         if feed.ended:
                             return
@@ -84,10 +84,10 @@ class Job(JobData):
             time.sleep(feed.pause_s(comeback.pause_s(broken)))
 
     def tiles(self, after: int = 0, denoise: str = "off") -> Generator[Tile, None, None]:
-        """Tiles as they come, to the job's end; every tile of the final image is among them.
+        """Yields tiles as they arrive, until the job's end; includes every tile of the final image.
 
         after: only tiles newer than this revision. denoise: mixed or full for tiles of the denoised
-        picture too. A slow reader gets the newest state of a tile, no backlog.
+        image too. A slow reader gets the newest state of a tile, not a backlog.
         """
         feed = TileFeed(self.path, after, self._client.compressed, denoise)
         comeback = Comeback(self._client.retry, self._client.server)
@@ -110,32 +110,31 @@ class Job(JobData):
         self, layer: str = "beauty", *, part: tuple[int, int, int, int] | None = None,
         max_size: int | None = None, denoise: str | None = None,
     ) -> FloatArray:  # fmt: skip
-        """A layer as it is now: float32, linear, (height, width) or (height, width, channels).
+        """Returns the current values of a layer: float32, linear, (height, width[, channels]).
 
         layer: beauty (RGB; RGBA with an environment that is not visible), albedo, normal, depth
-        [m], alpha, samples, variance (of the mean), error (relative), as far as the job records
-        them; denoised, denoised_error, denoise_bias; object, instance, material, primitive (ids,
-        see objects()), position [m], uv, motion
-        [pixels]. part: x, y, width, height in pixels of the full film.
-        max_size: longest side. denoise: mixed or full for the denoised image. Raises Conflict
-        before the first sample.
+        [m], alpha, samples, variance (of the mean), error (relative), if the job records them;
+        denoised, denoised_error, denoise_bias; object, instance, material, primitive (ids, see
+        objects()), position [m], uv, motion [pixels]. part: x, y, width, height in pixels of the
+        full film. max_size: longest side. denoise: mixed or full for the denoised image. Raises
+        Conflict before the first sample.
         """
         options = {"layer": layer, "part": part, "max_size": max_size, "denoise": denoise}
         response = self._client.send(self.picture_call("tif", options))
         return decode_tiff(response.content)
 
     def picture(self, format: str = "png", **options: Any) -> bytes:
-        """The bytes of an image file: png, jpg, webp, exr, hdr or tif.
+        """Returns the bytes of an image file: png, jpg, webp, exr, hdr or tif.
 
-        options: layer (without it beauty, or all layers for exr), exposure (stops), tonemap (srgb,
+        options: layer (by default beauty, or all layers for exr), exposure (stops), tonemap (srgb,
         linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
-        max_size, parts (1: each layer of an exr a part of its own).
+        max_size, parts (1: one part of an exr per layer).
         """
         response = self._client.send(self.picture_call(format, options))
         return response.content
 
     def save(self, path: str | PathLike[str], **options: Any) -> Path:
-        """Writes the image; the format follows from the name. options: see picture()."""
+        """Writes the image; the extension determines the format. options: see picture()."""
         place = Path(path)
         format = place.suffix[1:].lower()
         if format not in FORMATS:
@@ -154,34 +153,34 @@ class Job(JobData):
         return place
 
     def pixels(self, x: int, y: int) -> Pixel:
-        """One pixel with its intervals; x, y in pixels of the full film."""
+        """Returns one pixel with its intervals; x, y in pixels of the full film."""
         return Pixel.of(self._client.ask(Call("GET", f"{self.path}/pixels/{x}/{y}")))
 
     def convergence(self) -> Convergence:
-        """The error over samples and time."""
+        """Returns the error over samples and time."""
         return Convergence.of(self._client.ask(Call("GET", self.path + "/convergence")))
 
     def meter(self) -> Meter:
-        """What the job's meter has measured so far."""
+        """Returns the current readings of the job's meter."""
         return Meter.of(self._client.ask(Call("GET", self.path + "/meter")))
 
     def objects(self) -> models.Objects:
-        """What the ids of the layers are: glTF paths, names, boxes; and the camera."""
+        """Returns the meaning of the layers' ids (glTF paths, names, boxes) and the camera."""
         data: models.Objects = self._client.ask(Call("GET", self.path + "/objects"))
         return data
 
-    # Steering.
+    # Changes.
 
     def extend(self, **stop: Any) -> Job:
-        """Lets a finished job go on: samples_per_pixel, relative_error, seconds, deadline, ..."""
+        """Extends a finished job: samples_per_pixel, relative_error, seconds, deadline, ..."""
         return self._take(self.extend_call(stop))
 
     def cancel(self) -> Job:
-        """Ends the job; the image so far is kept. Cancelling twice is no error."""
+        """Cancels the job; the image so far is kept. Cancelling twice is not an error."""
         return self._take(self.cancel_call())
 
     def retry(self) -> Job:
-        """Queues a failed job again: it goes on from its last checkpoint, if it has one."""
+        """Queues a failed job again: it resumes from its last checkpoint, if it has one."""
         return self._take(self.retry_call())
 
     def pause(self) -> Job:
@@ -195,7 +194,7 @@ class Job(JobData):
         return self._take(self.patch_call(changes))
 
     def delete(self) -> None:
-        """Forgets the job and its files. Conflict while it runs."""
+        """Deletes the job and its files. Conflict while it runs."""
         self._client.send(Call("DELETE", self.path))
 
     # Notebooks.
@@ -203,7 +202,7 @@ class Job(JobData):
     def show(self, refresh_s: float = 1.0) -> None:
         """Draws the job in a notebook and keeps it up to date until it ends.
 
-        Gives nothing, so that it is drawn once.
+        Returns nothing, so that a notebook draws it only once.
         """
         page = display.Page()
         page.show(self._repr_html_())

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class JobRequestCameraOrbit(TypedDict):
-    """Place on a sphere around the target, instead of position and target."""
+    """Position on a sphere around the target, instead of position and target."""
 
     theta_degrees: NotRequired[float]
     phi_degrees: NotRequired[float]
@@ -21,7 +21,9 @@ class JobRequestCameraOrbit(TypedDict):
 
 
 class JobRequestCamera(TypedDict):
-    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, selected by name or index, otherwise the
+    first.
+    """
 
     name: NotRequired[str | None]
     index: NotRequired[int | None]
@@ -49,9 +51,9 @@ class JobRequestMedium(TypedDict):
 
 
 class JobRequestEnvironmentSun(TypedDict):
-    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
-    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at
+    noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999,
+    turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
     """
 
     latitude: float
@@ -61,8 +63,8 @@ class JobRequestEnvironmentSun(TypedDict):
 
 class JobRequestEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
-    scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
-    strength above 1.
+    scene's own, if it has one; otherwise white, unless the scene has a punctual light or an
+    emissive strength above 1.
     """
 
     asset: NotRequired[str | None]
@@ -75,14 +77,14 @@ class JobRequestEnvironment(TypedDict):
 
 
 class JobRequestBackground(TypedDict):
-    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+    """What the camera sees behind the scene; mirrors and glass show the environment."""
 
     type: NotRequired[str]
     color: NotRequired[list[float]]
 
 
 class JobRequestGround(TypedDict):
-    """Level ground that is added to the scene."""
+    """Horizontal ground added to the scene."""
 
     type: NotRequired[str]
     height: NotRequired[float | None]
@@ -91,7 +93,7 @@ class JobRequestGround(TypedDict):
 
 
 class JobRequestFilmCrop(TypedDict):
-    """Part of the film that is rendered; null: all of it."""
+    """Part of the film to render; null: all of it."""
 
     x: int
     y: int
@@ -145,20 +147,20 @@ class JobRequestEstimatorRoulette(TypedDict):
 
 
 class JobRequestEstimatorSplitting(TypedDict):
-    """Several continuations of a path at its first surface."""
+    """Splitting of a path into several at its first surface."""
 
     type: NotRequired[str]
     count: NotRequired[int]
 
 
 class JobRequestEstimatorControlVariate(TypedDict):
-    """What is subtracted from samples and added in closed form."""
+    """Quantity that is subtracted from samples and added in closed form."""
 
     type: NotRequired[str]
 
 
 class JobRequestEstimator(TypedDict):
-    """How paths are made and combined."""
+    """How paths are sampled and combined."""
 
     strategy: NotRequired[str]
     mis: NotRequired[JobRequestEstimatorMis]
@@ -169,7 +171,7 @@ class JobRequestEstimator(TypedDict):
 
 
 class JobRequestSampler(TypedDict):
-    """Where random numbers come from."""
+    """Sequence of sample points."""
 
     type: NotRequired[str]
     replicates: NotRequired[int]
@@ -196,7 +198,7 @@ class JobRequestAdaptive(TypedDict):
 
 
 class JobRequestMeterPoints(TypedDict):
-    """A small plane."""
+    """A point with its normal."""
 
     position: list[float]
     normal: list[float]
@@ -213,8 +215,8 @@ class JobRequestMeterPlane(TypedDict):
 
 
 class JobRequestMeter(TypedDict):
-    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
-    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """Points at which irradiance is measured in addition to the image, by path tracing with 16
+    paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
     points: NotRequired[list[JobRequestMeterPoints]]
@@ -237,7 +239,7 @@ class JobRequestStop(TypedDict):
 
 
 class JobRequestDenoise(TypedDict):
-    """Denoised images, which are made on demand and are no part of the film."""
+    """Denoised images, which are made on demand and are not part of the film."""
 
     type: NotRequired[str]
     preview: NotRequired[bool]
@@ -286,7 +288,7 @@ class JobRequest(_JobRequest):
 
 
 class JobPatchStop(TypedDict):
-    """Rules to raise or lower; null removes one, the others stay."""
+    """Rules to change; null removes one, others are kept."""
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
@@ -299,7 +301,7 @@ class JobPatchStop(TypedDict):
 
 
 class JobPatch(TypedDict):
-    """A merge patch (RFC 7396) of the members that may change."""
+    """A merge patch (RFC 7396) of the changeable members."""
 
     priority: NotRequired[int]
     labels: NotRequired[dict[str, str | None]]
@@ -329,19 +331,19 @@ class ExtendRequestStop(TypedDict):
 
 
 class ExtendRequest(TypedDict):
-    """What to go on to."""
+    """New stop rules for a finished job."""
 
     stop: ExtendRequestStop
 
 
 class MergeRequest(TypedDict):
-    """Films to add up."""
+    """Films to merge."""
 
     films: list[str]
 
 
 class TicketRequest(TypedDict):
-    """What a ticket is for."""
+    """Jobs for which to create a ticket."""
 
     jobs: list[str]
 
@@ -359,7 +361,7 @@ class LabRequest(TypedDict):
 
 
 class FieldError(TypedDict):
-    """One fault of the input."""
+    """One error of the input."""
 
     pointer: str
     detail: str
@@ -382,7 +384,7 @@ JobState: TypeAlias = Literal[
 
 
 class JobSpecCameraOrbit(TypedDict):
-    """Place on a sphere around the target, instead of position and target."""
+    """Position on a sphere around the target, instead of position and target."""
 
     theta_degrees: float
     phi_degrees: float
@@ -391,7 +393,9 @@ class JobSpecCameraOrbit(TypedDict):
 
 
 class JobSpecCamera(TypedDict):
-    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, selected by name or index, otherwise the
+    first.
+    """
 
     name: str | None
     index: int | None
@@ -419,9 +423,9 @@ class JobSpecMedium(TypedDict):
 
 
 class JobSpecEnvironmentSun(TypedDict):
-    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
-    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at
+    noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999,
+    turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
     """
 
     latitude: float
@@ -431,8 +435,8 @@ class JobSpecEnvironmentSun(TypedDict):
 
 class JobSpecEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
-    scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
-    strength above 1.
+    scene's own, if it has one; otherwise white, unless the scene has a punctual light or an
+    emissive strength above 1.
     """
 
     asset: str | None
@@ -445,14 +449,14 @@ class JobSpecEnvironment(TypedDict):
 
 
 class JobSpecBackground(TypedDict):
-    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+    """What the camera sees behind the scene; mirrors and glass show the environment."""
 
     type: str
     color: NotRequired[list[float]]
 
 
 class JobSpecGround(TypedDict):
-    """Level ground that is added to the scene."""
+    """Horizontal ground added to the scene."""
 
     type: str
     height: NotRequired[float | None]
@@ -461,7 +465,7 @@ class JobSpecGround(TypedDict):
 
 
 class JobSpecFilmCrop(TypedDict):
-    """Part of the film that is rendered; null: all of it."""
+    """Part of the film to render; null: all of it."""
 
     x: int
     y: int
@@ -515,20 +519,20 @@ class JobSpecEstimatorRoulette(TypedDict):
 
 
 class JobSpecEstimatorSplitting(TypedDict):
-    """Several continuations of a path at its first surface."""
+    """Splitting of a path into several at its first surface."""
 
     type: str
     count: NotRequired[int]
 
 
 class JobSpecEstimatorControlVariate(TypedDict):
-    """What is subtracted from samples and added in closed form."""
+    """Quantity that is subtracted from samples and added in closed form."""
 
     type: str
 
 
 class JobSpecEstimator(TypedDict):
-    """How paths are made and combined."""
+    """How paths are sampled and combined."""
 
     strategy: str
     mis: JobSpecEstimatorMis
@@ -539,7 +543,7 @@ class JobSpecEstimator(TypedDict):
 
 
 class JobSpecSampler(TypedDict):
-    """Where random numbers come from."""
+    """Sequence of sample points."""
 
     type: str
     replicates: int
@@ -566,7 +570,7 @@ class JobSpecAdaptive(TypedDict):
 
 
 class JobSpecMeterPoints(TypedDict):
-    """A small plane."""
+    """A point with its normal."""
 
     position: list[float]
     normal: list[float]
@@ -583,8 +587,8 @@ class JobSpecMeterPlane(TypedDict):
 
 
 class JobSpecMeter(TypedDict):
-    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
-    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """Points at which irradiance is measured in addition to the image, by path tracing with 16
+    paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
     points: list[JobSpecMeterPoints]
@@ -605,7 +609,7 @@ class JobSpecStop(TypedDict):
 
 
 class JobSpecDenoise(TypedDict):
-    """Denoised images, which are made on demand and are no part of the film."""
+    """Denoised images, which are made on demand and are not part of the film."""
 
     type: str
     preview: bool
@@ -622,7 +626,7 @@ _JobSpec = TypedDict("_JobSpec", {"class": "str"})
 
 
 class JobSpec(_JobSpec):
-    """The job request with every member in force."""
+    """The job request with all defaults filled in."""
 
     scene: str
     name: str
@@ -654,7 +658,7 @@ class JobSpec(_JobSpec):
 
 
 class ProgressSamplesPerPixel(TypedDict):
-    """Samples a pixel has, over the pixels of the crop."""
+    """Samples per pixel, over the pixels of the crop."""
 
     min: int
     mean: float
@@ -662,7 +666,7 @@ class ProgressSamplesPerPixel(TypedDict):
 
 
 class Progress(TypedDict):
-    """How far it is."""
+    """Progress of the job."""
 
     fraction: float
     samples_per_pixel: ProgressSamplesPerPixel
@@ -685,7 +689,7 @@ class ErrorEstimate(TypedDict):
 
 
 class Statistics(TypedDict):
-    """What it cost."""
+    """Cost of the job."""
 
     rays: int
     rays_per_second: float | None
@@ -698,7 +702,7 @@ class Statistics(TypedDict):
 
 
 class Denoised(TypedDict):
-    """The newest denoised image that was made; the mixed one's error."""
+    """The newest denoised image, with the error of `mixed`."""
 
     type: str
     version: str
@@ -757,7 +761,7 @@ class JobList(TypedDict):
 
 
 class DryRunEstimate(TypedDict):
-    """From a pilot of at most half a second."""
+    """Estimate from a pilot of at most half a second."""
 
     seconds: float
     seconds_low: float
@@ -772,7 +776,7 @@ class DryRunEstimate(TypedDict):
 
 
 class DryRun(TypedDict):
-    """What a job would be, and what it would cost."""
+    """A job's effective request and its estimated cost."""
 
     spec: JobSpec
     warnings: list[str]
@@ -809,7 +813,7 @@ class StateEvent(TypedDict):
 
 
 class ProgressEvent(TypedDict):
-    """The image has come on."""
+    """The image has progressed."""
 
     state: JobState
     progress: Progress
@@ -820,7 +824,7 @@ class ProgressEvent(TypedDict):
 
 
 class TileEvent(TypedDict):
-    """A tile has changed; only the newest of each tile is kept."""
+    """A tile has changed; only the newest event of each tile is kept."""
 
     x: int
     y: int
@@ -867,14 +871,14 @@ class ResetEvent(TypedDict):
 
 
 class OverloadedEvent(TypedDict):
-    """The stream is refused: the server is at its limit of streams."""
+    """The stream is refused: the server's limit of streams is reached."""
 
     detail: str
     retry_after_seconds: int
 
 
 class Webhook(TypedDict):
-    """The body of a webhook, signed as Standard Webhooks are."""
+    """The body of a webhook, signed as defined by Standard Webhooks."""
 
     type: str
     timestamp: str
@@ -954,7 +958,7 @@ class ConvergencePoint(TypedDict):
 
 
 class ConvergenceSlope(TypedDict):
-    """Of log error against log samples, least squares, 95% interval."""
+    """Slope of log error against log samples, by least squares, with its 95% interval."""
 
     value: float | None
     low: float | None
@@ -962,14 +966,14 @@ class ConvergenceSlope(TypedDict):
 
 
 class Convergence(TypedDict):
-    """Error over samples and time."""
+    """Get the error over samples and time."""
 
     points: list[ConvergencePoint]
     slope: ConvergenceSlope
 
 
 class PixelLayer(TypedDict):
-    """One layer at one pixel, a number for each channel."""
+    """One layer at one pixel, with one number per channel."""
 
     mean: list[float | None]
     standard_error: list[float | None]
@@ -988,7 +992,9 @@ class Pixel(TypedDict):
 
 
 class MeterReading(TypedDict):
-    """Light that falls on one side of a point. One lux of a light of the scene is one lux here."""
+    """Light that arrives at one side of a point. One lux of a light in the scene is one lux
+    here.
+    """
 
     position: list[float]
     normal: list[float]
@@ -1001,14 +1007,14 @@ class MeterReading(TypedDict):
 
 
 class Meter(TypedDict):
-    """What a job's meter has measured so far."""
+    """Current readings of a job's meter."""
 
     bias: Literal["none", "consistent", "biased"]
     points: list[MeterReading]
 
 
 class ComparisonBias(TypedDict):
-    """Mean of a - b; its interval is null where a side does not know its error."""
+    """Mean of a - b; its interval is null if the error of a side is unknown."""
 
     value: float | None
     low: float | None
@@ -1016,7 +1022,7 @@ class ComparisonBias(TypedDict):
 
 
 class ComparisonZ(TypedDict):
-    """Of (a-b) / standard error."""
+    """Statistics of (a-b) / standard error."""
 
     mean: float | None
     variance: float | None
@@ -1047,14 +1053,16 @@ class Comparison(TypedDict):
 
 
 class SceneObjectBounds(TypedDict):
-    """Box in the world, metres; null: not placed in this view."""
+    """Bounding box in world space, metres; null: not in this view."""
 
     min: list[float]
     max: list[float]
 
 
 class SceneObjectVisible(TypedDict):
-    """Pixels of the full film whose centre shows it; null: none, or the job did not record ids."""
+    """Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job
+    did not record ids.
+    """
 
     x: float
     y: float
@@ -1064,7 +1072,7 @@ class SceneObjectVisible(TypedDict):
 
 
 class SceneObjectAmodal(TypedDict):
-    """Of all of it that lies within the film, hidden or not, in pixels; null: nothing."""
+    """Bounding box of its part within the film, hidden or not, in pixels; null: nothing."""
 
     x: float
     y: float
@@ -1086,14 +1094,16 @@ class SceneObject(TypedDict):
 
 
 class ObjectInstanceBounds(TypedDict):
-    """Box in the world, metres; null: not placed in this view."""
+    """Bounding box in world space, metres; null: not in this view."""
 
     min: list[float]
     max: list[float]
 
 
 class ObjectInstanceVisible(TypedDict):
-    """Pixels of the full film whose centre shows it; null: none, or the job did not record ids."""
+    """Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job
+    did not record ids.
+    """
 
     x: float
     y: float
@@ -1103,7 +1113,7 @@ class ObjectInstanceVisible(TypedDict):
 
 
 class ObjectInstanceAmodal(TypedDict):
-    """Of all of it that lies within the film, hidden or not, in pixels; null: nothing."""
+    """Bounding box of its part within the film, hidden or not, in pixels; null: nothing."""
 
     x: float
     y: float
@@ -1122,7 +1132,7 @@ class ObjectInstance(TypedDict):
 
 
 class Label(TypedDict):
-    """What an id of the layers material and primitive stands for."""
+    """Meaning of an id in the layers material and primitive."""
 
     id: int
     pointer: str | None
@@ -1149,8 +1159,8 @@ class ObjectsCamera(TypedDict):
 
 
 class Objects(TypedDict):
-    """What the ids of an image's layers are. They follow from the file alone: all views,
-    variants and times of a scene have the same ones.
+    """Meaning of the ids in an image's layers. They follow from the file alone: all views,
+    variants and times of a scene have the same ids.
     """
 
     camera: ObjectsCamera
@@ -1162,7 +1172,7 @@ class Objects(TypedDict):
 
 
 class JobDefaultsCameraOrbit(TypedDict):
-    """Place on a sphere around the target, instead of position and target."""
+    """Position on a sphere around the target, instead of position and target."""
 
     theta_degrees: float
     phi_degrees: float
@@ -1171,7 +1181,9 @@ class JobDefaultsCameraOrbit(TypedDict):
 
 
 class JobDefaultsCamera(TypedDict):
-    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, selected by name or index, otherwise the
+    first.
+    """
 
     name: str | None
     index: int | None
@@ -1199,9 +1211,9 @@ class JobDefaultsMedium(TypedDict):
 
 
 class JobDefaultsEnvironmentSun(TypedDict):
-    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
-    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at
+    noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999,
+    turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
     """
 
     latitude: float
@@ -1211,8 +1223,8 @@ class JobDefaultsEnvironmentSun(TypedDict):
 
 class JobDefaultsEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
-    scene's own, if it has one; else white, unless the scene has a punctual light or an emissive
-    strength above 1.
+    scene's own, if it has one; otherwise white, unless the scene has a punctual light or an
+    emissive strength above 1.
     """
 
     asset: str | None
@@ -1225,14 +1237,14 @@ class JobDefaultsEnvironment(TypedDict):
 
 
 class JobDefaultsBackground(TypedDict):
-    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+    """What the camera sees behind the scene; mirrors and glass show the environment."""
 
     type: str
     color: NotRequired[list[float]]
 
 
 class JobDefaultsGround(TypedDict):
-    """Level ground that is added to the scene."""
+    """Horizontal ground added to the scene."""
 
     type: str
     height: NotRequired[float | None]
@@ -1241,7 +1253,7 @@ class JobDefaultsGround(TypedDict):
 
 
 class JobDefaultsFilmCrop(TypedDict):
-    """Part of the film that is rendered; null: all of it."""
+    """Part of the film to render; null: all of it."""
 
     x: int
     y: int
@@ -1295,20 +1307,20 @@ class JobDefaultsEstimatorRoulette(TypedDict):
 
 
 class JobDefaultsEstimatorSplitting(TypedDict):
-    """Several continuations of a path at its first surface."""
+    """Splitting of a path into several at its first surface."""
 
     type: str
     count: NotRequired[int]
 
 
 class JobDefaultsEstimatorControlVariate(TypedDict):
-    """What is subtracted from samples and added in closed form."""
+    """Quantity that is subtracted from samples and added in closed form."""
 
     type: str
 
 
 class JobDefaultsEstimator(TypedDict):
-    """How paths are made and combined."""
+    """How paths are sampled and combined."""
 
     strategy: str
     mis: JobDefaultsEstimatorMis
@@ -1319,7 +1331,7 @@ class JobDefaultsEstimator(TypedDict):
 
 
 class JobDefaultsSampler(TypedDict):
-    """Where random numbers come from."""
+    """Sequence of sample points."""
 
     type: str
     replicates: int
@@ -1346,7 +1358,7 @@ class JobDefaultsAdaptive(TypedDict):
 
 
 class JobDefaultsMeterPoints(TypedDict):
-    """A small plane."""
+    """A point with its normal."""
 
     position: list[float]
     normal: list[float]
@@ -1363,8 +1375,8 @@ class JobDefaultsMeterPlane(TypedDict):
 
 
 class JobDefaultsMeter(TypedDict):
-    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
-    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """Points at which irradiance is measured in addition to the image, by path tracing with 16
+    paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
     points: list[JobDefaultsMeterPoints]
@@ -1385,7 +1397,7 @@ class JobDefaultsStop(TypedDict):
 
 
 class JobDefaultsDenoise(TypedDict):
-    """Denoised images, which are made on demand and are no part of the film."""
+    """Denoised images, which are made on demand and are not part of the film."""
 
     type: str
     preview: bool
@@ -1402,7 +1414,7 @@ _JobDefaults = TypedDict("_JobDefaults", {"class": "str"})
 
 
 class JobDefaults(_JobDefaults):
-    """What is in force where a job request does not say otherwise."""
+    """Default values of a job request."""
 
     name: str
     labels: dict[str, str]
@@ -1453,7 +1465,7 @@ class IntegratorInfo(TypedDict):
 
 
 class EstimationOption(TypedDict):
-    """A switch of the estimation."""
+    """An estimator setting."""
 
     name: str
     bias: Literal["none", "consistent", "biased"]
@@ -1498,7 +1510,7 @@ class Experiment(TypedDict):
 
 
 class ServerBuild(TypedDict):
-    """What the bits of a film depend on besides the job."""
+    """Build and machine properties on which the bits of a film depend besides the job."""
 
     id: str
     commit: str
@@ -1537,7 +1549,7 @@ class Server(TypedDict):
 
 
 class Drain(TypedDict):
-    """Whether the server takes new jobs, and what it still has."""
+    """Whether the server accepts new jobs, and its remaining work."""
 
     draining: bool
     running: int
@@ -1545,7 +1557,7 @@ class Drain(TypedDict):
 
 
 class LabPoint(TypedDict):
-    """One n, measured."""
+    """Results for one n."""
 
     n: int
     n_asked: int
@@ -1557,7 +1569,7 @@ class LabPoint(TypedDict):
 
 
 class LabOutcome(TypedDict):
-    """The outcome, last line of the answer."""
+    """The outcome; last line of the response."""
 
     expected: float
     slope: float | None
@@ -1579,13 +1591,13 @@ class LabOutcome(TypedDict):
 
 
 class LabCancelled(TypedDict):
-    """Last line in place of the outcome: the server stops."""
+    """Last line instead of the outcome if the server shuts down."""
 
     cancelled: bool
 
 
 class KeyRequest(TypedDict):
-    """A key that is to be made."""
+    """A key to create."""
 
     name: str
     tenant: NotRequired[str | None]
@@ -1609,7 +1621,7 @@ class Key(TypedDict):
 
 
 class NewKey(TypedDict):
-    """A key that was made."""
+    """A new key."""
 
     id: str
     name: str
@@ -1640,7 +1652,7 @@ class UsageTenants(TypedDict):
 
 
 class UsageQuotas(TypedDict):
-    """Of each tenant; 0: no limit."""
+    """Quotas of each tenant; 0: no limit."""
 
     jobs: int
     previews: int
@@ -1650,7 +1662,7 @@ class UsageQuotas(TypedDict):
 
 
 class Usage(TypedDict):
-    """What tenants use: all for the operator and admins, else one's own."""
+    """Usage of tenants: all for the operator and admins, otherwise only the key's own."""
 
     tenants: list[UsageTenants]
     quotas: UsageQuotas
@@ -1680,19 +1692,19 @@ class DeliveryList(TypedDict):
 
 
 class WebhookTestRequest(TypedDict):
-    """Where to."""
+    """Receiver of a test call."""
 
     url: str
 
 
 class WebhookSecret(TypedDict):
-    """What calls are signed with."""
+    """The secret that signs calls."""
 
     secret: str
 
 
 class WorkerReport(TypedDict):
-    """A worker lives, and what it is busy with."""
+    """State of a worker and its units."""
 
     build: str
     arithmetic: str
@@ -1702,14 +1714,14 @@ class WorkerReport(TypedDict):
 
 
 class UnitRequest(TypedDict):
-    """A worker takes a unit, or hands it back."""
+    """Lease or return of a unit."""
 
     worker: str
     fault: NotRequired[str]
 
 
 class WorkerOrders(TypedDict):
-    """What a worker is to do."""
+    """Orders for a worker."""
 
     suitable: bool
     reason: str | None
@@ -1718,7 +1730,7 @@ class WorkerOrders(TypedDict):
 
 
 class WorkInputs(TypedDict):
-    """What the units of a job need."""
+    """Inputs of a job's units."""
 
     spec: dict[str, Any]
     files: dict[str, str]
@@ -1741,7 +1753,7 @@ class Worker(TypedDict):
 
 
 class WorkerTile(TypedDict):
-    """A tile that a worker renders. Pixels count from the top left of the full film."""
+    """A tile that a worker is rendering. Pixels count from the top left of the full film."""
 
     worker: str
     x: int
@@ -1751,13 +1763,13 @@ class WorkerTile(TypedDict):
 
 
 class WorkerList(TypedDict):
-    """All workers that were seen lately."""
+    """All workers seen recently."""
 
     workers: list[Worker]
 
 
 class WorkerTiles(TypedDict):
-    """Tiles of a job that workers render."""
+    """Tiles of a job that workers are rendering."""
 
     tiles: list[WorkerTile]
 
@@ -1770,7 +1782,7 @@ class BatchRequestWebhook(TypedDict):
 
 
 class BatchRequest(TypedDict):
-    """A template and a matrix of values make jobs."""
+    """A template and a matrix of values that define jobs."""
 
     template: dict[str, Any]
     matrix: dict[str, list[Any]]
@@ -1789,7 +1801,7 @@ class BatchJob(TypedDict):
 
 
 class BatchProgress(TypedDict):
-    """Of all jobs together."""
+    """Progress of all jobs together."""
 
     fraction: float
     cpu_seconds: float
@@ -1808,7 +1820,7 @@ class BatchCounts(TypedDict):
 
 
 class Batch(TypedDict):
-    """Jobs that were made together."""
+    """Jobs that were submitted together."""
 
     id: str
     name: str
@@ -1821,7 +1833,7 @@ class Batch(TypedDict):
 
 
 class BatchSummaryProgress(TypedDict):
-    """Of all jobs together."""
+    """Progress of all jobs together."""
 
     fraction: float
     cpu_seconds: float
@@ -1859,7 +1871,7 @@ class BatchList(TypedDict):
 
 
 class BatchDryRun(TypedDict):
-    """What a batch would make."""
+    """The jobs that a batch would create."""
 
     names: list[str]
 

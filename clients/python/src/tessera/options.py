@@ -1,4 +1,4 @@
-"""The options of a job, and the request that they make."""
+"""The options of a job, and the request made from them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ._wire import Json
 
 
 class JobOptions(TypedDict, total=False):
-    """Everything that `submit` takes besides the scene. What is left out has the server's default.
+    """The options of `submit` besides the scene; omitted ones have the server's defaults.
 
     Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, confidence,
     scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator, sampler,
     light_sampler, adaptive, background and ground may be the name of a type, camera a name or an
     index, environment the path of an .hdr or .exr file. All other members are those of the request
-    (`/docs` of the server describes them). `request` is a whole request, over which the options are
-    put: the way to what this list does not name.
+    (described at the server's `/docs`). `request` is a whole request, which the options override:
+    use it for members that are not listed here.
     """
 
     name: str
@@ -71,12 +71,12 @@ _TYPED = ("integrator", "sampler", "light_sampler", "adaptive", "background", "g
 
 
 def stop_rules(options: Mapping[str, Any]) -> Json:
-    """{"stop": ...} of the rules among the options."""
+    """Returns {"stop": ...} with the rules among the options."""
     return {name: options[name] for name in _STOP if name in options}
 
 
 def _width_and_height(size: Any) -> tuple[Any, Any]:
-    """The numbers are the server's to judge, that they are two is not."""
+    """Only checks that there are two numbers; the server checks their values."""
     pair = size.lower().split("x") if isinstance(size, str) else size
     try:
         width, height = pair
@@ -86,7 +86,7 @@ def _width_and_height(size: Any) -> tuple[Any, Any]:
 
 
 def make_request(scene_id: str, options: Mapping[str, Any]) -> Json:
-    """The body of POST /v1/jobs. Unknown names are sent as they are: the server judges."""
+    """Returns the body of POST /v1/jobs. The server checks unknown names."""
     given = dict(options)
     body: Json = dict(given.pop("request", None) or {})
     body["scene"] = scene_id

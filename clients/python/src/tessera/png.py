@@ -1,4 +1,4 @@
-"""Arrays to PNG, for notebooks and contact sheets; needs nothing but zlib."""
+"""Conversion of arrays to PNG, for notebooks and contact sheets; needs only zlib."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 
 def srgb8(linear: npt.ArrayLike, exposure_stops: float = 0.0) -> npt.NDArray[np.uint8]:
-    """Linear values as sRGB bytes (IEC 61966-2-1), clipped to [0, 1]; NaN becomes 0."""
+    """Converts linear values to sRGB bytes (IEC 61966-2-1), clipped to [0, 1]; NaN becomes 0."""
     value = np.asarray(linear, dtype=np.float64) * 2.0**exposure_stops
     value = np.clip(np.nan_to_num(value, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     curve = np.where(value <= 0.0031308, value * 12.92, 1.055 * value ** (1 / 2.4) - 0.055)
@@ -18,12 +18,12 @@ def srgb8(linear: npt.ArrayLike, exposure_stops: float = 0.0) -> npt.NDArray[np.
 
 
 def encode_png(pixels: npt.NDArray[np.uint8]) -> bytes:
-    """A PNG of (height, width) grey, (height, width, 3) RGB or (height, width, 4) RGBA bytes."""
+    """Encodes (height, width) grey, (height, width, 3) RGB or (height, width, 4) RGBA bytes."""
     if pixels.dtype != np.uint8:
         raise ValueError(f"a PNG is made of uint8, not {pixels.dtype}; see srgb8()")
     cube = pixels[:, :, np.newaxis] if pixels.ndim == 2 else pixels
     if cube.ndim != 3 or cube.shape[2] not in (1, 3, 4) or 0 in cube.shape:
-        raise ValueError(f"no image: an array of shape {pixels.shape}")
+        raise ValueError(f"not an image: an array of shape {pixels.shape}")
     height, width, channels = cube.shape
     rows = np.zeros((height, 1 + width * channels), dtype=np.uint8)  # filter 0, then the row
     rows[:, 1:] = cube.reshape(height, width * channels)

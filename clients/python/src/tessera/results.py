@@ -1,4 +1,4 @@
-"""What the server says, as plain values. Unknown numbers (JSON null) are NaN."""
+"""Responses of the server as plain values. Unknown numbers (JSON null) are NaN."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def numbers(values: Any) -> DoubleArray:
 
 
 def triples(values: Sequence[Sequence[Any]]) -> DoubleArray:
-    """An array of shape (n, 3)."""
+    """Returns an array of shape (n, 3)."""
     return np.array([[number(v) for v in each] for each in values], dtype=np.float64).reshape(-1, 3)
 
 
 @dataclass(frozen=True)
 class Interval:
-    """An estimate and the bounds that hold it: with 95% confidence unless said otherwise."""
+    """An estimate with its bounds: with 95% confidence unless stated otherwise."""
 
     value: float
     low: float
@@ -45,10 +45,10 @@ class Interval:
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """How wrong the image still is: the ratio of noise to signal of its average tile.
+    """Error estimate of the current image: the noise-to-signal ratio of its average tile.
 
-    bias: `none`, `consistent` or `biased`. unreliable: few places of the image carry the error,
-    and the interval is a guess.
+    bias: `none`, `consistent` or `biased`. unreliable: a few small regions dominate the error, so
+    the interval is only a guess.
     """
 
     relative_rmse: float
@@ -147,7 +147,7 @@ class Pixel:
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """The error over the course of a job, one array element for each look.
+    """The error over the course of a job, one array element for each error check.
 
     slope: of log error over log samples; -0.5 is plain Monte Carlo.
     """
@@ -185,10 +185,10 @@ class Convergence:
 
 @dataclass(frozen=True, eq=False)
 class Meter:
-    """Light that falls on the points of a job's meter, one array element for each; position, normal
-    and irradiance_rgb have three columns.
+    """Light that arrives at the points of a job's meter, one array element for each.
 
-    low, high: 95% interval of illuminance_lux. irradiance_w_m2: that over 683 lm/W.
+    position, normal and irradiance_rgb have three columns. low, high: 95% interval of
+    illuminance_lux. irradiance_w_m2: illuminance_lux / (683 lm/W).
     """
 
     position: DoubleArray
@@ -224,10 +224,11 @@ class Meter:
 
 @dataclass(frozen=True)
 class Comparison:
-    """How two images differ. relmse: mean of (a-b)^2 / (b^2 + 0.01). bias: signed, mean of a - b.
+    """Difference of two images.
 
-    z_*: of the differences over their standard errors; about 0, 1 and 0.0027 if only noise differs.
-    `data` is the whole answer.
+    relmse: mean of (a-b)^2 / (b^2 + 0.01). bias: signed, mean of a - b. z_*: of the differences
+    over their standard errors; about 0, 1 and 0.0027 if there is only noise. `data` is the whole
+    response.
     """
 
     id: str
@@ -281,10 +282,9 @@ class LabPoint:
 
 @dataclass(frozen=True)
 class LabRun:
-    """An experiment of the estimator laboratory: its points and what they show.
+    """A run of an experiment of the estimator laboratory: its points and outcome.
 
-    `data` is the closing line: expected, slope, slope_interval, efficiency, verdict and what else
-    there is.
+    `data` is the closing line: expected, slope, slope_interval, efficiency, verdict and more.
     """
 
     points: tuple[LabPoint, ...]
@@ -308,7 +308,7 @@ class LabRun:
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene that the server knows. materials, variants: names; data: the whole description."""
+    """A scene on the server. materials, variants: names; data: the whole description."""
 
     id: str
     data: models.Scene = field(repr=False)
@@ -354,7 +354,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class ServerInfo:
-    """What the server can do; `data` is the whole of GET /v1/server."""
+    """Capabilities of the server; `data` is the whole of GET /v1/server."""
 
     data: models.Server = field(repr=False)
 
@@ -390,5 +390,5 @@ class ServerInfo:
 
     @property
     def defaults(self) -> models.JobDefaults:
-        """What is in force where a job does not say otherwise."""
+        """Default values of a job request."""
         return self.data["defaults"]

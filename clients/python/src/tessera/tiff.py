@@ -21,10 +21,10 @@ _DEFLATE = (8, 32946)
 
 
 def _directory(data: bytes) -> dict[int, tuple[int, ...]]:
-    """Integer fields of the first directory."""
+    """Returns the integer fields of the first directory."""
     magic, version, place = struct.unpack_from("<2sHI", data)
     if magic != b"II" or version != 42:
-        raise CorruptData("no little-endian TIFF")
+        raise CorruptData("not a little-endian TIFF")
     (count,) = struct.unpack_from("<H", data, place)
     fields = {}
     for i in range(count):
@@ -39,7 +39,7 @@ def _directory(data: bytes) -> dict[int, tuple[int, ...]]:
 
 
 def _undo_float_predictor(rows: npt.NDArray[np.uint8], channels: int) -> npt.NDArray[np.uint8]:
-    """rows: (rows, bytes). Differences of bytes, the most significant ones of a row first."""
+    """rows: (rows, bytes), differences of bytes, the most significant ones of a row first."""
     count, size = rows.shape
     summed = np.cumsum(rows.reshape(count, size // channels, channels), axis=1, dtype=np.uint8)
     planes = summed.reshape(count, 4, size // 4)
@@ -47,7 +47,7 @@ def _undo_float_predictor(rows: npt.NDArray[np.uint8], channels: int) -> npt.NDA
 
 
 def decode_tiff(data: bytes) -> npt.NDArray[np.float32]:
-    """(height, width) for one channel, else (height, width, channels)."""
+    """Returns (height, width) for one channel, else (height, width, channels)."""
     try:
         return _decode(data)
     except (struct.error, zlib.error, KeyError, IndexError, ValueError) as error:
@@ -63,7 +63,7 @@ def _decode(data: bytes) -> npt.NDArray[np.float32]:
     rows_per_strip = fields.get(_ROWS, (height,))[0]
     is_float = set(fields[_BITS]) == {32} and set(fields[_FORMAT]) == {3}
     if not is_float or compression not in (1, *_DEFLATE) or predictor not in (1, 3):
-        raise CorruptData("a TIFF of another kind than the server writes")
+        raise CorruptData("a TIFF of a kind that the server does not write")
     if channels > 1 and fields.get(_LAYOUT, (1,))[0] != 1:
         raise CorruptData("a TIFF with separate planes")
     parts = []

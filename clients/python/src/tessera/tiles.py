@@ -1,9 +1,9 @@
-"""Tile frames (`application/vnd.tessera.tiles`) as numpy arrays, and the image they make.
+"""Tile frames (`application/vnd.tessera.tiles`) as numpy arrays, and the image that they form.
 
 A frame is a 32-byte header, little endian: bytes `T S R 1`, u32 payload bytes, u32 revision, u16 x,
 y, width, height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of float32,
-row by row: r g b, their variances, the sample count, and alpha if flagged; of denoised frames r g b
-and, if flagged, alpha.
+row by row: r g b, their variances, the sample count, and alpha if flagged; for denoised frames r g
+b and, if flagged, alpha.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ FloatArray: TypeAlias = npt.NDArray[np.float32]
 
 _HEADER = struct.Struct("<4sIIHHHHIfI")
 _END, _CORRELATED, _ALPHA, _DENOISED = 1, 2, 4, 16
-# The stream has no pings, so a dead line looks like a paused job: after so long, a new connection.
+# The stream has no pings, so a dead line looks like a paused job: reconnects after this time.
 _QUIET_S = 60.0
 
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A part of the image as it stood at `revision`.
+    """A part of the image at `revision`.
 
     x, y: its corner in pixels of the full film. mean: (height, width, 3), linear Rec.709. variance:
-    of the mean, same shape; NaN while only one half of the samples is there. samples: (height,
-    width). alpha: (height, width), or None where the background is opaque; mean is associated with
-    it. relative_error: of the tile, NaN if unknown. correlated: errors of neighbouring pixels hang
-    together, so `variance` does not add up over a block. denoised: of the denoised image, whose
+    of the mean, same shape; NaN while only one half has samples. samples: (height, width). alpha:
+    (height, width), or None if the background is opaque; mean is associated with it.
+    relative_error: of the tile, NaN if unknown. correlated: errors of neighbouring pixels are
+    correlated, so `variance` must not be added over a block. denoised: of the denoised image, whose
     variance and samples are NaN.
     """
 
@@ -57,7 +57,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class EndFrame:
-    """What closes the stream of a job that has ended."""
+    """The last frame of the stream of a job that has ended."""
 
     revision: int
     relative_error: float
@@ -91,7 +91,7 @@ class _Header(NamedTuple):
 
 
 class FrameParser:
-    """Bytes in, frames out. Raises CorruptData for anything that is none."""
+    """Parses bytes into frames. Raises CorruptData if they are invalid."""
 
     def __init__(self) -> None:
         self._pending = bytearray()
@@ -137,9 +137,9 @@ def _decode(header: _Header, payload: bytes) -> Tile | EndFrame:
 
 
 class TileFeed:
-    """A job's tiles over as many connections as it takes.
+    """A job's tiles over any number of connections.
 
-    A new connection sends every tile again: one that is the same as before is left out here.
+    A new connection sends every tile again; unchanged ones are dropped here.
     """
 
     def __init__(self, job_path: str, after: int, compressed: bool, denoise: str = "off") -> None:
@@ -171,10 +171,10 @@ class TileFeed:
 
 
 class TileImage:
-    """The image as it grows: arrays over the job's crop, into which tiles are put.
+    """The image so far: arrays over the job's crop, into which tiles are put.
 
-    mean, variance: (height, width, 3); samples, alpha: (height, width). What no tile has covered
-    yet is NaN, with 0 samples. x, y: corner of the crop in pixels of the full film.
+    mean, variance: (height, width, 3); samples, alpha: (height, width). Pixels that no tile has
+    covered yet are NaN, with 0 samples. x, y: corner of the crop in pixels of the full film.
     """
 
     def __init__(self, width: int, height: int, x: int = 0, y: int = 0) -> None:
@@ -197,7 +197,7 @@ class TileImage:
 
     @property
     def complete(self) -> bool:
-        """Has every pixel a sample?"""
+        """Returns whether every pixel has a sample."""
         return bool((self.samples > 0).all())
 
     def _repr_png_(self) -> bytes:

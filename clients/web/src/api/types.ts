@@ -9,39 +9,40 @@ export interface JobRequest {
   scene: string;
   /** Display name. Default: "". */
   name?: string;
-  /** Free key-value pairs to find jobs by. Default: {}. */
+  /** Key-value pairs for finding jobs. Default: {}. */
   labels?: Record<string, string>;
-  /** Higher is served first. Default: 0. */
+  /** Higher values are served first. Default: 0. */
   priority?: number;
   /** Seed for all random numbers in the job. Default: 0. */
   seed?: number;
-  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
+  /**
+   * Null members keep the value of the file's camera, selected by name or index, otherwise the
+   * first.
+   */
   camera?: {
-    /** Camera of the file by name. */
+    /** Name of the file's camera. */
     name?: string | null;
-    /** Camera of the file by index; not together with name. */
+    /** Index of the file's camera; excludes name. */
     index?: number | null;
     /**
-     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * Camera position in world space, metres. Requires target; together they replace the file's
      * pose.
      */
     position?: [number, number, number] | null;
-    /** Point that the camera looks at, metres, world. */
+    /** Point that the camera looks at, in world space, metres. */
     target?: [number, number, number] | null;
-    /** Upward direction; [0, 1, 0] if position and target are given without it. */
+    /** Up direction; [0, 1, 0] if position and target are given without it. */
     up?: [number, number, number] | null;
-    /** Place on a sphere around the target, instead of position and target. */
+    /** Position on a sphere around the target, instead of position and target. */
     orbit?: {
       /**
-       * Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). Default:
-       * 0.
+       * Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z).
+       * Default: 0.
        */
       theta_degrees?: number;
-      /** From +y: 0 looks from above, 90 is level. Default: 75. */
+      /** Angle from +y: 0 looks down from above, 90 is level. Default: 75. */
       phi_degrees?: number;
-      /**
-       * Distance from the target, metres; 'auto': all of the scene is in the view. Default: "auto".
-       */
+      /** Distance from the target, metres; 'auto': the whole scene is in view. Default: "auto". */
       radius?: string | number;
       /**
        * Point that the camera looks at, metres; 'auto': the centre of the scene's box. Default:
@@ -65,18 +66,17 @@ export interface JobRequest {
   };
   /** Material variant of the file by name (KHR_materials_variants). */
   variant?: string | null;
-  /**
-   * Animation time, seconds; null: the rest pose, which the file's own transforms give. Default: 0.
-   */
+  /** Animation time, seconds; null: the rest pose given by the file's transforms. Default: 0. */
   time_seconds?: number | null;
   /**
-   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
-   * file's camera too, is blurred. 0: nothing is. Default: 0.
+   * Time that the shutter is open, in seconds, starting at time_seconds: animated objects and the
+   * file's camera are blurred. 0: no motion blur. Default: 0.
    */
   shutter_seconds?: number;
   /**
-   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
-   * 0: before. In the rest pose nothing moves. Default: 0.041666666666666664.
+   * Time from time_seconds to the second moment of the layer motion, which includes the motion of
+   * the file's camera; negative: an earlier moment. In the rest pose nothing moves. Default:
+   * 0.041666666666666664.
    */
   motion_seconds?: number;
   /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
@@ -88,76 +88,79 @@ export interface JobRequest {
     /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
     absorption?: [number, number, number];
     /**
-     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
      * Default: 0.
      */
     g?: number;
-    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. Default: 0. */
+    /**
+     * Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0.
+     * Default: 0.
+     */
     height_falloff?: number;
   } | null;
-  /** How it is served. Default: "normal". */
+  /** Scheduling class. Default: "normal". */
   class?: string;
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key?: string | null;
   /**
    * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-   * own, if it has one; else white, unless the scene has a punctual light or an emissive strength
-   * above 1.
+   * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
+   * strength above 1.
    */
   environment?: {
     /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset?: string | null;
-    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    /** Procedural studio light, as strong as a white environment; instead of an asset. */
     preset?: string;
     /**
-     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
-     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
-     * The sun is a disc that is sampled. North is -z, east +x.
+     * Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+     * about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3.
+     * Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
      */
     sun?: {
       /** Degrees; north is positive. */
       latitude: number;
       /** Degrees; east is positive. */
       longitude: number;
-      /** RFC 3339, by day. */
+      /** RFC 3339 time during the day. */
       time: string;
     } | null;
     /** Linear Rec.709; multiplies the image. Default: [1,1,1]. */
     color?: [number, number, number];
     /** Multiplies colour and image. Default: 1. */
     intensity?: number;
-    /** Positive turns it counter-clockwise seen from above. Default: 0. */
+    /** Positive angles rotate it counter-clockwise seen from above. Default: 0. */
     rotation_degrees?: number;
     /**
-     * If false, the environment lights the scene but the background is transparent: short for
+     * If false, the environment lights the scene but the background is transparent: short form of
      * background type 'transparent'. Default: true.
      */
     visible?: boolean;
   } | null;
-  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  /** What the camera sees behind the scene; mirrors and glass show the environment. */
   background?: {
     /**
-     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
-     * 'environment'. Default: "environment".
+     * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
+     * Default: "environment".
      */
     type?: string;
     /** Linear Rec.709. Default: [1,1,1]. */
     color?: [number, number, number];
   };
-  /** Level ground that is added to the scene. */
+  /** Horizontal ground added to the scene. */
   ground?: {
     /** Kind of ground. Default: "none". */
     type?: string;
-    /** Its y, metres; null: the model's lowest point. */
+    /** Height (y), metres; null: the model's lowest point. */
     height?: number | null;
     /**
-     * Of its surface, linear Rec.709: also of a catcher, which lights the model from below.
+     * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
      * Default: [0.8,0.8,0.8].
      */
     color?: [number, number, number];
     /**
-     * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
-     * which reflects 4% seen from above and more at grazing angles. Default: 0.
+     * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered
+     * surface, which reflects 4% at normal incidence and more at grazing angles. Default: 0.
      */
     reflection?: number;
   };
@@ -167,7 +170,7 @@ export interface JobRequest {
     width?: number;
     /** Pixels. Default: 540. */
     height?: number;
-    /** Part of the film that is rendered; null: all of it. */
+    /** Part of the film to render; null: all of it. */
     crop?: {
       /** Left column, in pixels of the full film. */
       x: number;
@@ -187,8 +190,8 @@ export interface JobRequest {
     };
     /**
      * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * motion, cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and
-     * light:NAME (path and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
+     * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
      * Default: ["albedo","normal","depth"].
      */
     layers?: string[];
@@ -200,42 +203,42 @@ export interface JobRequest {
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
     max_depth?: number;
     /**
-     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
-     * has pixels, from 1024 to 262144. Default: 0.
+     * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
+     * film, at least 1024 and at most 262144. Default: 0.
      */
     photons?: number;
     /**
-     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
-     * camera looks. Default: 0.
+     * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
+     * the distance of the visible surfaces. Default: 0.
      */
     radius_m?: number;
     /**
-     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
-     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike. Default:
-     * 0.6666667.
+     * After N samples of each replicate, the area in which photons are gathered, and the bias, are
+     * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
+     * bias and the variance fall at the same rate. Default: 0.6666667.
      */
     alpha?: number;
     /**
-     * Directions in which each path looks up the map one reflection later; 0: the map itself is
-     * shown, direct light included. Default: 1.
+     * Directions in which each path continues to look up the photon map at the next surface; 0:
+     * shows the map itself, including direct light. Default: 1.
      */
     final_gather?: number;
     /**
-     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
-     * takes about four times as many records. Default: 0.25.
+     * Relative interpolation error up to which an irradiance record is used; half of it needs about
+     * four times as many records. Default: 0.25.
      */
     tolerance?: number;
     /** Paths over the hemisphere of each record. Default: 256. */
     rays?: number;
     /**
-     * Most records of each replicate. Where there are none, other light than direct light is path
+     * Maximum number of records of each replicate. Where there are none, indirect light is path
      * traced. Default: 32768.
      */
     records?: number;
   };
-  /** How paths are made and combined. */
+  /** How paths are sampled and combined. */
   estimator?: {
-    /** Where directions come from. Default: "mis". */
+    /** How directions are sampled. Default: "mis". */
     strategy?: string;
     /** Weights of multiple importance sampling. */
     mis?: {
@@ -246,96 +249,97 @@ export interface JobRequest {
     };
     /** Russian roulette. */
     roulette?: {
-      /** What decides about survival. Default: "throughput". */
+      /** Rule for the survival probability. Default: "throughput". */
       type?: string;
       /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. Default: 0.02. */
       delta?: number;
     };
-    /** Several continuations of a path at its first surface. */
+    /** Splitting of a path into several at its first surface. */
     splitting?: {
-      /** How many there are. Default: "measured". */
+      /** How their number is chosen. Default: "measured". */
       type?: string;
-      /** Continuations of each path. Default: 2. */
+      /** Number of continuations. Default: 2. */
       count?: number;
     };
-    /** What is subtracted from samples and added in closed form. */
+    /** Quantity that is subtracted from samples and added in closed form. */
     control_variate?: {
       /** Kind of control variate. Default: "none". */
       type?: string;
     };
     /**
-     * True: absorption and transparency are factors; false: they end paths at random. Default:
-     * true.
+     * True: absorption and transparency weight paths; false: they terminate paths at random.
+     * Default: true.
      */
     expected_values?: boolean;
   };
-  /** Where random numbers come from. */
+  /** Sequence of sample points. */
   sampler?: {
-    /** Kind of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
+    /** Type of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
     type?: string;
     /** Independent randomisations of a pixel; even. Default: 2. */
     replicates?: number;
     /**
-     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
-     * into the film of one job. Default: 0.
+     * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
+     * the film of a single job. Default: 0.
      */
     first_replicate?: number;
   };
   /** How a light is selected. */
   light_sampler?: {
-    /** Kind of choice. Default: "tree". */
+    /** Method of selection. Default: "tree". */
     type?: string;
-    /** Light samples of which one is taken. Default: 2. */
+    /** Candidate light samples, of which one is selected. Default: 2. */
     candidates?: number;
-    /** Side in pixels of the squares whose pixels share light samples. Default: 3. */
+    /** Side, in pixels, of the squares whose pixels share light samples. Default: 3. */
     block?: number;
     /**
-     * Passes that share light samples too: samples of a replicate, one after another. At most 64
-     * paths share, block x block x history. Default: 1.
+     * Passes that also share light samples: successive samples of a replicate. At most 64 paths
+     * share samples: block x block x history. Default: 1.
      */
     history?: number;
-    /** Light samples of each path, of which one is shared. Default: 1. */
+    /** Candidate light samples of each path, of which one is shared. Default: 1. */
     candidates_per_pixel?: number;
   };
   /** Adaptive sampling. */
   adaptive?: {
     /**
-     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
-     * others. Default: "none".
+     * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
+     * 'none'. Default: "none".
      */
     type?: string;
     /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to
-     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate. Default:
-     * 32.
+     * Samples of every pixel before the first decision, all replicates together; rounded up to a
+     * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     * Default: 32.
      */
     min_samples?: number;
-    /** What gets the same number of samples. Default: "pixel". */
+    /** Unit that gets the same number of samples. Default: "pixel". */
     granularity?: string;
     /**
-     * Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. Default: 1.
+     * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
+     * neighbours. Default: 1.
      */
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
-   * a pixel; GET /v1/jobs/{id}/meter.
+   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+   * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: {
-    /** Where it is measured. Default: []. */
+    /** Points at which irradiance is measured. Default: []. */
     points?: {
       /** World, metres. */
       position: [number, number, number];
-      /** Where it faces, of any length but 0. */
+      /** Normal; any length except 0. */
       normal: [number, number, number];
     }[];
     /** The centres of a rectangle's cells, after the points, row by row. */
     plane?: {
       /** Corner of the rectangle, world, metres. */
       origin: [number, number, number];
-      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
-      /** From there to the corner before. */
+      /** Vector from origin to the other adjacent corner. */
       edge_v: [number, number, number];
       /** Cells along edge_u. */
       columns: number;
@@ -351,15 +355,15 @@ export interface JobRequest {
    */
   stop?: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do. Default: 256.
+     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
+     * up to a count that the sampler supports. Default: 256.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /**
@@ -367,7 +371,7 @@ export interface JobRequest {
      * 0.95.
      */
     confidence?: number;
-    /** Whose error has to be small enough. Default: "image". */
+    /** Region whose error must reach the target. Default: "image". */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -376,11 +380,11 @@ export interface JobRequest {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised images, which are made on demand and are no part of the film. */
+  /** Denoised images, which are made on demand and are not part of the film. */
   denoise?: {
-    /** What makes them. Default: "auto". */
+    /** Denoiser. Default: "auto". */
     type?: string;
-    /** If false, there are none before the job has ended. Default: true. */
+    /** If false, there are none until the job has ended. Default: true. */
     preview?: boolean;
   };
   /** Webhook to notify. */
@@ -390,30 +394,30 @@ export interface JobRequest {
     /** Events to send. Default: ["end"]. */
     events?: string[];
   } | null;
-  /** The job and its files are deleted so long after its end; null: kept. */
+  /** Time after its end at which the job and its files are deleted; null: kept. */
   retention_seconds?: number | null;
 }
 
-/** A merge patch (RFC 7396) of the members that may change. */
+/** A merge patch (RFC 7396) of the changeable members. */
 export interface JobPatch {
-  /** Higher is served first. */
+  /** Higher values are served first. */
   priority?: number;
-  /** Labels to set; null removes one, the others stay. */
+  /** Labels to set; null removes one, others are kept. */
   labels?: Record<string, string | null>;
   /** Display name. */
   name?: string;
-  /** Rules to raise or lower; null removes one, the others stay. */
+  /** Rules to change; null removes one, others are kept. */
   stop?: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do. Default: 256.
+     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
+     * up to a count that the sampler supports. Default: 256.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /**
@@ -421,7 +425,7 @@ export interface JobPatch {
      * 0.95.
      */
     confidence?: number;
-    /** Whose error has to be small enough. Default: "image". */
+    /** Region whose error must reach the target. Default: "image". */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -438,24 +442,24 @@ export interface JobPatch {
 export interface SceneFromAssets {
   /** Asset with the glTF or GLB file. */
   gltf: string;
-  /** Asset id of each uri that the glTF names. Default: {}. */
+  /** Asset id of each uri in the glTF. Default: {}. */
   files?: Record<string, string>;
 }
 
-/** What to go on to. */
+/** New stop rules for a finished job. */
 export interface ExtendRequest {
   /** The new rules; they replace the old ones. */
   stop: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do.
+     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
+     * up to a count that the sampler supports.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /**
@@ -463,7 +467,7 @@ export interface ExtendRequest {
      * 0.95.
      */
     confidence?: number;
-    /** Whose error has to be small enough. Default: "image". */
+    /** Region whose error must reach the target. Default: "image". */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -474,32 +478,32 @@ export interface ExtendRequest {
   };
 }
 
-/** Films to add up. */
+/** Films to merge. */
 export interface MergeRequest {
   /** Compatible films without common samples. */
   films: string[];
 }
 
-/** What a ticket is for. */
+/** Jobs for which to create a ticket. */
 export interface TicketRequest {
-  /** Jobs that the ticket lets its bearer watch. */
+  /** Jobs that the ticket's bearer may watch. */
   jobs: string[];
 }
 
 /** An experiment to run; whole runs are limited to `lab_evaluations`. */
 export interface LabRequest {
-  /** What is tried; see `experiments` of GET /v1/server. */
+  /** Experiment to run; see `experiments` of GET /v1/server. */
   experiment: string;
-  /** One of the experiment's; its own default when absent. */
+  /** One of the experiment's estimators; its default if absent. */
   estimator?: string;
-  /** Sampler to use, if the experiment supports it; its own default when absent. */
+  /** Sampler to use, if the experiment supports it; its default if absent. */
   sampler?: string;
   /**
-   * How many evaluations a replicate has, one line of the answer each; rounded as estimator and
-   * sampler need it.
+   * Numbers of evaluations per replicate, each of which gives one line of the response; rounded as
+   * required by estimator and sampler.
    */
   n?: number[];
-  /** Independent repetitions, which the errors are measured from. Default: 64. */
+  /** Independent repetitions, from which the errors are measured. Default: 64. */
   replicates?: number;
   /** Random seed; the same seed gives identical results, except for timings. Default: 0. */
   seed?: number;
@@ -507,27 +511,27 @@ export interface LabRequest {
   params?: Record<string, number>;
 }
 
-/** One fault of the input. */
+/** One error of the input. */
 export interface FieldError {
   /** JSON pointer into the body; /name for the query parameter `name`. */
   pointer: string;
-  /** What was seen and what is allowed. */
+  /** What was found and what is allowed. */
   detail: string;
 }
 
 /** RFC 9457. */
 export interface Problem {
-  /** Kind of problem, a URI reference. */
+  /** Type of problem, a URI reference. */
   type: string;
-  /** The same for every problem of the type. */
+  /** Same for every problem of the type. */
   title: string;
   /** HTTP status. */
   status: number;
-  /** About this one. */
+  /** About this problem. */
   detail: string;
   /** Path of the request. */
   instance?: string;
-  /** Faults of the input. */
+  /** Errors of the input. */
   errors?: FieldError[];
 }
 
@@ -541,40 +545,43 @@ export type JobState =
   | 'failed'
   | 'cancelled';
 
-/** The job request with every member in force. */
+/** The job request with all defaults filled in. */
 export interface JobSpec {
   /** Id from POST /v1/scenes, or the name of a built-in scene. */
   scene: string;
   /** Display name. */
   name: string;
-  /** Free key-value pairs to find jobs by. */
+  /** Key-value pairs for finding jobs. */
   labels: Record<string, string>;
-  /** Higher is served first. */
+  /** Higher values are served first. */
   priority: number;
   /** Seed for all random numbers in the job. */
   seed: number;
-  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
+  /**
+   * Null members keep the value of the file's camera, selected by name or index, otherwise the
+   * first.
+   */
   camera: {
-    /** Camera of the file by name. */
+    /** Name of the file's camera. */
     name: string | null;
-    /** Camera of the file by index; not together with name. */
+    /** Index of the file's camera; excludes name. */
     index: number | null;
     /**
-     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * Camera position in world space, metres. Requires target; together they replace the file's
      * pose.
      */
     position: [number, number, number] | null;
-    /** Point that the camera looks at, metres, world. */
+    /** Point that the camera looks at, in world space, metres. */
     target: [number, number, number] | null;
-    /** Upward direction; [0, 1, 0] if position and target are given without it. */
+    /** Up direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
-    /** Place on a sphere around the target, instead of position and target. */
+    /** Position on a sphere around the target, instead of position and target. */
     orbit?: {
-      /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
+      /** Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
       theta_degrees: number;
-      /** From +y: 0 looks from above, 90 is level. */
+      /** Angle from +y: 0 looks down from above, 90 is level. */
       phi_degrees: number;
-      /** Distance from the target, metres; 'auto': all of the scene is in the view. */
+      /** Distance from the target, metres; 'auto': the whole scene is in view. */
       radius: string | number;
       /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
       target: string | [number, number, number];
@@ -595,16 +602,16 @@ export interface JobSpec {
   };
   /** Material variant of the file by name (KHR_materials_variants). */
   variant: string | null;
-  /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
+  /** Animation time, seconds; null: the rest pose given by the file's transforms. */
   time_seconds: number | null;
   /**
-   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
-   * file's camera too, is blurred. 0: nothing is.
+   * Time that the shutter is open, in seconds, starting at time_seconds: animated objects and the
+   * file's camera are blurred. 0: no motion blur.
    */
   shutter_seconds?: number;
   /**
-   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
-   * 0: before. In the rest pose nothing moves.
+   * Time from time_seconds to the second moment of the layer motion, which includes the motion of
+   * the file's camera; negative: an earlier moment. In the rest pose nothing moves.
    */
   motion_seconds?: number;
   /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
@@ -616,72 +623,73 @@ export interface JobSpec {
     /** Coefficient in 1/m, linear RGB. */
     absorption: [number, number, number];
     /**
-     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
      */
     g: number;
-    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. */
+    /** Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0. */
     height_falloff: number;
   } | null;
-  /** How it is served. */
+  /** Scheduling class. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
   /**
    * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-   * own, if it has one; else white, unless the scene has a punctual light or an emissive strength
-   * above 1.
+   * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
+   * strength above 1.
    */
   environment?: {
     /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset: string | null;
-    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    /** Procedural studio light, as strong as a white environment; instead of an asset. */
     preset?: string;
     /**
-     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
-     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
-     * The sun is a disc that is sampled. North is -z, east +x.
+     * Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+     * about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3.
+     * Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
      */
     sun?: {
       /** Degrees; north is positive. */
       latitude: number;
       /** Degrees; east is positive. */
       longitude: number;
-      /** RFC 3339, by day. */
+      /** RFC 3339 time during the day. */
       time: string;
     } | null;
     /** Linear Rec.709; multiplies the image. */
     color: [number, number, number];
     /** Multiplies colour and image. */
     intensity: number;
-    /** Positive turns it counter-clockwise seen from above. */
+    /** Positive angles rotate it counter-clockwise seen from above. */
     rotation_degrees: number;
     /**
-     * If false, the environment lights the scene but the background is transparent: short for
+     * If false, the environment lights the scene but the background is transparent: short form of
      * background type 'transparent'.
      */
     visible: boolean;
   } | null;
-  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  /** What the camera sees behind the scene; mirrors and glass show the environment. */
   background?: {
     /**
-     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
-     * 'environment'.
+     * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
      */
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
   };
-  /** Level ground that is added to the scene. */
+  /** Horizontal ground added to the scene. */
   ground?: {
     /** Kind of ground. */
     type: string;
-    /** Its y, metres; null: the model's lowest point. */
+    /** Height (y), metres; null: the model's lowest point. */
     height?: number | null;
-    /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
+    /**
+     * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
+     */
     color?: [number, number, number];
     /**
-     * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
-     * which reflects 4% seen from above and more at grazing angles.
+     * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered
+     * surface, which reflects 4% at normal incidence and more at grazing angles.
      */
     reflection?: number;
   };
@@ -691,7 +699,7 @@ export interface JobSpec {
     width: number;
     /** Pixels. */
     height: number;
-    /** Part of the film that is rendered; null: all of it. */
+    /** Part of the film to render; null: all of it. */
     crop: {
       /** Left column, in pixels of the full film. */
       x: number;
@@ -711,8 +719,8 @@ export interface JobSpec {
     };
     /**
      * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * motion, cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and
-     * light:NAME (path and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
+     * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
      */
     layers: string[];
   };
@@ -723,41 +731,42 @@ export interface JobSpec {
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
     max_depth: number;
     /**
-     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
-     * has pixels, from 1024 to 262144.
+     * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
+     * film, at least 1024 and at most 262144.
      */
     photons?: number;
     /**
-     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
-     * camera looks.
+     * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
+     * the distance of the visible surfaces.
      */
     radius_m?: number;
     /**
-     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
-     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike.
+     * After N samples of each replicate, the area in which photons are gathered, and the bias, are
+     * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
+     * bias and the variance fall at the same rate.
      */
     alpha?: number;
     /**
-     * Directions in which each path looks up the map one reflection later; 0: the map itself is
-     * shown, direct light included.
+     * Directions in which each path continues to look up the photon map at the next surface; 0:
+     * shows the map itself, including direct light.
      */
     final_gather?: number;
     /**
-     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
-     * takes about four times as many records.
+     * Relative interpolation error up to which an irradiance record is used; half of it needs about
+     * four times as many records.
      */
     tolerance?: number;
     /** Paths over the hemisphere of each record. */
     rays?: number;
     /**
-     * Most records of each replicate. Where there are none, other light than direct light is path
+     * Maximum number of records of each replicate. Where there are none, indirect light is path
      * traced.
      */
     records?: number;
   };
-  /** How paths are made and combined. */
+  /** How paths are sampled and combined. */
   estimator: {
-    /** Where directions come from. */
+    /** How directions are sampled. */
     strategy: string;
     /** Weights of multiple importance sampling. */
     mis: {
@@ -768,90 +777,93 @@ export interface JobSpec {
     };
     /** Russian roulette. */
     roulette: {
-      /** What decides about survival. */
+      /** Rule for the survival probability. */
       type: string;
       /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
       delta?: number;
     };
-    /** Several continuations of a path at its first surface. */
+    /** Splitting of a path into several at its first surface. */
     splitting: {
-      /** How many there are. */
+      /** How their number is chosen. */
       type: string;
-      /** Continuations of each path. */
+      /** Number of continuations. */
       count?: number;
     };
-    /** What is subtracted from samples and added in closed form. */
+    /** Quantity that is subtracted from samples and added in closed form. */
     control_variate: {
       /** Kind of control variate. */
       type: string;
     };
-    /** True: absorption and transparency are factors; false: they end paths at random. */
+    /** True: absorption and transparency weight paths; false: they terminate paths at random. */
     expected_values: boolean;
   };
-  /** Where random numbers come from. */
+  /** Sequence of sample points. */
   sampler: {
-    /** Kind of point set. Each has a rule for sample counts; see /v1/server. */
+    /** Type of point set. Each has a rule for sample counts; see /v1/server. */
     type: string;
     /** Independent randomisations of a pixel; even. */
     replicates: number;
     /**
-     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
-     * into the film of one job.
+     * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
+     * the film of a single job.
      */
     first_replicate?: number;
   };
   /** How a light is selected. */
   light_sampler: {
-    /** Kind of choice. */
+    /** Method of selection. */
     type: string;
-    /** Light samples of which one is taken. */
+    /** Candidate light samples, of which one is selected. */
     candidates?: number;
-    /** Side in pixels of the squares whose pixels share light samples. */
+    /** Side, in pixels, of the squares whose pixels share light samples. */
     block?: number;
     /**
-     * Passes that share light samples too: samples of a replicate, one after another. At most 64
-     * paths share, block x block x history.
+     * Passes that also share light samples: successive samples of a replicate. At most 64 paths
+     * share samples: block x block x history.
      */
     history?: number;
-    /** Light samples of each path, of which one is shared. */
+    /** Candidate light samples of each path, of which one is shared. */
     candidates_per_pixel?: number;
   };
   /** Adaptive sampling. */
   adaptive: {
     /**
-     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
-     * others.
+     * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
+     * 'none'.
      */
     type: string;
     /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to
-     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     * Samples of every pixel before the first decision, all replicates together; rounded up to a
+     * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
      */
     min_samples?: number;
-    /** What gets the same number of samples. */
+    /** Unit that gets the same number of samples. */
     granularity?: string;
-    /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
+    /**
+     * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
+     * neighbours.
+     */
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
-   * a pixel; GET /v1/jobs/{id}/meter.
+   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+   * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: {
-    /** Where it is measured. */
+    /** Points at which irradiance is measured. */
     points: {
       /** World, metres. */
       position: [number, number, number];
-      /** Where it faces, of any length but 0. */
+      /** Normal; any length except 0. */
       normal: [number, number, number];
     }[];
     /** The centres of a rectangle's cells, after the points, row by row. */
     plane: {
       /** Corner of the rectangle, world, metres. */
       origin: [number, number, number];
-      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
-      /** From there to the corner before. */
+      /** Vector from origin to the other adjacent corner. */
       edge_v: [number, number, number];
       /** Cells along edge_u. */
       columns: number;
@@ -864,20 +876,20 @@ export interface JobSpec {
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do.
+     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
+     * up to a count that the sampler supports.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
-    /** Whose error has to be small enough. */
+    /** Region whose error must reach the target. */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -886,11 +898,11 @@ export interface JobSpec {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised images, which are made on demand and are no part of the film. */
+  /** Denoised images, which are made on demand and are not part of the film. */
   denoise?: {
-    /** What makes them. */
+    /** Denoiser. */
     type: string;
-    /** If false, there are none before the job has ended. */
+    /** If false, there are none until the job has ended. */
     preview: boolean;
   };
   /** Webhook to notify. */
@@ -900,15 +912,15 @@ export interface JobSpec {
     /** Events to send. */
     events: string[];
   } | null;
-  /** The job and its files are deleted so long after its end; null: kept. */
+  /** Time after its end at which the job and its files are deleted; null: kept. */
   retention_seconds?: number | null;
 }
 
-/** How far it is. */
+/** Progress of the job. */
 export interface Progress {
-  /** 0 to 1; 1 only at the end. */
+  /** From 0 to 1; 1 only at the end. */
   fraction: number;
-  /** Samples a pixel has, over the pixels of the crop. */
+  /** Samples per pixel, over the pixels of the crop. */
   samples_per_pixel: {
     min: number;
     mean: number;
@@ -918,18 +930,18 @@ export interface Progress {
   elapsed_seconds: number;
   /** CPU time summed over all threads. */
   cpu_seconds: number;
-  /** Until the end; null: unknown. */
+  /** Time until the end; null: unknown. */
   eta_seconds: number | null;
-  /** Lower and upper bound of eta_seconds, as long as the pace stays the same; null: unknown. */
+  /** Lower and upper bound of eta_seconds at the current speed; null: unknown. */
   eta_interval_seconds: [number, number] | null;
 }
 
 /** Error estimate of the current image. */
 export interface ErrorEstimate {
   /**
-   * Noise over signal of the average tile: sqrt(mean over tiles of N / (S + F)), N the sum of (A -
-   * B)^2 / 4 over pixels and channels, S that of A B, A and B the halves' means, F the floor 3 n
-   * (0.05 L)^2 of n pixels in an image of mean luminance L; null: unknown.
+   * Noise-to-signal ratio of the average tile: sqrt(mean over tiles of N / (S + F)), N the sum of
+   * (A - B)^2 / 4 over pixels and channels, S that of A B, A and B the halves' means, F the floor 3
+   * n (0.05 L)^2 of n pixels in an image of mean luminance L; null: unknown.
    */
   relative_rmse: number | null;
   /** Lower end of the interval; null: unknown, or not valid. */
@@ -940,13 +952,13 @@ export interface ErrorEstimate {
   confidence: number;
   /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
-  /** False: the two halves depend on each other, and there is no interval. */
+  /** False: the two halves are dependent, so there is no interval. */
   valid: boolean;
-  /** Few places of the image carry the error: the interval is a guess. */
+  /** A few small regions dominate the error, so the interval is only a guess. */
   unreliable: boolean;
 }
 
-/** What it cost. */
+/** Cost of the job. */
 export interface Statistics {
   rays: number;
   rays_per_second: number | null;
@@ -956,51 +968,51 @@ export interface Statistics {
   efficiency_low: number | null;
   /** Null also if `error.low` is 0. */
   efficiency_high: number | null;
-  /** Non-finite ones, counted as zero. */
+  /** Samples that were not finite, counted as zero. */
   rejected_samples: number;
   /** Memory; null: unknown. */
   peak_bytes: number | null;
   /**
-   * Continuations of each path that splitting 'measured' found; null: not yet known, or another
+   * Number of continuations that splitting 'measured' has found; null: not yet known, or another
    * type.
    */
   split_count: number | null;
 }
 
-/** The newest denoised image that was made; the mixed one's error. */
+/** The newest denoised image, with the error of `mixed`. */
 export interface Denoised {
   /** The denoiser. */
   type: string;
   version: string;
-  /** Of the file with its weights; null: it has none. */
+  /** Hash of the file with its weights; null: it has none. */
   sha256: string | null;
-  /** null: it has none to choose. */
+  /** null: the denoiser has no quality settings. */
   quality: string | null;
-  /** Why `auto` did not take the better denoiser. */
+  /** Why `auto` did not choose the better denoiser. */
   note: string | null;
   /** Albedo, normal, depth and emission were used; false: the scene is gone. */
   features: boolean;
   /**
-   * As in `error`, N being an estimate of the squared error, bias included; 0 where it is too small
-   * to be seen.
+   * As in `error`, with N an estimate of the squared error including bias; 0 if it is too small to
+   * be measured.
    */
   relative_rmse: number | null;
   /**
-   * Of its 95% interval; null: not valid; 0 where an error ended the job: `high` alone is promised
-   * then.
+   * Lower end of its 95% interval; null: not valid; 0 if an error target ended the job, because
+   * only `high` holds then.
    */
   low: number | null;
   high: number | null;
-  /** Of the denoiser's own image. */
+  /** Relative error of `full`, the denoiser's own image. */
   full_relative_rmse: number | null;
   /**
-   * (plain relative_rmse / this one)^2: samples that the plain image needs for the same error, over
-   * those it has.
+   * (plain relative_rmse / this one)^2: factor of samples that the plain image would need for the
+   * same error.
    */
   gain: number | null;
-  /** Of the image it was made from. */
+  /** Revision of the image that was denoised. */
   revision: number;
-  /** That it took. */
+  /** Time that denoising took. */
   seconds: number;
 }
 
@@ -1010,10 +1022,11 @@ export interface Job {
   id: string;
   state: JobState;
   /**
-   * Why it is paused; null: it is not. `storage_full`: it goes on by itself when the disk has room.
+   * Why the job is paused; null: it is not. `storage_full`: it resumes by itself when the disk has
+   * space.
    */
   pause_reason: 'requested' | 'storage_full' | null;
-  /** What ended the job; null before. */
+  /** Why the job ended; null until it has ended. */
   stop_reason:
     | 'samples_per_pixel'
     | 'relative_error'
@@ -1035,7 +1048,7 @@ export interface Job {
   /** 0 is next; null: not waiting. */
   queue_position: number | null;
   statistics: Statistics;
-  /** Counts the changes of the image. */
+  /** Number of changes of the image. */
   revision: number;
   /** sha256 of the film's exact content, when finished. */
   film_digest: string | null;
@@ -1054,14 +1067,14 @@ export interface JobList {
   next: string | null;
 }
 
-/** What a job would be, and what it would cost. */
+/** A job's effective request and its estimated cost. */
 export interface DryRun {
   spec: JobSpec;
-  /** As a job's. */
+  /** Same as the warnings of a job. */
   warnings: string[];
-  /** From a pilot of at most half a second. */
+  /** Estimate from a pilot of at most half a second. */
   estimate: {
-    /** On an idle server. */
+    /** Rendering time on an idle server. */
     seconds: number;
     /** Lower end of the interval. */
     seconds_low: number;
@@ -1076,19 +1089,19 @@ export interface DryRun {
     memory_bytes: number;
     /** The film alone. */
     memory_bytes_low: number;
-    /** What the job is admitted with: the most while it is loaded, or renders. */
+    /** Memory reserved at admission: the larger of loading and rendering. */
     memory_bytes_high: number;
-    /** What the pilot took. */
+    /** CPU time of the pilot. */
     pilot_cpu_seconds: number;
   };
 }
 
 /** A stream ticket. */
 export interface Ticket {
-  /** Goes into `?ticket=`. */
+  /** Value of `?ticket=`. */
   ticket: string;
   expires_at: string;
-  /** Ids of the jobs that it lets its bearer watch. */
+  /** Ids of the jobs that its bearer may watch. */
   jobs: string[];
 }
 
@@ -1096,10 +1109,11 @@ export interface Ticket {
 export interface StateEvent {
   state: JobState;
   /**
-   * Why it is paused; null: it is not. `storage_full`: it goes on by itself when the disk has room.
+   * Why the job is paused; null: it is not. `storage_full`: it resumes by itself when the disk has
+   * space.
    */
   pause_reason: 'requested' | 'storage_full' | null;
-  /** What ended the job; null before. */
+  /** Why the job ended; null until it has ended. */
   stop_reason:
     | 'samples_per_pixel'
     | 'relative_error'
@@ -1113,22 +1127,22 @@ export interface StateEvent {
     | null;
   /** 0 is next; null: not waiting. */
   queue_position: number | null;
-  /** Counts the changes of `spec`. */
+  /** Number of changes of `spec`. */
   spec_version: number;
 }
 
-/** The image has come on. */
+/** The image has progressed. */
 export interface ProgressEvent {
   state: JobState;
   progress: Progress;
   error: ErrorEstimate;
   statistics: Statistics;
-  /** Counts the changes of the image. */
+  /** Number of changes of the image. */
   revision: number;
   denoised: Denoised | null;
 }
 
-/** A tile has changed; only the newest of each tile is kept. */
+/** A tile has changed; only the newest event of each tile is kept. */
 export interface TileEvent {
   /** Left column, in pixels of the full film. */
   x: number;
@@ -1154,7 +1168,7 @@ export interface WarningEvent {
 /** The job has ended. */
 export interface EndEvent {
   state: JobState;
-  /** What ended the job; null before. */
+  /** Why the job ended; null until it has ended. */
   stop_reason:
     | 'samples_per_pixel'
     | 'relative_error'
@@ -1168,7 +1182,7 @@ export interface EndEvent {
     | null;
   /** sha256 of the film's exact content, when finished. */
   film_digest: string | null;
-  /** Counts the changes of the image. */
+  /** Number of changes of the image. */
   revision: number;
   error: ErrorEstimate;
   failure: Problem | null;
@@ -1179,13 +1193,13 @@ export interface ResetEvent {
   reason: string;
 }
 
-/** The stream is refused: the server is at its limit of streams. */
+/** The stream is refused: the server's limit of streams is reached. */
 export interface OverloadedEvent {
   detail: string;
   retry_after_seconds: number;
 }
 
-/** The body of a webhook, signed as Standard Webhooks are. */
+/** The body of a webhook, signed as defined by Standard Webhooks. */
 export interface Webhook {
   /** `job.state`, `job.warning` or `job.end`. */
   type: string;
@@ -1209,7 +1223,7 @@ export interface SceneCamera {
   vertical_fov_degrees: number | null;
   /** Metres. */
   position: [number, number, number];
-  /** Where it looks, unit vector. */
+  /** Viewing direction, unit vector. */
   direction: [number, number, number];
   /** Unit vector. */
   up: [number, number, number];
@@ -1225,7 +1239,7 @@ export interface SceneLight {
 
 /** A loaded scene. */
 export interface Scene {
-  /** What a job's `scene` names. */
+  /** Value of `scene` in a job request. */
   id: string;
   name: string;
   /** Memory of geometry, acceleration structure and textures. */
@@ -1235,7 +1249,7 @@ export interface Scene {
     min: [number, number, number];
     max: [number, number, number];
   } | null;
-  /** As placed: a mesh used twice counts twice. */
+  /** Counted per use: a mesh used twice counts twice. */
   triangles: number;
   instances: number;
   cameras: SceneCamera[];
@@ -1273,11 +1287,11 @@ export interface ConvergencePoint {
   high: number | null;
 }
 
-/** Error over samples and time. */
+/** Get the error over samples and time. */
 export interface Convergence {
   /** One for each error check. */
   points: ConvergencePoint[];
-  /** Of log error against log samples, least squares, 95% interval. */
+  /** Slope of log error against log samples, by least squares, with its 95% interval. */
   slope: {
     value: number | null;
     low: number | null;
@@ -1285,7 +1299,7 @@ export interface Convergence {
   };
 }
 
-/** One layer at one pixel, a number for each channel. */
+/** One layer at one pixel, with one number per channel. */
 export interface PixelLayer {
   mean: (number | null)[];
   standard_error: (number | null)[];
@@ -1293,7 +1307,7 @@ export interface PixelLayer {
   low: (number | null)[];
   /** Of the 95% interval. */
   high: (number | null)[];
-  /** Halves A and B; null where the layer has none. */
+  /** Halves A and B; null if the layer has none. */
   halves: ((number | null)[])[] | null;
 }
 
@@ -1306,19 +1320,19 @@ export interface Pixel {
   layers: Record<string, PixelLayer>;
 }
 
-/** Light that falls on one side of a point. One lux of a light of the scene is one lux here. */
+/** Light that arrives at one side of a point. One lux of a light in the scene is one lux here. */
 export interface MeterReading {
   /** World, metres. */
   position: [number, number, number];
-  /** Where it faces, unit. */
+  /** Unit normal. */
   normal: [number, number, number];
-  /** Illuminance over 683 lm/W: of nominal white. */
+  /** Illuminance divided by 683 lm/W, for nominal white. */
   irradiance_w_m2: number;
   /** Luminance (Rec. 709) of irradiance_rgb. */
   illuminance_lux: number;
-  /** Of the 95% interval of illuminance_lux. */
+  /** End of the 95% interval of illuminance_lux. */
   low: number;
-  /** Of the 95% interval of illuminance_lux. */
+  /** End of the 95% interval of illuminance_lux. */
   high: number;
   /** In the scene's units, linear. */
   irradiance_rgb: [number, number, number];
@@ -1326,7 +1340,7 @@ export interface MeterReading {
   samples: number;
 }
 
-/** What a job's meter has measured so far. */
+/** Current readings of a job's meter. */
 export interface Meter {
   /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
@@ -1342,13 +1356,13 @@ export interface Comparison {
   relmse: number | null;
   /** LDR, 67 pixels per degree. */
   flip: number | null;
-  /** Mean of a - b; its interval is null where a side does not know its error. */
+  /** Mean of a - b; its interval is null if the error of a side is unknown. */
   bias: {
     value: number | null;
     low: number | null;
     high: number | null;
   };
-  /** Of (a-b) / standard error. */
+  /** Statistics of (a-b) / standard error. */
   z: {
     mean: number | null;
     variance: number | null;
@@ -1367,31 +1381,34 @@ export interface Comparison {
 
 /** A node of the file that shows a mesh. */
 export interface SceneObject {
-  /** Of the layer object: 1 + the node's number. */
+  /** Id in the layer object: 1 + the node's index. */
   id: number;
   /** JSON pointer into the glTF document. */
   pointer: string;
-  /** Of the node or its mesh, made unlike all others; Cryptomatte's. */
+  /** Name of the node or its mesh, made unique; used by Cryptomatte. */
   name: string;
-  /** Of the layer instance. */
+  /** Id in the layer instance. */
   first_instance: number;
-  /** Ids of the layer instance, one after another. */
+  /** Number of consecutive ids in the layer instance. */
   instances: number;
-  /** Box in the world, metres; null: not placed in this view. */
+  /** Bounding box in world space, metres; null: not in this view. */
   bounds: {
     min: [number, number, number];
     max: [number, number, number];
   } | null;
-  /** Pixels of the full film whose centre shows it; null: none, or the job did not record ids. */
+  /**
+   * Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job did
+   * not record ids.
+   */
   visible: {
     x: number;
     y: number;
     width: number;
     height: number;
-    /** That show it. */
+    /** Number of pixels that show it. */
     pixels: number;
   } | null;
-  /** Of all of it that lies within the film, hidden or not, in pixels; null: nothing. */
+  /** Bounding box of its part within the film, hidden or not, in pixels; null: nothing. */
   amodal: {
     x: number;
     y: number;
@@ -1402,25 +1419,28 @@ export interface SceneObject {
 
 /** An instance of an object that the image shows. */
 export interface ObjectInstance {
-  /** Of the layer instance. */
+  /** Id in the layer instance. */
   id: number;
   /** Id of its object. */
   object: number;
-  /** Box in the world, metres; null: not placed in this view. */
+  /** Bounding box in world space, metres; null: not in this view. */
   bounds: {
     min: [number, number, number];
     max: [number, number, number];
   } | null;
-  /** Pixels of the full film whose centre shows it; null: none, or the job did not record ids. */
+  /**
+   * Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job did
+   * not record ids.
+   */
   visible: {
     x: number;
     y: number;
     width: number;
     height: number;
-    /** That show it. */
+    /** Number of pixels that show it. */
     pixels: number;
   } | null;
-  /** Of all of it that lies within the film, hidden or not, in pixels; null: nothing. */
+  /** Bounding box of its part within the film, hidden or not, in pixels; null: nothing. */
   amodal: {
     x: number;
     y: number;
@@ -1429,7 +1449,7 @@ export interface ObjectInstance {
   } | null;
 }
 
-/** What an id of the layers material and primitive stands for. */
+/** Meaning of an id in the layers material and primitive. */
 export interface Label {
   id: number;
   /** Null: glTF's default material. */
@@ -1438,8 +1458,8 @@ export interface Label {
 }
 
 /**
- * What the ids of an image's layers are. They follow from the file alone: all views, variants and
- * times of a scene have the same ones.
+ * Meaning of the ids in an image's layers. They follow from the file alone: all views, variants and
+ * times of a scene have the same ids.
  */
 export interface Objects {
   /**
@@ -1452,59 +1472,62 @@ export interface Objects {
     type: 'perspective' | 'orthographic' | 'panorama';
     width: number;
     height: number;
-    /** Focal length in pixels; orthographic: pixels a metre; panorama: a radian. */
+    /** Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian. */
     fx: number;
     fy: number;
     /** Centre of the film; the centre of pixel 0 is at 0.5. */
     cx: number;
     cy: number;
-    /** 16 numbers, row by row; x to the right, y down, z ahead, as in OpenCV and COCO. */
+    /** 16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO. */
     world_to_camera: (number | null)[];
-    /** 16 numbers, column by column; x to the right, y up, -z ahead, as in glTF. */
+    /** 16 numbers, column by column; x to the right, y up, -z forward, as in glTF. */
     to_world: (number | null)[];
   };
-  /** The job recorded ids, and `visible` is known. */
+  /** Whether the job recorded ids, so that `visible` is known. */
   has_ids: boolean;
-  /** All of the file. */
+  /** All objects of the file. */
   objects: SceneObject[];
-  /** Those that are seen. */
+  /** Instances that are visible. */
   instances: ObjectInstance[];
   materials: Label[];
   primitives: Label[];
 }
 
-/** What is in force where a job request does not say otherwise. */
+/** Default values of a job request. */
 export interface JobDefaults {
   /** Display name. */
   name: string;
-  /** Free key-value pairs to find jobs by. */
+  /** Key-value pairs for finding jobs. */
   labels: Record<string, string>;
-  /** Higher is served first. */
+  /** Higher values are served first. */
   priority: number;
   /** Seed for all random numbers in the job. */
   seed: number;
-  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
+  /**
+   * Null members keep the value of the file's camera, selected by name or index, otherwise the
+   * first.
+   */
   camera: {
-    /** Camera of the file by name. */
+    /** Name of the file's camera. */
     name: string | null;
-    /** Camera of the file by index; not together with name. */
+    /** Index of the file's camera; excludes name. */
     index: number | null;
     /**
-     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * Camera position in world space, metres. Requires target; together they replace the file's
      * pose.
      */
     position: [number, number, number] | null;
-    /** Point that the camera looks at, metres, world. */
+    /** Point that the camera looks at, in world space, metres. */
     target: [number, number, number] | null;
-    /** Upward direction; [0, 1, 0] if position and target are given without it. */
+    /** Up direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
-    /** Place on a sphere around the target, instead of position and target. */
+    /** Position on a sphere around the target, instead of position and target. */
     orbit?: {
-      /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
+      /** Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
       theta_degrees: number;
-      /** From +y: 0 looks from above, 90 is level. */
+      /** Angle from +y: 0 looks down from above, 90 is level. */
       phi_degrees: number;
-      /** Distance from the target, metres; 'auto': all of the scene is in the view. */
+      /** Distance from the target, metres; 'auto': the whole scene is in view. */
       radius: string | number;
       /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
       target: string | [number, number, number];
@@ -1525,16 +1548,16 @@ export interface JobDefaults {
   };
   /** Material variant of the file by name (KHR_materials_variants). */
   variant: string | null;
-  /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
+  /** Animation time, seconds; null: the rest pose given by the file's transforms. */
   time_seconds: number | null;
   /**
-   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
-   * file's camera too, is blurred. 0: nothing is.
+   * Time that the shutter is open, in seconds, starting at time_seconds: animated objects and the
+   * file's camera are blurred. 0: no motion blur.
    */
   shutter_seconds?: number;
   /**
-   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
-   * 0: before. In the rest pose nothing moves.
+   * Time from time_seconds to the second moment of the layer motion, which includes the motion of
+   * the file's camera; negative: an earlier moment. In the rest pose nothing moves.
    */
   motion_seconds?: number;
   /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
@@ -1546,72 +1569,73 @@ export interface JobDefaults {
     /** Coefficient in 1/m, linear RGB. */
     absorption: [number, number, number];
     /**
-     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
      */
     g: number;
-    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. */
+    /** Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0. */
     height_falloff: number;
   } | null;
-  /** How it is served. */
+  /** Scheduling class. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
   /**
    * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-   * own, if it has one; else white, unless the scene has a punctual light or an emissive strength
-   * above 1.
+   * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
+   * strength above 1.
    */
   environment?: {
     /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset: string | null;
-    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    /** Procedural studio light, as strong as a white environment; instead of an asset. */
     preset?: string;
     /**
-     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
-     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
-     * The sun is a disc that is sampled. North is -z, east +x.
+     * Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+     * about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3.
+     * Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
      */
     sun?: {
       /** Degrees; north is positive. */
       latitude: number;
       /** Degrees; east is positive. */
       longitude: number;
-      /** RFC 3339, by day. */
+      /** RFC 3339 time during the day. */
       time: string;
     } | null;
     /** Linear Rec.709; multiplies the image. */
     color: [number, number, number];
     /** Multiplies colour and image. */
     intensity: number;
-    /** Positive turns it counter-clockwise seen from above. */
+    /** Positive angles rotate it counter-clockwise seen from above. */
     rotation_degrees: number;
     /**
-     * If false, the environment lights the scene but the background is transparent: short for
+     * If false, the environment lights the scene but the background is transparent: short form of
      * background type 'transparent'.
      */
     visible: boolean;
   } | null;
-  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  /** What the camera sees behind the scene; mirrors and glass show the environment. */
   background?: {
     /**
-     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
-     * 'environment'.
+     * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
      */
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
   };
-  /** Level ground that is added to the scene. */
+  /** Horizontal ground added to the scene. */
   ground?: {
     /** Kind of ground. */
     type: string;
-    /** Its y, metres; null: the model's lowest point. */
+    /** Height (y), metres; null: the model's lowest point. */
     height?: number | null;
-    /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
+    /**
+     * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
+     */
     color?: [number, number, number];
     /**
-     * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
-     * which reflects 4% seen from above and more at grazing angles.
+     * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered
+     * surface, which reflects 4% at normal incidence and more at grazing angles.
      */
     reflection?: number;
   };
@@ -1621,7 +1645,7 @@ export interface JobDefaults {
     width: number;
     /** Pixels. */
     height: number;
-    /** Part of the film that is rendered; null: all of it. */
+    /** Part of the film to render; null: all of it. */
     crop: {
       /** Left column, in pixels of the full film. */
       x: number;
@@ -1641,8 +1665,8 @@ export interface JobDefaults {
     };
     /**
      * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * motion, cryptomatte:object, cryptomatte:material, shares of the light, bounce:N and
-     * light:NAME (path and bdpt) and st:S,T (bdpt), and irradiance. The others are always there.
+     * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
+     * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
      */
     layers: string[];
   };
@@ -1653,41 +1677,42 @@ export interface JobDefaults {
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
     max_depth: number;
     /**
-     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
-     * has pixels, from 1024 to 262144.
+     * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
+     * film, at least 1024 and at most 262144.
      */
     photons?: number;
     /**
-     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
-     * camera looks.
+     * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
+     * the distance of the visible surfaces.
      */
     radius_m?: number;
     /**
-     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
-     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike.
+     * After N samples of each replicate, the area in which photons are gathered, and the bias, are
+     * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
+     * bias and the variance fall at the same rate.
      */
     alpha?: number;
     /**
-     * Directions in which each path looks up the map one reflection later; 0: the map itself is
-     * shown, direct light included.
+     * Directions in which each path continues to look up the photon map at the next surface; 0:
+     * shows the map itself, including direct light.
      */
     final_gather?: number;
     /**
-     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
-     * takes about four times as many records.
+     * Relative interpolation error up to which an irradiance record is used; half of it needs about
+     * four times as many records.
      */
     tolerance?: number;
     /** Paths over the hemisphere of each record. */
     rays?: number;
     /**
-     * Most records of each replicate. Where there are none, other light than direct light is path
+     * Maximum number of records of each replicate. Where there are none, indirect light is path
      * traced.
      */
     records?: number;
   };
-  /** How paths are made and combined. */
+  /** How paths are sampled and combined. */
   estimator: {
-    /** Where directions come from. */
+    /** How directions are sampled. */
     strategy: string;
     /** Weights of multiple importance sampling. */
     mis: {
@@ -1698,90 +1723,93 @@ export interface JobDefaults {
     };
     /** Russian roulette. */
     roulette: {
-      /** What decides about survival. */
+      /** Rule for the survival probability. */
       type: string;
       /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
       delta?: number;
     };
-    /** Several continuations of a path at its first surface. */
+    /** Splitting of a path into several at its first surface. */
     splitting: {
-      /** How many there are. */
+      /** How their number is chosen. */
       type: string;
-      /** Continuations of each path. */
+      /** Number of continuations. */
       count?: number;
     };
-    /** What is subtracted from samples and added in closed form. */
+    /** Quantity that is subtracted from samples and added in closed form. */
     control_variate: {
       /** Kind of control variate. */
       type: string;
     };
-    /** True: absorption and transparency are factors; false: they end paths at random. */
+    /** True: absorption and transparency weight paths; false: they terminate paths at random. */
     expected_values: boolean;
   };
-  /** Where random numbers come from. */
+  /** Sequence of sample points. */
   sampler: {
-    /** Kind of point set. Each has a rule for sample counts; see /v1/server. */
+    /** Type of point set. Each has a rule for sample counts; see /v1/server. */
     type: string;
     /** Independent randomisations of a pixel; even. */
     replicates: number;
     /**
-     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
-     * into the film of one job.
+     * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
+     * the film of a single job.
      */
     first_replicate?: number;
   };
   /** How a light is selected. */
   light_sampler: {
-    /** Kind of choice. */
+    /** Method of selection. */
     type: string;
-    /** Light samples of which one is taken. */
+    /** Candidate light samples, of which one is selected. */
     candidates?: number;
-    /** Side in pixels of the squares whose pixels share light samples. */
+    /** Side, in pixels, of the squares whose pixels share light samples. */
     block?: number;
     /**
-     * Passes that share light samples too: samples of a replicate, one after another. At most 64
-     * paths share, block x block x history.
+     * Passes that also share light samples: successive samples of a replicate. At most 64 paths
+     * share samples: block x block x history.
      */
     history?: number;
-    /** Light samples of each path, of which one is shared. */
+    /** Candidate light samples of each path, of which one is shared. */
     candidates_per_pixel?: number;
   };
   /** Adaptive sampling. */
   adaptive: {
     /**
-     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
-     * others.
+     * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
+     * 'none'.
      */
     type: string;
     /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to
-     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     * Samples of every pixel before the first decision, all replicates together; rounded up to a
+     * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
      */
     min_samples?: number;
-    /** What gets the same number of samples. */
+    /** Unit that gets the same number of samples. */
     granularity?: string;
-    /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
+    /**
+     * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
+     * neighbours.
+     */
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
-   * a pixel; GET /v1/jobs/{id}/meter.
+   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+   * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: {
-    /** Where it is measured. */
+    /** Points at which irradiance is measured. */
     points: {
       /** World, metres. */
       position: [number, number, number];
-      /** Where it faces, of any length but 0. */
+      /** Normal; any length except 0. */
       normal: [number, number, number];
     }[];
     /** The centres of a rectangle's cells, after the points, row by row. */
     plane: {
       /** Corner of the rectangle, world, metres. */
       origin: [number, number, number];
-      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
-      /** From there to the corner before. */
+      /** Vector from origin to the other adjacent corner. */
       edge_v: [number, number, number];
       /** Cells along edge_u. */
       columns: number;
@@ -1794,20 +1822,20 @@ export interface JobDefaults {
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do.
+     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
+     * up to a count that the sampler supports.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
-    /** Whose error has to be small enough. */
+    /** Region whose error must reach the target. */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -1816,11 +1844,11 @@ export interface JobDefaults {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised images, which are made on demand and are no part of the film. */
+  /** Denoised images, which are made on demand and are not part of the film. */
   denoise?: {
-    /** What makes them. */
+    /** Denoiser. */
     type: string;
-    /** If false, there are none before the job has ended. */
+    /** If false, there are none until the job has ended. */
     preview: boolean;
   };
   /** Webhook to notify. */
@@ -1830,7 +1858,7 @@ export interface JobDefaults {
     /** Events to send. */
     events: string[];
   } | null;
-  /** The job and its files are deleted so long after its end; null: kept. */
+  /** Time after its end at which the job and its files are deleted; null: kept. */
   retention_seconds?: number | null;
 }
 
@@ -1841,7 +1869,7 @@ export interface TypeInfo {
   /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
-  /** JSON pointers of the job request that it honours. */
+  /** JSON pointers of the job request that it supports. */
   accepts: string[];
 }
 
@@ -1851,22 +1879,22 @@ export interface IntegratorInfo {
   type: string;
   /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
-  /** Do the halves of its images tell the error? */
+  /** Whether the halves of its images give a valid error estimate. */
   error: 'valid' | 'from-chains' | 'none';
   summary: string;
-  /** JSON pointers of the job request that it honours. */
+  /** JSON pointers of the job request that it supports. */
   accepts: string[];
-  /** Merge patch (RFC 7396) of `defaults`, which holds for its jobs. */
+  /** Merge patch (RFC 7396) of `defaults` for its jobs. */
   defaults: Record<string, unknown>;
 }
 
-/** A switch of the estimation. */
+/** An estimator setting. */
 export interface EstimationOption {
   name: string;
   /** How the expected image relates to the truth. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
-  /** Merge patch (RFC 7396) of the job request that turns it on. */
+  /** Merge patch (RFC 7396) of the job request that selects it. */
   patch: Record<string, unknown>;
 }
 
@@ -1875,10 +1903,10 @@ export interface Experiment {
   name: string;
   title: string;
   summary: string;
-  /** The quantity. */
+  /** Estimated quantity. */
   estimates: string;
   formula: string;
-  /** What there is to see. */
+  /** What to look for. */
   look_for: string;
   estimators: ({
     name: string;
@@ -1888,13 +1916,13 @@ export interface Experiment {
   })[];
   /** Default. */
   estimator: string;
-  /** That it takes. */
+  /** Samplers that it supports. */
   samplers: string[];
   /** Default. */
   sampler: string;
   /** Default. */
   n: number[];
-  /** What n counts. */
+  /** Unit of n. */
   unit: string;
   /** Default. */
   replicates: number;
@@ -1908,38 +1936,38 @@ export interface Experiment {
   }[];
   /** Exact value with the default parameters. */
   expected: number;
-  /** Coordinates of the points shown; 0: none. */
+  /** Dimensions of the points that it shows; 0: none. */
   pattern_dimensions: number;
 }
 
 /** Server capabilities. */
 export interface Server {
   version: string;
-  /** What the bits of a film depend on besides the job. */
+  /** Build and machine properties on which the bits of a film depend besides the job. */
   build: {
     id: string;
     commit: string;
     compiler: string;
-    /** Instruction set that rays are traced with. */
+    /** Instruction set for ray tracing. */
     isa: string;
     embree: string;
-    /** Paths of default options go eight side by side. */
+    /** Paths with default options are traced in groups of eight. */
     waves: boolean;
   };
-  /** Every maximum by name. */
+  /** Every limit by name. */
   limits: Record<string, number>;
   defaults: JobDefaults;
   integrators: IntegratorInfo[];
   samplers: TypeInfo[];
   light_samplers: TypeInfo[];
   adaptive: TypeInfo[];
-  /** Every other switch of the estimation. */
+  /** Every other estimator setting. */
   options: EstimationOption[];
-  /** Of a job that does not say which to record. */
+  /** Layers that are recorded by default. */
   layers: string[];
-  /** Those that `film.layers` has to ask for. */
+  /** Layers that are recorded only if `film.layers` lists them. */
   optional_layers: string[];
-  /** Layers of which there is one for each number or name. */
+  /** Patterns of layers with a number or name. */
   layer_patterns: string[];
   /** Extensions. */
   image_formats: string[];
@@ -1950,35 +1978,35 @@ export interface Server {
     name: string;
     summary: string;
   }[];
-  /** Of the laboratory. */
+  /** Experiments of the laboratory. */
   experiments: Experiment[];
   /** Of glTF. */
   extensions: string[];
 }
 
-/** Whether the server takes new jobs, and what it still has. */
+/** Whether the server accepts new jobs, and its remaining work. */
 export interface Drain {
-  /** New jobs are refused with 503, and those of the queue do not begin. */
+  /** New jobs are refused with 503, and queued jobs do not start. */
   draining: boolean;
-  /** Jobs that load, render or end; they go on. */
+  /** Jobs that are loading, rendering or ending; they continue. */
   running: number;
-  /** Jobs that wait. */
+  /** Queued jobs. */
   queued: number;
 }
 
-/** One n, measured. */
+/** Results for one n. */
 export interface LabPoint {
   /** In force. */
   n: number;
   /** As in the request. */
   n_asked: number;
-  /** Of the replicates. */
+  /** Mean of the replicates. */
   mean: number;
-  /** Of the replicates against the exact value. */
+  /** Root mean square error of the replicates. */
   rmse: number;
   /** Of the mean. */
   standard_error: number;
-  /** Mean work of a replicate; n unless the experiment counts. */
+  /** Mean work of a replicate; n unless the experiment counts it. */
   cost: number;
   /**
    * CPU time of all replicates. Measured, so it differs from run to run; all other members are
@@ -1987,15 +2015,18 @@ export interface LabPoint {
   seconds: number;
 }
 
-/** The outcome, last line of the answer. */
+/** The outcome; last line of the response. */
 export interface LabOutcome {
   /** Exact value, from a formula. */
   expected: number;
-  /** Of log RMSE over log n, least squares; null with fewer than two n, or without an error. */
+  /**
+   * Slope of log RMSE over log n, by least squares; null with fewer than two n, or without an
+   * error.
+   */
   slope: number | null;
-  /** 95%, low and high; null without a slope. */
+  /** Lower and upper end of the 95% interval; null without a slope. */
   slope_interval: [number, number] | null;
-  /** Of theory; null where it gives none. */
+  /** Slope predicted by theory; null if unknown. */
   expected_slope: number | null;
   /** log RMSE = intercept + slope log n, natural logarithms. */
   intercept: number | null;
@@ -2004,15 +2035,15 @@ export interface LabOutcome {
    * to run.
    */
   efficiency: number | null;
-  /** The same with `cost` for seconds; reproducible. */
+  /** The same with `cost` instead of seconds; reproducible. */
   efficiency_by_cost: number | null;
   /**
-   * agrees: means and slope are those of theory (a wrong `differs` has a chance of 0.2%); biased:
-   * as the estimator says of itself; undecided: nothing to compare, fewer than eight replicates, or
-   * a slope whose interval is too wide to tell.
+   * agrees: means and slope agree with theory (a false `differs` has a probability of 0.2%);
+   * biased: as declared by the estimator; undecided: nothing to compare, fewer than eight
+   * replicates, or too wide an interval of the slope.
    */
   verdict: 'agrees' | 'differs' | 'biased' | 'undecided';
-  /** The verdict in words. */
+  /** Explanation of the verdict. */
   explanation: string;
   experiment: string;
   estimator: string;
@@ -2021,50 +2052,50 @@ export interface LabOutcome {
   sampler: string;
   replicates: number;
   seed: number;
-  /** Parameters in force. */
+  /** Effective parameters. */
   params: Record<string, number>;
   /** Points of the first replicate, where the experiment shows them; at most 1024. */
   pattern: number[][];
 }
 
-/** Last line in place of the outcome: the server stops. */
+/** Last line instead of the outcome if the server shuts down. */
 export interface LabCancelled {
   cancelled: boolean;
 }
 
-/** A key that is to be made. */
+/** A key to create. */
 export interface KeyRequest {
   /** Display name. */
   name: string;
   /**
-   * Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that
-   * replaces another names the tenant of that one.
+   * Tenant of the key: letters, digits, `.`, `_`, `-`; null: a new one. To replace a key, give its
+   * tenant.
    */
   tenant?: string | null;
   /**
-   * What it may do; `admin` goes with `read` and `write`; `worker` is for `tessera worker` alone.
-   * Default: ["read","write"].
+   * Scopes; `admin` requires `read` and `write`; `worker` is only for `tessera worker`. Default:
+   * ["read","write"].
    */
   scopes?: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests a minute; 0: any number; null: the server's. */
+  /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit?: number | null;
   /** Highest priority of its jobs. Default: 0. */
   max_priority?: number;
-  /** It expires after so many; null: never. */
+  /** Days until the key expires; null: never. */
   days?: number | null;
 }
 
 /** A key, without its text. */
 export interface Key {
-  /** Names the key in lists and logs. */
+  /** Identifies the key in lists and logs. */
   id: string;
   /** Display name. */
   name: string;
-  /** Whose work it sees and makes. */
+  /** Tenant whose objects it sees and to which its objects belong. */
   tenant: string;
-  /** What it may do. */
+  /** Scopes. */
   scopes: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests a minute; 0: any number; null: the server's. */
+  /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit: number | null;
   /** Highest priority of its jobs. */
   max_priority: number;
@@ -2073,24 +2104,24 @@ export interface Key {
   expires_at: string | null;
 }
 
-/** A key that was made. */
+/** A new key. */
 export interface NewKey {
-  /** Names the key in lists and logs. */
+  /** Identifies the key in lists and logs. */
   id: string;
   /** Display name. */
   name: string;
-  /** Whose work it sees and makes. */
+  /** Tenant whose objects it sees and to which its objects belong. */
   tenant: string;
-  /** What it may do. */
+  /** Scopes. */
   scopes: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests a minute; 0: any number; null: the server's. */
+  /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit: number | null;
   /** Highest priority of its jobs. */
   max_priority: number;
   created_at: string;
   /** null: never. */
   expires_at: string | null;
-  /** Its text. It is not shown again. */
+  /** Text of the key, which is returned only once. */
   key: string;
 }
 
@@ -2100,7 +2131,7 @@ export interface KeyList {
   keys: Key[];
 }
 
-/** What tenants use: all for the operator and admins, else one's own. */
+/** Usage of tenants: all for the operator and admins, otherwise only the key's own. */
 export interface Usage {
   /** By name. */
   tenants: {
@@ -2108,28 +2139,28 @@ export interface Usage {
     tenant: string;
     /** Stored jobs. */
     jobs: number;
-    /** Of these, those that have not ended. */
+    /** Stored jobs that have not ended. */
     unfinished_jobs: number;
-    /** Of all jobs but previews, deleted ones included. */
+    /** CPU time of all jobs except previews, including deleted jobs. */
     cpu_seconds: number;
     /** Jobs that were deleted. */
     deleted_jobs: number;
-    /** Assets and scenes that it keeps. */
+    /** Assets and scenes of the tenant. */
     asset_bytes: number;
-    /** Films, and room for those that are being rendered. */
+    /** Films, including space reserved for jobs that are rendering. */
     film_bytes: number;
     /** Open event and tile streams. */
     streams: number;
   }[];
-  /** Of each tenant; 0: no limit. */
+  /** Quotas of each tenant; 0: no limit. */
   quotas: {
     /** Unfinished jobs. */
     jobs: number;
-    /** Previews at a time. */
+    /** Concurrent previews. */
     previews: number;
     /** Open streams. */
     streams: number;
-    /** Experiments at a time. */
+    /** Concurrent experiments. */
     lab_runs: number;
     /** Assets and films. */
     stored_bytes: number;
@@ -2138,24 +2169,24 @@ export interface Usage {
 
 /** A webhook call. */
 export interface Delivery {
-  /** The webhook-id that the receiver gets, each time. */
+  /** The webhook-id that is sent with every attempt. */
   id: string;
-  /** Or batch that it is about; null: a test. */
+  /** Job or batch of the event; null: a test. */
   job: string | null;
-  /** What it tells: `state`, `end` or `test`. */
+  /** Type of event: `state`, `end` or `test`. */
   event: string;
   url: string;
-  /** `failed`: it was given up. */
+  /** `failed`: no further attempts. */
   state: 'pending' | 'delivered' | 'failed';
-  /** Calls that were made. */
+  /** Number of attempts. */
   attempts: number;
   created_at: string;
-  /** While it is pending. */
+  /** Set while the call is pending. */
   next_attempt_at: string | null;
   ended_at: string | null;
-  /** Of the last answer; null: there was none. */
+  /** Status of the last response; null: none. */
   status: number | null;
-  /** Why the last attempt failed; null: it did not. */
+  /** Why the last attempt failed; null: it did not fail. */
   detail: string | null;
 }
 
@@ -2167,90 +2198,88 @@ export interface DeliveryList {
   next: string | null;
 }
 
-/** Where to. */
+/** Receiver of a test call. */
 export interface WebhookTestRequest {
-  /** Where to send a call of type `test`. */
+  /** Address to which a call of type `test` is sent. */
   url: string;
 }
 
-/** What calls are signed with. */
+/** The secret that signs calls. */
 export interface WebhookSecret {
   /** `whsec_` and base64. */
   secret: string;
 }
 
-/** A worker lives, and what it is busy with. */
+/** State of a worker and its units. */
 export interface WorkerReport {
-  /** Id of its build. */
+  /** Id of the worker's build. */
   build: string;
-  /** Its arithmetic class. */
+  /** Arithmetic class of the worker. */
   arithmetic: string;
-  /** Units that it renders at a time. Default: 1. */
+  /** Units that it renders concurrently. Default: 1. */
   threads?: number;
-  /** It takes no more units. Default: false. */
+  /** The worker takes no more units. Default: false. */
   draining?: boolean;
-  /** Units that it holds. */
+  /** Units that the worker holds. */
   units?: Record<string, number>;
 }
 
-/** A worker takes a unit, or hands it back. */
+/** Lease or return of a unit. */
 export interface UnitRequest {
-  /** Who asks. */
+  /** Id of the worker. */
   worker: string;
-  /**
-   * Why a unit that is handed back was not rendered; empty: for no fault of its own. Default: "".
-   */
+  /** Why a returned unit was not rendered; empty: not because of a fault. Default: "". */
   fault?: string;
 }
 
-/** What a worker is to do. */
+/** Orders for a worker. */
 export interface WorkerOrders {
-  /** It gets units. */
+  /** Whether the worker gets units. */
   suitable: boolean;
-  /** Why it gets none. */
+  /** Why the worker gets no units. */
   reason: string | null;
-  /** Until its next report. */
+  /** Time until the next report. */
   report_seconds: number;
-  /** Units whose results are not wanted any more. */
+  /** Units whose results are no longer needed. */
   dropped: string[];
 }
 
-/** What the units of a job need. */
+/** Inputs of a job's units. */
 export interface WorkInputs {
   /** The job's `spec`. */
   spec: Record<string, unknown>;
-  /** Asset ids by uri; "" is the glTF document. Empty: the scene is built in. */
+  /** Asset ids by uri; "" is the glTF document. Empty: a built-in scene. */
   files: Record<string, string>;
 }
 
 /** A process that renders units of this server's jobs. */
 export interface Worker {
-  /** A new one each time that it is started. */
+  /** Changes each time the worker is started. */
   id: string;
-  /** Its build. */
+  /** Build of the worker. */
   build: string;
-  /** Its arithmetic class. */
+  /** Arithmetic class of the worker. */
   arithmetic: string;
-  /** Units that it renders at a time. */
+  /** Units that it renders concurrently. */
   threads: number;
-  /** Pixel samples a second while it renders. */
+  /** Pixel samples per second while rendering. */
   rate: number;
-  /** Units that it holds. */
+  /** Units that the worker holds. */
   leases: number;
-  /** Results of it that were taken. */
+  /** Results that were accepted. */
   units: number;
-  /** Units that it lost, failed, or brought wrong results of. */
+  /** Units that it lost or failed, or whose results were wrong. */
   faults: number;
   state: 'idle' | 'working' | 'draining' | 'unsuitable' | 'left' | 'lost';
-  /** Why it is unsuitable. */
+  /** Why the worker is unsuitable. */
   reason: string | null;
-  /** Its last report. */
+  /** Time of the last report. */
   seen_at: string;
 }
 
-/** A tile that a worker renders. Pixels count from the top left of the full film. */
+/** A tile that a worker is rendering. Pixels count from the top left of the full film. */
 export interface WorkerTile {
-  /** Its id. */
+  /** Id of the worker. */
   worker: string;
   x: number;
   y: number;
@@ -2258,29 +2287,29 @@ export interface WorkerTile {
   height: number;
 }
 
-/** All workers that were seen lately. */
+/** All workers seen recently. */
 export interface WorkerList {
   workers: Worker[];
 }
 
-/** Tiles of a job that workers render. */
+/** Tiles of a job that workers are rendering. */
 export interface WorkerTiles {
   tiles: WorkerTile[];
 }
 
-/** A template and a matrix of values make jobs. */
+/** A template and a matrix of values that define jobs. */
 export interface BatchRequest {
-  /** A JobRequest; what the matrix gives may be missing. Class normal only. */
+  /** A JobRequest; members that the matrix sets may be missing. Class normal only. */
   template: Record<string, unknown>;
   /**
-   * Paths of members of the job request, each with its values: {"variant": ["a", "b"]}. Every
-   * combination is a job; the last member changes fastest. Values that are objects are merged into
-   * the member. At most `batch_jobs` jobs.
+   * Paths of members of the job request, each with an array of values: {"variant": ["a", "b"]}.
+   * Every combination is a job; the last member changes fastest. Values that are objects are merged
+   * into the member. At most `batch_jobs` jobs.
    */
   matrix: Record<string, unknown[]>;
   /**
-   * Pattern of the jobs' names. {variant} stands for the value of a member, by its path or the last
-   * part of it; {index} counts from 1. Empty: all that the matrix changes. Default: "".
+   * Pattern of the jobs' names. {variant} is replaced by the value of a member, given by its path
+   * or the last part of it; {index} counts from 1. Empty: the values of the matrix. Default: "".
    */
   name?: string;
   /** One call when all jobs have ended; `events` has no effect. */
@@ -2300,23 +2329,21 @@ export interface BatchJob {
   /** Of the job. */
   state: string;
   fraction: number;
-  /** What the matrix gave it. */
+  /** Values that the matrix assigned to it. */
   values: Record<string, unknown>;
 }
 
-/** Jobs that were made together. */
+/** Jobs that were submitted together. */
 export interface Batch {
   id: string;
   /** The pattern of the jobs' names. */
   name: string;
-  /**
-   * Of a batch whose jobs have ended: failed if one failed, else cancelled if one was cancelled.
-   */
+  /** Once all jobs have ended: failed if any failed, otherwise cancelled if any was cancelled. */
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
-  /** Of all jobs together. */
+  /** Progress of all jobs together. */
   progress: {
-    /** Mean over the jobs; 1 where one has ended. */
+    /** Mean over the jobs; 1 for jobs that have ended. */
     fraction: number;
     cpu_seconds: number;
   };
@@ -2330,7 +2357,7 @@ export interface Batch {
     cancelled: number;
     finished: number;
   };
-  /** Paths of what belongs to the batch. */
+  /** Paths of related resources. */
   links: Record<string, string>;
   /** In the order of the matrix. */
   jobs: BatchJob[];
@@ -2341,14 +2368,12 @@ export interface BatchSummary {
   id: string;
   /** The pattern of the jobs' names. */
   name: string;
-  /**
-   * Of a batch whose jobs have ended: failed if one failed, else cancelled if one was cancelled.
-   */
+  /** Once all jobs have ended: failed if any failed, otherwise cancelled if any was cancelled. */
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
-  /** Of all jobs together. */
+  /** Progress of all jobs together. */
   progress: {
-    /** Mean over the jobs; 1 where one has ended. */
+    /** Mean over the jobs; 1 for jobs that have ended. */
     fraction: number;
     cpu_seconds: number;
   };
@@ -2362,7 +2387,7 @@ export interface BatchSummary {
     cancelled: number;
     finished: number;
   };
-  /** Paths of what belongs to the batch. */
+  /** Paths of related resources. */
   links: Record<string, string>;
 }
 
@@ -2374,9 +2399,9 @@ export interface BatchList {
   next: string | null;
 }
 
-/** What a batch would make. */
+/** The jobs that a batch would create. */
 export interface BatchDryRun {
-  /** Of the jobs, in their order. */
+  /** Names of the jobs, in their order. */
   names: string[];
 }
 
@@ -2387,10 +2412,10 @@ export interface ComparisonRequest {
   /** Job id (UUID) or asset id (64 hex digits). */
   b: string;
   /**
-   * Which image of a job. Errors of the pixels of a denoised one are not known singly: bias.low,
-   * bias.high and z are null then. Default: "off".
+   * Which image of job a. For a denoised image the errors of individual pixels are unknown, so
+   * bias.low, bias.high and z are null. Default: "off".
    */
   a_denoise?: 'off' | 'mixed' | 'full';
-  /** The same of b. Default: "off". */
+  /** Which image of job b. Default: "off". */
   b_denoise?: 'off' | 'mixed' | 'full';
 }

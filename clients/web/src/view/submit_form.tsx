@@ -13,6 +13,7 @@ import { Cost } from './cost';
 import { EnvironmentField } from './environment_field';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
+import { ReusedNote } from './reused_note';
 import { SceneGallery } from './scene_gallery';
 import {
   chooseScene,
@@ -390,6 +391,7 @@ export function SubmitForm() {
         <Later>
           <AdvancedFields info={info} />
         </Later>
+        <ReusedNote info={info} />
       </div>
       <div class="submit-bar">
         {general.length > 0 && (

@@ -51,6 +51,7 @@ const groupLabels: Record<string, string> = {
   'estimator.splitting': 'Path splitting',
   'estimator.expected_values': 'Expected values',
   'estimator.control_variate': 'Control variate',
+  'adaptive.granularity': 'Adaptive granularity',
   spectral: 'Wavelengths',
 };
 

@@ -48,8 +48,7 @@ bool is_id(std::string_view text) {
   const auto fits = [](char c, char form) {
     return form == '-' ? c == '-' : std::isxdigit(static_cast<unsigned char>(c)) != 0;
   };
-  return text.size() == kForm.size() &&
-         std::equal(text.begin(), text.end(), kForm.begin(), fits);
+  return text.size() == kForm.size() && std::equal(text.begin(), text.end(), kForm.begin(), fits);
 }
 
 core::Result<Json> read_request(const std::string& path) {
@@ -190,7 +189,7 @@ int submit(ApiClient& client, const BatchFlags& flags) {
   }
   const auto reply =
       client.post(flags.dry_run ? "/v1/batches?dry_run=1" : "/v1/batches", request->dump(),
-                      "application/json", {{"Idempotency-Key", idempotency_key()}});
+                  "application/json", {{"Idempotency-Key", idempotency_key()}});
   if (!reply) {
     return complain("batch", reply.error());
   }
@@ -232,9 +231,10 @@ int batch(const Args& args) {
       "batch, waits for that one instead of submitting.",
       "tessera batch");
   BatchFlags flags;
-  app.add_option("file", flags.file,
-                 "JSON with template, matrix and name, whose scene may be a model file; or the id of "
-                 "a batch")
+  app.add_option(
+         "file", flags.file,
+         "JSON with template, matrix and name, whose scene may be a model file; or the id of "
+         "a batch")
       ->required()
       ->type_name("FILE|ID");
   app.add_flag("--wait", flags.wait, "Wait; exit code 1 unless all jobs finished");

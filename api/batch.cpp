@@ -53,8 +53,8 @@ Json matrix_schema(const Body& /*defaults*/) {
   Json schema = basic_schema(
       "object",
       "Paths of members of the job request, each with its values: {\"variant\": [\"a\", \"b\"]}. "
-      "Every combination is a job; the last member changes fastest. Values that are objects are "
-      "merged into the member. At most `batch_jobs` jobs.");
+      "Every combination becomes a job; the last member varies fastest. Values that are objects "
+      "are merged into the member. At most `batch_jobs` jobs.");
   schema["minProperties"] = 1;
   schema["additionalProperties"] = {{"type", "array"}, {"items", Json::object()}, {"minItems", 1}};
   return schema;
@@ -72,7 +72,8 @@ const auto& batch_table() {
           [](const Body& body, Json& object) { object["template"] = body.job_template; },
           [](const Body&) {
             return basic_schema(
-                "object", "A JobRequest; what the matrix gives may be missing. Class normal only.");
+                "object",
+                "A JobRequest; members that the matrix sets may be missing. Class normal only.");
           },
           true},
       CustomRow<Body>{"matrix", &read_matrix,
@@ -80,8 +81,9 @@ const auto& batch_table() {
                       &matrix_schema, true},
       text(
           "name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
-          "Pattern of the jobs' names. {variant} stands for the value of a member, by its path or "
-          "the last part of it; {index} counts from 1. Empty: all that the matrix changes."),
+          "Pattern of the jobs' names. {variant} is replaced by the value of that member, given by "
+          "its path or the last part of it; {index} counts from 1. Empty: all values from the "
+          "matrix."),
       CustomRow<Body>{
           "webhook",
           [](const Json& value, Body& out, const std::string& pointer, Faults& faults) {
@@ -336,7 +338,8 @@ Parsed<BatchRequest> parse_batch(std::string_view text_of_body) {
 }
 
 Json batch_request_schema() {
-  return object_schema(batch_table(), Body{}, "A template and a matrix of values make jobs.");
+  return object_schema(batch_table(), Body{},
+                       "A template and a matrix of values from which jobs are created.");
 }
 
 }  // namespace api

@@ -83,26 +83,25 @@ const View<BatchMember>& member_view() {
         [](const BatchMember& m) -> Json { return to_text(m.state); }},
        {"fraction", shape::real(),
         [](const BatchMember& m) -> Json { return number_json(m.fraction); }},
-       {"values", shape::object("What the matrix gave it."),
+       {"values", shape::object("Its values from the matrix."),
         [](const BatchMember& m) { return Json::parse(m.values); }}}};
   return kView;
 }
 
 std::vector<ViewRow<BatchView>> common_rows() {
-  return {
-      {"id", shape::text(), [](const BatchView& b) -> Json { return b.id; }},
-      {"name", shape::text("The pattern of the jobs' names."),
-       [](const BatchView& b) -> Json { return b.name; }},
-      {"state",
-       shape::one_of({"queued", "rendering", "paused", "failed", "cancelled", "finished"},
-                     "Of a batch whose jobs have ended: failed if one failed, else cancelled if "
-                     "one was cancelled."),
-       [](const BatchView& b) -> Json { return batch_state(b); }},
-      {"created_at", shape::time(),
-       [](const BatchView& b) -> Json { return rfc3339(b.created_at_unix_seconds); }},
-      {"progress", progress_shape(), &progress_json},
-      {"counts", counts_shape(), &counts_json},
-      {"links", shape::map(shape::text(), "Paths of what belongs to the batch."), &links_json}};
+  return {{"id", shape::text(), [](const BatchView& b) -> Json { return b.id; }},
+          {"name", shape::text("The pattern of the jobs' names."),
+           [](const BatchView& b) -> Json { return b.name; }},
+          {"state",
+           shape::one_of({"queued", "rendering", "paused", "failed", "cancelled", "finished"},
+                         "Once all jobs have ended: failed if one failed, otherwise cancelled if "
+                         "one was cancelled."),
+           [](const BatchView& b) -> Json { return batch_state(b); }},
+          {"created_at", shape::time(),
+           [](const BatchView& b) -> Json { return rfc3339(b.created_at_unix_seconds); }},
+          {"progress", progress_shape(), &progress_json},
+          {"counts", counts_shape(), &counts_json},
+          {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}};
 }
 
 const View<BatchView>& summary_view() {
@@ -112,7 +111,7 @@ const View<BatchView>& summary_view() {
 
 const View<BatchView>& batch_view() {
   static const View<BatchView> kView = [] {
-    View<BatchView> view = {"Batch", "Jobs that were made together.", common_rows()};
+    View<BatchView> view = {"Batch", "Jobs that were created together.", common_rows()};
     view.rows.push_back({"jobs", shape::list(member_view().shape(), "In the order of the matrix."),
                          [](const BatchView& b) { return print_list(member_view(), b.jobs); }});
     return view;
@@ -139,7 +138,7 @@ const View<ListView>& list_view() {
 const View<BatchRequest>& plan_view() {
   static const View<BatchRequest> kView = {
       "BatchDryRun",
-      "What a batch would make.",
+      "The jobs that a batch would create.",
       {{"names", shape::texts("Of the jobs, in their order."), [](const BatchRequest& request) {
           Json names = Json::array();
           for (const BatchJob& job : request.jobs) {

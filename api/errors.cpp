@@ -118,7 +118,7 @@ const View<FieldError>& field_error_view() {
       "One fault of the input.",
       {{"pointer", shape::text("JSON pointer into the body; /name for the query parameter `name`."),
         [](const FieldError& e) -> Json { return cut_text(e.pointer, kTextBytes); }},
-       {"detail", shape::text("What was seen and what is allowed."),
+       {"detail", shape::text("The value found, and what is allowed."),
         [](const FieldError& e) -> Json { return cut_text(e.detail, kTextBytes); }}}};
   return kView;
 }
@@ -127,14 +127,14 @@ const View<Problem>& problem_view() {
   static const View<Problem> kView = {
       "Problem",
       "RFC 9457.",
-      {{"type", shape::text("Kind of problem, a URI reference."),
+      {{"type", shape::text("Problem type, a URI reference."),
         [](const Problem& p) -> Json { return p.type; }},
-       {"title", shape::text("The same for every problem of the type."),
+       {"title", shape::text("Summary; the same for every problem of this type."),
         [](const Problem& p) -> Json { return p.title; }},
        {"status", shape::count("HTTP status."), [](const Problem& p) -> Json { return p.status; }},
-       {"detail", shape::text("About this one."),
+       {"detail", shape::text("Explanation of this occurrence."),
         [](const Problem& p) -> Json { return cut_text(p.detail, kTextBytes); }},
-       {"instance", shape::text("Path of the request."),
+       {"instance", shape::text("URL path of the request."),
         [](const Problem& p) -> Json { return p.instance; },
         [](const Problem& p) { return !p.instance.empty(); }},
        {"errors", shape::list(field_error_view().shape(), "Faults of the input."),

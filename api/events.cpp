@@ -50,7 +50,7 @@ const View<JobView>& state_event_view() {
        pause_reason_row(),
        stop_reason_row(),
        queue_position_row(),
-       {"spec_version", shape::count("Counts the changes of `spec`."),
+       {"spec_version", shape::count("Number of changes of `spec`."),
         [](const JobView& j) -> Json { return j.spec_version; }}}};
   return kView;
 }
@@ -59,7 +59,7 @@ std::string state_event(const JobView& job) { return dump(state_event_view().pri
 
 const View<JobView>& progress_event_view() {
   static const View<JobView> kView = {"ProgressEvent",
-                                      "The image has come on.",
+                                      "The image has progressed.",
                                       {state_row(), progress_row(), error_estimate_row(),
                                        statistics_row(), revision_row(), denoised_row()}};
   return kView;
@@ -82,7 +82,7 @@ std::string tile_url(const TileEventView& view) {
 const View<TileEventView>& tile_event_view() {
   static const View<TileEventView> kView = {
       "TileEvent",
-      "A tile has changed; only the newest of each tile is kept.",
+      "A tile has changed; only the latest version of each tile is kept.",
       {{"x", shape::count("Left column, in pixels of the full film."),
         [](const TileEventView& t) -> Json { return t.tile.rect.x; }},
        {"y", shape::count("Top row."),

@@ -30,32 +30,33 @@ constexpr auto integrator_row() {
                  number(
                      "photons", [](auto& s) -> auto& { return s.render.photons.paths; },
                      {0, limits::kPhotons},
-                     "Particles that leave the lights for each sample of the pixels; 0: "
-                     "as many as the full film has pixels, from 1024 to 262144.")),
+                     "Particles emitted from the lights per sample; 0: as many as the full film "
+                     "has pixels, from 1024 to 262144.")),
       own_option(
           "/integrator/radius_m",
           number(
               "radius_m", [](auto& s) -> auto& { return s.render.photons.radius_m; }, {0, 1e6},
-              "Radius within which photons are gathered, metres; sppm: at first. "
-              "0: three pixels where the camera looks.")),
-      own_option("/integrator/alpha",
-                 number(
-                     "alpha", [](auto& s) -> auto& { return s.render.photons.alpha; }, {0.1, 1},
-                     "After N samples of each replicate the disk of photons is about "
-                     "N^(alpha - 1) of the first, and so is the bias; the variance falls "
-                     "as N^-alpha. 2/3 lets both fall alike.")),
+              "Radius within which photons are gathered, metres; for sppm, the initial radius. 0: "
+              "three pixels at the distance that the camera sees.")),
+      own_option(
+          "/integrator/alpha",
+          number(
+              "alpha", [](auto& s) -> auto& { return s.render.photons.alpha; }, {0.1, 1},
+              "After N samples of each replicate, the area of the disk and the bias are about "
+              "N^(alpha - 1) times the initial ones, while the variance falls as N^-alpha. With "
+              "2/3, the squared bias and the variance fall at the same rate.")),
       own_option("/integrator/final_gather",
                  number(
                      "final_gather", [](auto& s) -> auto& { return s.render.photons.final_gather; },
                      {0, limits::kFinalGather},
-                     "Directions in which each path looks up the map one reflection later; 0: the "
-                     "map itself is shown, direct light included.")),
+                     "Directions in which each path queries the photon map one reflection later; "
+                     "0: show the map itself, including direct light.")),
       own_option(
           "/integrator/tolerance",
           number(
               "tolerance", [](auto& s) -> auto& { return s.render.cache.tolerance; }, {0.05, 1},
-              "Error of interpolation up to which a record of irradiance is used, as a share; "
-              "half of it takes about four times as many records.")),
+              "Maximum relative interpolation error at which an irradiance record is used; half of "
+              "it takes about four times as many records.")),
       own_option("/integrator/rays",
                  number(
                      "rays", [](auto& s) -> auto& { return s.render.cache.rays; },
@@ -65,8 +66,8 @@ constexpr auto integrator_row() {
                  number(
                      "records", [](auto& s) -> auto& { return s.render.cache.records; },
                      {1, limits::kRecords},
-                     "Most records of each replicate. Where there are none, other light "
-                     "than direct light is path traced.")));
+                     "Maximum number of records per replicate. Where there are none, indirect "
+                     "light is path traced.")));
 }
 
 }  // namespace api

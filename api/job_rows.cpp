@@ -44,11 +44,11 @@ const auto& medium_table() {
           "Coefficient in 1/m, linear RGB."),
       number(
           "g", [](auto& s) -> auto& { return s.g; }, {-kMostForward, kMostForward},
-          "Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 "
-          "forward."),
+          "Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, positive "
+          "values are forward scattering."),
       number(
           "height_falloff", [](auto& s) -> auto& { return s.height_falloff; }, {0, 1e3},
-          "Density falls with exp(-height_falloff y); coefficients are those at y = 0."),
+          "The density falls with exp(-height_falloff y); the coefficients apply at y = 0."),
   };
   return kTable;
 }
@@ -200,7 +200,7 @@ void print_crop(const JobSpec& spec, Json& object) {
 
 Json crop_schema(const JobSpec& /*defaults*/) {
   Json schema = object_schema(crop_table(), core::PixelRect{},
-                              "Part of the film that is rendered; null: all of it.");
+                              "Part of the film to render; null: all of it.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
@@ -227,8 +227,8 @@ void print_medium(const JobSpec& spec, Json& object) {
 
 Json medium_schema(const JobSpec& /*defaults*/) {
   Json schema = object_schema(medium_table(), core::FogSettings{},
-                              "Medium around the solids, within the sphere around the scene: fog, "
-                              "smoke, haze. null: none.");
+                              "Participating medium (fog, smoke, haze) in the bounding sphere of "
+                              "the scene, outside solids. null: none.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;
@@ -348,7 +348,7 @@ void read_replicates(const Json& value, JobSpec& spec, const std::string& pointe
 }
 
 Json replicates_schema(const JobSpec& defaults) {
-  Json schema = basic_schema("integer", "Independent randomisations of a pixel; even.");
+  Json schema = basic_schema("integer", "Number of independent randomisations per pixel; even.");
   schema["minimum"] = 2;
   schema["maximum"] = limits::kReplicates;
   schema["multipleOf"] = 2;
@@ -367,10 +367,9 @@ void read_first_replicate(const Json& value, JobSpec& spec, const std::string& p
 }
 
 Json first_replicate_schema(const JobSpec& defaults) {
-  Json schema =
-      basic_schema("integer",
-                   "Number of the first replicate of the seed; even. Jobs that hold different "
-                   "ones can be merged into the film of one job.");
+  Json schema = basic_schema("integer",
+                             "Number of the first replicate of the seed; even. Jobs with different "
+                             "replicates can be merged into the film of one job.");
   schema["minimum"] = 0;
   schema["maximum"] = limits::kFirstReplicate;
   schema["multipleOf"] = 2;

@@ -30,7 +30,8 @@ std::span<const core::NamedValue<JobClass>> classes() { return kClasses; }
 constexpr auto camera_row() {
   return group(
       "camera",
-      "Null members keep the value of the file's camera, chosen by name or index, else the first.",
+      "Null members keep the value of the file's camera, selected by name or index (default: the "
+      "first camera).",
       text(
           "name", [](auto& s) -> auto& { return s.camera.name; }, {1, limits::kNameCharacters},
           "Camera of the file by name."),
@@ -39,11 +40,11 @@ constexpr auto camera_row() {
           "Camera of the file by index; not together with name."),
       triple(
           "position", [](auto& s) -> auto& { return s.camera.position; }, kCoordinate,
-          "Camera position in world space, metres. Comes with target; together they replace the "
+          "Camera position in world space, metres. Requires target; together they replace the "
           "file's pose."),
       triple(
           "target", [](auto& s) -> auto& { return s.camera.target; }, kCoordinate,
-          "Point that the camera looks at, metres, world."),
+          "Point that the camera looks at, in world space, metres."),
       triple(
           "up", [](auto& s) -> auto& { return s.camera.up; }, kCoordinate,
           "Upward direction; [0, 1, 0] if position and target are given without it."),
@@ -119,28 +120,27 @@ constexpr auto adaptive_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.adaptive.type; };
   return group(
       "adaptive", "Adaptive sampling.",
-      adaptive_type(choice(
-          "type", kType, &core::adaptive_types,
-          "What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' "
-          "for others.")),
-      option_of(
-          "/adaptive/min_samples", kType, &core::adaptive_types,
-          number(
-              "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
-              {1, limits::kSamplesPerPixel},
-              "Samples of every pixel before the first decision, all replicates together; rounded "
-              "up to where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each "
-              "replicate.")),
+      adaptive_type(choice("type", kType, &core::adaptive_types,
+                           "Rule that distributes samples. If absent: 'pilot' for jobs with "
+                           "stop.relative_error, otherwise 'none'.")),
+      option_of("/adaptive/min_samples", kType, &core::adaptive_types,
+                number(
+                    "min_samples", [](auto& s) -> auto& { return s.render.adaptive.min_samples; },
+                    {1, limits::kSamplesPerPixel},
+                    "Samples of every pixel before the first decision, over all replicates; "
+                    "rounded up to the counts at which decisions are made: 20, or 1, 1.25, 1.5 and "
+                    "1.75 times 2^k per replicate.")),
       option_of("/adaptive/granularity", kType, &core::adaptive_types,
                 choice(
                     "granularity", [](auto& s) -> auto& { return s.render.adaptive.granularity; },
-                    &core::granularities, "What gets the same number of samples.")),
+                    &core::granularities,
+                    "Unit within which all pixels get the same number of samples.")),
       option_of("/adaptive/dilation", kType, &core::adaptive_types,
                 number(
                     "dilation", [](auto& s) -> auto& { return s.render.adaptive.dilation; },
                     {0, limits::kDilation},
-                    "Radius in pixels, in tiles for granularity 'tile': the neediest neighbour "
-                    "counts.")));
+                    "Radius in pixels, or in tiles for granularity 'tile': the neighbour within it "
+                    "that needs most samples counts.")));
 }
 
 constexpr auto estimator_row() {
@@ -148,10 +148,10 @@ constexpr auto estimator_row() {
   constexpr auto kRoulette = [](auto& s) -> auto& { return s.render.estimator.roulette; };
   constexpr auto kSplitting = [](auto& s) -> auto& { return s.render.estimator.splitting; };
   return group(
-      "estimator", "How paths are made and combined.",
+      "estimator", "How paths are sampled and combined.",
       choice(
           "strategy", [](auto& s) -> auto& { return s.render.estimator.strategy; },
-          &core::strategies, "Where directions come from."),
+          &core::strategies, "How directions are sampled."),
       group("mis", "Weights of multiple importance sampling.",
             choice("type", kMis, &core::mis_types, "Heuristic."),
             option_of(
@@ -161,18 +161,20 @@ constexpr auto estimator_row() {
                     {1, 16}, "Exponent of the power heuristic."))),
       group(
           "roulette", "Russian roulette.",
-          choice("type", kRoulette, &core::roulette_types, "What decides about survival."),
+          choice("type", kRoulette, &core::roulette_types, "Criterion for the survival of a path."),
           option_of("/estimator/roulette/delta", kRoulette, &core::roulette_types,
                     number(
                         "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
                         {0, 1e9}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
-      group("splitting", "Several continuations of a path at its first surface.",
-            choice("type", kSplitting, &core::splitting_types, "How many there are."),
+      group("splitting", "Splitting of paths at their first surface.",
+            choice("type", kSplitting, &core::splitting_types,
+                   "How the number of continuations is chosen."),
             option_of("/estimator/splitting/count", kSplitting, &core::splitting_types,
                       number(
                           "count", [](auto& s) -> auto& { return s.render.estimator.split_count; },
                           {1, limits::kSplitCount}, "Continuations of each path."))),
-      group("control_variate", "What is subtracted from samples and added in closed form.",
+      group("control_variate",
+            "A known part of the light that is computed in closed form instead of sampled.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.estimator.control_variate; },
                 &core::control_variate_types, "Kind of control variate.")),
@@ -185,29 +187,29 @@ constexpr auto light_sampler_row() {
   constexpr auto kType = [](auto& s) -> auto& { return s.render.light_sampler; };
   return group(
       "light_sampler", "How a light is selected.",
-      choice("type", kType, &core::light_samplers, "Kind of choice."),
+      choice("type", kType, &core::light_samplers, "Type of light selection."),
       option_of("/light_sampler/candidates", kType, &core::light_samplers,
                 number(
                     "candidates", [](auto& s) -> auto& { return s.render.light_candidates; },
-                    {1, limits::kLightCandidates}, "Light samples of which one is taken.")),
+                    {1, limits::kLightCandidates},
+                    "Number of candidate light samples, of which one is used.")),
       option_of("/light_sampler/block", kType, &core::light_samplers,
                 number(
                     "block", [](auto& s) -> auto& { return s.render.light_block; },
                     {1, limits::kLightBlock},
                     "Side in pixels of the squares whose pixels share light samples.")),
-      option_of(
-          "/light_sampler/history", kType, &core::light_samplers,
-          number(
-              "history", [](auto& s) -> auto& { return s.render.light_history; },
-              {1, limits::kLightHistory},
-              "Passes that share light samples too: samples of a replicate, one after another. "
-              "At most 64 paths share, block x block x history.")),
+      option_of("/light_sampler/history", kType, &core::light_samplers,
+                number(
+                    "history", [](auto& s) -> auto& { return s.render.light_history; },
+                    {1, limits::kLightHistory},
+                    "Number of successive passes (samples of a replicate) that share light "
+                    "samples. At most 64 paths share, block x block x history.")),
       option_of(
           "/light_sampler/candidates_per_pixel", kType, &core::light_samplers,
           number(
               "candidates_per_pixel", [](auto& s) -> auto& { return s.render.block_candidates; },
               {1, limits::kLightCandidates},
-              "Light samples of each path, of which one is shared.")));
+              "Candidate light samples per path, of which one is shared.")));
 }
 
 const auto& table() {
@@ -236,16 +238,17 @@ const auto& table() {
                number(
                    "shutter_seconds", [](auto& s) -> auto& { return s.render.shutter_seconds; },
                    {0, 1e6},
-                   "How long the shutter is open, seconds, from time_seconds on: what animations "
-                   "move then, the file's camera too, is blurred. 0: nothing is.")),
+                   "Exposure time in seconds, starting at time_seconds: motion of animated objects "
+                   "and of the file's camera during that time is blurred. 0: no motion blur.")),
       shown_if([](const JobSpec& s) { return s.render.film.motion; },
                number(
                    "motion_seconds", [](auto& s) -> auto& { return s.motion_seconds; }, {-1e6, 1e6},
-                   "From time_seconds to the second time of the layer motion, whose file camera "
-                   "counts too; below 0: before. In the rest pose nothing moves.")),
+                   "Time difference, in seconds, over which the layer motion is measured, "
+                   "including motion of the file's camera; negative values look back. In the rest "
+                   "pose nothing moves.")),
       CustomRow<JobSpec>{"medium", &read_medium, &print_medium, &medium_schema},
       choice(
-          "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "How it is served."),
+          "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "Scheduling class."),
       text(
           "preview_key", [](auto& s) -> auto& { return s.preview_key; },
           {1, limits::kNameCharacters},
@@ -264,10 +267,10 @@ const auto& table() {
       film_row(),
       integrator_row(),
       estimator_row(),
-      group("sampler", "Where random numbers come from.",
+      group("sampler", "Source of random numbers.",
             choice(
                 "type", [](auto& s) -> auto& { return s.render.sampler; }, &core::samplers,
-                "Kind of point set. Each has a rule for sample counts; see /v1/server."),
+                "Kind of point set. Each supports certain sample counts; see /v1/server."),
             CustomRow<JobSpec>{
                 "replicates", &read_replicates,
                 [](const JobSpec& s, Json& object) { object["replicates"] = s.render.replicates; },
@@ -293,22 +296,23 @@ const auto& table() {
           },
           [](const JobSpec& s, Json& object) { object["stop"] = print_stop(s.stop); },
           [](const JobSpec& defaults) { return stop_schema(defaults.stop); }},
-      shown_if(
-          [](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
-          group("denoise", "Denoised images, which are made on demand and are no part of the film.",
-                choice(
-                    "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
-                    "What makes them."),
-                flag(
-                    "preview", [](auto& s) -> auto& { return s.denoise.preview; },
-                    "If false, there are none before the job has ended."))),
+      shown_if([](const JobSpec& s) { return !(s.denoise == DenoiseSpec{}); },
+               group("denoise",
+                     "Denoised images, which are computed on request and never part of the film.",
+                     choice(
+                         "type", [](auto& s) -> auto& { return s.denoise.type; }, &core::denoisers,
+                         "The denoiser."),
+                     flag(
+                         "preview", [](auto& s) -> auto& { return s.denoise.preview; },
+                         "If false, images are not denoised before the job has ended."))),
       shown_if([](const JobSpec& s) { return s.webhook.has_value(); },
                CustomRow<JobSpec>{"webhook", &read_webhook, &print_webhook, &webhook_schema}),
-      shown_if([](const JobSpec& s) { return s.retention_seconds.has_value(); },
-               number(
-                   "retention_seconds", [](auto& s) -> auto& { return s.retention_seconds; },
-                   {0, limits::kRetentionSeconds},
-                   "The job and its files are deleted so long after its end; null: kept.")),
+      shown_if(
+          [](const JobSpec& s) { return s.retention_seconds.has_value(); },
+          number(
+              "retention_seconds", [](auto& s) -> auto& { return s.retention_seconds; },
+              {0, limits::kRetentionSeconds},
+              "The job and its files are deleted this many seconds after its end; null: kept.")),
   };
   return kTable;
 }

@@ -107,7 +107,7 @@ Json stop_reason_shape() {
 const View<JobView>& samples_view() {
   static const View<JobView> kView = {
       "",
-      "Samples a pixel has, over the pixels of the crop.",
+      "Samples per pixel, over the pixels of the crop.",
       {{"min", shape::count(), [](const JobView& j) -> Json { return j.progress.samples_min; }},
        {"mean", shape::real(),
         [](const JobView& j) { return number_json(j.progress.samples_mean); }},
@@ -124,7 +124,7 @@ Json job_state_schema() {
 const View<JobView>& progress_view() {
   static const View<JobView> kView = {
       "Progress",
-      "How far it is.",
+      "State of the drain.",
       {{"fraction", shape::real("0 to 1; 1 only at the end."),
         [](const JobView& j) { return number_json(shown_fraction(j)); }},
        {"samples_per_pixel", samples_view().shape(),
@@ -138,8 +138,8 @@ const View<JobView>& progress_view() {
           return j.progress.eta_seconds ? number_json(*j.progress.eta_seconds) : Json(nullptr);
         }},
        {"eta_interval_seconds",
-        shape::nullable(shape::interval("Lower and upper bound of eta_seconds, as long as the pace "
-                                        "stays the same; null: unknown.")),
+        shape::nullable(shape::interval(
+            "Lower and upper bound of eta_seconds at the current rate; null: unknown.")),
         &eta_interval}}};
   return kView;
 }
@@ -195,11 +195,10 @@ const View<JobView>& error_view() {
        {"confidence", shape::real("Of the interval."),
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
-       {"valid",
-        shape::flag("False: the two halves depend on each other, and there is no interval."),
+       {"valid", shape::flag("False: the two halves are not independent, so there is no interval."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
-        shape::flag("Few places of the image carry the error: the interval is a guess."),
+        shape::flag("A few places in the image dominate the error, so the interval is a guess."),
         [](const JobView& j) -> Json { return j.progress.error.unreliable; }}}};
   return kView;
 }
@@ -207,7 +206,7 @@ const View<JobView>& error_view() {
 const View<JobView>& statistics_view() {
   static const View<JobView> kView = {
       "Statistics",
-      "What it cost.",
+      "Cost of the job.",
       {{"rays", shape::count(), [](const JobView& j) -> Json { return j.progress.rays; }},
        {"rays_per_second", shape::nullable(shape::real()),
         [](const JobView& j) { return number_json(j.progress.rays_per_second); }},
@@ -217,13 +216,13 @@ const View<JobView>& statistics_view() {
         [](const JobView& j) { return interval_end(j, j.progress.efficiency_low()); }},
        {"efficiency_high", shape::nullable(shape::real("Null also if `error.low` is 0.")),
         [](const JobView& j) { return interval_end(j, j.progress.efficiency_high()); }},
-       {"rejected_samples", shape::count("Non-finite ones, counted as zero."),
+       {"rejected_samples", shape::count("Samples that were not finite, counted as zero."),
         [](const JobView& j) -> Json { return j.progress.rejected_samples; }},
        {"peak_bytes", shape::nullable(shape::count("Memory; null: unknown.")),
         [](const JobView& j) { return j.peak_bytes == 0 ? Json(nullptr) : Json(j.peak_bytes); }},
        {"split_count",
-        shape::nullable(shape::count("Continuations of each path that splitting 'measured' found; "
-                                     "null: not yet known, or another type.")),
+        shape::nullable(shape::count(
+            "Number of continuations of splitting 'measured'; null: unknown or other type.")),
         [](const JobView& j) {
           return j.split_count == 0 ? Json(nullptr) : Json(j.split_count);
         }}}};
@@ -240,8 +239,7 @@ const ViewRow<JobView>& pause_reason_row() {
   static const ViewRow<JobView> kRow = {
       "pause_reason",
       shape::nullable(shape::one_of({kPauseReasons.begin() + 1, kPauseReasons.end()},
-                                    "Why it is paused; null: it is not. `storage_full`: it goes on "
-                                    "by itself when the disk has room.")),
+                                    "Why it is paused, or null.")),
       [](const JobView& j) -> Json {
         const std::string_view reason = to_text(j.pause_reason);
         return reason.empty() ? Json(nullptr) : Json(reason);
@@ -260,7 +258,7 @@ const ViewRow<JobView>& stop_reason_row() {
 
 const ViewRow<JobView>& queue_position_row() {
   static const ViewRow<JobView> kRow = {
-      "queue_position", shape::nullable(shape::count("0 is next; null: not waiting.")),
+      "queue_position", shape::nullable(shape::count("0: the next job; null: not waiting.")),
       [](const JobView& j) { return or_null(j.queue_position); }};
   return kRow;
 }
@@ -294,7 +292,7 @@ const ViewRow<JobView>& failure_row() {
 
 const ViewRow<JobView>& revision_row() {
   static const ViewRow<JobView> kRow = {
-      "revision", shape::count("Counts the changes of the image."),
+      "revision", shape::count("Number of changes of the image so far."),
       [](const JobView& j) -> Json { return j.progress.revision; }};
   return kRow;
 }
@@ -302,7 +300,7 @@ const ViewRow<JobView>& revision_row() {
 const ViewRow<JobView>& digest_row() {
   static const ViewRow<JobView> kRow = {
       "film_digest",
-      shape::nullable(shape::text("sha256 of the film's exact content, when finished.")),
+      shape::nullable(shape::text("SHA-256 of the film's exact content, once finished.")),
       [](const JobView& j) { return j.film_digest.empty() ? Json(nullptr) : Json(j.film_digest); }};
   return kRow;
 }
@@ -312,41 +310,43 @@ Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr)
 const View<DenoisedView>& denoised_view() {
   static const View<DenoisedView> kView = {
       "Denoised",
-      "The newest denoised image that was made; the mixed one's error.",
+      "The latest denoised image, and the error of the mixed one.",
       {{"type", shape::text("The denoiser."),
         [](const DenoisedView& d) -> Json { return d.by.type; }},
        {"version", shape::text(), [](const DenoisedView& d) -> Json { return d.by.version; }},
-       {"sha256", shape::nullable(shape::text("Of the file with its weights; null: it has none.")),
+       {"sha256", shape::nullable(shape::text("Hash of the weights' file; null: it has none.")),
         [](const DenoisedView& d) { return text_or_null(d.by.sha256); }},
-       {"quality", shape::nullable(shape::text("null: it has none to choose.")),
+       {"quality", shape::nullable(shape::text("Quality setting; null: the denoiser has none.")),
         [](const DenoisedView& d) { return text_or_null(d.by.quality); }},
-       {"note", shape::nullable(shape::text("Why `auto` did not take the better denoiser.")),
+       {"note", shape::nullable(shape::text("Why `auto` did not use the better denoiser.")),
         [](const DenoisedView& d) { return text_or_null(d.note); }},
        {"features",
-        shape::flag("Albedo, normal, depth and emission were used; false: the scene is gone."),
+        shape::flag("Uses albedo, normal, depth and emission; false: the scene was deleted."),
         [](const DenoisedView& d) -> Json { return d.has_features; }},
        {"relative_rmse",
-        shape::nullable(shape::real("As in `error`, N being an estimate of the squared error, "
-                                    "bias included; 0 where it is too small to be seen.")),
+        shape::nullable(
+            shape::real("As in `error`, including bias; 0 if too small to be measured.")),
         [](const DenoisedView& d) { return number_json(d.mixed.relative_rmse); }},
        {"low",
-        shape::nullable(shape::real("Of its 95% interval; null: not valid; 0 where an error ended "
-                                    "the job: `high` alone is promised then.")),
+        shape::nullable(
+            shape::real("Lower end of the 95% interval; null: not valid; 0 if an error target "
+                        "ended the job, because only `high` is then guaranteed.")),
         [](const DenoisedView& d) { return number_json(d.mixed.low); }},
        {"high", shape::nullable(shape::real()),
         [](const DenoisedView& d) { return number_json(d.mixed.high); }},
-       {"full_relative_rmse", shape::nullable(shape::real("Of the denoiser's own image.")),
+       {"full_relative_rmse", shape::nullable(shape::real("Error of the denoiser's own image.")),
         [](const DenoisedView& d) { return number_json(d.full.relative_rmse); }},
        {"gain",
-        shape::nullable(shape::real("(plain relative_rmse / this one)^2: samples that the plain "
-                                    "image needs for the same error, over those it has.")),
+        shape::nullable(
+            shape::real("(relative_rmse of the plain image / this one)^2: the factor in samples "
+                        "that the plain image would need for the same error.")),
         [](const DenoisedView& d) {
           const double ratio = d.plain.relative_rmse / d.mixed.relative_rmse;
           return number_json(ratio * ratio);
         }},
-       {"revision", shape::count("Of the image it was made from."),
+       {"revision", shape::count("Revision of the image from which it was computed."),
         [](const DenoisedView& d) -> Json { return d.revision; }},
-       {"seconds", shape::real("That it took."),
+       {"seconds", shape::real("Seconds that it took."),
         [](const DenoisedView& d) { return number_json(d.seconds); }}}};
   return kView;
 }
@@ -419,11 +419,11 @@ const View<TicketView>& ticket_view() {
   static const View<TicketView> kView = {
       "Ticket",
       "A stream ticket.",
-      {{"ticket", shape::text("Goes into `?ticket=`."),
+      {{"ticket", shape::text("Value for `?ticket=`."),
         [](const TicketView& t) -> Json { return t.ticket; }},
        {"expires_at", shape::time(),
         [](const TicketView& t) -> Json { return rfc3339(t.ends_unix_seconds); }},
-       {"jobs", shape::texts("Ids of the jobs that it lets its bearer watch."),
+       {"jobs", shape::texts("Ids of the jobs that it gives access to."),
         [](const TicketView& t) -> Json {
           return std::vector<std::string>(t.jobs.begin(), t.jobs.end());
         }}}};
@@ -469,12 +469,13 @@ const View<CostView>& cost_view() {
         [](const CostView& c) { return number_json(c.samples_per_pixel); }},
        {"memory_bytes", shape::real("Film and scene."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
-       {"memory_bytes_low", shape::real("The film alone."),
+       {"memory_bytes_low", shape::real("Memory of the film."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_low)); }},
        {"memory_bytes_high",
-        shape::real("What the job is admitted with: the most while it is loaded, or renders."),
+        shape::real(
+            "Memory with which the job is admitted: the maximum while it is loading or rendering."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
-       {"pilot_cpu_seconds", shape::real("What the pilot took."),
+       {"pilot_cpu_seconds", shape::real("Duration of the pilot."),
         [](const CostView& c) { return number_json(c.pilot_cpu_seconds); }}}};
   return kView;
 }
@@ -484,10 +485,10 @@ const View<CostView>& cost_view() {
 const View<DryRunView>& dry_run_view() {
   static const View<DryRunView> kView = {
       "DryRun",
-      "What a job would be, and what it would cost.",
+      "The effective settings of a job, and its estimated cost.",
       {{"spec", shape::reference("JobSpec"),
         [](const DryRunView& d) { return to_json(d.job.spec); }},
-       {"warnings", shape::texts("As a job's."),
+       {"warnings", shape::texts("As in a job."),
         [](const DryRunView& d) -> Json { return d.job.warnings; }},
        {"estimate", cost_view().shape(),
         [](const DryRunView& d) { return cost_view().print(d.cost); }}}};

@@ -111,19 +111,21 @@ void print_nothing(const LabRequest& /*request*/, Json& /*object*/) {}
 /// The experiment is read first: names, n and parameters are its.
 const auto& table() {
   static constexpr auto kTable = std::tuple{
-      CustomRow<LabRequest>{"experiment", &read_experiment, &print_nothing,
-                            [](const LabRequest&) {
-                              Json schema = basic_schema(
-                                  "string", "What is tried; see `experiments` of GET /v1/server.");
-                              schema["enum"] = experiment_names();
-                              return schema;
-                            },
-                            true},
       CustomRow<LabRequest>{
-          "estimator", &read_estimator, &print_nothing,
+          "experiment", &read_experiment, &print_nothing,
           [](const LabRequest&) {
-            return basic_schema("string", "One of the experiment's; its own default when absent.");
-          }},
+            Json schema = basic_schema(
+                "string", "Estimator of the experiment; see `experiments` in GET /v1/server.");
+            schema["enum"] = experiment_names();
+            return schema;
+          },
+          true},
+      CustomRow<LabRequest>{"estimator", &read_estimator, &print_nothing,
+                            [](const LabRequest&) {
+                              return basic_schema(
+                                  "string",
+                                  "One of the experiment's; default: the experiment's own.");
+                            }},
       CustomRow<LabRequest>{"sampler", &read_sampler, &print_nothing,
                             [](const LabRequest&) {
                               return basic_schema(
@@ -136,8 +138,8 @@ const auto& table() {
           [](const LabRequest&) {
             Json schema =
                 basic_schema("array",
-                             "How many evaluations a replicate has, one line of the answer "
-                             "each; rounded as estimator and sampler need it.");
+                             "Numbers of evaluations per replicate; each gives one line of the "
+                             "response. Rounded as the estimator and sampler require.");
             schema["items"] = {{"type", "integer"}, {"minimum", 1}, {"maximum", lab::kTrialMax}};
             schema["minItems"] = 1;
             schema["maxItems"] = lab::kPointsMax;
@@ -146,7 +148,7 @@ const auto& table() {
       number(
           "replicates", [](auto& s) -> auto& { return s.options.replicates; },
           {2, limits::kLabReplicates},
-          "Independent repetitions, which the errors are measured from."),
+          "Independent repetitions from which the errors are measured."),
       number(
           "seed", [](auto& s) -> auto& { return s.options.seed; }, {0, limits::kSeed},
           "Random seed; the same seed gives identical results, except for timings."),

@@ -41,7 +41,7 @@ const View<lab::Point>& lab_point_view() {
   using lab::Point;
   static const View<Point> kView = {
       "LabPoint",
-      "One n, measured.",
+      "Measurements at one n.",
       {{"n", shape::count("In force."), [](const Point& p) -> Json { return p.n; }},
        {"n_asked", shape::count("As in the request."),
         [](const Point& p) -> Json { return p.n_asked; }},
@@ -51,12 +51,12 @@ const View<lab::Point>& lab_point_view() {
         [](const Point& p) { return number_json(p.rmse); }},
        {"standard_error", shape::real("Of the mean."),
         [](const Point& p) { return number_json(p.standard_error); }},
-       {"cost", shape::real("Mean work of a replicate; n unless the experiment counts."),
+       {"cost",
+        shape::real("Mean work of a replicate; n unless the experiment counts it otherwise."),
         [](const Point& p) { return number_json(p.cost); }},
        {"seconds",
-        shape::real(
-            "CPU time of all replicates. Measured, so it differs from run to run; all other "
-            "members are reproducible."),
+        shape::real("CPU time of all replicates. It is measured and differs from run to run; all "
+                    "other members are reproducible."),
         [](const Point& p) { return number_json(p.seconds); }}}};
   return kView;
 }
@@ -67,12 +67,12 @@ const View<LabOutcomeView>& lab_outcome_view() {
   using Out = LabOutcomeView;
   static const View<Out> kView = {
       "LabOutcome",
-      "The outcome, last line of the answer.",
+      "The outcome, the last line of the response.",
       {{"expected", shape::real("Exact value, from a formula."),
         [](const Out& o) { return number_json(o.outcome.expected); }},
        {"slope",
-        shape::nullable(shape::real("Of log RMSE over log n, least squares; null with fewer than "
-                                    "two n, or without an error.")),
+        shape::nullable(shape::real("Slope of log RMSE against log n by least squares; null with "
+                                    "fewer than two n, or without an error.")),
         [](const Out& o) { return optional_json(o.outcome.slope); }},
        {"slope_interval",
         shape::nullable(shape::interval("95%, low and high; null without a slope.")),
@@ -81,7 +81,7 @@ const View<LabOutcomeView>& lab_outcome_view() {
           return interval ? Json::array({number_json(interval->low), number_json(interval->high)})
                           : Json(nullptr);
         }},
-       {"expected_slope", shape::nullable(shape::real("Of theory; null where it gives none.")),
+       {"expected_slope", shape::nullable(shape::real("Theoretical slope; null if there is none.")),
         [](const Out& o) { return optional_json(o.outcome.expected_slope); }},
        {"intercept",
         shape::nullable(shape::real("log RMSE = intercept + slope log n, natural logarithms.")),
@@ -91,14 +91,14 @@ const View<LabOutcomeView>& lab_outcome_view() {
                                     "largest n. Measured: differs from run to run.")),
         [](const Out& o) { return optional_json(o.outcome.efficiency); }},
        {"efficiency_by_cost",
-        shape::nullable(shape::real("The same with `cost` for seconds; reproducible.")),
+        shape::nullable(shape::real("The same with `cost` instead of seconds; reproducible.")),
         [](const Out& o) { return optional_json(o.outcome.efficiency_by_cost); }},
        {"verdict",
-        shape::one_of({"agrees", "differs", "biased", "undecided"},
-                      "agrees: means and slope are those of theory (a wrong `differs` has a chance "
-                      "of 0.2%); biased: as the estimator says of itself; undecided: nothing to "
-                      "compare, fewer than eight replicates, or a slope whose interval is too wide "
-                      "to tell."),
+        shape::one_of(
+            {"agrees", "differs", "biased", "undecided"},
+            "agrees: means and slope agree with theory (`differs` is wrong with a probability of "
+            "0.2%); biased: as expected from the estimator; undecided: nothing to compare, fewer "
+            "than eight replicates, or the interval of the slope is too wide."),
         [](const Out& o) -> Json { return lab::to_text(o.outcome.verdict); }},
        {"explanation", shape::text("The verdict in words."),
         [](const Out& o) -> Json { return o.outcome.explanation; }},
@@ -116,7 +116,7 @@ const View<LabOutcomeView>& lab_outcome_view() {
        {"replicates", shape::count(),
         [](const Out& o) -> Json { return o.request.options.replicates; }},
        {"seed", shape::count(), [](const Out& o) -> Json { return o.request.options.seed; }},
-       {"params", shape::map(shape::real(), "Parameters in force."),
+       {"params", shape::map(shape::real(), "Effective parameters."),
         [](const Out& o) { return parameters_json(o.request.setup); }},
        {"pattern",
         shape::list(
@@ -133,7 +133,7 @@ std::string lab_outcome_json(const LabRequest& request, const lab::Outcome& outc
 const View<std::monostate>& lab_cancelled_view() {
   static const View<std::monostate> kView = {
       "LabCancelled",
-      "Last line in place of the outcome: the server stops.",
+      "Last line instead of the outcome: the server is stopping.",
       {{"cancelled", shape::flag(), [](const std::monostate&) -> Json { return true; }}}};
   return kView;
 }
@@ -180,7 +180,7 @@ const View<lab::Experiment>& experiment_view() {
        {"estimates", shape::text("The quantity."),
         [](const Row& e) -> Json { return e.estimates; }},
        {"formula", shape::text(), [](const Row& e) -> Json { return e.formula; }},
-       {"look_for", shape::text("What there is to see."),
+       {"look_for", shape::text("What to look for."),
         [](const Row& e) -> Json { return e.look_for; }},
        {"estimators", shape::list(estimator_view().shape()),
         [](const Row& e) { return print_list(estimator_view(), e.estimators); }},

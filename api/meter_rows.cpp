@@ -15,10 +15,10 @@ constexpr Range kMetres = {-1e9, 1e9};
 const auto& point_table() {
   static constexpr auto kTable = std::tuple{
       triple(
-          "position", [](auto& s) -> auto& { return s.position; }, kMetres, "World, metres."),
+          "position", [](auto& s) -> auto& { return s.position; }, kMetres, "World space, metres."),
       triple(
           "normal", [](auto& s) -> auto& { return s.normal; }, kMetres,
-          "Where it faces, of any length but 0."),
+          "Direction that it faces; any length except 0."),
   };
   return kTable;
 }
@@ -27,13 +27,13 @@ const auto& plane_table() {
   static constexpr auto kTable = std::tuple{
       triple(
           "origin", [](auto& s) -> auto& { return s.origin; }, kMetres,
-          "Corner of the rectangle, world, metres."),
+          "Corner of the rectangle, world space, metres."),
       triple(
           "edge_u", [](auto& s) -> auto& { return s.edge_u; }, kMetres,
-          "From there to the next corner; the plane faces along edge_u x edge_v."),
+          "Vector from the origin to the next corner; the plane faces along edge_u x edge_v."),
       triple(
           "edge_v", [](auto& s) -> auto& { return s.edge_v; }, kMetres,
-          "From there to the corner before."),
+          "Vector from the origin to the previous corner."),
       number(
           "columns", [](auto& s) -> auto& { return s.columns; }, {1, limits::kMeterPoints},
           "Cells along edge_u."),
@@ -113,8 +113,8 @@ const auto& meter_table() {
             }
           },
           [](const core::MeterSettings&) {
-            Json schema = basic_schema("array", "Where it is measured.");
-            schema["items"] = whole_schema(point_table(), core::MeterPoint{}, "A small plane.");
+            Json schema = basic_schema("array", "Points at which irradiance is measured.");
+            schema["items"] = whole_schema(point_table(), core::MeterPoint{}, "A small surface.");
             schema["maxItems"] = limits::kMeterPoints;
             schema["default"] = Json::array();
             return schema;
@@ -125,9 +125,9 @@ const auto& meter_table() {
             object["plane"] = s.plane ? print_members(plane_table(), *s.plane) : Json(nullptr);
           },
           [](const core::MeterSettings&) {
-            Json schema =
-                whole_schema(plane_table(), core::MeterPlane{},
-                             "The centres of a rectangle's cells, after the points, row by row.");
+            Json schema = whole_schema(plane_table(), core::MeterPlane{},
+                                       "Points at the centres of the cells of a rectangle, row by "
+                                       "row; they follow the single points.");
             schema["type"] = {"object", "null"};
             schema["default"] = nullptr;
             return schema;
@@ -162,9 +162,10 @@ void print_meter(const JobSpec& spec, Json& object) {
 }
 
 Json meter_schema(const JobSpec& /*defaults*/) {
-  Json schema = object_schema(meter_table(), core::MeterSettings{},
-                              "Where irradiance is measured beside the image, by path tracing "
-                              "with 16 paths for each sample of a pixel; GET /v1/jobs/{id}/meter.");
+  Json schema =
+      object_schema(meter_table(), core::MeterSettings{},
+                    "Points at which irradiance is measured in addition to the image, by path "
+                    "tracing with 16 paths per sample of a pixel; see GET /v1/jobs/{id}/meter.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;

@@ -18,10 +18,10 @@ const View<core::MeterReading>& meter_reading_view() {
   using Reading = core::MeterReading;
   static const View<Reading> kView = {
       "MeterReading",
-      "Light that falls on one side of a point. One lux of a light of the scene is one lux here.",
-      {{"position", shape::triple("World, metres."),
+      "Irradiance on one side of a point. One lux from a light in the scene is one lux here.",
+      {{"position", shape::triple("World space, metres."),
         [](const Reading& r) { return triple_of(r.at.position); }},
-       {"normal", shape::triple("Where it faces, unit."),
+       {"normal", shape::triple("Direction that it faces, unit vector."),
         [](const Reading& r) { return triple_of(r.at.normal); }},
        {"irradiance_w_m2", shape::real("Illuminance over 683 lm/W: of nominal white."),
         [](const Reading& r) { return number_json(watts(r)); }},
@@ -44,9 +44,11 @@ const View<core::MeterReading>& meter_reading_view() {
 const View<MeterView>& meter_view() {
   static const View<MeterView> kView = {
       "Meter",
-      "What a job's meter has measured so far.",
+      "Readings of a job's meter so far.",
       {{"bias", shape::bias(), [](const MeterView&) -> Json { return "none"; }},
-       {"points", shape::list(meter_reading_view().shape(), "The points, then the plane's cells."),
+       {"points",
+        shape::list(meter_reading_view().shape(),
+                    "The points, followed by the cells of the plane."),
         [](const MeterView& m) { return print_list(meter_reading_view(), m.readings); }}}};
   return kView;
 }

@@ -58,13 +58,12 @@ template <typename S>
 std::vector<ViewRow<S>> place_rows() {
   return {{"bounds", bounds_shape(), [](const S& s) { return bounds_json(s.place.bounds); }},
           {"visible",
-           box_shape("Pixels of the full film whose centre shows it; null: none, or the job did "
-                     "not record ids.",
+           box_shape("Box of the pixels of the full film whose centre shows it; null: none, or the "
+                     "job did not record ids.",
                      true),
            [](const S& s) { return box_json(s.place.visible, true); }},
           {"amodal",
-           box_shape("Of all of it that lies within the film, hidden or not, in pixels; null: "
-                     "nothing.",
+           box_shape("Box, in pixels, of everything within the film, hidden or not; null: nothing.",
                      false),
            [](const S& s) { return box_json(s.place.amodal, false); }}};
 }
@@ -155,7 +154,7 @@ const View<ObjectView>& object_view() {
             [](const Object& o) -> Json { return o.id; }},
            {"pointer", shape::text("JSON pointer into the glTF document."),
             [](const Object& o) -> Json { return o.pointer; }},
-           {"name", shape::text("Of the node or its mesh, made unlike all others; Cryptomatte's."),
+           {"name", shape::text("Name of the node or its mesh, made unique as in Cryptomatte."),
             [](const Object& o) -> Json { return o.name; }},
            {"first_instance", shape::count("Of the layer instance."),
             [](const Object& o) -> Json { return o.first_instance; }},
@@ -178,7 +177,7 @@ const View<InstanceView>& instance_view() {
 const View<LabelView>& label_view() {
   static const View<LabelView> kView = {
       "Label",
-      "What an id of the layers material and primitive stands for.",
+      "The meaning of an id in the layers material and primitive.",
       {{"id", shape::count(), [](const LabelView& l) -> Json { return l.id; }},
        {"pointer", shape::nullable(shape::text("Null: glTF's default material.")),
         [](const LabelView& l) { return l.pointer.empty() ? Json(nullptr) : Json(l.pointer); }},
@@ -190,9 +189,8 @@ const View<ObjectsView>& objects_view() {
   using Objects = ObjectsView;
   static const View<Objects> kView = {
       "Objects",
-      "What the ids of an image's layers are. They follow from the file alone: all views, "
-      "variants "
-      "and times of a scene have the same ones.",
+      "The meaning of the ids in an image's layers. They depend on the file alone and are the same "
+      "for all views, variants and times of a scene.",
       {{"camera", viewpoint_view().shape(),
         [](const Objects& o) { return viewpoint_view().print(o.camera); }},
        {"has_ids", shape::flag("The job recorded ids, and `visible` is known."),

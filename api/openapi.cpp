@@ -111,7 +111,7 @@ Json responses_of(const Operation& operation) {
       response["content"] = content_of(row.content);
     }
     if (row.status == 201) {
-      response["headers"]["Location"] = {{"description", "Path of what was made."},
+      response["headers"]["Location"] = {{"description", "URL of the created resource."},
                                          {"schema", {{"type", "string"}}}};
     }
     responses[std::to_string(row.status)] = std::move(response);
@@ -206,13 +206,14 @@ Json tags() {
       Tag{"Batches", "Series of jobs that vary a template."},
       Tag{"Results", "Images, pixel values and error estimates."},
       Tag{"Streams", "Live events and tiles."},
-      Tag{"Scenes", "glTF scenes, loaded and checked."},
+      Tag{"Scenes", "Uploaded and built-in glTF scenes."},
       Tag{"Assets", "Content-addressed file storage."},
       Tag{"Service", "The server itself."},
-      Tag{"Webhooks", "Calls that jobs make when something happens."},
-      Tag{"Keys", "Who may ask, and what tenants use."},
+      Tag{"Webhooks", "Webhook calls about jobs and batches."},
+      Tag{"Keys", "Access keys, and the resource usage of tenants."},
       Tag{"Workers",
-          "Machines that render units of jobs; all but the list is for `tessera worker`."},
+          "Machines that render parts of jobs. All operations except the list are for `tessera "
+          "worker`."},
       Tag{"Laboratory", "Monte Carlo experiments."},
   };
   Json list = Json::array();
@@ -262,12 +263,13 @@ Json components() {
       {"bearer",
        {{"type", "http"},
         {"scheme", "bearer"},
-        {"description", "A key of the server. Without any, only loopback is served."}}},
+        {"description",
+         "A key of the server. Without keys, only local connections are accepted."}}},
       {"cookie",
        {{"type", "apiKey"},
         {"in", "cookie"},
         {"name", "tessera_session"},
-        {"description", "What the web page gets in exchange for the key."}}}};
+        {"description", "Session cookie that the web page gets in exchange for a key."}}}};
   return body;
 }
 
@@ -276,16 +278,15 @@ Json components() {
 Json openapi_document(const Capabilities& capabilities, std::string_view version) {
   Json document;
   document["openapi"] = "3.1.0";
-  document["info"] = {{"title", "Tessera"},
-                      {"version", version},
-                      {"summary", "A render server."},
-                      {"description",
-                       "Upload a glTF scene, post a job, watch the image converge. Bodies are "
-                       "JSON in UTF-8; errors are "
-                       "application/problem+json (RFC 9457) with JSON pointers to what is wrong; "
-                       "unknown fields are "
-                       "refused; every answer has X-Request-Id."},
-                      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
+  document["info"] = {
+      {"title", "Tessera"},
+      {"version", version},
+      {"summary", "A render server."},
+      {"description",
+       "Upload a glTF scene, post a job, watch the image converge. Bodies are JSON in UTF-8. "
+       "Errors are application/problem+json (RFC 9457) with JSON pointers to the offending "
+       "members. Unknown fields are refused. Every response has an X-Request-Id."},
+      {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
   document["servers"] = Json::array({{{"url", "/"}, {"description", "This server."}}});
   // The empty requirement: a server on loopback needs no key.
   document["security"] =

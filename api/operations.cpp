@@ -12,16 +12,16 @@ using Contents = std::span<const ContentRow>;
 
 // Headers.
 constexpr HeaderRow kIfNoneMatch = {"If-None-Match", R"({"type":"string"})",
-                                    "ETag that is known already: 304 while it holds."};
+                                    "ETag of the client's copy: 304 if it is still current."};
 constexpr HeaderRow kIfMatch = {"If-Match", R"({"type":"string"})",
                                 "ETag whose spec part must still hold, else 412."};
 constexpr HeaderRow kRange = {"Range", R"({"type":"string"})", "Part of the bytes."};
 constexpr HeaderRow kPrefer = {
     "Prefer", R"({"type":"string"})",
-    "`wait=N`: answer when the job has ended, or after N (at most 60) seconds."};
+    "`wait=N`: respond when the job has ended, or after N seconds (at most 60)."};
 constexpr HeaderRow kIdempotencyKey = {
     "Idempotency-Key", R"({"type":"string","minLength":1,"maxLength":255})",
-    "The same key with the same body answers with the first job (200)."};
+    "Repeating a request with the same key and body returns the first job (200)."};
 
 constexpr std::array kConditional = {kIfNoneMatch};
 constexpr std::array kFileHeaders = {kRange, kIfNoneMatch};
@@ -133,27 +133,31 @@ constexpr std::array kAssetContent = {ResponseRow{200, "The bytes.", kBytes},
                                       ResponseRow{206, "Part of the bytes.", kBytes},
                                       ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kGone = {ResponseRow{204, "Deleted.", kNothing}};
-constexpr std::array kSessionMade = {ResponseRow{204, "`Set-Cookie` has the session.", kNothing}};
-constexpr std::array kSessionEnded = {ResponseRow{204, "There is no session now.", kNothing}};
+constexpr std::array kSessionMade = {
+    ResponseRow{204, "`Set-Cookie` contains the session.", kNothing}};
+constexpr std::array kSessionEnded = {ResponseRow{204, "The session has ended.", kNothing}};
 constexpr std::array kSceneMade = {ResponseRow{201, "Loaded and stored.", kScene},
                                    ResponseRow{200, "Already stored.", kScene}};
 constexpr std::array kSceneListAnswer = {ResponseRow{200, "Scenes, newest first.", kSceneList}};
 constexpr std::array kSceneAnswer = {ResponseRow{200, "The scene.", kScene}};
 constexpr std::array kGlbAnswer = {ResponseRow{200, "The scene as GLB.", kGlb}};
 constexpr std::array kJobMade = {
-    ResponseRow{201, "Accepted (with Prefer: wait: it has ended).", kJob},
-    ResponseRow{202, "It has not ended within the time of Prefer: wait.", kJob},
-    ResponseRow{200, "A dry run, or the job that this Idempotency-Key made before.", kJobOrDryRun}};
+    ResponseRow{201, "Accepted; with Prefer: wait, the job has ended.", kJob},
+    ResponseRow{202, "The job did not end within the time of Prefer: wait.", kJob},
+    ResponseRow{200,
+                "A dry run, or the job that an earlier request with this Idempotency-Key created.",
+                kJobOrDryRun}};
 constexpr std::array kJobListAnswer = {ResponseRow{200, "Jobs, newest first.", kJobList}};
 constexpr std::array kJobAnswer = {ResponseRow{200, "The job.", kJob},
                                    ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kJobChanged = {ResponseRow{200, "The job as it is now.", kJob}};
 constexpr std::array kJobExtended = {ResponseRow{202, "The job resumes.", kJob}};
-constexpr std::array kJobRetried = {ResponseRow{202, "It is queued again.", kJob}};
+constexpr std::array kJobRetried = {ResponseRow{202, "The job is queued again.", kJob}};
 constexpr std::array kBatchMade = {
     ResponseRow{201, "Accepted.", kBatch},
-    ResponseRow{200, "A dry run, or the batch that this Idempotency-Key made before.",
-                kBatchOrDryRun}};
+    ResponseRow{
+        200, "A dry run, or the batch that an earlier request with this Idempotency-Key created.",
+        kBatchOrDryRun}};
 constexpr std::array kBatchAnswer = {ResponseRow{200, "The batch.", kBatch}};
 constexpr std::array kBatchRetried = {ResponseRow{202, "Failed jobs are queued again.", kBatch}};
 constexpr std::array kBatchListAnswer = {ResponseRow{200, "Batches, newest first.", kBatchList}};
@@ -171,7 +175,7 @@ constexpr std::array kEventsAnswer = {
     ResponseRow{204, "Last-Event-ID was the end: nothing will follow.", kNothing}};
 constexpr std::array kJobPut = {
     ResponseRow{201, "Accepted.", kJob},
-    ResponseRow{200, "The job that the same request made before.", kJob}};
+    ResponseRow{200, "The job that an earlier identical request created.", kJob}};
 constexpr std::array kWatchAnswer = {
     ResponseRow{200, "Server-sent events of all these jobs, until they have ended.", kEvents},
     ResponseRow{204, "Last-Event-ID was the end of all: nothing will follow.", kNothing}};
@@ -190,7 +194,7 @@ constexpr std::array kLabAnswer = {ResponseRow{
     200, "JSON lines: a LabPoint for each n as it is done, then a LabOutcome.", kLines}};
 constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
 constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
-constexpr std::array kDrainAnswer = {ResponseRow{200, "How far it is.", kDrain}};
+constexpr std::array kDrainAnswer = {ResponseRow{200, "State of the drain.", kDrain}};
 constexpr std::array kWorkersAnswer = {ResponseRow{200, "The workers.", kWorkerList}};
 constexpr std::array kWorkerTilesAnswer = {ResponseRow{200, "The tiles.", kWorkerTiles}};
 constexpr std::array kOrdersAnswer = {ResponseRow{200, "What it is to do.", kWorkerOrders}};
@@ -236,56 +240,55 @@ constexpr std::span<const int> kNoProblems = {};
 
 constexpr std::array kOperations = {
     Operation{"getLiveness", "GET", "/livez", "Service", "Liveness check.",
-              "Answers while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
-              kNoProblems, true},
-    Operation{
-        "getReadiness", "GET", "/readyz", "Service", "Readiness check.",
-        "503 while it starts or stops. A line `storage_full: ...` follows while the disk is full: "
-        "what needs room is refused with 507, rendering jobs pause, and all else works.",
-        "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
+              "Responds even under full load.", "", kNoHeaders, kNoBody, kTextAnswer, kNoProblems,
+              true},
+    Operation{"getReadiness", "GET", "/readyz", "Service", "Readiness check.",
+              "503 while the server starts or stops. A line `storage_full: ...` is added while the "
+              "disk is full: requests that need storage get 507, rendering jobs pause, and "
+              "everything else works.",
+              "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
     Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.",
-              "Where the operator has set `--metrics-key`, it has to come as the bearer token.", "",
+              "If the operator has set `--metrics-key`, send it as the bearer token.", "",
               kNoHeaders, kNoBody, kTextAnswer, kMetricsProblems, true},
     Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "", kNoHeaders,
               kNoBody, kDocumentAnswer, kNoProblems, true},
     Operation{"getDocs", "GET", "/docs", "Service",
-              "This document as a page, where requests can be tried.", "", "", kNoHeaders, kNoBody,
+              "This document as a page on which you can try requests.", "", "", kNoHeaders, kNoBody,
               kPageAnswer, kNoProblems, true},
     Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoHeaders, kNoBody,
               kPageAnswer, kNoProblems, true},
     Operation{"createSession", "POST", "/v1/session", "Service", "Exchange a key for a cookie.",
-              "The key comes as the bearer token. The cookie is random, for this browser alone, "
-              "and ends after a week, or with its key.",
+              "Send the key as the bearer token. The cookie is random and valid for a week, or "
+              "until its key is removed.",
               "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
     Operation{"deleteSession", "DELETE", "/v1/session", "Service", "End the session of the cookie.",
               "", "", kNoHeaders, kNoBody, kSessionEnded, kNoProblems, true},
     Operation{"getServer", "GET", "/v1/server", "Service", "Server capabilities.",
-              "Version, build, limits, and every name that a job may use.", "read", kNoHeaders,
+              "Version, build, limits, and all names that a job can use.", "read", kNoHeaders,
               kNoBody, kServerAnswer, kNoProblems, true},
     Operation{"getDrain", "GET", "/v1/drain", "Service", "Is the server being drained?", "",
               "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"startDrain", "PUT", "/v1/drain", "Service", "Drain the server.",
-              "From now on new jobs are refused with 503 and those of the queue do not begin; what "
-              "has begun ends, and everything else works. A restart ends it, too.",
+              "New jobs get 503 and queued jobs do not start. A restart also ends the drain.",
               "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
-    Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Take jobs again.", "", "admin",
+    Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Accept jobs again.", "", "admin",
               kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
               "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoHeaders,
               kBytes, kAssetMade, kUploadProblems, true},
     Operation{"putAsset", "PUT", "/v1/assets/{sha256}", "Assets", "Upload a file under its hash.",
-              "422 when the content has another hash.", "write", kNoHeaders, kBytes, kAssetMade,
+              "422 if the content has a different hash.", "write", kNoHeaders, kBytes, kAssetMade,
               kPutProblems, true},
     Operation{"getAsset", "GET", "/v1/assets/{sha256}", "Assets", "Download a file.",
               "Immutable; may be cached indefinitely.", "read", kFileHeaders, kNoBody,
               kAssetContent, kContentProblems, true},
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
-              "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
-              kRetryProblems, true},
+              "409 if a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems,
+              true},
     Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
               "A GLB, a glTF without other files, a zip with everything (the three also as "
-              "application/octet-stream), or asset ids. The file can name only what is uploaded "
-              "with it; 424 lists what is missing.",
+              "application/octet-stream), or asset ids. The scene can only use files that are "
+              "uploaded with it; 424 lists missing files.",
               "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
               &scene_upload_parameters},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,
@@ -293,18 +296,17 @@ constexpr std::array kOperations = {
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
               kNoHeaders, kNoBody, kSceneAnswer, k404, true},
     Operation{"deleteScene", "DELETE", "/v1/scenes/{id}", "Scenes", "Delete a scene.",
-              "409 while a job uses it.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems,
-              true},
+              "409 if a job uses it.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
               "Download a built-in scene as GLB.", "", "read", kNoHeaders, kNoBody, kGlbAnswer,
               k404, true},
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
               kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
-    Operation{
-        "putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
-        "The id is a UUID. Again with the same body: 200, and no second job; with another: 409.",
-        "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
+    Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
+              "The id is a UUID. Repeating the request with the same body returns 200 without "
+              "creating a second job; a different body gets 409.",
+              "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Get a job, or wait for it to finish.", "",
@@ -313,22 +315,23 @@ constexpr std::array kOperations = {
               "A merge patch (RFC 7396) of priority, labels, name, stop and paused.", "write",
               kPatchHeaders, kJobPatch, kJobChanged, kPatchProblems, true},
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
-              "Keeps the image so far. Cancelling twice is no error.", "write", kNoHeaders, kNoBody,
-              kJobChanged, kCancelProblems, true},
-    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Try a failed job again.",
-              "It goes on from its last whole checkpoint, or begins anew where there is none. 409 "
-              "for a job that has not failed, or whose scene was deleted.",
+              "Keeps the image so far; may be repeated.", "write", kNoHeaders, kNoBody, kJobChanged,
+              kCancelProblems, true},
+    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Retry a failed job.",
+              "The job continues from its last complete checkpoint, or starts over if there is "
+              "none. 409 for a job that has not failed, or whose scene was deleted.",
               "write", kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Extend a finished job.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Delete a job and its files.",
-              "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems, true},
-    Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
-              "All of them or none. Jobs of the same scene share it in memory.", "write",
-              kBatchHeaders, kBatchBody, kBatchMade, kSubmitProblems, true,
+              "409 while the job is active.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems,
+              true},
+    Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit a batch of jobs.",
+              "Either all jobs are created or none. Jobs with the same scene share it in memory.",
+              "write", kBatchHeaders, kBatchBody, kBatchMade, kSubmitProblems, true,
               &batch_submit_parameters},
     Operation{"listBatches", "GET", "/v1/batches", "Batches", "List batches.",
-              "A batch is forgotten with its last job.", "read", kNoHeaders, kNoBody,
+              "A batch is deleted together with its last job.", "read", kNoHeaders, kNoBody,
               kBatchListAnswer, k400, true, &batch_list_parameters},
     Operation{"getBatch", "GET", "/v1/batches/{id}", "Batches", "Get a batch.", "", "read",
               kNoHeaders, kNoBody, kBatchAnswer, k404, true},
@@ -336,26 +339,25 @@ constexpr std::array kOperations = {
               "Cancel all jobs that have not ended.", "", "write", kNoHeaders, kNoBody,
               kBatchAnswer, kCancelProblems, true},
     Operation{"retryBatch", "POST", "/v1/batches/{id}/retry", "Batches",
-              "Try the failed jobs again.", "409 when none has failed.", "write", kNoHeaders,
+              "Retry the failed jobs of a batch.", "409 if none has failed.", "write", kNoHeaders,
               kNoBody, kBatchRetried, kRetryProblems, true},
     Operation{"deleteBatch", "DELETE", "/v1/batches/{id}", "Batches",
-              "Delete a batch and its jobs.", "409 while one of them runs.", "write", kNoHeaders,
-              kNoBody, kGone, kRetryProblems, true},
+              "Delete a batch and its jobs.", "409 while one of its jobs is active.", "write",
+              kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
               "Download the images of a batch.",
-              "A zip of one file for each job that has an image. 409 while a job has not ended; "
-              "410 with the names where films were evicted.",
+              "A zip with one file for each job that has an image. 409 until all jobs have ended; "
+              "410 with the names of the jobs whose films were evicted.",
               "read", kNoHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true,
               &archive_parameters},
     Operation{"getBatchSheet", "GET", "/v1/batches/{id}/sheet.png", "Batches",
-              "All images of a batch on one sheet.",
-              "In the order of the jobs, row by row; white where there is no image yet.", "read",
-              kNoHeaders, kNoBody, kSheetAnswer, k404Or422, true, &sheet_parameters},
-    Operation{
-        "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
-        "Get the rendered image (partial while the job is running).",
-        "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
-        "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
+              "Get a contact sheet of a batch.",
+              "Images in the order of the jobs, row by row; white where there is no image yet.",
+              "read", kNoHeaders, kNoBody, kSheetAnswer, k404Or422, true, &sheet_parameters},
+    Operation{"getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
+              "Get the rendered image (partial while the job is running).",
+              "The extension (png, jpg, webp, exr, hdr, tif) or Accept selects the format.", "read",
+              kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
               "One pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
               kPixelProblems, true},

@@ -99,9 +99,9 @@ void print_orbit(const JobSpec& spec, Json& object) {
 }
 
 Json orbit_schema(const JobSpec& /*defaults*/) {
-  Json schema =
-      object_schema(orbit_table(), core::CameraOrbit{},
-                    "Place on a sphere around the target, instead of position and target.");
+  Json schema = object_schema(
+      orbit_table(), core::CameraOrbit{},
+      "Camera position on a sphere around the target, instead of position and target.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;

@@ -178,13 +178,13 @@ constexpr auto look_rows() {
           {-limits::kExposureStops, limits::kExposureStops},
           "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif stays "
           "linear too, and X-Tessera-Ignored tells."),
-      ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
+      ParameterField<ImageReading>{"tonemap", "Display formats only, like exposure.",
                                    &read_tone_map, &tone_map_schema},
       ParameterField<ImageReading>{
           "background",
-          "Colour behind a transparent image, as six digits of sRGB; the image loses its "
-          "alpha. "
-          "When absent, formats without alpha (jpg, hdr) have white. Not for layers of data.",
+          "Background colour for a transparent image, as six hexadecimal digits of sRGB; the "
+          "result has no alpha. The default for formats without alpha (jpg, hdr) is white. Not for "
+          "data layers.",
           &read_background, &background_schema},
   };
 }
@@ -245,7 +245,7 @@ void read_extension(const std::string& text, ArchiveReading& out, const std::str
 const auto& archive_table() {
   static constexpr auto kTable = std::tuple_cat(
       std::tuple{ParameterField<ArchiveReading>{
-          "format", "Of the images.", &read_extension,
+          "format", "Format of the images.", &read_extension,
           [](const ArchiveReading& defaults) {
             return Json{{"type", "string"}, {"enum", kExtensions}, {"default", defaults.format}};
           }}},

@@ -90,11 +90,11 @@ Json cursor_schema() { return {{"type", "string"}, {"pattern", kCursorPattern}};
 template <typename S>
 constexpr auto page_rows() {
   return std::tuple{
-      ParameterField<S>{"cursor", "`next` of the page before.", &read_cursor<S>,
+      ParameterField<S>{"cursor", "`next` of the previous page.", &read_cursor<S>,
                         [](const S&) { return cursor_schema(); }},
       number(
           "limit", [](auto& s) -> auto& { return s.limit; }, {1, limits::kPageSize},
-          "Items of a page."),
+          "Maximum number of items per page."),
   };
 }
 
@@ -107,18 +107,18 @@ const auto& job_list_table() {
   static constexpr auto kTable = std::tuple_cat(
       std::tuple{
           ParameterField<ListQuery>{
-              "state", "Only jobs in one of these states; may be repeated, or hold commas.",
+              "state", "Only jobs in one of these states; may be repeated or comma-separated.",
               &read_states, &states_schema, true},
           ParameterField<ListQuery>{
               "label", "Only jobs with this label, `key=value` or `key`; may be repeated.",
               &read_label, [](const ListQuery&) { return list_schema(text_schema()); }, true},
           text(
               "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-              "Only jobs whose name contains this; a job without a name goes by its scene. Case "
-              "is ignored for a to z."),
+              "Only jobs whose name contains this text; for a job without a name, its scene "
+              "counts. Case is ignored for a to z."),
           choice(
               "class", [](auto& s) -> auto& { return s.job_class; }, &job_classes,
-              "Only jobs of this class: previews are left out unless they are asked for."),
+              "Only jobs of this class. By default previews are left out."),
       },
       page_rows<ListQuery>());
   return kTable;
@@ -166,8 +166,9 @@ const auto& scene_upload_table() {
   static constexpr auto kTable = std::tuple{
       text(
           "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-          "A name for people, such as that of the file; it replaces the name inside the file. The "
-          "id depends on the content alone: the name of a tenant's first upload stays."),
+          "Display name, for example the file name; it replaces the name inside the file. The id "
+          "depends on the content alone, so a tenant's later uploads of the same content keep the "
+          "first name."),
   };
   return kTable;
 }
@@ -177,20 +178,19 @@ const auto& submit_table() {
       flag(
           "dry_run", [](auto& s) -> auto& { return s.dry_run; },
           "1: only validate the job and estimate its cost (200)."),
-      ParameterField<SubmitQuery>{
-          "from",
-          "`image`: the body is a PNG or EXR image that a Tessera server made; its job is "
-          "submitted again and gives the same film.",
-          [](const std::string& value, SubmitQuery& out, const std::string& pointer,
-             Faults& faults) {
-            out.from_image = value == "image";
-            if (!out.from_image) {
-              faults.add(pointer, shown(Json(value)) + " is not 'image'");
-            }
-          },
-          [](const SubmitQuery&) {
-            return Json{{"type", "string"}, {"enum", {"image"}}};
-          }},
+      ParameterField<SubmitQuery>{"from",
+                                  "`image`: the body is a PNG or EXR image from a Tessera server; "
+                                  "its job is submitted again and renders the same film.",
+                                  [](const std::string& value, SubmitQuery& out,
+                                     const std::string& pointer, Faults& faults) {
+                                    out.from_image = value == "image";
+                                    if (!out.from_image) {
+                                      faults.add(pointer, shown(Json(value)) + " is not 'image'");
+                                    }
+                                  },
+                                  [](const SubmitQuery&) {
+                                    return Json{{"type", "string"}, {"enum", {"image"}}};
+                                  }},
   };
   return kTable;
 }
@@ -198,7 +198,7 @@ const auto& submit_table() {
 const auto& batch_submit_table() {
   static constexpr auto kTable = std::tuple{flag(
       "dry_run", [](auto& s) -> auto& { return s.dry_run; },
-      "1: only validate the batch and name its jobs (200).")};
+      "1: only validate the batch and return the names of its jobs (200).")};
   return kTable;
 }
 
@@ -206,7 +206,7 @@ const auto& wait_table() {
   static constexpr auto kTable = std::tuple{
       number(
           "wait", [](auto& s) -> auto& { return s.wait_seconds; }, {0, limits::kWaitSeconds},
-          "Answer at a final state (with If-None-Match: at any change), or after this many "
+          "Respond once the job has ended (with If-None-Match: at any change), or after this many "
           "seconds."),
   };
   return kTable;

@@ -56,7 +56,7 @@ const auto& patch_table() {
                            [](const PatchBody& defaults) {
                              Json schema = labels_schema(defaults.spec);
                              schema["description"] =
-                                 "Labels to set; null removes one, the others stay.";
+                                 "Labels to set; null removes a label, labels not listed stay.";
                              schema["additionalProperties"]["type"] = {"string", "null"};
                              return schema;
                            }},
@@ -67,7 +67,7 @@ const auto& patch_table() {
                            [](const PatchBody& defaults) {
                              Json schema = stop_schema(defaults.spec.stop);
                              schema["description"] =
-                                 "Rules to raise or lower; null removes one, the others stay.";
+                                 "Rules to change; null removes a rule, rules not listed stay.";
                              schema.erase("minProperties");
                              return schema;
                            }},
@@ -154,7 +154,8 @@ const auto& scene_table() {
           "files", &read_files,
           [](const SceneFromAssets& body, Json& object) { object["files"] = body.files; },
           [](const SceneFromAssets&) {
-            Json schema = basic_schema("object", "Asset id of each uri that the glTF names.");
+            Json schema =
+                basic_schema("object", "Asset ids of the files that the glTF refers to, by uri.");
             schema["additionalProperties"] = asset_id_schema("");
             schema["maxProperties"] = limits::kSceneFiles;
             schema["default"] = Json::object();
@@ -190,8 +191,8 @@ const auto& comparison_table() {
           "b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
       choice(
           "a_denoise", [](auto& s) -> auto& { return s.a_denoise; }, &denoise_shows,
-          "Which image of a job. Errors of the pixels of a denoised one are not known singly: "
-          "bias.low, bias.high and z are null then."),
+          "Which image of a job. The errors of single pixels of a denoised image are unknown, so "
+          "bias.low, bias.high and z are null."),
       choice(
           "b_denoise", [](auto& s) -> auto& { return s.b_denoise; }, &denoise_shows,
           "The same of b."),
@@ -229,7 +230,7 @@ const auto& merge_table() {
           "films", &read_films,
           [](const MergeRequest& body, Json& object) { object["films"] = body.films; },
           [](const MergeRequest&) {
-            Json schema = basic_schema("array", "Compatible films without common samples.");
+            Json schema = basic_schema("array", "Compatible films that share no samples.");
             schema["items"] = basic_schema("string", kIdDoc);
             schema["minItems"] = 1;
             schema["maxItems"] = limits::kMergeFilms;
@@ -268,7 +269,7 @@ const auto& ticket_table() {
           "jobs", &read_watched_jobs,
           [](const TicketRequest& body, Json& object) { object["jobs"] = body.jobs; },
           [](const TicketRequest&) {
-            Json schema = basic_schema("array", "Jobs that the ticket lets its bearer watch.");
+            Json schema = basic_schema("array", "Jobs that the ticket gives access to.");
             schema["items"] = basic_schema("string", "Job id (UUID).");
             schema["items"]["format"] = "uuid";
             schema["minItems"] = 1;
@@ -363,22 +364,22 @@ Parsed<TicketRequest> parse_ticket(std::string_view body) {
 
 Json job_patch_schema() {
   Json schema = object_schema(patch_table(), PatchBody{},
-                              "A merge patch (RFC 7396) of the members that may change.");
+                              "A merge patch (RFC 7396) of the members that can be changed.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
   return schema;
 }
-Json extend_schema() { return object_schema(extend_table(), ExtendBody{}, "What to go on to."); }
+Json extend_schema() { return object_schema(extend_table(), ExtendBody{}, "How to extend a job."); }
 Json scene_from_assets_schema() {
-  return object_schema(scene_table(), SceneFromAssets{}, "A scene whose files are assets.");
+  return object_schema(scene_table(), SceneFromAssets{}, "A scene from uploaded assets.");
 }
 Json comparison_request_schema() {
   return object_schema(comparison_table(), ComparisonRequest{}, "Two images; b is the reference.");
 }
 Json ticket_request_schema() {
-  return object_schema(ticket_table(), TicketRequest{}, "What a ticket is for.");
+  return object_schema(ticket_table(), TicketRequest{}, "The jobs for which to create a ticket.");
 }
-Json merge_schema() { return object_schema(merge_table(), MergeRequest{}, "Films to add up."); }
+Json merge_schema() { return object_schema(merge_table(), MergeRequest{}, "Films to merge."); }
 
 }  // namespace api

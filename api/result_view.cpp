@@ -113,7 +113,7 @@ namespace {
 const View<Slope>& slope_view() {
   static const View<Slope> kView = {
       "",
-      "Of log error against log samples, least squares, 95% interval.",
+      "Slope of log error against log samples by least squares, with 95% interval.",
       {{"value", shape::nullable(shape::real()),
         [](const Slope& s) { return number_json(s.value); }},
        {"low", shape::nullable(shape::real()), [](const Slope& s) { return number_json(s.low); }},
@@ -127,7 +127,7 @@ const View<Slope>& slope_view() {
 const View<PixelLayer>& pixel_layer_view() {
   static const View<PixelLayer> kView = {
       "PixelLayer",
-      "One layer at one pixel, a number for each channel.",
+      "Values of one layer at one pixel, per channel.",
       {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
        {"standard_error", shape::reals(),
         [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
@@ -152,7 +152,7 @@ const View<ConvergenceView>& convergence_view() {
   static const View<ConvergenceView> kView = {
       "Convergence",
       "Error over samples and time.",
-      {{"points", shape::list(curve_point_view().shape(), "One for each error check."),
+      {{"points", shape::list(curve_point_view().shape(), "The state at each error check."),
         [](const ConvergenceView& c) { return print_list(curve_point_view(), c.points); }},
        {"slope", slope_view().shape(),
         [](const ConvergenceView& c) { return slope_view().print(fit_slope(c.points)); }}}};
@@ -188,7 +188,7 @@ const View<ComparisonView>& bias_view() {
   using Compared = ComparisonView;
   static const View<Compared> kView = {
       "",
-      "Mean of a - b; its interval is null where a side does not know its error.",
+      "Mean of a - b; its interval is null if the error of one side is unknown.",
       {{"value", shape::nullable(shape::real()),
         [](const Compared& c) { return number_json(c.bias); }},
        {"low", shape::nullable(shape::real()),
@@ -202,7 +202,7 @@ const View<ComparisonView>& z_view() {
   using Compared = ComparisonView;
   static const View<Compared> kView = {
       "",
-      "Of (a-b) / standard error.",
+      "Statistics of (a-b) / standard error.",
       {{"mean", shape::nullable(shape::real()),
         [](const Compared& c) { return number_json(c.z_mean); }},
        {"variance", shape::nullable(shape::real()),

@@ -45,7 +45,7 @@ const View<CameraView>& camera_view() {
        {"vertical_fov_degrees", shape::nullable(shape::real("Null: orthographic.")), &fov_json},
        {"position", shape::triple("Metres."),
         [](const CameraView& c) { return triple_json(c.camera.to_world.t); }},
-       {"direction", shape::triple("Where it looks, unit vector."),
+       {"direction", shape::triple("Viewing direction, unit vector."),
         [](const CameraView& c) {
           return axis_json(-c.camera.to_world.z, {0, 0, -1});
         }},
@@ -101,7 +101,7 @@ const View<SceneView>& scene_view() {
   static const View<SceneView> kView = {
       "Scene",
       "A loaded scene.",
-      {{"id", shape::text("What a job's `scene` names."),
+      {{"id", shape::text("Value for a job's `scene`."),
         [](const SceneView& s) -> Json { return s.id; }},
        {"name", shape::text(), [](const SceneView& s) -> Json { return s.summary.name; }},
        {"bytes", shape::count("Memory of geometry, acceleration structure and textures."),
@@ -111,14 +111,14 @@ const View<SceneView>& scene_view() {
           const core::Bounds& bounds = s.summary.bounds;
           return bounds.empty() ? Json(nullptr) : bounds_view().print(bounds);
         }},
-       {"triangles", shape::count("As placed: a mesh used twice counts twice."),
+       {"triangles", shape::count("Number of triangle instances: a mesh used twice counts twice."),
         [](const SceneView& s) -> Json { return s.summary.triangles; }},
        {"instances", shape::count(),
         [](const SceneView& s) -> Json { return s.summary.instances; }},
        {"cameras", shape::list(camera_view().shape()), &cameras_json},
        {"lights", shape::list(light_view().shape(), "Punctual lights."),
         [](const SceneView& s) { return print_list(light_view(), s.summary.lights); }},
-       {"light_groups", shape::texts("Names for layers light:NAME."),
+       {"light_groups", shape::texts("Names for the layers light:NAME."),
         [](const SceneView& s) -> Json { return s.summary.light_groups; }},
        {"materials", shape::texts("Names."),
         [](const SceneView& s) -> Json { return s.summary.materials; }},

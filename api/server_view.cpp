@@ -130,14 +130,14 @@ Json own_defaults_json(std::string_view integrator) {
 const View<BuildView>& build_view() {
   static const View<BuildView> kView = {
       "",
-      "What the bits of a film depend on besides the job.",
+      "What determines the bits of a film in addition to the job.",
       {{"id", shape::text(), [](const BuildView& b) -> Json { return b.id; }},
        {"commit", shape::text(), [](const BuildView& b) -> Json { return b.commit; }},
        {"compiler", shape::text(), [](const BuildView& b) -> Json { return b.compiler; }},
-       {"isa", shape::text("Instruction set that rays are traced with."),
+       {"isa", shape::text("Instruction set used to trace rays."),
         [](const BuildView& b) -> Json { return b.isa; }},
        {"embree", shape::text(), [](const BuildView& b) -> Json { return b.embree; }},
-       {"waves", shape::flag("Paths of default options go eight side by side."),
+       {"waves", shape::flag("Jobs with default options trace eight paths at a time."),
         [](const BuildView& b) -> Json { return b.waves; }}}};
   return kView;
 }
@@ -181,11 +181,11 @@ std::string build_json(const ServerView& server) {
 const View<TypeView>& type_info_view() {
   static const View<TypeView> kView = {
       "TypeInfo",
-      "A name that requests may use.",
+      "A name that requests can use.",
       {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
        {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
        {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},
-       {"accepts", shape::texts("JSON pointers of the job request that it honours."),
+       {"accepts", shape::texts("JSON pointers of the members of a job request that it supports."),
         [](const TypeView& t) -> Json { return t.accepts; }}}};
   return kView;
 }
@@ -197,12 +197,12 @@ const View<core::IntegratorEntry>& integrator_view() {
       "An algorithm that traces light paths.",
       {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
        {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
-       {"error", shape::one_of(error_names(), "Do the halves of its images tell the error?"),
+       {"error", shape::one_of(error_names(), "Whether the halves of its images give the error."),
         [](const Entry& e) -> Json {
           return core::row_of(core::error_validities(), e.error).name;
         }},
        {"summary", shape::text(), [](const Entry& e) -> Json { return e.summary; }},
-       {"accepts", shape::texts("JSON pointers of the job request that it honours."),
+       {"accepts", shape::texts("JSON pointers of the members of a job request that it supports."),
         [](const Entry& e) -> Json { return texts_of(e.accepts); }},
        {"defaults",
         shape::object("Merge patch (RFC 7396) of `defaults`, which holds for its jobs."),
@@ -213,11 +213,11 @@ const View<core::IntegratorEntry>& integrator_view() {
 const View<OptionRow>& option_view() {
   static const View<OptionRow> kView = {
       "EstimationOption",
-      "A switch of the estimation.",
+      "An option of the estimator.",
       {{"name", shape::text(), [](const OptionRow& o) -> Json { return o.name; }},
        {"bias", shape::bias(), [](const OptionRow& o) -> Json { return o.bias; }},
        {"summary", shape::text(), [](const OptionRow& o) -> Json { return o.summary; }},
-       {"patch", shape::object("Merge patch (RFC 7396) of the job request that turns it on."),
+       {"patch", shape::object("Merge patch (RFC 7396) of a job request that enables it."),
         [](const OptionRow& o) { return Json::parse(o.patch); }}}};
   return kView;
 }
@@ -230,7 +230,7 @@ const View<ServerView>& server_view() {
       "Server capabilities.",
       {{"version", shape::text(), [](const Server& s) -> Json { return s.version; }},
        {"build", build_view().shape(), [](const Server& s) { return build_view().print(s.build); }},
-       {"limits", shape::map(shape::integer(), "Every maximum by name."), &limits_json},
+       {"limits", shape::map(shape::integer(), "All limits by name."), &limits_json},
        {"defaults", shape::reference("JobDefaults"), [](const Server&) { return defaults_json(); }},
        {"integrators", shape::list(integrator_view().shape()),
         [](const Server&) { return print_list(integrator_view(), core::integrators()); }},
@@ -238,13 +238,13 @@ const View<ServerView>& server_view() {
        {"light_samplers", kTypes,
         [](const Server&) { return print_types(core::light_samplers()); }},
        {"adaptive", kTypes, [](const Server&) { return print_types(core::adaptive_types()); }},
-       {"options", shape::list(option_view().shape(), "Every other switch of the estimation."),
+       {"options", shape::list(option_view().shape(), "All other options of the estimator."),
         [](const Server&) { return print_list(option_view(), estimation_options()); }},
-       {"layers", shape::texts("Of a job that does not say which to record."),
+       {"layers", shape::texts("Layers of a job that does not name any."),
         [](const Server&) { return layer_names(true); }},
-       {"optional_layers", shape::texts("Those that `film.layers` has to ask for."),
+       {"optional_layers", shape::texts("Layers that have to be requested in `film.layers`."),
         [](const Server&) { return layer_names(false); }},
-       {"layer_patterns", shape::texts("Layers of which there is one for each number or name."),
+       {"layer_patterns", shape::texts("Layers with a number or name in their name."),
         [](const Server&) { return names_of(core::layer_patterns()); }},
        {"image_formats", shape::texts("Extensions."),
         [](const Server& s) {
@@ -269,13 +269,12 @@ const View<ServerView>& server_view() {
 const View<DrainView>& drain_view() {
   static const View<DrainView> kView = {
       "Drain",
-      "Whether the server takes new jobs, and what it still has.",
-      {{"draining",
-        shape::flag("New jobs are refused with 503, and those of the queue do not begin."),
+      "Whether the server accepts new jobs, and its remaining jobs.",
+      {{"draining", shape::flag("New jobs are refused with 503, and queued jobs do not start."),
         [](const DrainView& d) -> Json { return d.draining; }},
-       {"running", shape::count("Jobs that load, render or end; they go on."),
+       {"running", shape::count("Active jobs; they continue."),
         [](const DrainView& d) -> Json { return d.running; }},
-       {"queued", shape::count("Jobs that wait."),
+       {"queued", shape::count("Waiting jobs."),
         [](const DrainView& d) -> Json { return d.queued; }}}};
   return kView;
 }

@@ -56,7 +56,8 @@ const auto& sun_table() {
                                      object["time"] = rfc3339(s.unix_seconds);
                                    },
                                    [](const core::SunSettings&) {
-                                     Json schema = basic_schema("string", "RFC 3339, by day.");
+                                     Json schema = basic_schema(
+                                         "string", "RFC 3339; the sun must be above the horizon.");
                                      schema["format"] = "date-time";
                                      return schema;
                                    }},
@@ -84,11 +85,12 @@ void print_sun(const JobSpec& spec, Json& object) {
 }
 
 Json sun_schema(const JobSpec& /*defaults*/) {
-  Json schema = object_schema(sun_table(), core::SunSettings{},
-                              "Sun and clear sky of a place and time, in W/(m2 sr) of nominal "
-                              "white (683 lm/W): at noon some 100 times as bright as 1. Sky: "
-                              "Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA. The "
-                              "sun is a disc that is sampled. North is -z, east +x.");
+  Json schema =
+      object_schema(sun_table(), core::SunSettings{},
+                    "Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 "
+                    "lm/W): at noon about 100 times as bright as a white environment. Sky: "
+                    "Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA. The sun is a "
+                    "disc that is sampled as a light. North is -z, east +x.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
@@ -126,8 +128,8 @@ const auto& environment_table() {
                choice(
                    "preset", [](auto& s) -> auto& { return s.environment.preset; },
                    &core::environment_presets,
-                   "Studio light made in code, as strong as a white environment; instead of an "
-                   "asset.")),
+                   "Studio lighting generated in code, as strong as a white environment; instead "
+                   "of an asset.")),
       CustomRow<JobSpec>{"sun", &read_sun, &print_sun, &sun_schema, false, true},
       triple(
           "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
@@ -137,7 +139,7 @@ const auto& environment_table() {
           "Multiplies colour and image."),
       number(
           "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
-          {-36000, 36000}, "Positive turns it counter-clockwise seen from above."),
+          {-36000, 36000}, "Positive values rotate it counter-clockwise seen from above."),
       CustomRow<JobSpec>{"visible", &read_visible,
                          [](const JobSpec& s, Json& object) {
                            object["visible"] = !core::is_transparent(s.render);
@@ -146,7 +148,7 @@ const auto& environment_table() {
                            Json schema = basic_schema(
                                "boolean",
                                "If false, the environment lights the scene but the background is "
-                               "transparent: short for background type 'transparent'.");
+                               "transparent; same as background type 'transparent'.");
                            schema["default"] = true;
                            return schema;
                          }},
@@ -159,7 +161,7 @@ const auto& background_table() {
   static constexpr auto kTable = std::tuple{
       choice(
           "type", [](auto& s) -> auto& { return s.type; }, &core::backgrounds,
-          "Kind of background. When it is not given: 'transparent' with ground 'catcher', else "
+          "Kind of background. If absent: 'transparent' with ground 'catcher', otherwise "
           "'environment'."),
       when([](const core::BackgroundSettings& s) { return s.type == core::BackgroundType::kColor; },
            "applies to type 'color' only",
@@ -182,12 +184,12 @@ const auto& ground_table() {
       when(kIsThere, kElse,
            number(
                "height", [](auto& s) -> auto& { return s.height_m; }, kMetres,
-               "Its y, metres; null: the model's lowest point.")),
+               "y of the ground, metres; null: the model's lowest point.")),
       when(kIsThere, kElse,
            triple(
                "color", [](auto& s) -> auto& { return s.color; }, kAlbedo,
-               "Of its surface, linear Rec.709: also of a catcher, which lights the model from "
-               "below.")),
+               "Surface colour, linear Rec.709; a catcher uses it too, because it lights the model "
+               "from below.")),
       when(kIsThere, kElse,
            number(
                "reflection", [](auto& s) -> auto& { return s.reflection; }, kAlbedo,
@@ -285,7 +287,7 @@ void print_background(const JobSpec& spec, Json& object) {
 Json background_schema(const JobSpec& defaults) {
   return object_schema(
       background_table(), defaults.render.background,
-      "What the camera sees where it meets nothing; mirrors and glass show the environment.");
+      "What the camera sees where it hits no surface; mirrors and glass show the environment.");
 }
 
 void read_ground(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
@@ -298,7 +300,7 @@ void print_ground(const JobSpec& spec, Json& object) {
 
 Json ground_schema(const JobSpec& defaults) {
   return object_schema(ground_table(), defaults.render.ground,
-                       "Level ground that is added to the scene.");
+                       "Horizontal ground added to the scene.");
 }
 
 void settle_stage(const Json& request, JobSpec& spec) {

@@ -44,20 +44,20 @@ const auto& table() {
                number(
                    "samples_per_pixel", [](auto& s) -> auto& { return s.samples_per_pixel; },
                    {1, limits::kSamplesPerPixel},
-                   "Stop at this mean number of samples over the pixels of the crop, all "
-                   "replicates together. Rounded up to what the sampler can do.")),
+                   "Stop at this mean number of samples per pixel of the crop, over all "
+                   "replicates. Rounded up to a count that the sampler supports.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                number(
                    "relative_error", [](auto& s) -> auto& { return s.relative_error; },
                    {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
                    "Stop when the relative error is at most this, with `confidence`.")),
-      shown_if([](const StopRules& s) { return s.denoised_error.has_value(); },
-               number(
-                   "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
-                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-                   "Stop when the relative error of the denoised image (`mixed`) is at most "
-                   "this, with `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... "
-                   "samples to see.")),
+      shown_if(
+          [](const StopRules& s) { return s.denoised_error.has_value(); },
+          number(
+              "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
+              {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+              "Stop when the relative error of the denoised image (`mixed`) is at most this, with "
+              "`confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.")),
       shown_if(
           [](const StopRules& s) {
             return s.relative_error || s.denoised_error || s.confidence != kConfidence;
@@ -70,7 +70,7 @@ const auto& table() {
                     "applies to relative_error only",
                     choice(
                         "scope", [](auto& s) -> auto& { return s.worst_tile; }, &scopes,
-                        "Whose error has to be small enough."))),
+                        "What has to meet the error target."))),
       shown_if([](const StopRules& s) { return s.seconds.has_value(); },
                number(
                    "seconds", [](auto& s) -> auto& { return s.seconds; },

@@ -82,16 +82,17 @@ Json time_or_null(const std::optional<double>& time) {
 
 const Columns<KeyView>& key_columns() {
   static const Columns<KeyView> kColumns = {
-      {"id", text_schema("Names the key in lists and logs."),
+      {"id", text_schema("Id of the key in lists and logs."),
        [](const KeyView& key) { return Json(key.id); }},
       {"name", text_schema("Display name."), [](const KeyView& key) { return Json(key.name); }},
-      {"tenant", text_schema("Whose work it sees and makes."),
+      {"tenant", text_schema("Tenant whose work it sees and creates."),
        [](const KeyView& key) { return Json(key.tenant); }},
-      {"scopes", array_schema(enum_schema(kScopes, ""), "What it may do."),
+      {"scopes", array_schema(enum_schema(kScopes, ""), "Permissions."),
        [](const KeyView& key) { return Json(key.scopes); }},
-      {"rate_limit", count_schema("Requests a minute; 0: any number; null: the server's.", true),
+      {"rate_limit",
+       count_schema("Requests per minute; 0: no limit; null: the server's default.", true),
        [](const KeyView& key) { return key.rate_limit ? Json(*key.rate_limit) : Json(nullptr); }},
-      {"max_priority", count_schema("Highest priority of its jobs."),
+      {"max_priority", count_schema("Maximum priority of its jobs."),
        [](const KeyView& key) { return Json(key.max_priority); }},
       {"created_at", time_schema(""),
        [](const KeyView& key) { return Json(rfc3339(key.created_at_unix_seconds)); }},
@@ -107,15 +108,17 @@ const Columns<UsageView>& usage_columns() {
        [](const UsageView& usage) { return Json(usage.tenant); }},
       {"jobs", count_schema("Stored jobs."),
        [](const UsageView& usage) { return Json(usage.jobs); }},
-      {"unfinished_jobs", count_schema("Of these, those that have not ended."),
+      {"unfinished_jobs", count_schema("Number of these that have not ended."),
        [](const UsageView& usage) { return Json(usage.unfinished_jobs); }},
-      {"cpu_seconds", basic_schema("number", "Of all jobs but previews, deleted ones included."),
+      {"cpu_seconds",
+       basic_schema("number", "CPU seconds of all jobs except previews, including deleted jobs."),
        [](const UsageView& usage) { return number_json(usage.cpu_seconds); }},
-      {"deleted_jobs", count_schema("Jobs that were deleted."),
+      {"deleted_jobs", count_schema("Number of deleted jobs."),
        [](const UsageView& usage) { return Json(usage.deleted_jobs); }},
-      {"asset_bytes", count_schema("Assets and scenes that it keeps."),
+      {"asset_bytes", count_schema("Bytes of assets and scenes."),
        [](const UsageView& usage) { return Json(usage.asset_bytes); }},
-      {"film_bytes", count_schema("Films, and room for those that are being rendered."),
+      {"film_bytes",
+       count_schema("Bytes of films, including space reserved for those being rendered."),
        [](const UsageView& usage) { return Json(usage.film_bytes); }},
       {"streams", count_schema("Open event and tile streams."),
        [](const UsageView& usage) { return Json(usage.streams); }},
@@ -126,11 +129,11 @@ const Columns<UsageView>& usage_columns() {
 const Columns<QuotasView>& quota_columns() {
   static const Columns<QuotasView> kColumns = {
       {"jobs", count_schema("Unfinished jobs."), [](const QuotasView& q) { return Json(q.jobs); }},
-      {"previews", count_schema("Previews at a time."),
+      {"previews", count_schema("Simultaneous previews."),
        [](const QuotasView& q) { return Json(q.previews); }},
       {"streams", count_schema("Open streams."),
        [](const QuotasView& q) { return Json(q.streams); }},
-      {"lab_runs", count_schema("Experiments at a time."),
+      {"lab_runs", count_schema("Simultaneous experiments."),
        [](const QuotasView& q) { return Json(q.lab_runs); }},
       {"stored_bytes", count_schema("Assets and films."),
        [](const QuotasView& q) { return Json(q.stored_bytes); }},
@@ -140,16 +143,16 @@ const Columns<QuotasView>& quota_columns() {
 
 const Columns<DeliveryView>& delivery_columns() {
   static const Columns<DeliveryView> kColumns = {
-      {"id", text_schema("The webhook-id that the receiver gets, each time."),
+      {"id", text_schema("The webhook-id that the receiver gets on every attempt."),
        [](const DeliveryView& call) { return Json(call.id); }},
-      {"job", text_schema("Or batch that it is about; null: a test.", true),
+      {"job", text_schema("Job or batch that it is about; null: a test.", true),
        [](const DeliveryView& call) { return call.job.empty() ? Json(nullptr) : Json(call.job); }},
-      {"event", text_schema("What it tells: `state`, `end` or `test`."),
+      {"event", text_schema("Kind of event: `state`, `end` or `test`."),
        [](const DeliveryView& call) { return Json(call.event); }},
       {"url", text_schema(""), [](const DeliveryView& call) { return Json(call.url); }},
-      {"state", enum_schema(kDeliveryStates, "`failed`: it was given up."),
+      {"state", enum_schema(kDeliveryStates, "`failed`: all attempts failed."),
        [](const DeliveryView& call) { return Json(call.state); }},
-      {"attempts", count_schema("Calls that were made."),
+      {"attempts", count_schema("Number of attempts."),
        [](const DeliveryView& call) { return Json(call.attempts); }},
       {"created_at", time_schema(""),
        [](const DeliveryView& call) { return Json(rfc3339(call.created_at_unix_seconds)); }},
@@ -157,11 +160,11 @@ const Columns<DeliveryView>& delivery_columns() {
        [](const DeliveryView& call) { return time_or_null(call.next_attempt_at_unix_seconds); }},
       {"ended_at", time_schema("", true),
        [](const DeliveryView& call) { return time_or_null(call.ended_at_unix_seconds); }},
-      {"status", count_schema("Of the last answer; null: there was none.", true),
+      {"status", count_schema("Status of the last response; null: there was none.", true),
        [](const DeliveryView& call) {
          return call.status > 0 ? Json(call.status) : Json(nullptr);
        }},
-      {"detail", text_schema("Why the last attempt failed; null: it did not.", true),
+      {"detail", text_schema("Why the last attempt failed; null: it did not fail.", true),
        [](const DeliveryView& call) {
          return call.detail.empty() ? Json(nullptr) : Json(call.detail);
        }},
@@ -194,29 +197,28 @@ const auto& key_request_table() {
           "Display name."),
       text(
           "tenant", [](auto& s) -> auto& { return s.tenant; }, {1, kTenantCharacters},
-          "Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that "
-          "replaces another names the tenant of that one."),
+          "Tenant of the key: letters, digits, `.`, `_`, `-`; null: one of its own. To replace a "
+          "key, use the tenant of the old one."),
       CustomRow<KeyRequest>{
           "scopes", &read_scopes,
           [](const KeyRequest& body, Json& json) { json["scopes"] = body.scopes; },
           [](const KeyRequest& defaults) {
-            Json schema = array_schema(
-                enum_schema(kScopes, ""),
-                "What it may do; `admin` goes with `read` and `write`; `worker` is for "
-                "`tessera worker` alone.");
+            Json schema = array_schema(enum_schema(kScopes, ""),
+                                       "Permissions; `admin` requires `read` and `write`; `worker` "
+                                       "is for `tessera worker` only.");
             schema["minItems"] = 1;
             schema["default"] = defaults.scopes;
             return schema;
           }},
       number(
           "rate_limit", [](auto& s) -> auto& { return s.rate_limit; }, {0, kRateMax},
-          "Requests a minute; 0: any number; null: the server's."),
+          "Requests per minute; 0: no limit; null: the server's default."),
       number(
           "max_priority", [](auto& s) -> auto& { return s.max_priority; }, {0, limits::kPriority},
-          "Highest priority of its jobs."),
+          "Maximum priority of its jobs."),
       number(
           "days", [](auto& s) -> auto& { return s.days; }, {1, kDaysMax},
-          "It expires after so many; null: never."),
+          "Days until it expires; null: never."),
   };
   return kTable;
 }
@@ -316,10 +318,10 @@ Parsed<std::string> parse_webhook_test(std::string_view body) {
 
 void add_tenant_schemas(Json& components) {
   components["KeyRequest"] =
-      as_request(object_schema(key_request_table(), KeyRequest{}, "A key that is to be made."));
+      as_request(object_schema(key_request_table(), KeyRequest{}, "A key to create."));
   components["Key"] = schema_of(key_columns(), "A key, without its text.");
-  Json made = schema_of(key_columns(), "A key that was made.");
-  made["properties"]["key"] = text_schema("Its text. It is not shown again.");
+  Json made = schema_of(key_columns(), "A new key.");
+  made["properties"]["key"] = text_schema("The key itself. It is not shown again.");
   made["required"].push_back("key");
   components["NewKey"] = std::move(made);
   const auto with = [](std::string_view member, Json schema, std::string_view doc) {
@@ -330,9 +332,10 @@ void add_tenant_schemas(Json& components) {
     return object;
   };
   components["KeyList"] = with("keys", array_schema(ref("Key"), "Oldest first."), "All keys.");
-  Json usage = with("tenants", array_schema(schema_of(usage_columns(), ""), "By name."),
-                    "What tenants use: all for the operator and admins, else one's own.");
-  usage["properties"]["quotas"] = schema_of(quota_columns(), "Of each tenant; 0: no limit.");
+  Json usage = with(
+      "tenants", array_schema(schema_of(usage_columns(), ""), "By name."),
+      "Resource usage of tenants: of all for the operator and admins, otherwise of one's own.");
+  usage["properties"]["quotas"] = schema_of(quota_columns(), "Quotas per tenant; 0: no limit.");
   usage["required"].push_back("quotas");
   components["Usage"] = std::move(usage);
   components["Delivery"] = schema_of(delivery_columns(), "A webhook call.");
@@ -342,9 +345,9 @@ void add_tenant_schemas(Json& components) {
   page["required"].push_back("next");
   components["DeliveryList"] = std::move(page);
   components["WebhookTestRequest"] =
-      as_request(object_schema(test_request_table(), TestRequest{}, "Where to."));
+      as_request(object_schema(test_request_table(), TestRequest{}, "Target of the call."));
   components["WebhookSecret"] =
-      with("secret", text_schema("`whsec_` and base64."), "What calls are signed with.");
+      with("secret", text_schema("`whsec_` and base64."), "Secret with which calls are signed.");
 }
 
 }  // namespace api

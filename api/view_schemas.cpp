@@ -80,7 +80,7 @@ void add_view_schemas(Json& components) {
   add(components, problem_view());
   components["JobState"] = job_state_schema();
   components["JobSpec"] =
-      as_answer(job_request_schema(), "The job request with every member in force.");
+      as_answer(job_request_schema(), "The job request with all effective values.");
   add(components, progress_view());
   add(components, error_view());
   add(components, statistics_view());
@@ -115,8 +115,7 @@ void add_view_schemas(Json& components) {
   add(components, objects_view());
   Json defaults = job_request_schema();
   defaults["properties"].erase("scene");
-  components["JobDefaults"] = as_answer(
-      std::move(defaults), "What is in force where a job request does not say otherwise.");
+  components["JobDefaults"] = as_answer(std::move(defaults), "Defaults of a job request.");
   add(components, type_info_view());
   add(components, integrator_view());
   add(components, option_view());

@@ -42,9 +42,10 @@ const auto& report_table() {
           "Its arithmetic class."),
       number(
           "threads", [](auto& s) -> auto& { return s.threads; }, {1, limits::kWorkerThreads},
-          "Units that it renders at a time."),
+          "Number of units that it renders at a time."),
       flag(
-          "draining", [](auto& s) -> auto& { return s.draining; }, "It takes no more units."),
+          "draining", [](auto& s) -> auto& { return s.draining; },
+          "Whether it accepts no more units."),
       CustomRow<WorkerReport>{
           "units", &read_units,
           [](const WorkerReport& report, Json& json) { json["units"] = report.units; },
@@ -58,10 +59,11 @@ const auto& report_table() {
 const auto& unit_table() {
   static constexpr auto kTable = std::tuple{
       required_text(
-          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters}, "Who asks."),
+          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters},
+          "Id of the worker."),
       text(
           "fault", [](auto& s) -> auto& { return s.fault; }, {0, limits::kNameCharacters},
-          "Why a unit that is handed back was not rendered; empty: for no fault of its own."),
+          "Why a returned unit was not rendered; empty: not because of an error."),
   };
   return kTable;
 }
@@ -84,8 +86,8 @@ Parsed<Body> parse_body(const Table& table, std::string_view text) {
 const View<WorkerOrders>& orders_view() {
   static const View<WorkerOrders> kView = {
       "WorkerOrders",
-      "What a worker is to do.",
-      {{"suitable", shape::flag("It gets units."),
+      "Instructions for a worker.",
+      {{"suitable", shape::flag("Whether it gets units."),
         [](const WorkerOrders& o) -> Json { return o.reason.empty(); }},
        {"reason", shape::nullable(shape::text("Why it gets none.")),
         [](const WorkerOrders& o) -> Json {
@@ -93,7 +95,7 @@ const View<WorkerOrders>& orders_view() {
         }},
        {"report_seconds", shape::real("Until its next report."),
         [](const WorkerOrders& o) -> Json { return o.report_seconds; }},
-       {"dropped", shape::texts("Units whose results are not wanted any more."),
+       {"dropped", shape::texts("Units whose results are no longer needed."),
         [](const WorkerOrders& o) -> Json { return o.dropped; }}}};
   return kView;
 }
@@ -101,7 +103,7 @@ const View<WorkerOrders>& orders_view() {
 const View<WorkInputs>& inputs_view() {
   static const View<WorkInputs> kView = {
       "WorkInputs",
-      "What the units of a job need.",
+      "Inputs of the units of a job.",
       {{"spec", shape::object("The job's `spec`."),
         [](const WorkInputs& w) { return to_json(w.spec); }},
        {"files",
@@ -116,20 +118,22 @@ const View<WorkerView>& worker_view() {
   static const View<WorkerView> kView = {
       "Worker",
       "A process that renders units of this server's jobs.",
-      {{"id", shape::text("A new one each time that it is started."),
+      {{"id", shape::text("Id of the worker process; new after each start."),
         [](const WorkerView& w) -> Json { return w.id; }},
        {"build", shape::text("Its build."), [](const WorkerView& w) -> Json { return w.build; }},
        {"arithmetic", shape::text("Its arithmetic class."),
         [](const WorkerView& w) -> Json { return w.arithmetic; }},
-       {"threads", shape::count("Units that it renders at a time."),
+       {"threads", shape::count("Number of units that it renders at a time."),
         [](const WorkerView& w) -> Json { return w.threads; }},
-       {"rate", shape::real("Pixel samples a second while it renders."),
+       {"rate", shape::real("Pixel samples per second while rendering."),
         [](const WorkerView& w) { return number_json(w.rate); }},
        {"leases", shape::count("Units that it holds."),
         [](const WorkerView& w) -> Json { return w.leases; }},
-       {"units", shape::count("Results of it that were taken."),
+       {"units", shape::count("Number of its results that were accepted."),
         [](const WorkerView& w) -> Json { return w.units; }},
-       {"faults", shape::count("Units that it lost, failed, or brought wrong results of."),
+       {"faults",
+        shape::count(
+            "Number of units that it lost or failed, or for which it returned wrong results."),
         [](const WorkerView& w) -> Json { return w.faults; }},
        {"state", shape::one_of({"idle", "working", "draining", "unsuitable", "left", "lost"}),
         [](const WorkerView& w) -> Json { return w.state; }},
@@ -137,7 +141,7 @@ const View<WorkerView>& worker_view() {
         [](const WorkerView& w) -> Json {
           return w.reason.empty() ? Json(nullptr) : Json(w.reason);
         }},
-       {"seen_at", shape::time("Its last report."),
+       {"seen_at", shape::time("Time of its last report."),
         [](const WorkerView& w) -> Json { return rfc3339(w.seen_at_unix_seconds); }}}};
   return kView;
 }
@@ -145,7 +149,7 @@ const View<WorkerView>& worker_view() {
 const View<WorkerTile>& tile_view() {
   static const View<WorkerTile> kView = {
       "WorkerTile",
-      "A tile that a worker renders. Pixels count from the top left of the full film.",
+      "A tile that a worker is rendering. Pixels are counted from the top left of the full film.",
       {{"worker", shape::text("Its id."), [](const WorkerTile& t) -> Json { return t.worker; }},
        {"x", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.x; }},
        {"y", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.y; }},
@@ -187,17 +191,17 @@ std::string worker_tiles_json(std::span<const WorkerTile> tiles) {
 }
 
 void add_worker_schemas(Json& components) {
-  components["WorkerReport"] = as_request(
-      object_schema(report_table(), WorkerReport{}, "A worker lives, and what it is busy with."));
-  components["UnitRequest"] = as_request(
-      object_schema(unit_table(), UnitRequest{}, "A worker takes a unit, or hands it back."));
+  components["WorkerReport"] =
+      as_request(object_schema(report_table(), WorkerReport{}, "Report of a worker."));
+  components["UnitRequest"] =
+      as_request(object_schema(unit_table(), UnitRequest{}, "A worker takes or returns a unit."));
   components["WorkerOrders"] = orders_view().schema();
   components["WorkInputs"] = inputs_view().schema();
   components["Worker"] = worker_view().schema();
   components["WorkerTile"] = tile_view().schema();
-  components["WorkerList"] = list_schema("All workers that were seen lately.", "workers", "Worker");
+  components["WorkerList"] = list_schema("All recently seen workers.", "workers", "Worker");
   components["WorkerTiles"] =
-      list_schema("Tiles of a job that workers render.", "tiles", "WorkerTile");
+      list_schema("Tiles of a job that workers are rendering.", "tiles", "WorkerTile");
 }
 
 }  // namespace api

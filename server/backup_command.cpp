@@ -24,9 +24,9 @@ using core::Status;
 namespace fs = std::filesystem;
 
 constexpr const char* kText =
-    "Copies a data directory while a server uses it. The copy is of one moment: its records are a "
-    "snapshot, and what they name is copied with them. A job that renders goes on from the "
-    "checkpoint in the copy. Afterwards `tessera check --data` verifies the copy.";
+    "Copies a data directory, even while a server uses it. The copy is a consistent snapshot of "
+    "all records with the files that they refer to. A rendering job continues from the checkpoint "
+    "in the copy. Use `tessera check --data` to verify the copy.";
 
 constexpr int kPage = 200;
 /// A film is copied again when a checkpoint was written meanwhile: those are seconds apart.
@@ -197,7 +197,7 @@ int backup_command(const std::vector<std::string>& args) {
   CLI::App app(kText, "tessera backup");
   app.add_option("--data", data, "The data directory; a server of the same version may use it.")
       ->type_name("DIR");
-  app.add_option("--to", to, "Where the copy goes: a directory that is empty, or not there yet.")
+  app.add_option("--to", to, "Target of the copy: an empty or new directory.")
       ->type_name("DIR")
       ->required();
   return flags::parse_and_run(app, args, [&] {

@@ -27,9 +27,9 @@ namespace server {
 namespace {
 
 constexpr const char* kText =
-    "Verifies a data directory: the database's pages and references, the hash of every asset, the "
-    "files of every scene, the checksums and the digest of every film. Nothing is changed without "
-    "--repair. Exit code 1 when something is damaged; orphaned files are reported but do not count "
+    "Verifies a data directory: the pages and references of the database, the hash of every asset, "
+    "the files of every scene, the checksums and digest of every film. Changes nothing without "
+    "--repair. Exit code 1 if something is damaged; orphaned files are reported but do not count "
     "as damage.";
 
 constexpr int kPage = 200;
@@ -285,7 +285,7 @@ int check_command(const std::vector<std::string>& args) {
   CLI::App app(kText, "tessera check");
   app.add_option("--data", data, "The data directory; stop the server first.")->type_name("DIR");
   app.add_flag("--json", as_json, "Print the findings as JSON.");
-  app.add_flag("--repair", with_repair, "Remove what is left over: files that no record names.");
+  app.add_flag("--repair", with_repair, "Remove orphaned files, which no record refers to.");
   return flags::parse_and_run(app, args, [&] { return check(data, with_repair, as_json); });
 }
 

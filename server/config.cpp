@@ -106,108 +106,111 @@ void add_flags(CLI::App& app, Config& config) {
   const Rows row(app);
   row("listen", config.listen, "ADDRESS",
       "Address to listen on. Non-local addresses require a key.");
-  row("port", config.port, "N", "Port; 0 takes a free one.")->check(flags::within(0, 65535));
+  row("port", config.port, "N", "Port; 0 chooses a free one.")->check(flags::within(0, 65535));
   row("data", config.data_dir, "DIR",
-      "Where jobs, assets and films live ($XDG_DATA_HOME/tessera).");
-  row("threads", config.threads, "N", "Render threads; 0 takes as many as the machine has.")
+      "Directory for jobs, assets and films ($XDG_DATA_HOME/tessera).");
+  row("threads", config.threads, "N", "Render threads; 0 uses all cores.")
       ->check(flags::within(0, 1024));
   row("isa", config.isa, "NAME",
-      "Instruction set Embree is held to: native, sse2, sse4.2, avx, avx2, avx512.");
+      "Instruction set that Embree may use: native, sse2, sse4.2, avx, avx2, avx512.");
   row("key", config.key, kSecret,
       "Access key required on every request. Without a key, only local connections are accepted.");
-  row("key-file", config.key_file, "FILE", "File whose first line is the key of --key.");
-  row.off("shared", config.shared, "Keys see and change what the keys of other tenants made.");
+  row("key-file", config.key_file, "FILE",
+      "File whose first line is the access key; instead of --key.");
+  row.off("shared", config.shared, "All keys see and change the work of all tenants.");
   row("metrics-key", config.metrics_key, kSecret,
-      "Key that /metrics needs; without one it needs none.");
-  row("hosts", config.hosts, "A,B", "Host names accepted besides the loopback ones.");
+      "Key required for /metrics; without one, none is needed.");
+  row("hosts", config.hosts, "A,B", "Accepted host names, in addition to loopback names.");
   row("origins", config.origins, "A,B", "Origins of other pages that may call this server (CORS).");
-  row.off("demo", config.demo, "Submit a demo job when the store has none yet.");
-  row("grace", config.grace_seconds, "SECONDS", "Longest time from SIGTERM to the end.")
+  row.off("demo", config.demo, "Submit a demo job if there are no jobs yet.");
+  row("grace", config.grace_seconds, "SECONDS", "Maximum shutdown time after SIGTERM, in seconds.")
       ->check(flags::within(0, 3600));
   row("log-level", config.log_level, "LEVEL", "debug, info, warning, error or off.")
       ->check(CLI::IsMember(kLogLevels).description(""));
-  row("max-queue", config.queue_max, "N", "Jobs waiting; 429 beyond.")
+  row("max-queue", config.queue_max, "N", "Maximum number of waiting jobs; 429 beyond.")
       ->check(flags::within(0, 1000000));
-  row("max-running", config.running_max, "N", "Jobs rendering at a time.")
+  row("max-running", config.running_max, "N", "Maximum number of jobs rendering at a time.")
       ->check(flags::within(1, 1024));
   row("memory", config.memory, "BYTES|N%",
-      "All that takes memory, jobs, requests and caches, a percentage being of the memory that "
-      "this "
-      "process may use: what does not fit waits or is refused, paused jobs go to the disk.")
+      "Memory for jobs, requests and caches together, in bytes or as a percentage of the memory "
+      "available to the process. What does not fit waits or is refused; paused jobs move to disk.")
       ->transform(share_or_bytes());
-  row("max-streams", config.streams_max, "N", "Open event and tile streams.")
+  row("max-streams", config.streams_max, "N", "Maximum number of open event and tile streams.")
       ->check(flags::within(1, 60000));
   row("max-lab-runs", config.lab_runs_max, "N",
-      "Runs of the laboratory at a time, one thread each; 429 beyond.")
+      "Maximum number of simultaneous laboratory runs, one thread each; 429 beyond.")
       ->check(flags::within(1, 64));
-  row("max-samples", config.samples_max, "N", "Samples per pixel of any job.")
+  row("max-samples", config.samples_max, "N", "Maximum samples per pixel of any job.")
       ->check(flags::within(1, 65536));
-  row("max-upload", config.upload_bytes_max, "BYTES", "Largest upload.")
+  row("max-upload", config.upload_bytes_max, "BYTES", "Maximum size of an upload.")
       ->transform(CLI::AsSizeValue(false));
-  row("scene-cache", config.scene_cache, "BYTES|N%", "Memory for scenes that stay loaded.")
+  row("scene-cache", config.scene_cache, "BYTES|N%",
+      "Memory for loaded scenes that no job is using.")
       ->transform(share_or_bytes());
-  row("film-cache", config.film_cache, "BYTES|N%",
-      "Memory for films of ended jobs that stay loaded.")
+  row("film-cache", config.film_cache, "BYTES|N%", "Memory for loaded films of finished jobs.")
       ->transform(share_or_bytes());
-  row("checkpoint", config.checkpoint_seconds, "SECONDS", "Between checkpoints of a rendering job.")
+  row("checkpoint", config.checkpoint_seconds, "SECONDS",
+      "Interval between checkpoints of a rendering job.")
       ->check(flags::within(0, 3600));
   row("retention", config.retention_seconds, "SECONDS",
-      "Jobs that have ended are forgotten after this, with their films; 0 keeps them.")
+      "Delete finished jobs and their films after this time; 0 keeps them.")
       ->check(flags::within(0, static_cast<int>(api::limits::kRetentionSeconds)));
   row("max-ended", config.ended_max, "N",
-      "Jobs that have ended and are kept: the oldest are forgotten beyond; 0 is no limit.")
+      "Maximum number of finished jobs; beyond it the oldest are deleted. 0: no limit.")
       ->check(flags::within(0, 1000000000));
   row("disk-limit", config.disk_limit, "BYTES|N%",
-      "Assets and films: above this films of ended jobs are evicted, oldest first, and uploads "
-      "refused.")
+      "Disk space for assets and films: beyond it films of finished jobs are evicted, oldest "
+      "first, and uploads are refused.")
       ->transform(share_or_bytes());
   row("rate-limit", config.rate_limit, "N",
-      "Requests a minute of each key of `tessera keys`; 0: no limit.")
+      "Requests per minute of each key made by `tessera keys`; 0: no limit.")
       ->check(flags::within(0, 100000000));
-  row("quota-jobs", config.quota_jobs, "N", "Unfinished jobs of each tenant; 0: no limit.")
+  row("quota-jobs", config.quota_jobs, "N",
+      "Maximum number of unfinished jobs per tenant; 0: no limit.")
       ->check(flags::within(0, 1000000));
   row("quota-storage", config.quota_storage, "BYTES|N%",
-      "Assets and films of each tenant, a percentage being of --disk-limit; 0 is no "
-      "limit.")
+      "Disk space for assets and films per tenant, in bytes or as a percentage of --disk-limit; 0: "
+      "no limit.")
       ->transform(share_or_bytes());
   row("quota-previews", config.quota_previews, "N",
-      "Previews at a time of each tenant (of 32 in all); 0: no limit.")
+      "Maximum number of simultaneous previews per tenant (of 32 in total); 0: no limit.")
       ->check(flags::within(0, 1000));
-  row("quota-streams", config.quota_streams, "N", "Open streams of each tenant; 0: no limit.")
+  row("quota-streams", config.quota_streams, "N",
+      "Maximum number of open streams per tenant; 0: no limit.")
       ->check(flags::within(0, 60000));
   row("quota-lab-runs", config.quota_lab_runs, "N",
-      "Experiments at a time of each tenant; 0: no limit.")
+      "Maximum number of simultaneous experiments per tenant; 0: no limit.")
       ->check(flags::within(0, 64));
   row("audit-log", config.audit_log, "FILE",
       "Write the audit log (changes and refused requests) to FILE instead of the main log.");
   row("webhook-secret", config.webhook_secret, kSecret,
-      "whsec_ and base64: signs webhooks (made in the data directory).");
+      "Secret that signs webhooks: whsec_ and base64 (default: created in the data directory).");
   row.off("webhook-private", config.webhook_private,
-          "Webhooks may go to loopback and private addresses.");
+          "Allow webhooks to loopback and private addresses.");
   row("trusted-proxies", config.trusted_proxies, "CIDR,CIDR",
-      "Networks of proxies in front: their X-Forwarded-For and X-Forwarded-Proto are believed.");
+      "Networks of trusted proxies, whose X-Forwarded-For and X-Forwarded-Proto are used.");
   row("tls-cert", config.tls_cert, "FILE",
-      "Certificate chain (PEM); with --tls-key the server speaks https.");
+      "Certificate chain (PEM); with --tls-key the server uses HTTPS.");
   row("tls-key", config.tls_key, "FILE", "Private key of the certificate (PEM).");
   row("queue", config.queue, "URL",
-      "NATS server (nats://HOST:4222, tls://...) that hands parts of images to `tessera "
+      "NATS server (nats://HOST:4222, tls://...) through which parts of images go to `tessera "
       "worker`.");
   row("queue-creds", config.queue_creds, "FILE", "Credentials (JWT and seed) for --queue.");
-  row("queue-ca", config.queue_ca, "FILE", "Certificates (PEM) that --queue is checked with.");
+  row("queue-ca", config.queue_ca, "FILE", "CA certificates (PEM) to verify --queue.");
   row("render-threads", config.render_threads, "N",
-      "With --queue: threads of this server that render beside the workers.")
+      "With --queue: threads of this server that render in addition to the workers.")
       ->check(flags::within(0, 1024));
   row("lease", config.lease_seconds, "SECONDS",
-      "With --queue: a part whose worker makes no progress for so long goes to another one.")
+      "With --queue: seconds without progress after which a part goes to another worker.")
       ->check(flags::within(0.5, 3600));
   row("verify", config.verify_share, "SHARE",
-      "With --queue: of the parts, so many are rendered by two workers, with equal results.")
+      "With --queue: fraction of the parts that two workers render, to compare their results.")
       ->check(flags::within(0, 1));
   row("announce", config.announce, "URL",
       "Public URL to print, if it differs from the listen address.")
       ->configurable(false);
   row("config", config.config_file, "FILE",
-      "File with a line `flag = value` for each flag; variables and flags win.")
+      "File with lines `flag = value`; environment variables and flags override it.")
       ->configurable(false);
   row.off("print-config", config.print_config, "Print the effective configuration and exit.")
       ->configurable(false);
@@ -224,8 +227,8 @@ std::string variable_name(std::string flag) {
 std::unique_ptr<CLI::App> described_app() {
   Config defaults;
   auto app = std::make_unique<CLI::App>(
-      "Starts the service. Every flag has an environment variable; a flag wins over its variable, "
-      "and that over the file of --config.",
+      "Starts the service. Every flag has an environment variable. Flags override variables, and "
+      "variables override the --config file.",
       "tessera serve");
   add_flags(*app, defaults);
   for (CLI::Option* option : app->get_options([](const CLI::Option*) { return true; })) {
@@ -306,8 +309,7 @@ Status read_key_file(Config& config) {
     return core::ok_status();
   }
   if (!config.key.empty()) {
-    return Error{ErrorCode::kInvalidArgument, "comes in place of --key, not beside it",
-                 "--key-file"};
+    return Error{ErrorCode::kInvalidArgument, "cannot be combined with --key", "--key-file"};
   }
   std::ifstream file(config.key_file);
   file >> config.key;

@@ -32,9 +32,10 @@ constexpr double kRateMax = 100'000'000;
 constexpr std::array<const char*, 3> kVerbs = {"add", "list", "remove"};
 
 constexpr const char* kText =
-    "Adds, lists and removes the bearer keys of a server: `keys add NAME` prints a new key, once; "
-    "the data directory keeps its hash only. `keys list`; `keys remove ID`. A running server sees "
-    "changes within a second. As soon as there is a key, requests need one.";
+    "Adds, lists and removes the access keys of a server. `keys add NAME` prints a new key, once; "
+    "the data directory stores only its hash. `keys list` and `keys remove ID` manage them. A "
+    "running server picks up changes within a second. As soon as one key exists, requests need a "
+    "key.";
 
 struct KeyFlags {
   std::vector<std::string> words;  ///< add NAME, list, or remove ID
@@ -159,9 +160,9 @@ int keys_command(const std::vector<std::string>& args) {
       ->required();
   app.add_option("--data", given.data, "The server's data directory.")->type_name("DIR");
   app.add_option("--scope", given.scopes,
-                 "What an added key may do: read, write, admin or worker, with commas "
-                 "between (read,write). admin is both, for the work of all tenants, and manages "
-                 "keys; worker is for `tessera worker`.")
+                 "Permissions of the new key, comma-separated: read, write, admin, worker "
+                 "(read,write). admin includes read and write for all tenants, and manages keys; "
+                 "worker is for `tessera worker`.")
       ->type_name("SCOPES")
       ->check(needs(
           [](const std::string& text) {
@@ -169,21 +170,21 @@ int keys_command(const std::vector<std::string>& args) {
             return read_scopes(text, row);
           },
           "list of read, write, admin and worker"));
-  app.add_option("--tenant", given.tenant,
-                 "Whose work an added key sees and makes (its own). A key that replaces another "
-                 "names the tenant of that one.")
+  app.add_option(
+         "--tenant", given.tenant,
+         "Tenant of the new key (a new one). To replace a key, use the tenant of the old one.")
       ->type_name("NAME")
       ->check(needs([](const std::string& text) { return is_tenant_name(text); },
                     "name of 1 to 64 letters, digits and ._-"));
   app.add_option("--max-priority", given.priority_max,
-                 "Highest priority of an added key's jobs (0).")
+                 "Maximum priority of the new key's jobs (0).")
       ->type_name("N")
       ->check(flags::within(0, static_cast<double>(api::limits::kPriority)));
   app.add_option("--rate", given.rate_limit,
-                 "Requests a minute of an added key, 0 for any number (the server's --rate-limit).")
+                 "Requests per minute of the new key, 0 for no limit (the server's --rate-limit).")
       ->type_name("N")
       ->check(flags::within(0, kRateMax));
-  app.add_option("--days", given.days, "An added key expires after so many days (never).")
+  app.add_option("--days", given.days, "Days until the new key expires (never).")
       ->type_name("N")
       ->check(flags::within(1, kDaysMax));
   app.add_flag("--json", given.as_json, "Print the list as JSON.");

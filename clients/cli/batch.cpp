@@ -239,7 +239,7 @@ int batch(const Args& args) {
       ->type_name("FILE|ID");
   app.add_flag("--wait", flags.wait, "Wait; exit code 1 unless all jobs finished");
   app.add_option("-o,--output", flags.output, "Zip of all images to write")->type_name("FILE");
-  app.add_option("--format", flags.format, "Of the images in the zip")
+  app.add_option("--format", flags.format, "Format of the images in the zip")
       ->check(CLI::IsMember({"png", "jpg", "webp", "exr", "hdr", "tif"}))
       ->type_name("FORMAT")
       ->capture_default_str();

@@ -135,7 +135,7 @@ int fetch(const Args& args) {
   std::string output;
   PictureQuery query;
   bool film = false;
-  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", id, "Job id (default: the newest job)")->type_name("ID");
   app.add_option("-o,--output", output,
                  "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->required()
@@ -144,8 +144,7 @@ int fetch(const Args& args) {
                  "beauty albedo normal depth alpha samples variance error denoised denoised_error "
                  "denoise_bias denoise_bias_error (EXR without it: all but denoised ones)")
       ->type_name("L");
-  app.add_option("--exposure", query.exposure,
-                 "Brighter by so many stops; .png, .jpg and .webp only")
+  app.add_option("--exposure", query.exposure, "Exposure in stops; .png, .jpg and .webp only")
       ->check(within(-api::limits::kExposureStops, api::limits::kExposureStops))
       ->type_name("STOPS");
   app.add_option("--tonemap", query.tone_map, "srgb linear aces agx khronos-neutral; as --exposure")

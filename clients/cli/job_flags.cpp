@@ -81,8 +81,8 @@ core::Result<Json> read_job_file(const std::string& path) {
 
 void add_denoise_option(CLI::App& app, std::string& denoise) {
   app.add_option("--denoise", denoise,
-                 "Image that is written: off, mixed (denoised, with the plain one where that is "
-                 "better), full (the denoiser's own)")
+                 "Denoising: off, mixed (blended with the plain image where that is better), full "
+                 "(the denoiser's output)")
       ->check(CLI::IsMember({"off", "mixed", "full"}))
       ->type_name("MODE");
 }
@@ -93,19 +93,19 @@ namespace {
 void add_view_flags(CLI::App& app, JobFlags& flags) {
   app.add_option("--camera", flags.camera, "Camera of the scene, by name")->type_name("NAME");
   auto* position =
-      app.add_option("--position", flags.position, "Where the camera is, metres; with --target")
+      app.add_option("--position", flags.position, "Camera position, metres; requires --target")
           ->delimiter(',')
           ->expected(3)
           ->type_name("X,Y,Z");
-  auto* target = app.add_option("--target", flags.target, "What the camera looks at, metres")
+  auto* target = app.add_option("--target", flags.target, "Point that the camera looks at, metres")
                      ->delimiter(',')
                      ->expected(3)
                      ->type_name("X,Y,Z");
   position->needs(target);
   target->needs(position);
   app.add_option("--orbit", flags.orbit,
-                 "Camera around the scene: degrees from the front, degrees from above, and the "
-                 "distance in metres (all of the scene in view)")
+                 "Camera around the scene: degrees from the front, degrees from above, and "
+                 "distance in metres (default: shows the whole scene)")
       ->delimiter(',')
       ->expected(2, 3)
       ->type_name("THETA,PHI[,R]")
@@ -114,41 +114,40 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
       ->check(above_zero(180))
       ->type_name("D");
   app.add_option("--aperture", flags.aperture_radius_m,
-                 "Radius of the lens, metres, for depth of field (0)")
+                 "Lens radius for depth of field, metres (0)")
       ->check(CLI::NonNegativeNumber)
       ->type_name("M");
-  app.add_option("--focus", flags.focus_distance_m, "Distance in focus, metres")
+  app.add_option("--focus", flags.focus_distance_m, "Focus distance, metres")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
   app.add_option("--shutter", flags.shutter_seconds,
-                 "Seconds that the shutter is open: what animations move then is blurred (0)")
+                 "Exposure time in seconds, for motion blur of animations (0)")
       ->check(within(0, 1'000'000))
       ->type_name("S");
   app.add_option("--variant", flags.variant, "Material variant of the scene, by name")
       ->type_name("NAME");
-  app.add_option("--crop", flags.crop, "Render this part of the image only, pixels")
+  app.add_option("--crop", flags.crop, "Render only this part of the image, in pixels")
       ->delimiter(',')
       ->expected(4)
       ->type_name("X,Y,W,H");
   app.add_option("--rotation", flags.environment_rotation_degrees,
-                 "Turns the environment counter-clockwise seen from above, degrees")
+                 "Rotation of the environment in degrees, counter-clockwise seen from above")
       ->type_name("D");
   app.add_flag("--transparent", flags.is_transparent,
-               "Transparent background: light from all around (white without --environment) that "
-               "is not seen itself");
+               "Transparent background; the environment (white without --environment) still lights "
+               "the scene");
 }
 
 /// What the model stands in.
 void add_stage_flags(CLI::App& app, JobFlags& flags) {
   auto* map = app.add_option("--environment", flags.environment,
-                             "Equirectangular map that lights the scene: .hdr, .exr")
+                             "Environment map (equirectangular): .hdr, .exr")
                   ->type_name("FILE");
-  auto* preset =
-      app.add_option("--preset", flags.preset, "Studio light made in code: studio, tent, rim")
-          ->type_name("NAME")
-          ->excludes(map);
+  auto* preset = app.add_option("--preset", flags.preset, "Studio lighting: studio, tent, rim")
+                     ->type_name("NAME")
+                     ->excludes(map);
   app.add_option("--sun", flags.sun,
-                 "Sun and sky of a place (degrees north and east) and a time such as "
+                 "Sun and sky at a place (degrees north and east) and time, such as "
                  "2026-06-21T12:00:00+02:00")
       ->delimiter(',')
       ->expected(3)
@@ -156,18 +155,17 @@ void add_stage_flags(CLI::App& app, JobFlags& flags) {
       ->excludes(map)
       ->excludes(preset);
   app.add_option("--background", flags.background,
-                 "environment, transparent, blurred, or a colour as six digits of sRGB")
+                 "environment, transparent, blurred, or an sRGB colour as six hexadecimal digits")
       ->type_name("TYPE");
   app.add_option(
          "--ground", flags.ground,
-         "catcher (only its shadow and reflections are seen, and the background is transparent), "
-         "sweep, none")
+         "catcher (only shadows and reflections, over a transparent background), sweep, none")
       ->type_name("TYPE");
   app.add_option("--ground-height", flags.ground_height,
                  "y of the ground, metres (the model's lowest point)")
       ->type_name("M");
   app.add_option("--ground-reflection", flags.ground_reflection,
-                 "Weight of a polished coat on the ground: 0 is matte, 1 mirrors the model")
+                 "Weight of a polished coat on the ground: 0 is matte, 1 is fully polished")
       ->type_name("0..1");
 }
 
@@ -285,11 +283,11 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
                  "Stop when the relative error of the denoised image (mixed) is at most this")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--seconds", flags.seconds, "Stop after so many seconds of rendering")
+  app.add_option("--seconds", flags.seconds, "Stop after S seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
   app.add_option("--cpu-seconds", flags.cpu_seconds,
-                 "Stop after so many CPU seconds of rendering, summed over all threads")
+                 "Stop after S CPU seconds of rendering, summed over all threads")
       ->check(above_zero(limits::kStopCpuSeconds))
       ->type_name("S");
   app.add_option("--size", flags.size, "Width and height in pixels (960x540)")
@@ -297,10 +295,9 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->type_name("WxH");
   add_view_flags(app, flags);
   add_stage_flags(app, flags);
-  app.add_option("--integrator", flags.integrator, "How light is estimated (path)")->type_name("T");
-  app.add_option("--sampler", flags.sampler, "Where samples come from (sobol)")->type_name("T");
-  app.add_option("--light-sampler", flags.light_sampler, "How lights are chosen (tree)")
-      ->type_name("T");
+  app.add_option("--integrator", flags.integrator, "Integrator (path)")->type_name("T");
+  app.add_option("--sampler", flags.sampler, "Sampler (sobol)")->type_name("T");
+  app.add_option("--light-sampler", flags.light_sampler, "Light selection (tree)")->type_name("T");
   app.add_option("--mis", flags.mis,
                  "Weights of light and BSDF samples: balance, power, maximum, optimal")
       ->type_name("T");
@@ -309,17 +306,17 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->check(within(1, limits::kSplitCount))
       ->type_name("N");
   app.add_option("--control-variate", flags.control_variate,
-                 "Light known in closed form: none, analytic, regression")
+                 "Control variate for direct light: none, analytic, regression")
       ->type_name("T");
   app.add_option("--adaptive", flags.adaptive, "Adaptive sampling: pilot, none")->type_name("T");
   app.add_flag("--spectral", flags.is_spectral, "Paths carry wavelengths instead of colours");
   app.add_option("--seed", flags.seed, "Random seed (0); a different seed gives different noise")
       ->check(within(0, limits::kSeed))
       ->type_name("N");
-  app.add_option("--threads", flags.threads, "Threads that render (all of the machine's)")
+  app.add_option("--threads", flags.threads, "Render threads (all cores)")
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--job", flags.job_file, "Job request as JSON; flags win over it")
+  app.add_option("--job", flags.job_file, "Job request as JSON; flags override it")
       ->type_name("FILE");
   app.add_flag("--json", flags.json, "Print the result as JSON on stdout");
 }

@@ -226,14 +226,14 @@ int lab_command(const Args& args) {
       "tessera lab");
   LabFlags flags;
   bool wants_text = false;
-  app.add_option("experiment", flags.experiment, "What to try; `tessera lab` alone lists them")
+  app.add_option("experiment", flags.experiment, "Name of the experiment; `tessera lab` lists them")
       ->type_name("EXPERIMENT");
   app.add_flag("--explain", wants_text,
-               "Say what is estimated, by which formula, and what to see; run nothing");
-  app.add_option("--estimator", flags.estimator, "One of the experiment's")->type_name("NAME");
+               "Explain what is estimated, by which formula, and what to look for; do not run it");
+  app.add_option("--estimator", flags.estimator, "Estimator of the experiment")->type_name("NAME");
   app.add_option("--sampler", flags.sampler, "Sampler to use, if the experiment supports it")
       ->type_name("NAME");
-  app.add_option("--n", flags.n, "Evaluations of a replicate, separated by commas")
+  app.add_option("--n", flags.n, "Evaluations per replicate, comma-separated")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("N,N");

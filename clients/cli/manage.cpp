@@ -137,11 +137,12 @@ int jobs(const Args& args) {
   CLI::App app("Lists the jobs of a server, newest first.", "tessera jobs");
   ServerFlags server;
   ListFlags flags;
-  app.add_option("--state", flags.states,
-                 "Only queued, loading, rendering, paused, finished, failed, cancelled")
+  app.add_option(
+         "--state", flags.states,
+         "Only jobs in this state: queued, loading, rendering, paused, finished, failed, cancelled")
       ->type_name("STATE")
       ->allow_extra_args(false);
-  app.add_option("--label", flags.labels, "Only with this label: KEY or KEY=VALUE")
+  app.add_option("--label", flags.labels, "Only jobs with this label: KEY or KEY=VALUE")
       ->type_name("LABEL")
       ->allow_extra_args(false);
   app.add_option("--name", flags.name, "Only jobs whose name contains TEXT (case-insensitive)")
@@ -161,28 +162,27 @@ int cancel(const Args& args) {
 }
 
 int retry(const Args& args) {
-  return change_verb("retry", "Queues failed jobs again; they go on from their last checkpoints.",
-                     args);
+  return change_verb("retry",
+                     "Queues failed jobs again; they continue from their last checkpoints.", args);
 }
 
 int drain(const Args& args) {
-  CLI::App app("Has a server take no new jobs, while those that have begun go on.",
-               "tessera drain");
+  CLI::App app("Makes a server refuse new jobs while running jobs finish.", "tessera drain");
   ServerFlags server;
   bool ends = false;
   bool waits = false;
-  app.add_flag("--end", ends, "Take jobs again");
-  app.add_flag("--wait", waits, "Return when no job runs any more")->excludes("--end");
+  app.add_flag("--end", ends, "Accept jobs again");
+  app.add_flag("--wait", waits, "Wait until no job is running")->excludes("--end");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return drain_server(server, ends, waits); });
 }
 
 int health(const Args& args) {
-  CLI::App app("Asks a server whether it is ready for requests.", "tessera health");
+  CLI::App app("Checks whether a server is ready for requests.", "tessera health");
   ServerFlags server;
   bool insecure = false;
   add_server_flags(app, server);
-  app.add_flag("--insecure", insecure, "Take any certificate, and send no key");
+  app.add_flag("--insecure", insecure, "Accept any certificate, and send no key");
   return parse_and_run(app, args, [&] {
     auto client = insecure ? ApiClient::connect(server.url, "", ApiClient::Certificates::kAnyTaken)
                            : ApiClient::connect(server.url, server.key);

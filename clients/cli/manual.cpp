@@ -31,7 +31,7 @@ int print(const char* verb, Writer writer) {
 }  // namespace
 
 int completion(const Args& args) {
-  CLI::App app("Prints a script that completes verbs, options, files and job ids in a shell.",
+  CLI::App app("Prints a script that completes commands, options, files and job ids in a shell.",
                "tessera completion");
   std::string shell;
   std::vector<std::string> names;

@@ -175,12 +175,12 @@ int print_meter(const ServerFlags& server, const std::string& id, bool json) {
 }  // namespace
 
 int merge(const Args& args) {
-  CLI::App app("Adds up films of the same image to a job of its own, and prints its id.",
+  CLI::App app("Merges films of the same image into a new job, and prints its id.",
                "tessera merge");
   ServerFlags server;
   std::vector<std::string> films;
   bool json = false;
-  app.add_option("film", films, "Jobs, or files that `fetch --film` wrote")
+  app.add_option("film", films, "Jobs, or files written by `fetch --film`")
       ->required()
       ->type_name("ID|FILE...");
   app.add_flag("--json", json, "Print the job as JSON");
@@ -205,11 +205,11 @@ int compare(const Args& args) {
 }
 
 int meter(const Args& args) {
-  CLI::App app("Prints what the meter of a job has measured so far, as CSV.", "tessera meter");
+  CLI::App app("Prints the readings of a job's meter so far, as CSV.", "tessera meter");
   ServerFlags server;
   std::string id = "latest";
   bool json = false;
-  app.add_option("id", id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", id, "Job id (default: the newest job)")->type_name("ID");
   app.add_flag("--json", json, "Print JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return print_meter(server, id, json); });

@@ -192,11 +192,11 @@ int delete_jobs(const Args& args) {
 
 int extend(const Args& args) {
   namespace limits = api::limits;
-  CLI::App app("Lets a finished job go on, to more samples, a lower error or more time.",
+  CLI::App app("Continues a finished job to more samples, a lower error or more time.",
                "tessera extend");
   ExtendFlags flags;
   app.add_option("id", flags.id, "Job")->required()->type_name("ID");
-  app.add_option("--spp", flags.samples_per_pixel, "Samples per pixel in all")
+  app.add_option("--spp", flags.samples_per_pixel, "Total samples per pixel")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
@@ -205,10 +205,10 @@ int extend(const Args& args) {
   app.add_option("--denoised-error", flags.denoised_error, "The same of the denoised image")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
-  app.add_option("--seconds", flags.seconds, "Seconds of rendering in all")
+  app.add_option("--seconds", flags.seconds, "Total seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
-  app.add_option("--cpu-seconds", flags.cpu_seconds, "CPU seconds of rendering in all")
+  app.add_option("--cpu-seconds", flags.cpu_seconds, "Total CPU seconds of rendering")
       ->check(above_zero(limits::kStopCpuSeconds))
       ->type_name("S");
   add_server_flags(app, flags.server);

@@ -182,7 +182,7 @@ int submit(const Args& args) {
                 "Built-in scene, scene id, a .glb, .gltf or .zip file, or a folder with a model");
   app.add_flag("--wait", flags.wait, "Follow the job; exit code 1 if it did not finish");
   app.add_option("--name", flags.name, "Display name of the job")->type_name("TEXT");
-  app.add_option("--label", flags.labels, "Label to find it by; may be repeated")
+  app.add_option("--label", flags.labels, "Label for searching; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   app.add_option("--priority", flags.priority, "-100 to 100; higher is served first")

@@ -171,7 +171,7 @@ int watch(const Args& args) {
       "Follows a job until it ends. Exit code 0 if it finished, 1 if it failed or was cancelled.",
       "tessera watch");
   WatchFlags flags;
-  app.add_option("id", flags.id, "Job; without one the newest")->type_name("ID");
+  app.add_option("id", flags.id, "Job id (default: the newest job)")->type_name("ID");
   auto* json = app.add_flag("--json", flags.json, "Print every event as a line of JSON");
   app.add_flag("--picture{auto}", flags.picture,
                "Draw the image in the terminal while it converges; --picture=blocks, =sixel or "
@@ -180,7 +180,7 @@ int watch(const Args& args) {
   app.add_flag("--final", flags.final_only,
                "With --picture: draw once, when finished (works in pipes)")
       ->excludes(json);
-  app.add_option("--tev", flags.tev, "Show the linear tiles in the image viewer tev as they come")
+  app.add_option("--tev", flags.tev, "Stream linear tiles to the image viewer tev")
       ->expected(0, 1)
       ->default_str(std::string(kTevAddress))
       ->type_name("HOST:PORT");

@@ -371,7 +371,7 @@ int worker(const Args& args) {
       "at "
       "any\ntime: SIGTERM lets it finish what it has.",
       "tessera worker");
-  app.add_option("--queue", flags.queue.url, "NATS server that hands the parts out")
+  app.add_option("--queue", flags.queue.url, "NATS server that distributes the parts")
       ->envname("TESSERA_QUEUE")
       ->required()
       ->check(CLI::Validator(
@@ -384,31 +384,32 @@ int worker(const Args& args) {
   app.add_option("--queue-creds", flags.queue.credentials, "Credentials (JWT and seed) for --queue")
       ->envname("TESSERA_QUEUE_CREDS")
       ->type_name("FILE");
-  app.add_option("--queue-ca", flags.queue.ca, "Certificates (PEM) that --queue is checked with")
+  app.add_option("--queue-ca", flags.queue.ca, "CA certificates (PEM) to verify --queue")
       ->envname("TESSERA_QUEUE_CA")
       ->type_name("FILE");
   add_server_flags(app, flags.server);
-  app.add_option("--threads", flags.threads, "Parts at a time; 0: as many as the machine has cores")
+  app.add_option("--threads", flags.threads, "Number of parts to render at a time; 0: one per core")
       ->envname("TESSERA_THREADS")
       ->capture_default_str()
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--cache", flags.cache, "Folder for files of scenes")
+  app.add_option("--cache", flags.cache, "Folder for downloaded scene files")
       ->envname("TESSERA_CACHE")
       ->default_str("$XDG_CACHE_HOME/tessera/worker")
       ->type_name("DIR");
-  app.add_option("--cache-size", flags.cache_bytes, "Files beyond it go, the oldest first")
+  app.add_option("--cache-size", flags.cache_bytes,
+                 "Maximum size of the cache; the oldest files are deleted first")
       ->envname("TESSERA_CACHE_SIZE")
       ->default_str("10G")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");
-  app.add_option("--idle", flags.idle_seconds, "Leave after so long without work; 0: never")
+  app.add_option("--idle", flags.idle_seconds, "Exit after this time without work; 0: never")
       ->envname("TESSERA_IDLE")
       ->capture_default_str()
       ->check(within(0, 1e9))
       ->type_name("SECONDS");
   app.add_option("--grace", flags.grace_seconds,
-                 "After SIGTERM: what is not finished by then is handed back")
+                 "Time after SIGTERM to finish parts; unfinished ones are returned")
       ->envname("TESSERA_GRACE")
       ->capture_default_str()
       ->check(within(0, 3600))

@@ -236,7 +236,10 @@ test('a setting that is changed in the form leaves those around it as they were'
   await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
     await page.click('[data-testid=use-again]');
     await page.waitForSelector('[data-testid=reused]');
-    const kept = await page.textContent('[data-testid=reused]');
+    const kept = await until('no defaults in the list', async () => {
+      const text = await page.textContent('[data-testid=reused]');
+      return !/visible true/.test(text) && text;
+    });
     for (const name of ['ground height -0.25', 'camera focus distance 2.5', 'labels shop north'])
       assert.ok(kept.includes(name), `${name} in ${kept}`);
     assert.ok(!kept.includes('reflection'), kept);

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class JobRequestCameraOrbit(TypedDict):
-    """Place on a sphere around the target, instead of position and target."""
+    """Camera position on a sphere around the target, instead of position and target."""
 
     theta_degrees: NotRequired[float]
     phi_degrees: NotRequired[float]
@@ -21,7 +21,9 @@ class JobRequestCameraOrbit(TypedDict):
 
 
 class JobRequestCamera(TypedDict):
-    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, selected by name or index (default: the
+    first camera).
+    """
 
     name: NotRequired[str | None]
     index: NotRequired[int | None]
@@ -37,8 +39,8 @@ class JobRequestCamera(TypedDict):
 
 
 class JobRequestMedium(TypedDict):
-    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
-    none.
+    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
+    solids. null: none.
     """
 
     type: NotRequired[str]
@@ -49,9 +51,10 @@ class JobRequestMedium(TypedDict):
 
 
 class JobRequestEnvironmentSun(TypedDict):
-    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
-    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+    about 100 times as bright as a white environment. Sky: Preetham, Shirley and Smits 1999,
+    turbidity 3. Position: NOAA. The sun is a disc that is sampled as a light. North is -z, east
+    +x.
     """
 
     latitude: float
@@ -75,14 +78,14 @@ class JobRequestEnvironment(TypedDict):
 
 
 class JobRequestBackground(TypedDict):
-    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+    """What the camera sees where it hits no surface; mirrors and glass show the environment."""
 
     type: NotRequired[str]
     color: NotRequired[list[float]]
 
 
 class JobRequestGround(TypedDict):
-    """Level ground that is added to the scene."""
+    """Horizontal ground added to the scene."""
 
     type: NotRequired[str]
     height: NotRequired[float | None]
@@ -91,7 +94,7 @@ class JobRequestGround(TypedDict):
 
 
 class JobRequestFilmCrop(TypedDict):
-    """Part of the film that is rendered; null: all of it."""
+    """Part of the film to render; null: all of it."""
 
     x: int
     y: int
@@ -145,20 +148,20 @@ class JobRequestEstimatorRoulette(TypedDict):
 
 
 class JobRequestEstimatorSplitting(TypedDict):
-    """Several continuations of a path at its first surface."""
+    """Splitting of paths at their first surface."""
 
     type: NotRequired[str]
     count: NotRequired[int]
 
 
 class JobRequestEstimatorControlVariate(TypedDict):
-    """What is subtracted from samples and added in closed form."""
+    """A known part of the light that is computed in closed form instead of sampled."""
 
     type: NotRequired[str]
 
 
 class JobRequestEstimator(TypedDict):
-    """How paths are made and combined."""
+    """How paths are sampled and combined."""
 
     strategy: NotRequired[str]
     mis: NotRequired[JobRequestEstimatorMis]
@@ -169,7 +172,7 @@ class JobRequestEstimator(TypedDict):
 
 
 class JobRequestSampler(TypedDict):
-    """Where random numbers come from."""
+    """Source of random numbers."""
 
     type: NotRequired[str]
     replicates: NotRequired[int]
@@ -196,14 +199,16 @@ class JobRequestAdaptive(TypedDict):
 
 
 class JobRequestMeterPoints(TypedDict):
-    """A small plane."""
+    """A small surface."""
 
     position: list[float]
     normal: list[float]
 
 
 class JobRequestMeterPlane(TypedDict):
-    """The centres of a rectangle's cells, after the points, row by row."""
+    """Points at the centres of the cells of a rectangle, row by row; they follow the single
+    points.
+    """
 
     origin: list[float]
     edge_u: list[float]
@@ -213,8 +218,8 @@ class JobRequestMeterPlane(TypedDict):
 
 
 class JobRequestMeter(TypedDict):
-    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
-    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """Points at which irradiance is measured in addition to the image, by path tracing with 16
+    paths per sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
     points: NotRequired[list[JobRequestMeterPoints]]
@@ -237,7 +242,7 @@ class JobRequestStop(TypedDict):
 
 
 class JobRequestDenoise(TypedDict):
-    """Denoised images, which are made on demand and are no part of the film."""
+    """Denoised images, which are computed on request and never part of the film."""
 
     type: NotRequired[str]
     preview: NotRequired[bool]
@@ -286,7 +291,7 @@ class JobRequest(_JobRequest):
 
 
 class JobPatchStop(TypedDict):
-    """Rules to raise or lower; null removes one, the others stay."""
+    """Rules to change; null removes a rule, rules not listed stay."""
 
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
@@ -299,7 +304,7 @@ class JobPatchStop(TypedDict):
 
 
 class JobPatch(TypedDict):
-    """A merge patch (RFC 7396) of the members that may change."""
+    """A merge patch (RFC 7396) of the members that can be changed."""
 
     priority: NotRequired[int]
     labels: NotRequired[dict[str, str | None]]
@@ -309,7 +314,7 @@ class JobPatch(TypedDict):
 
 
 class SceneFromAssets(TypedDict):
-    """A scene whose files are assets."""
+    """A scene from uploaded assets."""
 
     gltf: str
     files: NotRequired[dict[str, str]]
@@ -329,19 +334,19 @@ class ExtendRequestStop(TypedDict):
 
 
 class ExtendRequest(TypedDict):
-    """What to go on to."""
+    """How to extend a job."""
 
     stop: ExtendRequestStop
 
 
 class MergeRequest(TypedDict):
-    """Films to add up."""
+    """Films to merge."""
 
     films: list[str]
 
 
 class TicketRequest(TypedDict):
-    """What a ticket is for."""
+    """The jobs for which to create a ticket."""
 
     jobs: list[str]
 
@@ -382,7 +387,7 @@ JobState: TypeAlias = Literal[
 
 
 class JobSpecCameraOrbit(TypedDict):
-    """Place on a sphere around the target, instead of position and target."""
+    """Camera position on a sphere around the target, instead of position and target."""
 
     theta_degrees: float
     phi_degrees: float
@@ -391,7 +396,9 @@ class JobSpecCameraOrbit(TypedDict):
 
 
 class JobSpecCamera(TypedDict):
-    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, selected by name or index (default: the
+    first camera).
+    """
 
     name: str | None
     index: int | None
@@ -407,8 +414,8 @@ class JobSpecCamera(TypedDict):
 
 
 class JobSpecMedium(TypedDict):
-    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
-    none.
+    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
+    solids. null: none.
     """
 
     type: str
@@ -419,9 +426,10 @@ class JobSpecMedium(TypedDict):
 
 
 class JobSpecEnvironmentSun(TypedDict):
-    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
-    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+    about 100 times as bright as a white environment. Sky: Preetham, Shirley and Smits 1999,
+    turbidity 3. Position: NOAA. The sun is a disc that is sampled as a light. North is -z, east
+    +x.
     """
 
     latitude: float
@@ -445,14 +453,14 @@ class JobSpecEnvironment(TypedDict):
 
 
 class JobSpecBackground(TypedDict):
-    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+    """What the camera sees where it hits no surface; mirrors and glass show the environment."""
 
     type: str
     color: NotRequired[list[float]]
 
 
 class JobSpecGround(TypedDict):
-    """Level ground that is added to the scene."""
+    """Horizontal ground added to the scene."""
 
     type: str
     height: NotRequired[float | None]
@@ -461,7 +469,7 @@ class JobSpecGround(TypedDict):
 
 
 class JobSpecFilmCrop(TypedDict):
-    """Part of the film that is rendered; null: all of it."""
+    """Part of the film to render; null: all of it."""
 
     x: int
     y: int
@@ -515,20 +523,20 @@ class JobSpecEstimatorRoulette(TypedDict):
 
 
 class JobSpecEstimatorSplitting(TypedDict):
-    """Several continuations of a path at its first surface."""
+    """Splitting of paths at their first surface."""
 
     type: str
     count: NotRequired[int]
 
 
 class JobSpecEstimatorControlVariate(TypedDict):
-    """What is subtracted from samples and added in closed form."""
+    """A known part of the light that is computed in closed form instead of sampled."""
 
     type: str
 
 
 class JobSpecEstimator(TypedDict):
-    """How paths are made and combined."""
+    """How paths are sampled and combined."""
 
     strategy: str
     mis: JobSpecEstimatorMis
@@ -539,7 +547,7 @@ class JobSpecEstimator(TypedDict):
 
 
 class JobSpecSampler(TypedDict):
-    """Where random numbers come from."""
+    """Source of random numbers."""
 
     type: str
     replicates: int
@@ -566,14 +574,16 @@ class JobSpecAdaptive(TypedDict):
 
 
 class JobSpecMeterPoints(TypedDict):
-    """A small plane."""
+    """A small surface."""
 
     position: list[float]
     normal: list[float]
 
 
 class JobSpecMeterPlane(TypedDict):
-    """The centres of a rectangle's cells, after the points, row by row."""
+    """Points at the centres of the cells of a rectangle, row by row; they follow the single
+    points.
+    """
 
     origin: list[float]
     edge_u: list[float]
@@ -583,8 +593,8 @@ class JobSpecMeterPlane(TypedDict):
 
 
 class JobSpecMeter(TypedDict):
-    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
-    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """Points at which irradiance is measured in addition to the image, by path tracing with 16
+    paths per sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
     points: list[JobSpecMeterPoints]
@@ -605,7 +615,7 @@ class JobSpecStop(TypedDict):
 
 
 class JobSpecDenoise(TypedDict):
-    """Denoised images, which are made on demand and are no part of the film."""
+    """Denoised images, which are computed on request and never part of the film."""
 
     type: str
     preview: bool
@@ -622,7 +632,7 @@ _JobSpec = TypedDict("_JobSpec", {"class": "str"})
 
 
 class JobSpec(_JobSpec):
-    """The job request with every member in force."""
+    """The job request with all effective values."""
 
     scene: str
     name: str
@@ -654,7 +664,7 @@ class JobSpec(_JobSpec):
 
 
 class ProgressSamplesPerPixel(TypedDict):
-    """Samples a pixel has, over the pixels of the crop."""
+    """Samples per pixel, over the pixels of the crop."""
 
     min: int
     mean: float
@@ -662,7 +672,7 @@ class ProgressSamplesPerPixel(TypedDict):
 
 
 class Progress(TypedDict):
-    """How far it is."""
+    """State of the drain."""
 
     fraction: float
     samples_per_pixel: ProgressSamplesPerPixel
@@ -685,7 +695,7 @@ class ErrorEstimate(TypedDict):
 
 
 class Statistics(TypedDict):
-    """What it cost."""
+    """Cost of the job."""
 
     rays: int
     rays_per_second: float | None
@@ -698,7 +708,7 @@ class Statistics(TypedDict):
 
 
 class Denoised(TypedDict):
-    """The newest denoised image that was made; the mixed one's error."""
+    """The latest denoised image, and the error of the mixed one."""
 
     type: str
     version: str
@@ -772,7 +782,7 @@ class DryRunEstimate(TypedDict):
 
 
 class DryRun(TypedDict):
-    """What a job would be, and what it would cost."""
+    """The effective settings of a job, and its estimated cost."""
 
     spec: JobSpec
     warnings: list[str]
@@ -809,7 +819,7 @@ class StateEvent(TypedDict):
 
 
 class ProgressEvent(TypedDict):
-    """The image has come on."""
+    """The image has progressed."""
 
     state: JobState
     progress: Progress
@@ -820,7 +830,7 @@ class ProgressEvent(TypedDict):
 
 
 class TileEvent(TypedDict):
-    """A tile has changed; only the newest of each tile is kept."""
+    """A tile has changed; only the latest version of each tile is kept."""
 
     x: int
     y: int
@@ -954,7 +964,7 @@ class ConvergencePoint(TypedDict):
 
 
 class ConvergenceSlope(TypedDict):
-    """Of log error against log samples, least squares, 95% interval."""
+    """Slope of log error against log samples by least squares, with 95% interval."""
 
     value: float | None
     low: float | None
@@ -969,7 +979,7 @@ class Convergence(TypedDict):
 
 
 class PixelLayer(TypedDict):
-    """One layer at one pixel, a number for each channel."""
+    """Values of one layer at one pixel, per channel."""
 
     mean: list[float | None]
     standard_error: list[float | None]
@@ -988,7 +998,7 @@ class Pixel(TypedDict):
 
 
 class MeterReading(TypedDict):
-    """Light that falls on one side of a point. One lux of a light of the scene is one lux here."""
+    """Irradiance on one side of a point. One lux from a light in the scene is one lux here."""
 
     position: list[float]
     normal: list[float]
@@ -1001,14 +1011,14 @@ class MeterReading(TypedDict):
 
 
 class Meter(TypedDict):
-    """What a job's meter has measured so far."""
+    """Readings of a job's meter so far."""
 
     bias: Literal["none", "consistent", "biased"]
     points: list[MeterReading]
 
 
 class ComparisonBias(TypedDict):
-    """Mean of a - b; its interval is null where a side does not know its error."""
+    """Mean of a - b; its interval is null if the error of one side is unknown."""
 
     value: float | None
     low: float | None
@@ -1016,7 +1026,7 @@ class ComparisonBias(TypedDict):
 
 
 class ComparisonZ(TypedDict):
-    """Of (a-b) / standard error."""
+    """Statistics of (a-b) / standard error."""
 
     mean: float | None
     variance: float | None
@@ -1054,7 +1064,9 @@ class SceneObjectBounds(TypedDict):
 
 
 class SceneObjectVisible(TypedDict):
-    """Pixels of the full film whose centre shows it; null: none, or the job did not record ids."""
+    """Box of the pixels of the full film whose centre shows it; null: none, or the job did not
+    record ids.
+    """
 
     x: float
     y: float
@@ -1064,7 +1076,7 @@ class SceneObjectVisible(TypedDict):
 
 
 class SceneObjectAmodal(TypedDict):
-    """Of all of it that lies within the film, hidden or not, in pixels; null: nothing."""
+    """Box, in pixels, of everything within the film, hidden or not; null: nothing."""
 
     x: float
     y: float
@@ -1093,7 +1105,9 @@ class ObjectInstanceBounds(TypedDict):
 
 
 class ObjectInstanceVisible(TypedDict):
-    """Pixels of the full film whose centre shows it; null: none, or the job did not record ids."""
+    """Box of the pixels of the full film whose centre shows it; null: none, or the job did not
+    record ids.
+    """
 
     x: float
     y: float
@@ -1103,7 +1117,7 @@ class ObjectInstanceVisible(TypedDict):
 
 
 class ObjectInstanceAmodal(TypedDict):
-    """Of all of it that lies within the film, hidden or not, in pixels; null: nothing."""
+    """Box, in pixels, of everything within the film, hidden or not; null: nothing."""
 
     x: float
     y: float
@@ -1122,7 +1136,7 @@ class ObjectInstance(TypedDict):
 
 
 class Label(TypedDict):
-    """What an id of the layers material and primitive stands for."""
+    """The meaning of an id in the layers material and primitive."""
 
     id: int
     pointer: str | None
@@ -1149,8 +1163,8 @@ class ObjectsCamera(TypedDict):
 
 
 class Objects(TypedDict):
-    """What the ids of an image's layers are. They follow from the file alone: all views,
-    variants and times of a scene have the same ones.
+    """The meaning of the ids in an image's layers. They depend on the file alone and are the
+    same for all views, variants and times of a scene.
     """
 
     camera: ObjectsCamera
@@ -1162,7 +1176,7 @@ class Objects(TypedDict):
 
 
 class JobDefaultsCameraOrbit(TypedDict):
-    """Place on a sphere around the target, instead of position and target."""
+    """Camera position on a sphere around the target, instead of position and target."""
 
     theta_degrees: float
     phi_degrees: float
@@ -1171,7 +1185,9 @@ class JobDefaultsCameraOrbit(TypedDict):
 
 
 class JobDefaultsCamera(TypedDict):
-    """Null members keep the value of the file's camera, chosen by name or index, else the first."""
+    """Null members keep the value of the file's camera, selected by name or index (default: the
+    first camera).
+    """
 
     name: str | None
     index: int | None
@@ -1187,8 +1203,8 @@ class JobDefaultsCamera(TypedDict):
 
 
 class JobDefaultsMedium(TypedDict):
-    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
-    none.
+    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
+    solids. null: none.
     """
 
     type: str
@@ -1199,9 +1215,10 @@ class JobDefaultsMedium(TypedDict):
 
 
 class JobDefaultsEnvironmentSun(TypedDict):
-    """Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-    some 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position:
-    NOAA. The sun is a disc that is sampled. North is -z, east +x.
+    """Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+    about 100 times as bright as a white environment. Sky: Preetham, Shirley and Smits 1999,
+    turbidity 3. Position: NOAA. The sun is a disc that is sampled as a light. North is -z, east
+    +x.
     """
 
     latitude: float
@@ -1225,14 +1242,14 @@ class JobDefaultsEnvironment(TypedDict):
 
 
 class JobDefaultsBackground(TypedDict):
-    """What the camera sees where it meets nothing; mirrors and glass show the environment."""
+    """What the camera sees where it hits no surface; mirrors and glass show the environment."""
 
     type: str
     color: NotRequired[list[float]]
 
 
 class JobDefaultsGround(TypedDict):
-    """Level ground that is added to the scene."""
+    """Horizontal ground added to the scene."""
 
     type: str
     height: NotRequired[float | None]
@@ -1241,7 +1258,7 @@ class JobDefaultsGround(TypedDict):
 
 
 class JobDefaultsFilmCrop(TypedDict):
-    """Part of the film that is rendered; null: all of it."""
+    """Part of the film to render; null: all of it."""
 
     x: int
     y: int
@@ -1295,20 +1312,20 @@ class JobDefaultsEstimatorRoulette(TypedDict):
 
 
 class JobDefaultsEstimatorSplitting(TypedDict):
-    """Several continuations of a path at its first surface."""
+    """Splitting of paths at their first surface."""
 
     type: str
     count: NotRequired[int]
 
 
 class JobDefaultsEstimatorControlVariate(TypedDict):
-    """What is subtracted from samples and added in closed form."""
+    """A known part of the light that is computed in closed form instead of sampled."""
 
     type: str
 
 
 class JobDefaultsEstimator(TypedDict):
-    """How paths are made and combined."""
+    """How paths are sampled and combined."""
 
     strategy: str
     mis: JobDefaultsEstimatorMis
@@ -1319,7 +1336,7 @@ class JobDefaultsEstimator(TypedDict):
 
 
 class JobDefaultsSampler(TypedDict):
-    """Where random numbers come from."""
+    """Source of random numbers."""
 
     type: str
     replicates: int
@@ -1346,14 +1363,16 @@ class JobDefaultsAdaptive(TypedDict):
 
 
 class JobDefaultsMeterPoints(TypedDict):
-    """A small plane."""
+    """A small surface."""
 
     position: list[float]
     normal: list[float]
 
 
 class JobDefaultsMeterPlane(TypedDict):
-    """The centres of a rectangle's cells, after the points, row by row."""
+    """Points at the centres of the cells of a rectangle, row by row; they follow the single
+    points.
+    """
 
     origin: list[float]
     edge_u: list[float]
@@ -1363,8 +1382,8 @@ class JobDefaultsMeterPlane(TypedDict):
 
 
 class JobDefaultsMeter(TypedDict):
-    """Where irradiance is measured beside the image, by path tracing with 16 paths for each
-    sample of a pixel; GET /v1/jobs/{id}/meter.
+    """Points at which irradiance is measured in addition to the image, by path tracing with 16
+    paths per sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
     points: list[JobDefaultsMeterPoints]
@@ -1385,7 +1404,7 @@ class JobDefaultsStop(TypedDict):
 
 
 class JobDefaultsDenoise(TypedDict):
-    """Denoised images, which are made on demand and are no part of the film."""
+    """Denoised images, which are computed on request and never part of the film."""
 
     type: str
     preview: bool
@@ -1402,7 +1421,7 @@ _JobDefaults = TypedDict("_JobDefaults", {"class": "str"})
 
 
 class JobDefaults(_JobDefaults):
-    """What is in force where a job request does not say otherwise."""
+    """Defaults of a job request."""
 
     name: str
     labels: dict[str, str]
@@ -1433,7 +1452,7 @@ class JobDefaults(_JobDefaults):
 
 
 class TypeInfo(TypedDict):
-    """A name that requests may use."""
+    """A name that requests can use."""
 
     type: str
     bias: Literal["none", "consistent", "biased"]
@@ -1453,7 +1472,7 @@ class IntegratorInfo(TypedDict):
 
 
 class EstimationOption(TypedDict):
-    """A switch of the estimation."""
+    """An option of the estimator."""
 
     name: str
     bias: Literal["none", "consistent", "biased"]
@@ -1498,7 +1517,7 @@ class Experiment(TypedDict):
 
 
 class ServerBuild(TypedDict):
-    """What the bits of a film depend on besides the job."""
+    """What determines the bits of a film in addition to the job."""
 
     id: str
     commit: str
@@ -1537,7 +1556,7 @@ class Server(TypedDict):
 
 
 class Drain(TypedDict):
-    """Whether the server takes new jobs, and what it still has."""
+    """Whether the server accepts new jobs, and its remaining jobs."""
 
     draining: bool
     running: int
@@ -1545,7 +1564,7 @@ class Drain(TypedDict):
 
 
 class LabPoint(TypedDict):
-    """One n, measured."""
+    """Measurements at one n."""
 
     n: int
     n_asked: int
@@ -1557,7 +1576,7 @@ class LabPoint(TypedDict):
 
 
 class LabOutcome(TypedDict):
-    """The outcome, last line of the answer."""
+    """The outcome, the last line of the response."""
 
     expected: float
     slope: float | None
@@ -1579,13 +1598,13 @@ class LabOutcome(TypedDict):
 
 
 class LabCancelled(TypedDict):
-    """Last line in place of the outcome: the server stops."""
+    """Last line instead of the outcome: the server is stopping."""
 
     cancelled: bool
 
 
 class KeyRequest(TypedDict):
-    """A key that is to be made."""
+    """A key to create."""
 
     name: str
     tenant: NotRequired[str | None]
@@ -1609,7 +1628,7 @@ class Key(TypedDict):
 
 
 class NewKey(TypedDict):
-    """A key that was made."""
+    """A new key."""
 
     id: str
     name: str
@@ -1640,7 +1659,7 @@ class UsageTenants(TypedDict):
 
 
 class UsageQuotas(TypedDict):
-    """Of each tenant; 0: no limit."""
+    """Quotas per tenant; 0: no limit."""
 
     jobs: int
     previews: int
@@ -1650,7 +1669,7 @@ class UsageQuotas(TypedDict):
 
 
 class Usage(TypedDict):
-    """What tenants use: all for the operator and admins, else one's own."""
+    """Resource usage of tenants: of all for the operator and admins, otherwise of one's own."""
 
     tenants: list[UsageTenants]
     quotas: UsageQuotas
@@ -1680,19 +1699,19 @@ class DeliveryList(TypedDict):
 
 
 class WebhookTestRequest(TypedDict):
-    """Where to."""
+    """Target of the call."""
 
     url: str
 
 
 class WebhookSecret(TypedDict):
-    """What calls are signed with."""
+    """Secret with which calls are signed."""
 
     secret: str
 
 
 class WorkerReport(TypedDict):
-    """A worker lives, and what it is busy with."""
+    """Report of a worker."""
 
     build: str
     arithmetic: str
@@ -1702,14 +1721,14 @@ class WorkerReport(TypedDict):
 
 
 class UnitRequest(TypedDict):
-    """A worker takes a unit, or hands it back."""
+    """A worker takes or returns a unit."""
 
     worker: str
     fault: NotRequired[str]
 
 
 class WorkerOrders(TypedDict):
-    """What a worker is to do."""
+    """Instructions for a worker."""
 
     suitable: bool
     reason: str | None
@@ -1718,7 +1737,7 @@ class WorkerOrders(TypedDict):
 
 
 class WorkInputs(TypedDict):
-    """What the units of a job need."""
+    """Inputs of the units of a job."""
 
     spec: dict[str, Any]
     files: dict[str, str]
@@ -1741,7 +1760,7 @@ class Worker(TypedDict):
 
 
 class WorkerTile(TypedDict):
-    """A tile that a worker renders. Pixels count from the top left of the full film."""
+    """A tile that a worker is rendering. Pixels are counted from the top left of the full film."""
 
     worker: str
     x: int
@@ -1751,13 +1770,13 @@ class WorkerTile(TypedDict):
 
 
 class WorkerList(TypedDict):
-    """All workers that were seen lately."""
+    """All recently seen workers."""
 
     workers: list[Worker]
 
 
 class WorkerTiles(TypedDict):
-    """Tiles of a job that workers render."""
+    """Tiles of a job that workers are rendering."""
 
     tiles: list[WorkerTile]
 
@@ -1770,7 +1789,7 @@ class BatchRequestWebhook(TypedDict):
 
 
 class BatchRequest(TypedDict):
-    """A template and a matrix of values make jobs."""
+    """A template and a matrix of values from which jobs are created."""
 
     template: dict[str, Any]
     matrix: dict[str, list[Any]]
@@ -1808,7 +1827,7 @@ class BatchCounts(TypedDict):
 
 
 class Batch(TypedDict):
-    """Jobs that were made together."""
+    """Jobs that were created together."""
 
     id: str
     name: str
@@ -1859,7 +1878,7 @@ class BatchList(TypedDict):
 
 
 class BatchDryRun(TypedDict):
-    """What a batch would make."""
+    """The jobs that a batch would create."""
 
     names: list[str]
 

@@ -15,22 +15,25 @@ export interface JobRequest {
   priority?: number;
   /** Seed for all random numbers in the job. Default: 0. */
   seed?: number;
-  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
+  /**
+   * Null members keep the value of the file's camera, selected by name or index (default: the first
+   * camera).
+   */
   camera?: {
     /** Camera of the file by name. */
     name?: string | null;
     /** Camera of the file by index; not together with name. */
     index?: number | null;
     /**
-     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * Camera position in world space, metres. Requires target; together they replace the file's
      * pose.
      */
     position?: [number, number, number] | null;
-    /** Point that the camera looks at, metres, world. */
+    /** Point that the camera looks at, in world space, metres. */
     target?: [number, number, number] | null;
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up?: [number, number, number] | null;
-    /** Place on a sphere around the target, instead of position and target. */
+    /** Camera position on a sphere around the target, instead of position and target. */
     orbit?: {
       /**
        * Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). Default:
@@ -70,16 +73,20 @@ export interface JobRequest {
    */
   time_seconds?: number | null;
   /**
-   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
-   * file's camera too, is blurred. 0: nothing is. Default: 0.
+   * Exposure time in seconds, starting at time_seconds: motion of animated objects and of the
+   * file's camera during that time is blurred. 0: no motion blur. Default: 0.
    */
   shutter_seconds?: number;
   /**
-   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
-   * 0: before. In the rest pose nothing moves. Default: 0.041666666666666664.
+   * Time difference, in seconds, over which the layer motion is measured, including motion of the
+   * file's camera; negative values look back. In the rest pose nothing moves. Default:
+   * 0.041666666666666664.
    */
   motion_seconds?: number;
-  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  /**
+   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+   * null: none.
+   */
   medium?: {
     /** Kind of medium. Default: "homogeneous". */
     type?: string;
@@ -88,14 +95,16 @@ export interface JobRequest {
     /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
     absorption?: [number, number, number];
     /**
-     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
-     * Default: 0.
+     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, positive values
+     * are forward scattering. Default: 0.
      */
     g?: number;
-    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. Default: 0. */
+    /**
+     * The density falls with exp(-height_falloff y); the coefficients apply at y = 0. Default: 0.
+     */
     height_falloff?: number;
   } | null;
-  /** How it is served. Default: "normal". */
+  /** Scheduling class. Default: "normal". */
   class?: string;
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key?: string | null;
@@ -107,52 +116,53 @@ export interface JobRequest {
   environment?: {
     /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset?: string | null;
-    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    /** Studio lighting generated in code, as strong as a white environment; instead of an asset. */
     preset?: string;
     /**
-     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
-     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
-     * The sun is a disc that is sampled. North is -z, east +x.
+     * Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+     * about 100 times as bright as a white environment. Sky: Preetham, Shirley and Smits 1999,
+     * turbidity 3. Position: NOAA. The sun is a disc that is sampled as a light. North is -z, east
+     * +x.
      */
     sun?: {
       /** Degrees; north is positive. */
       latitude: number;
       /** Degrees; east is positive. */
       longitude: number;
-      /** RFC 3339, by day. */
+      /** RFC 3339; the sun must be above the horizon. */
       time: string;
     } | null;
     /** Linear Rec.709; multiplies the image. Default: [1,1,1]. */
     color?: [number, number, number];
     /** Multiplies colour and image. Default: 1. */
     intensity?: number;
-    /** Positive turns it counter-clockwise seen from above. Default: 0. */
+    /** Positive values rotate it counter-clockwise seen from above. Default: 0. */
     rotation_degrees?: number;
     /**
-     * If false, the environment lights the scene but the background is transparent: short for
+     * If false, the environment lights the scene but the background is transparent; same as
      * background type 'transparent'. Default: true.
      */
     visible?: boolean;
   } | null;
-  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  /** What the camera sees where it hits no surface; mirrors and glass show the environment. */
   background?: {
     /**
-     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
-     * 'environment'. Default: "environment".
+     * Kind of background. If absent: 'transparent' with ground 'catcher', otherwise 'environment'.
+     * Default: "environment".
      */
     type?: string;
     /** Linear Rec.709. Default: [1,1,1]. */
     color?: [number, number, number];
   };
-  /** Level ground that is added to the scene. */
+  /** Horizontal ground added to the scene. */
   ground?: {
     /** Kind of ground. Default: "none". */
     type?: string;
-    /** Its y, metres; null: the model's lowest point. */
+    /** y of the ground, metres; null: the model's lowest point. */
     height?: number | null;
     /**
-     * Of its surface, linear Rec.709: also of a catcher, which lights the model from below.
-     * Default: [0.8,0.8,0.8].
+     * Surface colour, linear Rec.709; a catcher uses it too, because it lights the model from
+     * below. Default: [0.8,0.8,0.8].
      */
     color?: [number, number, number];
     /**
@@ -167,7 +177,7 @@ export interface JobRequest {
     width?: number;
     /** Pixels. Default: 540. */
     height?: number;
-    /** Part of the film that is rendered; null: all of it. */
+    /** Part of the film to render; null: all of it. */
     crop?: {
       /** Left column, in pixels of the full film. */
       x: number;
@@ -200,42 +210,42 @@ export interface JobRequest {
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
     max_depth?: number;
     /**
-     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
-     * has pixels, from 1024 to 262144. Default: 0.
+     * Particles emitted from the lights per sample; 0: as many as the full film has pixels, from
+     * 1024 to 262144. Default: 0.
      */
     photons?: number;
     /**
-     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
-     * camera looks. Default: 0.
+     * Radius within which photons are gathered, metres; for sppm, the initial radius. 0: three
+     * pixels at the distance that the camera sees. Default: 0.
      */
     radius_m?: number;
     /**
-     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
-     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike. Default:
-     * 0.6666667.
+     * After N samples of each replicate, the area of the disk and the bias are about N^(alpha - 1)
+     * times the initial ones, while the variance falls as N^-alpha. With 2/3, the squared bias and
+     * the variance fall at the same rate. Default: 0.6666667.
      */
     alpha?: number;
     /**
-     * Directions in which each path looks up the map one reflection later; 0: the map itself is
-     * shown, direct light included. Default: 1.
+     * Directions in which each path queries the photon map one reflection later; 0: show the map
+     * itself, including direct light. Default: 1.
      */
     final_gather?: number;
     /**
-     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
-     * takes about four times as many records. Default: 0.25.
+     * Maximum relative interpolation error at which an irradiance record is used; half of it takes
+     * about four times as many records. Default: 0.25.
      */
     tolerance?: number;
     /** Paths over the hemisphere of each record. Default: 256. */
     rays?: number;
     /**
-     * Most records of each replicate. Where there are none, other light than direct light is path
-     * traced. Default: 32768.
+     * Maximum number of records per replicate. Where there are none, indirect light is path traced.
+     * Default: 32768.
      */
     records?: number;
   };
-  /** How paths are made and combined. */
+  /** How paths are sampled and combined. */
   estimator?: {
-    /** Where directions come from. Default: "mis". */
+    /** How directions are sampled. Default: "mis". */
     strategy?: string;
     /** Weights of multiple importance sampling. */
     mis?: {
@@ -246,19 +256,19 @@ export interface JobRequest {
     };
     /** Russian roulette. */
     roulette?: {
-      /** What decides about survival. Default: "throughput". */
+      /** Criterion for the survival of a path. Default: "throughput". */
       type?: string;
       /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. Default: 0.02. */
       delta?: number;
     };
-    /** Several continuations of a path at its first surface. */
+    /** Splitting of paths at their first surface. */
     splitting?: {
-      /** How many there are. Default: "measured". */
+      /** How the number of continuations is chosen. Default: "measured". */
       type?: string;
       /** Continuations of each path. Default: 2. */
       count?: number;
     };
-    /** What is subtracted from samples and added in closed form. */
+    /** A known part of the light that is computed in closed form instead of sampled. */
     control_variate?: {
       /** Kind of control variate. Default: "none". */
       type?: string;
@@ -269,73 +279,76 @@ export interface JobRequest {
      */
     expected_values?: boolean;
   };
-  /** Where random numbers come from. */
+  /** Source of random numbers. */
   sampler?: {
-    /** Kind of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
+    /** Kind of point set. Each supports certain sample counts; see /v1/server. Default: "sobol". */
     type?: string;
-    /** Independent randomisations of a pixel; even. Default: 2. */
+    /** Number of independent randomisations per pixel; even. Default: 2. */
     replicates?: number;
     /**
-     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
+     * Number of the first replicate of the seed; even. Jobs with different replicates can be merged
      * into the film of one job. Default: 0.
      */
     first_replicate?: number;
   };
   /** How a light is selected. */
   light_sampler?: {
-    /** Kind of choice. Default: "tree". */
+    /** Type of light selection. Default: "tree". */
     type?: string;
-    /** Light samples of which one is taken. Default: 2. */
+    /** Number of candidate light samples, of which one is used. Default: 2. */
     candidates?: number;
     /** Side in pixels of the squares whose pixels share light samples. Default: 3. */
     block?: number;
     /**
-     * Passes that share light samples too: samples of a replicate, one after another. At most 64
+     * Number of successive passes (samples of a replicate) that share light samples. At most 64
      * paths share, block x block x history. Default: 1.
      */
     history?: number;
-    /** Light samples of each path, of which one is shared. Default: 1. */
+    /** Candidate light samples per path, of which one is shared. Default: 1. */
     candidates_per_pixel?: number;
   };
   /** Adaptive sampling. */
   adaptive?: {
     /**
-     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
-     * others. Default: "none".
+     * Rule that distributes samples. If absent: 'pilot' for jobs with stop.relative_error,
+     * otherwise 'none'. Default: "none".
      */
     type?: string;
     /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to
-     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate. Default:
-     * 32.
+     * Samples of every pixel before the first decision, over all replicates; rounded up to the
+     * counts at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k per replicate.
+     * Default: 32.
      */
     min_samples?: number;
-    /** What gets the same number of samples. Default: "pixel". */
+    /** Unit within which all pixels get the same number of samples. Default: "pixel". */
     granularity?: string;
     /**
-     * Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. Default: 1.
+     * Radius in pixels, or in tiles for granularity 'tile': the neighbour within it that needs most
+     * samples counts. Default: 1.
      */
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
-   * a pixel; GET /v1/jobs/{id}/meter.
+   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+   * per sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: {
-    /** Where it is measured. Default: []. */
+    /** Points at which irradiance is measured. Default: []. */
     points?: {
-      /** World, metres. */
+      /** World space, metres. */
       position: [number, number, number];
-      /** Where it faces, of any length but 0. */
+      /** Direction that it faces; any length except 0. */
       normal: [number, number, number];
     }[];
-    /** The centres of a rectangle's cells, after the points, row by row. */
+    /**
+     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+     */
     plane?: {
-      /** Corner of the rectangle, world, metres. */
+      /** Corner of the rectangle, world space, metres. */
       origin: [number, number, number];
-      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      /** Vector from the origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
-      /** From there to the corner before. */
+      /** Vector from the origin to the previous corner. */
       edge_v: [number, number, number];
       /** Cells along edge_u. */
       columns: number;
@@ -351,15 +364,15 @@ export interface JobRequest {
    */
   stop?: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do. Default: 256.
+     * Stop at this mean number of samples per pixel of the crop, over all replicates. Rounded up to
+     * a count that the sampler supports. Default: 256.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /**
@@ -367,7 +380,7 @@ export interface JobRequest {
      * 0.95.
      */
     confidence?: number;
-    /** Whose error has to be small enough. Default: "image". */
+    /** What has to meet the error target. Default: "image". */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -376,11 +389,11 @@ export interface JobRequest {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised images, which are made on demand and are no part of the film. */
+  /** Denoised images, which are computed on request and never part of the film. */
   denoise?: {
-    /** What makes them. Default: "auto". */
+    /** The denoiser. Default: "auto". */
     type?: string;
-    /** If false, there are none before the job has ended. Default: true. */
+    /** If false, images are not denoised before the job has ended. Default: true. */
     preview?: boolean;
   };
   /** Webhook to notify. */
@@ -390,30 +403,30 @@ export interface JobRequest {
     /** Events to send. Default: ["end"]. */
     events?: string[];
   } | null;
-  /** The job and its files are deleted so long after its end; null: kept. */
+  /** The job and its files are deleted this many seconds after its end; null: kept. */
   retention_seconds?: number | null;
 }
 
-/** A merge patch (RFC 7396) of the members that may change. */
+/** A merge patch (RFC 7396) of the members that can be changed. */
 export interface JobPatch {
   /** Higher is served first. */
   priority?: number;
-  /** Labels to set; null removes one, the others stay. */
+  /** Labels to set; null removes a label, labels not listed stay. */
   labels?: Record<string, string | null>;
   /** Display name. */
   name?: string;
-  /** Rules to raise or lower; null removes one, the others stay. */
+  /** Rules to change; null removes a rule, rules not listed stay. */
   stop?: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do. Default: 256.
+     * Stop at this mean number of samples per pixel of the crop, over all replicates. Rounded up to
+     * a count that the sampler supports. Default: 256.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /**
@@ -421,7 +434,7 @@ export interface JobPatch {
      * 0.95.
      */
     confidence?: number;
-    /** Whose error has to be small enough. Default: "image". */
+    /** What has to meet the error target. Default: "image". */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -434,28 +447,28 @@ export interface JobPatch {
   paused?: boolean;
 }
 
-/** A scene whose files are assets. */
+/** A scene from uploaded assets. */
 export interface SceneFromAssets {
   /** Asset with the glTF or GLB file. */
   gltf: string;
-  /** Asset id of each uri that the glTF names. Default: {}. */
+  /** Asset ids of the files that the glTF refers to, by uri. Default: {}. */
   files?: Record<string, string>;
 }
 
-/** What to go on to. */
+/** How to extend a job. */
 export interface ExtendRequest {
   /** The new rules; they replace the old ones. */
   stop: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do.
+     * Stop at this mean number of samples per pixel of the crop, over all replicates. Rounded up to
+     * a count that the sampler supports.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /**
@@ -463,7 +476,7 @@ export interface ExtendRequest {
      * 0.95.
      */
     confidence?: number;
-    /** Whose error has to be small enough. Default: "image". */
+    /** What has to meet the error target. Default: "image". */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -474,32 +487,32 @@ export interface ExtendRequest {
   };
 }
 
-/** Films to add up. */
+/** Films to merge. */
 export interface MergeRequest {
-  /** Compatible films without common samples. */
+  /** Compatible films that share no samples. */
   films: string[];
 }
 
-/** What a ticket is for. */
+/** The jobs for which to create a ticket. */
 export interface TicketRequest {
-  /** Jobs that the ticket lets its bearer watch. */
+  /** Jobs that the ticket gives access to. */
   jobs: string[];
 }
 
 /** An experiment to run; whole runs are limited to `lab_evaluations`. */
 export interface LabRequest {
-  /** What is tried; see `experiments` of GET /v1/server. */
+  /** Estimator of the experiment; see `experiments` in GET /v1/server. */
   experiment: string;
-  /** One of the experiment's; its own default when absent. */
+  /** One of the experiment's; default: the experiment's own. */
   estimator?: string;
   /** Sampler to use, if the experiment supports it; its own default when absent. */
   sampler?: string;
   /**
-   * How many evaluations a replicate has, one line of the answer each; rounded as estimator and
-   * sampler need it.
+   * Numbers of evaluations per replicate; each gives one line of the response. Rounded as the
+   * estimator and sampler require.
    */
   n?: number[];
-  /** Independent repetitions, which the errors are measured from. Default: 64. */
+  /** Independent repetitions from which the errors are measured. Default: 64. */
   replicates?: number;
   /** Random seed; the same seed gives identical results, except for timings. Default: 0. */
   seed?: number;
@@ -511,21 +524,21 @@ export interface LabRequest {
 export interface FieldError {
   /** JSON pointer into the body; /name for the query parameter `name`. */
   pointer: string;
-  /** What was seen and what is allowed. */
+  /** The value found, and what is allowed. */
   detail: string;
 }
 
 /** RFC 9457. */
 export interface Problem {
-  /** Kind of problem, a URI reference. */
+  /** Problem type, a URI reference. */
   type: string;
-  /** The same for every problem of the type. */
+  /** Summary; the same for every problem of this type. */
   title: string;
   /** HTTP status. */
   status: number;
-  /** About this one. */
+  /** Explanation of this occurrence. */
   detail: string;
-  /** Path of the request. */
+  /** URL path of the request. */
   instance?: string;
   /** Faults of the input. */
   errors?: FieldError[];
@@ -541,7 +554,7 @@ export type JobState =
   | 'failed'
   | 'cancelled';
 
-/** The job request with every member in force. */
+/** The job request with all effective values. */
 export interface JobSpec {
   /** Id from POST /v1/scenes, or the name of a built-in scene. */
   scene: string;
@@ -553,22 +566,25 @@ export interface JobSpec {
   priority: number;
   /** Seed for all random numbers in the job. */
   seed: number;
-  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
+  /**
+   * Null members keep the value of the file's camera, selected by name or index (default: the first
+   * camera).
+   */
   camera: {
     /** Camera of the file by name. */
     name: string | null;
     /** Camera of the file by index; not together with name. */
     index: number | null;
     /**
-     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * Camera position in world space, metres. Requires target; together they replace the file's
      * pose.
      */
     position: [number, number, number] | null;
-    /** Point that the camera looks at, metres, world. */
+    /** Point that the camera looks at, in world space, metres. */
     target: [number, number, number] | null;
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
-    /** Place on a sphere around the target, instead of position and target. */
+    /** Camera position on a sphere around the target, instead of position and target. */
     orbit?: {
       /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
       theta_degrees: number;
@@ -598,16 +614,19 @@ export interface JobSpec {
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
   /**
-   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
-   * file's camera too, is blurred. 0: nothing is.
+   * Exposure time in seconds, starting at time_seconds: motion of animated objects and of the
+   * file's camera during that time is blurred. 0: no motion blur.
    */
   shutter_seconds?: number;
   /**
-   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
-   * 0: before. In the rest pose nothing moves.
+   * Time difference, in seconds, over which the layer motion is measured, including motion of the
+   * file's camera; negative values look back. In the rest pose nothing moves.
    */
   motion_seconds?: number;
-  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  /**
+   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+   * null: none.
+   */
   medium: {
     /** Kind of medium. */
     type: string;
@@ -616,13 +635,14 @@ export interface JobSpec {
     /** Coefficient in 1/m, linear RGB. */
     absorption: [number, number, number];
     /**
-     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, positive values
+     * are forward scattering.
      */
     g: number;
-    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. */
+    /** The density falls with exp(-height_falloff y); the coefficients apply at y = 0. */
     height_falloff: number;
   } | null;
-  /** How it is served. */
+  /** Scheduling class. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
@@ -634,50 +654,53 @@ export interface JobSpec {
   environment?: {
     /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset: string | null;
-    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    /** Studio lighting generated in code, as strong as a white environment; instead of an asset. */
     preset?: string;
     /**
-     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
-     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
-     * The sun is a disc that is sampled. North is -z, east +x.
+     * Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+     * about 100 times as bright as a white environment. Sky: Preetham, Shirley and Smits 1999,
+     * turbidity 3. Position: NOAA. The sun is a disc that is sampled as a light. North is -z, east
+     * +x.
      */
     sun?: {
       /** Degrees; north is positive. */
       latitude: number;
       /** Degrees; east is positive. */
       longitude: number;
-      /** RFC 3339, by day. */
+      /** RFC 3339; the sun must be above the horizon. */
       time: string;
     } | null;
     /** Linear Rec.709; multiplies the image. */
     color: [number, number, number];
     /** Multiplies colour and image. */
     intensity: number;
-    /** Positive turns it counter-clockwise seen from above. */
+    /** Positive values rotate it counter-clockwise seen from above. */
     rotation_degrees: number;
     /**
-     * If false, the environment lights the scene but the background is transparent: short for
+     * If false, the environment lights the scene but the background is transparent; same as
      * background type 'transparent'.
      */
     visible: boolean;
   } | null;
-  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  /** What the camera sees where it hits no surface; mirrors and glass show the environment. */
   background?: {
     /**
-     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
-     * 'environment'.
+     * Kind of background. If absent: 'transparent' with ground 'catcher', otherwise 'environment'.
      */
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
   };
-  /** Level ground that is added to the scene. */
+  /** Horizontal ground added to the scene. */
   ground?: {
     /** Kind of ground. */
     type: string;
-    /** Its y, metres; null: the model's lowest point. */
+    /** y of the ground, metres; null: the model's lowest point. */
     height?: number | null;
-    /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
+    /**
+     * Surface colour, linear Rec.709; a catcher uses it too, because it lights the model from
+     * below.
+     */
     color?: [number, number, number];
     /**
      * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
@@ -691,7 +714,7 @@ export interface JobSpec {
     width: number;
     /** Pixels. */
     height: number;
-    /** Part of the film that is rendered; null: all of it. */
+    /** Part of the film to render; null: all of it. */
     crop: {
       /** Left column, in pixels of the full film. */
       x: number;
@@ -723,41 +746,41 @@ export interface JobSpec {
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
     max_depth: number;
     /**
-     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
-     * has pixels, from 1024 to 262144.
+     * Particles emitted from the lights per sample; 0: as many as the full film has pixels, from
+     * 1024 to 262144.
      */
     photons?: number;
     /**
-     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
-     * camera looks.
+     * Radius within which photons are gathered, metres; for sppm, the initial radius. 0: three
+     * pixels at the distance that the camera sees.
      */
     radius_m?: number;
     /**
-     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
-     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike.
+     * After N samples of each replicate, the area of the disk and the bias are about N^(alpha - 1)
+     * times the initial ones, while the variance falls as N^-alpha. With 2/3, the squared bias and
+     * the variance fall at the same rate.
      */
     alpha?: number;
     /**
-     * Directions in which each path looks up the map one reflection later; 0: the map itself is
-     * shown, direct light included.
+     * Directions in which each path queries the photon map one reflection later; 0: show the map
+     * itself, including direct light.
      */
     final_gather?: number;
     /**
-     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
-     * takes about four times as many records.
+     * Maximum relative interpolation error at which an irradiance record is used; half of it takes
+     * about four times as many records.
      */
     tolerance?: number;
     /** Paths over the hemisphere of each record. */
     rays?: number;
     /**
-     * Most records of each replicate. Where there are none, other light than direct light is path
-     * traced.
+     * Maximum number of records per replicate. Where there are none, indirect light is path traced.
      */
     records?: number;
   };
-  /** How paths are made and combined. */
+  /** How paths are sampled and combined. */
   estimator: {
-    /** Where directions come from. */
+    /** How directions are sampled. */
     strategy: string;
     /** Weights of multiple importance sampling. */
     mis: {
@@ -768,19 +791,19 @@ export interface JobSpec {
     };
     /** Russian roulette. */
     roulette: {
-      /** What decides about survival. */
+      /** Criterion for the survival of a path. */
       type: string;
       /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
       delta?: number;
     };
-    /** Several continuations of a path at its first surface. */
+    /** Splitting of paths at their first surface. */
     splitting: {
-      /** How many there are. */
+      /** How the number of continuations is chosen. */
       type: string;
       /** Continuations of each path. */
       count?: number;
     };
-    /** What is subtracted from samples and added in closed form. */
+    /** A known part of the light that is computed in closed form instead of sampled. */
     control_variate: {
       /** Kind of control variate. */
       type: string;
@@ -788,70 +811,75 @@ export interface JobSpec {
     /** True: absorption and transparency are factors; false: they end paths at random. */
     expected_values: boolean;
   };
-  /** Where random numbers come from. */
+  /** Source of random numbers. */
   sampler: {
-    /** Kind of point set. Each has a rule for sample counts; see /v1/server. */
+    /** Kind of point set. Each supports certain sample counts; see /v1/server. */
     type: string;
-    /** Independent randomisations of a pixel; even. */
+    /** Number of independent randomisations per pixel; even. */
     replicates: number;
     /**
-     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
+     * Number of the first replicate of the seed; even. Jobs with different replicates can be merged
      * into the film of one job.
      */
     first_replicate?: number;
   };
   /** How a light is selected. */
   light_sampler: {
-    /** Kind of choice. */
+    /** Type of light selection. */
     type: string;
-    /** Light samples of which one is taken. */
+    /** Number of candidate light samples, of which one is used. */
     candidates?: number;
     /** Side in pixels of the squares whose pixels share light samples. */
     block?: number;
     /**
-     * Passes that share light samples too: samples of a replicate, one after another. At most 64
+     * Number of successive passes (samples of a replicate) that share light samples. At most 64
      * paths share, block x block x history.
      */
     history?: number;
-    /** Light samples of each path, of which one is shared. */
+    /** Candidate light samples per path, of which one is shared. */
     candidates_per_pixel?: number;
   };
   /** Adaptive sampling. */
   adaptive: {
     /**
-     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
-     * others.
+     * Rule that distributes samples. If absent: 'pilot' for jobs with stop.relative_error,
+     * otherwise 'none'.
      */
     type: string;
     /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to
-     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     * Samples of every pixel before the first decision, over all replicates; rounded up to the
+     * counts at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k per replicate.
      */
     min_samples?: number;
-    /** What gets the same number of samples. */
+    /** Unit within which all pixels get the same number of samples. */
     granularity?: string;
-    /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
+    /**
+     * Radius in pixels, or in tiles for granularity 'tile': the neighbour within it that needs most
+     * samples counts.
+     */
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
-   * a pixel; GET /v1/jobs/{id}/meter.
+   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+   * per sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: {
-    /** Where it is measured. */
+    /** Points at which irradiance is measured. */
     points: {
-      /** World, metres. */
+      /** World space, metres. */
       position: [number, number, number];
-      /** Where it faces, of any length but 0. */
+      /** Direction that it faces; any length except 0. */
       normal: [number, number, number];
     }[];
-    /** The centres of a rectangle's cells, after the points, row by row. */
+    /**
+     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+     */
     plane: {
-      /** Corner of the rectangle, world, metres. */
+      /** Corner of the rectangle, world space, metres. */
       origin: [number, number, number];
-      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      /** Vector from the origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
-      /** From there to the corner before. */
+      /** Vector from the origin to the previous corner. */
       edge_v: [number, number, number];
       /** Cells along edge_u. */
       columns: number;
@@ -864,20 +892,20 @@ export interface JobSpec {
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do.
+     * Stop at this mean number of samples per pixel of the crop, over all replicates. Rounded up to
+     * a count that the sampler supports.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
-    /** Whose error has to be small enough. */
+    /** What has to meet the error target. */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -886,11 +914,11 @@ export interface JobSpec {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised images, which are made on demand and are no part of the film. */
+  /** Denoised images, which are computed on request and never part of the film. */
   denoise?: {
-    /** What makes them. */
+    /** The denoiser. */
     type: string;
-    /** If false, there are none before the job has ended. */
+    /** If false, images are not denoised before the job has ended. */
     preview: boolean;
   };
   /** Webhook to notify. */
@@ -900,15 +928,15 @@ export interface JobSpec {
     /** Events to send. */
     events: string[];
   } | null;
-  /** The job and its files are deleted so long after its end; null: kept. */
+  /** The job and its files are deleted this many seconds after its end; null: kept. */
   retention_seconds?: number | null;
 }
 
-/** How far it is. */
+/** State of the drain. */
 export interface Progress {
   /** 0 to 1; 1 only at the end. */
   fraction: number;
-  /** Samples a pixel has, over the pixels of the crop. */
+  /** Samples per pixel, over the pixels of the crop. */
   samples_per_pixel: {
     min: number;
     mean: number;
@@ -920,7 +948,7 @@ export interface Progress {
   cpu_seconds: number;
   /** Until the end; null: unknown. */
   eta_seconds: number | null;
-  /** Lower and upper bound of eta_seconds, as long as the pace stays the same; null: unknown. */
+  /** Lower and upper bound of eta_seconds at the current rate; null: unknown. */
   eta_interval_seconds: [number, number] | null;
 }
 
@@ -938,15 +966,15 @@ export interface ErrorEstimate {
   high: number | null;
   /** Of the interval. */
   confidence: number;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** False: the two halves depend on each other, and there is no interval. */
+  /** False: the two halves are not independent, so there is no interval. */
   valid: boolean;
-  /** Few places of the image carry the error: the interval is a guess. */
+  /** A few places in the image dominate the error, so the interval is a guess. */
   unreliable: boolean;
 }
 
-/** What it cost. */
+/** Cost of the job. */
 export interface Statistics {
   rays: number;
   rays_per_second: number | null;
@@ -956,51 +984,45 @@ export interface Statistics {
   efficiency_low: number | null;
   /** Null also if `error.low` is 0. */
   efficiency_high: number | null;
-  /** Non-finite ones, counted as zero. */
+  /** Samples that were not finite, counted as zero. */
   rejected_samples: number;
   /** Memory; null: unknown. */
   peak_bytes: number | null;
-  /**
-   * Continuations of each path that splitting 'measured' found; null: not yet known, or another
-   * type.
-   */
+  /** Number of continuations of splitting 'measured'; null: unknown or other type. */
   split_count: number | null;
 }
 
-/** The newest denoised image that was made; the mixed one's error. */
+/** The latest denoised image, and the error of the mixed one. */
 export interface Denoised {
   /** The denoiser. */
   type: string;
   version: string;
-  /** Of the file with its weights; null: it has none. */
+  /** Hash of the weights' file; null: it has none. */
   sha256: string | null;
-  /** null: it has none to choose. */
+  /** Quality setting; null: the denoiser has none. */
   quality: string | null;
-  /** Why `auto` did not take the better denoiser. */
+  /** Why `auto` did not use the better denoiser. */
   note: string | null;
-  /** Albedo, normal, depth and emission were used; false: the scene is gone. */
+  /** Uses albedo, normal, depth and emission; false: the scene was deleted. */
   features: boolean;
-  /**
-   * As in `error`, N being an estimate of the squared error, bias included; 0 where it is too small
-   * to be seen.
-   */
+  /** As in `error`, including bias; 0 if too small to be measured. */
   relative_rmse: number | null;
   /**
-   * Of its 95% interval; null: not valid; 0 where an error ended the job: `high` alone is promised
-   * then.
+   * Lower end of the 95% interval; null: not valid; 0 if an error target ended the job, because
+   * only `high` is then guaranteed.
    */
   low: number | null;
   high: number | null;
-  /** Of the denoiser's own image. */
+  /** Error of the denoiser's own image. */
   full_relative_rmse: number | null;
   /**
-   * (plain relative_rmse / this one)^2: samples that the plain image needs for the same error, over
-   * those it has.
+   * (relative_rmse of the plain image / this one)^2: the factor in samples that the plain image
+   * would need for the same error.
    */
   gain: number | null;
-  /** Of the image it was made from. */
+  /** Revision of the image from which it was computed. */
   revision: number;
-  /** That it took. */
+  /** Seconds that it took. */
   seconds: number;
 }
 
@@ -1009,9 +1031,7 @@ export interface Job {
   /** UUID. */
   id: string;
   state: JobState;
-  /**
-   * Why it is paused; null: it is not. `storage_full`: it goes on by itself when the disk has room.
-   */
+  /** Why it is paused, or null. */
   pause_reason: 'requested' | 'storage_full' | null;
   /** What ended the job; null before. */
   stop_reason:
@@ -1032,12 +1052,12 @@ export interface Job {
   progress: Progress;
   error: ErrorEstimate;
   failure: Problem | null;
-  /** 0 is next; null: not waiting. */
+  /** 0: the next job; null: not waiting. */
   queue_position: number | null;
   statistics: Statistics;
-  /** Counts the changes of the image. */
+  /** Number of changes of the image so far. */
   revision: number;
-  /** sha256 of the film's exact content, when finished. */
+  /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
   /** Adjustments made to the request, and other warnings. */
@@ -1054,10 +1074,10 @@ export interface JobList {
   next: string | null;
 }
 
-/** What a job would be, and what it would cost. */
+/** The effective settings of a job, and its estimated cost. */
 export interface DryRun {
   spec: JobSpec;
-  /** As a job's. */
+  /** As in a job. */
   warnings: string[];
   /** From a pilot of at most half a second. */
   estimate: {
@@ -1074,30 +1094,28 @@ export interface DryRun {
     samples_per_pixel: number;
     /** Film and scene. */
     memory_bytes: number;
-    /** The film alone. */
+    /** Memory of the film. */
     memory_bytes_low: number;
-    /** What the job is admitted with: the most while it is loaded, or renders. */
+    /** Memory with which the job is admitted: the maximum while it is loading or rendering. */
     memory_bytes_high: number;
-    /** What the pilot took. */
+    /** Duration of the pilot. */
     pilot_cpu_seconds: number;
   };
 }
 
 /** A stream ticket. */
 export interface Ticket {
-  /** Goes into `?ticket=`. */
+  /** Value for `?ticket=`. */
   ticket: string;
   expires_at: string;
-  /** Ids of the jobs that it lets its bearer watch. */
+  /** Ids of the jobs that it gives access to. */
   jobs: string[];
 }
 
 /** The state has changed. */
 export interface StateEvent {
   state: JobState;
-  /**
-   * Why it is paused; null: it is not. `storage_full`: it goes on by itself when the disk has room.
-   */
+  /** Why it is paused, or null. */
   pause_reason: 'requested' | 'storage_full' | null;
   /** What ended the job; null before. */
   stop_reason:
@@ -1111,24 +1129,24 @@ export interface StateEvent {
     | 'cancelled'
     | 'failed'
     | null;
-  /** 0 is next; null: not waiting. */
+  /** 0: the next job; null: not waiting. */
   queue_position: number | null;
-  /** Counts the changes of `spec`. */
+  /** Number of changes of `spec`. */
   spec_version: number;
 }
 
-/** The image has come on. */
+/** The image has progressed. */
 export interface ProgressEvent {
   state: JobState;
   progress: Progress;
   error: ErrorEstimate;
   statistics: Statistics;
-  /** Counts the changes of the image. */
+  /** Number of changes of the image so far. */
   revision: number;
   denoised: Denoised | null;
 }
 
-/** A tile has changed; only the newest of each tile is kept. */
+/** A tile has changed; only the latest version of each tile is kept. */
 export interface TileEvent {
   /** Left column, in pixels of the full film. */
   x: number;
@@ -1166,9 +1184,9 @@ export interface EndEvent {
     | 'cancelled'
     | 'failed'
     | null;
-  /** sha256 of the film's exact content, when finished. */
+  /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
-  /** Counts the changes of the image. */
+  /** Number of changes of the image so far. */
   revision: number;
   error: ErrorEstimate;
   failure: Problem | null;
@@ -1209,7 +1227,7 @@ export interface SceneCamera {
   vertical_fov_degrees: number | null;
   /** Metres. */
   position: [number, number, number];
-  /** Where it looks, unit vector. */
+  /** Viewing direction, unit vector. */
   direction: [number, number, number];
   /** Unit vector. */
   up: [number, number, number];
@@ -1225,7 +1243,7 @@ export interface SceneLight {
 
 /** A loaded scene. */
 export interface Scene {
-  /** What a job's `scene` names. */
+  /** Value for a job's `scene`. */
   id: string;
   name: string;
   /** Memory of geometry, acceleration structure and textures. */
@@ -1235,13 +1253,13 @@ export interface Scene {
     min: [number, number, number];
     max: [number, number, number];
   } | null;
-  /** As placed: a mesh used twice counts twice. */
+  /** Number of triangle instances: a mesh used twice counts twice. */
   triangles: number;
   instances: number;
   cameras: SceneCamera[];
   /** Punctual lights. */
   lights: SceneLight[];
-  /** Names for layers light:NAME. */
+  /** Names for the layers light:NAME. */
   light_groups: string[];
   /** Names. */
   materials: string[];
@@ -1275,9 +1293,9 @@ export interface ConvergencePoint {
 
 /** Error over samples and time. */
 export interface Convergence {
-  /** One for each error check. */
+  /** The state at each error check. */
   points: ConvergencePoint[];
-  /** Of log error against log samples, least squares, 95% interval. */
+  /** Slope of log error against log samples by least squares, with 95% interval. */
   slope: {
     value: number | null;
     low: number | null;
@@ -1285,7 +1303,7 @@ export interface Convergence {
   };
 }
 
-/** One layer at one pixel, a number for each channel. */
+/** Values of one layer at one pixel, per channel. */
 export interface PixelLayer {
   mean: (number | null)[];
   standard_error: (number | null)[];
@@ -1306,11 +1324,11 @@ export interface Pixel {
   layers: Record<string, PixelLayer>;
 }
 
-/** Light that falls on one side of a point. One lux of a light of the scene is one lux here. */
+/** Irradiance on one side of a point. One lux from a light in the scene is one lux here. */
 export interface MeterReading {
-  /** World, metres. */
+  /** World space, metres. */
   position: [number, number, number];
-  /** Where it faces, unit. */
+  /** Direction that it faces, unit vector. */
   normal: [number, number, number];
   /** Illuminance over 683 lm/W: of nominal white. */
   irradiance_w_m2: number;
@@ -1326,11 +1344,11 @@ export interface MeterReading {
   samples: number;
 }
 
-/** What a job's meter has measured so far. */
+/** Readings of a job's meter so far. */
 export interface Meter {
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** The points, then the plane's cells. */
+  /** The points, followed by the cells of the plane. */
   points: MeterReading[];
 }
 
@@ -1342,13 +1360,13 @@ export interface Comparison {
   relmse: number | null;
   /** LDR, 67 pixels per degree. */
   flip: number | null;
-  /** Mean of a - b; its interval is null where a side does not know its error. */
+  /** Mean of a - b; its interval is null if the error of one side is unknown. */
   bias: {
     value: number | null;
     low: number | null;
     high: number | null;
   };
-  /** Of (a-b) / standard error. */
+  /** Statistics of (a-b) / standard error. */
   z: {
     mean: number | null;
     variance: number | null;
@@ -1371,7 +1389,7 @@ export interface SceneObject {
   id: number;
   /** JSON pointer into the glTF document. */
   pointer: string;
-  /** Of the node or its mesh, made unlike all others; Cryptomatte's. */
+  /** Name of the node or its mesh, made unique as in Cryptomatte. */
   name: string;
   /** Of the layer instance. */
   first_instance: number;
@@ -1382,7 +1400,10 @@ export interface SceneObject {
     min: [number, number, number];
     max: [number, number, number];
   } | null;
-  /** Pixels of the full film whose centre shows it; null: none, or the job did not record ids. */
+  /**
+   * Box of the pixels of the full film whose centre shows it; null: none, or the job did not record
+   * ids.
+   */
   visible: {
     x: number;
     y: number;
@@ -1391,7 +1412,7 @@ export interface SceneObject {
     /** That show it. */
     pixels: number;
   } | null;
-  /** Of all of it that lies within the film, hidden or not, in pixels; null: nothing. */
+  /** Box, in pixels, of everything within the film, hidden or not; null: nothing. */
   amodal: {
     x: number;
     y: number;
@@ -1411,7 +1432,10 @@ export interface ObjectInstance {
     min: [number, number, number];
     max: [number, number, number];
   } | null;
-  /** Pixels of the full film whose centre shows it; null: none, or the job did not record ids. */
+  /**
+   * Box of the pixels of the full film whose centre shows it; null: none, or the job did not record
+   * ids.
+   */
   visible: {
     x: number;
     y: number;
@@ -1420,7 +1444,7 @@ export interface ObjectInstance {
     /** That show it. */
     pixels: number;
   } | null;
-  /** Of all of it that lies within the film, hidden or not, in pixels; null: nothing. */
+  /** Box, in pixels, of everything within the film, hidden or not; null: nothing. */
   amodal: {
     x: number;
     y: number;
@@ -1429,7 +1453,7 @@ export interface ObjectInstance {
   } | null;
 }
 
-/** What an id of the layers material and primitive stands for. */
+/** The meaning of an id in the layers material and primitive. */
 export interface Label {
   id: number;
   /** Null: glTF's default material. */
@@ -1438,8 +1462,8 @@ export interface Label {
 }
 
 /**
- * What the ids of an image's layers are. They follow from the file alone: all views, variants and
- * times of a scene have the same ones.
+ * The meaning of the ids in an image's layers. They depend on the file alone and are the same for
+ * all views, variants and times of a scene.
  */
 export interface Objects {
   /**
@@ -1473,7 +1497,7 @@ export interface Objects {
   primitives: Label[];
 }
 
-/** What is in force where a job request does not say otherwise. */
+/** Defaults of a job request. */
 export interface JobDefaults {
   /** Display name. */
   name: string;
@@ -1483,22 +1507,25 @@ export interface JobDefaults {
   priority: number;
   /** Seed for all random numbers in the job. */
   seed: number;
-  /** Null members keep the value of the file's camera, chosen by name or index, else the first. */
+  /**
+   * Null members keep the value of the file's camera, selected by name or index (default: the first
+   * camera).
+   */
   camera: {
     /** Camera of the file by name. */
     name: string | null;
     /** Camera of the file by index; not together with name. */
     index: number | null;
     /**
-     * Camera position in world space, metres. Comes with target; together they replace the file's
+     * Camera position in world space, metres. Requires target; together they replace the file's
      * pose.
      */
     position: [number, number, number] | null;
-    /** Point that the camera looks at, metres, world. */
+    /** Point that the camera looks at, in world space, metres. */
     target: [number, number, number] | null;
     /** Upward direction; [0, 1, 0] if position and target are given without it. */
     up: [number, number, number] | null;
-    /** Place on a sphere around the target, instead of position and target. */
+    /** Camera position on a sphere around the target, instead of position and target. */
     orbit?: {
       /** Turns the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
       theta_degrees: number;
@@ -1528,16 +1555,19 @@ export interface JobDefaults {
   /** Animation time, seconds; null: the rest pose, which the file's own transforms give. */
   time_seconds: number | null;
   /**
-   * How long the shutter is open, seconds, from time_seconds on: what animations move then, the
-   * file's camera too, is blurred. 0: nothing is.
+   * Exposure time in seconds, starting at time_seconds: motion of animated objects and of the
+   * file's camera during that time is blurred. 0: no motion blur.
    */
   shutter_seconds?: number;
   /**
-   * From time_seconds to the second time of the layer motion, whose file camera counts too; below
-   * 0: before. In the rest pose nothing moves.
+   * Time difference, in seconds, over which the layer motion is measured, including motion of the
+   * file's camera; negative values look back. In the rest pose nothing moves.
    */
   motion_seconds?: number;
-  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  /**
+   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+   * null: none.
+   */
   medium: {
     /** Kind of medium. */
     type: string;
@@ -1546,13 +1576,14 @@ export interface JobDefaults {
     /** Coefficient in 1/m, linear RGB. */
     absorption: [number, number, number];
     /**
-     * Mean cosine of the angle of scattering (Henyey and Greenstein): 0 is even, above 0 forward.
+     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, positive values
+     * are forward scattering.
      */
     g: number;
-    /** Density falls with exp(-height_falloff y); coefficients are those at y = 0. */
+    /** The density falls with exp(-height_falloff y); the coefficients apply at y = 0. */
     height_falloff: number;
   } | null;
-  /** How it is served. */
+  /** Scheduling class. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
   preview_key: string | null;
@@ -1564,50 +1595,53 @@ export interface JobDefaults {
   environment?: {
     /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
     asset: string | null;
-    /** Studio light made in code, as strong as a white environment; instead of an asset. */
+    /** Studio lighting generated in code, as strong as a white environment; instead of an asset. */
     preset?: string;
     /**
-     * Sun and clear sky of a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon some
-     * 100 times as bright as 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3. Position: NOAA.
-     * The sun is a disc that is sampled. North is -z, east +x.
+     * Sun and clear sky at a place and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
+     * about 100 times as bright as a white environment. Sky: Preetham, Shirley and Smits 1999,
+     * turbidity 3. Position: NOAA. The sun is a disc that is sampled as a light. North is -z, east
+     * +x.
      */
     sun?: {
       /** Degrees; north is positive. */
       latitude: number;
       /** Degrees; east is positive. */
       longitude: number;
-      /** RFC 3339, by day. */
+      /** RFC 3339; the sun must be above the horizon. */
       time: string;
     } | null;
     /** Linear Rec.709; multiplies the image. */
     color: [number, number, number];
     /** Multiplies colour and image. */
     intensity: number;
-    /** Positive turns it counter-clockwise seen from above. */
+    /** Positive values rotate it counter-clockwise seen from above. */
     rotation_degrees: number;
     /**
-     * If false, the environment lights the scene but the background is transparent: short for
+     * If false, the environment lights the scene but the background is transparent; same as
      * background type 'transparent'.
      */
     visible: boolean;
   } | null;
-  /** What the camera sees where it meets nothing; mirrors and glass show the environment. */
+  /** What the camera sees where it hits no surface; mirrors and glass show the environment. */
   background?: {
     /**
-     * Kind of background. When it is not given: 'transparent' with ground 'catcher', else
-     * 'environment'.
+     * Kind of background. If absent: 'transparent' with ground 'catcher', otherwise 'environment'.
      */
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
   };
-  /** Level ground that is added to the scene. */
+  /** Horizontal ground added to the scene. */
   ground?: {
     /** Kind of ground. */
     type: string;
-    /** Its y, metres; null: the model's lowest point. */
+    /** y of the ground, metres; null: the model's lowest point. */
     height?: number | null;
-    /** Of its surface, linear Rec.709: also of a catcher, which lights the model from below. */
+    /**
+     * Surface colour, linear Rec.709; a catcher uses it too, because it lights the model from
+     * below.
+     */
     color?: [number, number, number];
     /**
      * Weight of a polished clear coat that mirrors the model: 0 is matte, 1 a lacquered surface,
@@ -1621,7 +1655,7 @@ export interface JobDefaults {
     width: number;
     /** Pixels. */
     height: number;
-    /** Part of the film that is rendered; null: all of it. */
+    /** Part of the film to render; null: all of it. */
     crop: {
       /** Left column, in pixels of the full film. */
       x: number;
@@ -1653,41 +1687,41 @@ export interface JobDefaults {
     /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
     max_depth: number;
     /**
-     * Particles that leave the lights for each sample of the pixels; 0: as many as the full film
-     * has pixels, from 1024 to 262144.
+     * Particles emitted from the lights per sample; 0: as many as the full film has pixels, from
+     * 1024 to 262144.
      */
     photons?: number;
     /**
-     * Radius within which photons are gathered, metres; sppm: at first. 0: three pixels where the
-     * camera looks.
+     * Radius within which photons are gathered, metres; for sppm, the initial radius. 0: three
+     * pixels at the distance that the camera sees.
      */
     radius_m?: number;
     /**
-     * After N samples of each replicate the disk of photons is about N^(alpha - 1) of the first,
-     * and so is the bias; the variance falls as N^-alpha. 2/3 lets both fall alike.
+     * After N samples of each replicate, the area of the disk and the bias are about N^(alpha - 1)
+     * times the initial ones, while the variance falls as N^-alpha. With 2/3, the squared bias and
+     * the variance fall at the same rate.
      */
     alpha?: number;
     /**
-     * Directions in which each path looks up the map one reflection later; 0: the map itself is
-     * shown, direct light included.
+     * Directions in which each path queries the photon map one reflection later; 0: show the map
+     * itself, including direct light.
      */
     final_gather?: number;
     /**
-     * Error of interpolation up to which a record of irradiance is used, as a share; half of it
-     * takes about four times as many records.
+     * Maximum relative interpolation error at which an irradiance record is used; half of it takes
+     * about four times as many records.
      */
     tolerance?: number;
     /** Paths over the hemisphere of each record. */
     rays?: number;
     /**
-     * Most records of each replicate. Where there are none, other light than direct light is path
-     * traced.
+     * Maximum number of records per replicate. Where there are none, indirect light is path traced.
      */
     records?: number;
   };
-  /** How paths are made and combined. */
+  /** How paths are sampled and combined. */
   estimator: {
-    /** Where directions come from. */
+    /** How directions are sampled. */
     strategy: string;
     /** Weights of multiple importance sampling. */
     mis: {
@@ -1698,19 +1732,19 @@ export interface JobDefaults {
     };
     /** Russian roulette. */
     roulette: {
-      /** What decides about survival. */
+      /** Criterion for the survival of a path. */
       type: string;
       /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
       delta?: number;
     };
-    /** Several continuations of a path at its first surface. */
+    /** Splitting of paths at their first surface. */
     splitting: {
-      /** How many there are. */
+      /** How the number of continuations is chosen. */
       type: string;
       /** Continuations of each path. */
       count?: number;
     };
-    /** What is subtracted from samples and added in closed form. */
+    /** A known part of the light that is computed in closed form instead of sampled. */
     control_variate: {
       /** Kind of control variate. */
       type: string;
@@ -1718,70 +1752,75 @@ export interface JobDefaults {
     /** True: absorption and transparency are factors; false: they end paths at random. */
     expected_values: boolean;
   };
-  /** Where random numbers come from. */
+  /** Source of random numbers. */
   sampler: {
-    /** Kind of point set. Each has a rule for sample counts; see /v1/server. */
+    /** Kind of point set. Each supports certain sample counts; see /v1/server. */
     type: string;
-    /** Independent randomisations of a pixel; even. */
+    /** Number of independent randomisations per pixel; even. */
     replicates: number;
     /**
-     * Number of the first replicate of the seed; even. Jobs that hold different ones can be merged
+     * Number of the first replicate of the seed; even. Jobs with different replicates can be merged
      * into the film of one job.
      */
     first_replicate?: number;
   };
   /** How a light is selected. */
   light_sampler: {
-    /** Kind of choice. */
+    /** Type of light selection. */
     type: string;
-    /** Light samples of which one is taken. */
+    /** Number of candidate light samples, of which one is used. */
     candidates?: number;
     /** Side in pixels of the squares whose pixels share light samples. */
     block?: number;
     /**
-     * Passes that share light samples too: samples of a replicate, one after another. At most 64
+     * Number of successive passes (samples of a replicate) that share light samples. At most 64
      * paths share, block x block x history.
      */
     history?: number;
-    /** Light samples of each path, of which one is shared. */
+    /** Candidate light samples per path, of which one is shared. */
     candidates_per_pixel?: number;
   };
   /** Adaptive sampling. */
   adaptive: {
     /**
-     * What decides. When it is not given: 'pilot' for jobs with stop.relative_error, 'none' for
-     * others.
+     * Rule that distributes samples. If absent: 'pilot' for jobs with stop.relative_error,
+     * otherwise 'none'.
      */
     type: string;
     /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to
-     * where decisions are taken: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+     * Samples of every pixel before the first decision, over all replicates; rounded up to the
+     * counts at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k per replicate.
      */
     min_samples?: number;
-    /** What gets the same number of samples. */
+    /** Unit within which all pixels get the same number of samples. */
     granularity?: string;
-    /** Radius in pixels, in tiles for granularity 'tile': the neediest neighbour counts. */
+    /**
+     * Radius in pixels, or in tiles for granularity 'tile': the neighbour within it that needs most
+     * samples counts.
+     */
     dilation?: number;
   };
   /**
-   * Where irradiance is measured beside the image, by path tracing with 16 paths for each sample of
-   * a pixel; GET /v1/jobs/{id}/meter.
+   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+   * per sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: {
-    /** Where it is measured. */
+    /** Points at which irradiance is measured. */
     points: {
-      /** World, metres. */
+      /** World space, metres. */
       position: [number, number, number];
-      /** Where it faces, of any length but 0. */
+      /** Direction that it faces; any length except 0. */
       normal: [number, number, number];
     }[];
-    /** The centres of a rectangle's cells, after the points, row by row. */
+    /**
+     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+     */
     plane: {
-      /** Corner of the rectangle, world, metres. */
+      /** Corner of the rectangle, world space, metres. */
       origin: [number, number, number];
-      /** From there to the next corner; the plane faces along edge_u x edge_v. */
+      /** Vector from the origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
-      /** From there to the corner before. */
+      /** Vector from the origin to the previous corner. */
       edge_v: [number, number, number];
       /** Cells along edge_u. */
       columns: number;
@@ -1794,20 +1833,20 @@ export interface JobDefaults {
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
-     * Stop at this mean number of samples over the pixels of the crop, all replicates together.
-     * Rounded up to what the sampler can do.
+     * Stop at this mean number of samples per pixel of the crop, over all replicates. Rounded up to
+     * a count that the sampler supports.
      */
     samples_per_pixel?: number | null;
     /** Stop when the relative error is at most this, with `confidence`. */
     relative_error?: number | null;
     /**
      * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to see.
+     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
-    /** Whose error has to be small enough. */
+    /** What has to meet the error target. */
     scope?: string;
     /** Stop after this many seconds of rendering, without pauses and downtime. */
     seconds?: number | null;
@@ -1816,11 +1855,11 @@ export interface JobDefaults {
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
-  /** Denoised images, which are made on demand and are no part of the film. */
+  /** Denoised images, which are computed on request and never part of the film. */
   denoise?: {
-    /** What makes them. */
+    /** The denoiser. */
     type: string;
-    /** If false, there are none before the job has ended. */
+    /** If false, images are not denoised before the job has ended. */
     preview: boolean;
   };
   /** Webhook to notify. */
@@ -1830,18 +1869,18 @@ export interface JobDefaults {
     /** Events to send. */
     events: string[];
   } | null;
-  /** The job and its files are deleted so long after its end; null: kept. */
+  /** The job and its files are deleted this many seconds after its end; null: kept. */
   retention_seconds?: number | null;
 }
 
-/** A name that requests may use. */
+/** A name that requests can use. */
 export interface TypeInfo {
   /** Name in requests. */
   type: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
-  /** JSON pointers of the job request that it honours. */
+  /** JSON pointers of the members of a job request that it supports. */
   accepts: string[];
 }
 
@@ -1849,24 +1888,24 @@ export interface TypeInfo {
 export interface IntegratorInfo {
   /** Name in requests. */
   type: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** Do the halves of its images tell the error? */
+  /** Whether the halves of its images give the error. */
   error: 'valid' | 'from-chains' | 'none';
   summary: string;
-  /** JSON pointers of the job request that it honours. */
+  /** JSON pointers of the members of a job request that it supports. */
   accepts: string[];
   /** Merge patch (RFC 7396) of `defaults`, which holds for its jobs. */
   defaults: Record<string, unknown>;
 }
 
-/** A switch of the estimation. */
+/** An option of the estimator. */
 export interface EstimationOption {
   name: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
-  /** Merge patch (RFC 7396) of the job request that turns it on. */
+  /** Merge patch (RFC 7396) of a job request that enables it. */
   patch: Record<string, unknown>;
 }
 
@@ -1878,11 +1917,11 @@ export interface Experiment {
   /** The quantity. */
   estimates: string;
   formula: string;
-  /** What there is to see. */
+  /** What to look for. */
   look_for: string;
   estimators: ({
     name: string;
-    /** How the expected image relates to the truth. */
+    /** How the expected value of the image relates to the true image. */
     bias: 'none' | 'consistent' | 'biased';
     summary: string;
   })[];
@@ -1915,31 +1954,31 @@ export interface Experiment {
 /** Server capabilities. */
 export interface Server {
   version: string;
-  /** What the bits of a film depend on besides the job. */
+  /** What determines the bits of a film in addition to the job. */
   build: {
     id: string;
     commit: string;
     compiler: string;
-    /** Instruction set that rays are traced with. */
+    /** Instruction set used to trace rays. */
     isa: string;
     embree: string;
-    /** Paths of default options go eight side by side. */
+    /** Jobs with default options trace eight paths at a time. */
     waves: boolean;
   };
-  /** Every maximum by name. */
+  /** All limits by name. */
   limits: Record<string, number>;
   defaults: JobDefaults;
   integrators: IntegratorInfo[];
   samplers: TypeInfo[];
   light_samplers: TypeInfo[];
   adaptive: TypeInfo[];
-  /** Every other switch of the estimation. */
+  /** All other options of the estimator. */
   options: EstimationOption[];
-  /** Of a job that does not say which to record. */
+  /** Layers of a job that does not name any. */
   layers: string[];
-  /** Those that `film.layers` has to ask for. */
+  /** Layers that have to be requested in `film.layers`. */
   optional_layers: string[];
-  /** Layers of which there is one for each number or name. */
+  /** Layers with a number or name in their name. */
   layer_patterns: string[];
   /** Extensions. */
   image_formats: string[];
@@ -1956,17 +1995,17 @@ export interface Server {
   extensions: string[];
 }
 
-/** Whether the server takes new jobs, and what it still has. */
+/** Whether the server accepts new jobs, and its remaining jobs. */
 export interface Drain {
-  /** New jobs are refused with 503, and those of the queue do not begin. */
+  /** New jobs are refused with 503, and queued jobs do not start. */
   draining: boolean;
-  /** Jobs that load, render or end; they go on. */
+  /** Active jobs; they continue. */
   running: number;
-  /** Jobs that wait. */
+  /** Waiting jobs. */
   queued: number;
 }
 
-/** One n, measured. */
+/** Measurements at one n. */
 export interface LabPoint {
   /** In force. */
   n: number;
@@ -1978,24 +2017,27 @@ export interface LabPoint {
   rmse: number;
   /** Of the mean. */
   standard_error: number;
-  /** Mean work of a replicate; n unless the experiment counts. */
+  /** Mean work of a replicate; n unless the experiment counts it otherwise. */
   cost: number;
   /**
-   * CPU time of all replicates. Measured, so it differs from run to run; all other members are
+   * CPU time of all replicates. It is measured and differs from run to run; all other members are
    * reproducible.
    */
   seconds: number;
 }
 
-/** The outcome, last line of the answer. */
+/** The outcome, the last line of the response. */
 export interface LabOutcome {
   /** Exact value, from a formula. */
   expected: number;
-  /** Of log RMSE over log n, least squares; null with fewer than two n, or without an error. */
+  /**
+   * Slope of log RMSE against log n by least squares; null with fewer than two n, or without an
+   * error.
+   */
   slope: number | null;
   /** 95%, low and high; null without a slope. */
   slope_interval: [number, number] | null;
-  /** Of theory; null where it gives none. */
+  /** Theoretical slope; null if there is none. */
   expected_slope: number | null;
   /** log RMSE = intercept + slope log n, natural logarithms. */
   intercept: number | null;
@@ -2004,93 +2046,93 @@ export interface LabOutcome {
    * to run.
    */
   efficiency: number | null;
-  /** The same with `cost` for seconds; reproducible. */
+  /** The same with `cost` instead of seconds; reproducible. */
   efficiency_by_cost: number | null;
   /**
-   * agrees: means and slope are those of theory (a wrong `differs` has a chance of 0.2%); biased:
-   * as the estimator says of itself; undecided: nothing to compare, fewer than eight replicates, or
-   * a slope whose interval is too wide to tell.
+   * agrees: means and slope agree with theory (`differs` is wrong with a probability of 0.2%);
+   * biased: as expected from the estimator; undecided: nothing to compare, fewer than eight
+   * replicates, or the interval of the slope is too wide.
    */
   verdict: 'agrees' | 'differs' | 'biased' | 'undecided';
   /** The verdict in words. */
   explanation: string;
   experiment: string;
   estimator: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   sampler: string;
   replicates: number;
   seed: number;
-  /** Parameters in force. */
+  /** Effective parameters. */
   params: Record<string, number>;
   /** Points of the first replicate, where the experiment shows them; at most 1024. */
   pattern: number[][];
 }
 
-/** Last line in place of the outcome: the server stops. */
+/** Last line instead of the outcome: the server is stopping. */
 export interface LabCancelled {
   cancelled: boolean;
 }
 
-/** A key that is to be made. */
+/** A key to create. */
 export interface KeyRequest {
   /** Display name. */
   name: string;
   /**
-   * Whose work it sees and makes: letters, digits, `.`, `_`, `-`; null: its own. A key that
-   * replaces another names the tenant of that one.
+   * Tenant of the key: letters, digits, `.`, `_`, `-`; null: one of its own. To replace a key, use
+   * the tenant of the old one.
    */
   tenant?: string | null;
   /**
-   * What it may do; `admin` goes with `read` and `write`; `worker` is for `tessera worker` alone.
+   * Permissions; `admin` requires `read` and `write`; `worker` is for `tessera worker` only.
    * Default: ["read","write"].
    */
   scopes?: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests a minute; 0: any number; null: the server's. */
+  /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit?: number | null;
-  /** Highest priority of its jobs. Default: 0. */
+  /** Maximum priority of its jobs. Default: 0. */
   max_priority?: number;
-  /** It expires after so many; null: never. */
+  /** Days until it expires; null: never. */
   days?: number | null;
 }
 
 /** A key, without its text. */
 export interface Key {
-  /** Names the key in lists and logs. */
+  /** Id of the key in lists and logs. */
   id: string;
   /** Display name. */
   name: string;
-  /** Whose work it sees and makes. */
+  /** Tenant whose work it sees and creates. */
   tenant: string;
-  /** What it may do. */
+  /** Permissions. */
   scopes: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests a minute; 0: any number; null: the server's. */
+  /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit: number | null;
-  /** Highest priority of its jobs. */
+  /** Maximum priority of its jobs. */
   max_priority: number;
   created_at: string;
   /** null: never. */
   expires_at: string | null;
 }
 
-/** A key that was made. */
+/** A new key. */
 export interface NewKey {
-  /** Names the key in lists and logs. */
+  /** Id of the key in lists and logs. */
   id: string;
   /** Display name. */
   name: string;
-  /** Whose work it sees and makes. */
+  /** Tenant whose work it sees and creates. */
   tenant: string;
-  /** What it may do. */
+  /** Permissions. */
   scopes: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests a minute; 0: any number; null: the server's. */
+  /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit: number | null;
-  /** Highest priority of its jobs. */
+  /** Maximum priority of its jobs. */
   max_priority: number;
   created_at: string;
   /** null: never. */
   expires_at: string | null;
-  /** Its text. It is not shown again. */
+  /** The key itself. It is not shown again. */
   key: string;
 }
 
@@ -2100,7 +2142,7 @@ export interface KeyList {
   keys: Key[];
 }
 
-/** What tenants use: all for the operator and admins, else one's own. */
+/** Resource usage of tenants: of all for the operator and admins, otherwise of one's own. */
 export interface Usage {
   /** By name. */
   tenants: {
@@ -2108,28 +2150,28 @@ export interface Usage {
     tenant: string;
     /** Stored jobs. */
     jobs: number;
-    /** Of these, those that have not ended. */
+    /** Number of these that have not ended. */
     unfinished_jobs: number;
-    /** Of all jobs but previews, deleted ones included. */
+    /** CPU seconds of all jobs except previews, including deleted jobs. */
     cpu_seconds: number;
-    /** Jobs that were deleted. */
+    /** Number of deleted jobs. */
     deleted_jobs: number;
-    /** Assets and scenes that it keeps. */
+    /** Bytes of assets and scenes. */
     asset_bytes: number;
-    /** Films, and room for those that are being rendered. */
+    /** Bytes of films, including space reserved for those being rendered. */
     film_bytes: number;
     /** Open event and tile streams. */
     streams: number;
   }[];
-  /** Of each tenant; 0: no limit. */
+  /** Quotas per tenant; 0: no limit. */
   quotas: {
     /** Unfinished jobs. */
     jobs: number;
-    /** Previews at a time. */
+    /** Simultaneous previews. */
     previews: number;
     /** Open streams. */
     streams: number;
-    /** Experiments at a time. */
+    /** Simultaneous experiments. */
     lab_runs: number;
     /** Assets and films. */
     stored_bytes: number;
@@ -2138,24 +2180,24 @@ export interface Usage {
 
 /** A webhook call. */
 export interface Delivery {
-  /** The webhook-id that the receiver gets, each time. */
+  /** The webhook-id that the receiver gets on every attempt. */
   id: string;
-  /** Or batch that it is about; null: a test. */
+  /** Job or batch that it is about; null: a test. */
   job: string | null;
-  /** What it tells: `state`, `end` or `test`. */
+  /** Kind of event: `state`, `end` or `test`. */
   event: string;
   url: string;
-  /** `failed`: it was given up. */
+  /** `failed`: all attempts failed. */
   state: 'pending' | 'delivered' | 'failed';
-  /** Calls that were made. */
+  /** Number of attempts. */
   attempts: number;
   created_at: string;
   /** While it is pending. */
   next_attempt_at: string | null;
   ended_at: string | null;
-  /** Of the last answer; null: there was none. */
+  /** Status of the last response; null: there was none. */
   status: number | null;
-  /** Why the last attempt failed; null: it did not. */
+  /** Why the last attempt failed; null: it did not fail. */
   detail: string | null;
 }
 
@@ -2167,55 +2209,53 @@ export interface DeliveryList {
   next: string | null;
 }
 
-/** Where to. */
+/** Target of the call. */
 export interface WebhookTestRequest {
   /** Where to send a call of type `test`. */
   url: string;
 }
 
-/** What calls are signed with. */
+/** Secret with which calls are signed. */
 export interface WebhookSecret {
   /** `whsec_` and base64. */
   secret: string;
 }
 
-/** A worker lives, and what it is busy with. */
+/** Report of a worker. */
 export interface WorkerReport {
   /** Id of its build. */
   build: string;
   /** Its arithmetic class. */
   arithmetic: string;
-  /** Units that it renders at a time. Default: 1. */
+  /** Number of units that it renders at a time. Default: 1. */
   threads?: number;
-  /** It takes no more units. Default: false. */
+  /** Whether it accepts no more units. Default: false. */
   draining?: boolean;
   /** Units that it holds. */
   units?: Record<string, number>;
 }
 
-/** A worker takes a unit, or hands it back. */
+/** A worker takes or returns a unit. */
 export interface UnitRequest {
-  /** Who asks. */
+  /** Id of the worker. */
   worker: string;
-  /**
-   * Why a unit that is handed back was not rendered; empty: for no fault of its own. Default: "".
-   */
+  /** Why a returned unit was not rendered; empty: not because of an error. Default: "". */
   fault?: string;
 }
 
-/** What a worker is to do. */
+/** Instructions for a worker. */
 export interface WorkerOrders {
-  /** It gets units. */
+  /** Whether it gets units. */
   suitable: boolean;
   /** Why it gets none. */
   reason: string | null;
   /** Until its next report. */
   report_seconds: number;
-  /** Units whose results are not wanted any more. */
+  /** Units whose results are no longer needed. */
   dropped: string[];
 }
 
-/** What the units of a job need. */
+/** Inputs of the units of a job. */
 export interface WorkInputs {
   /** The job's `spec`. */
   spec: Record<string, unknown>;
@@ -2225,30 +2265,30 @@ export interface WorkInputs {
 
 /** A process that renders units of this server's jobs. */
 export interface Worker {
-  /** A new one each time that it is started. */
+  /** Id of the worker process; new after each start. */
   id: string;
   /** Its build. */
   build: string;
   /** Its arithmetic class. */
   arithmetic: string;
-  /** Units that it renders at a time. */
+  /** Number of units that it renders at a time. */
   threads: number;
-  /** Pixel samples a second while it renders. */
+  /** Pixel samples per second while rendering. */
   rate: number;
   /** Units that it holds. */
   leases: number;
-  /** Results of it that were taken. */
+  /** Number of its results that were accepted. */
   units: number;
-  /** Units that it lost, failed, or brought wrong results of. */
+  /** Number of units that it lost or failed, or for which it returned wrong results. */
   faults: number;
   state: 'idle' | 'working' | 'draining' | 'unsuitable' | 'left' | 'lost';
   /** Why it is unsuitable. */
   reason: string | null;
-  /** Its last report. */
+  /** Time of its last report. */
   seen_at: string;
 }
 
-/** A tile that a worker renders. Pixels count from the top left of the full film. */
+/** A tile that a worker is rendering. Pixels are counted from the top left of the full film. */
 export interface WorkerTile {
   /** Its id. */
   worker: string;
@@ -2258,29 +2298,30 @@ export interface WorkerTile {
   height: number;
 }
 
-/** All workers that were seen lately. */
+/** All recently seen workers. */
 export interface WorkerList {
   workers: Worker[];
 }
 
-/** Tiles of a job that workers render. */
+/** Tiles of a job that workers are rendering. */
 export interface WorkerTiles {
   tiles: WorkerTile[];
 }
 
-/** A template and a matrix of values make jobs. */
+/** A template and a matrix of values from which jobs are created. */
 export interface BatchRequest {
-  /** A JobRequest; what the matrix gives may be missing. Class normal only. */
+  /** A JobRequest; members that the matrix sets may be missing. Class normal only. */
   template: Record<string, unknown>;
   /**
    * Paths of members of the job request, each with its values: {"variant": ["a", "b"]}. Every
-   * combination is a job; the last member changes fastest. Values that are objects are merged into
-   * the member. At most `batch_jobs` jobs.
+   * combination becomes a job; the last member varies fastest. Values that are objects are merged
+   * into the member. At most `batch_jobs` jobs.
    */
   matrix: Record<string, unknown[]>;
   /**
-   * Pattern of the jobs' names. {variant} stands for the value of a member, by its path or the last
-   * part of it; {index} counts from 1. Empty: all that the matrix changes. Default: "".
+   * Pattern of the jobs' names. {variant} is replaced by the value of that member, given by its
+   * path or the last part of it; {index} counts from 1. Empty: all values from the matrix. Default:
+   * "".
    */
   name?: string;
   /** One call when all jobs have ended; `events` has no effect. */
@@ -2300,18 +2341,16 @@ export interface BatchJob {
   /** Of the job. */
   state: string;
   fraction: number;
-  /** What the matrix gave it. */
+  /** Its values from the matrix. */
   values: Record<string, unknown>;
 }
 
-/** Jobs that were made together. */
+/** Jobs that were created together. */
 export interface Batch {
   id: string;
   /** The pattern of the jobs' names. */
   name: string;
-  /**
-   * Of a batch whose jobs have ended: failed if one failed, else cancelled if one was cancelled.
-   */
+  /** Once all jobs have ended: failed if one failed, otherwise cancelled if one was cancelled. */
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
   /** Of all jobs together. */
@@ -2330,7 +2369,7 @@ export interface Batch {
     cancelled: number;
     finished: number;
   };
-  /** Paths of what belongs to the batch. */
+  /** URLs of related resources. */
   links: Record<string, string>;
   /** In the order of the matrix. */
   jobs: BatchJob[];
@@ -2341,9 +2380,7 @@ export interface BatchSummary {
   id: string;
   /** The pattern of the jobs' names. */
   name: string;
-  /**
-   * Of a batch whose jobs have ended: failed if one failed, else cancelled if one was cancelled.
-   */
+  /** Once all jobs have ended: failed if one failed, otherwise cancelled if one was cancelled. */
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
   /** Of all jobs together. */
@@ -2362,7 +2399,7 @@ export interface BatchSummary {
     cancelled: number;
     finished: number;
   };
-  /** Paths of what belongs to the batch. */
+  /** URLs of related resources. */
   links: Record<string, string>;
 }
 
@@ -2374,7 +2411,7 @@ export interface BatchList {
   next: string | null;
 }
 
-/** What a batch would make. */
+/** The jobs that a batch would create. */
 export interface BatchDryRun {
   /** Of the jobs, in their order. */
   names: string[];
@@ -2387,8 +2424,8 @@ export interface ComparisonRequest {
   /** Job id (UUID) or asset id (64 hex digits). */
   b: string;
   /**
-   * Which image of a job. Errors of the pixels of a denoised one are not known singly: bias.low,
-   * bias.high and z are null then. Default: "off".
+   * Which image of a job. The errors of single pixels of a denoised image are unknown, so bias.low,
+   * bias.high and z are null. Default: "off".
    */
   a_denoise?: 'off' | 'mixed' | 'full';
   /** The same of b. Default: "off". */

@@ -295,6 +295,25 @@ function SizeField() {
   );
 }
 
+function NameField() {
+  const { name } = useStore(form);
+  const info = useStore(serverInfo);
+  return (
+    <Field label="Name" pointers={['/name']}>
+      {(a) => (
+        <input
+          {...a}
+          type="text"
+          value={name}
+          placeholder="Optional"
+          maxLength={info?.limits.name_characters}
+          onInput={(e) => change({ name: e.currentTarget.value })}
+        />
+      )}
+    </Field>
+  );
+}
+
 const knownPointers = [
   '/scene',
   '/camera',
@@ -375,6 +394,7 @@ export function SubmitForm() {
     >
       <div class="submit-fields">
         <h2 id="new-title">New render</h2>
+        <NameField />
         <ScenePicker />
         <Later>
           <EnvironmentField />

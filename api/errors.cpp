@@ -134,7 +134,7 @@ const View<Problem>& problem_view() {
        {"status", shape::count("HTTP status."), [](const Problem& p) -> Json { return p.status; }},
        {"detail", shape::text("About this problem."),
         [](const Problem& p) -> Json { return cut_text(p.detail, kTextBytes); }},
-       {"instance", shape::text("Path of the request."),
+       {"instance", shape::text("URL path of the request."),
         [](const Problem& p) -> Json { return p.instance; },
         [](const Problem& p) { return !p.instance.empty(); }},
        {"errors", shape::list(field_error_view().shape(), "Errors of the input."),

@@ -228,8 +228,8 @@ void print_medium(const JobSpec& spec, Json& object) {
 
 Json medium_schema(const JobSpec& /*defaults*/) {
   Json schema = object_schema(medium_table(), core::FogSettings{},
-                              "Medium around the solids, within the sphere around the scene: fog, "
-                              "smoke, haze. null: none.");
+                              "Participating medium (fog, smoke, haze) in the bounding sphere of "
+                              "the scene, outside solids. null: none.");
   schema["type"] = {"object", "null"};
   schema["default"] = nullptr;
   return schema;
@@ -349,7 +349,7 @@ void read_replicates(const Json& value, JobSpec& spec, const std::string& pointe
 }
 
 Json replicates_schema(const JobSpec& defaults) {
-  Json schema = basic_schema("integer", "Independent randomisations of a pixel; even.");
+  Json schema = basic_schema("integer", "Number of independent randomisations per pixel; even.");
   schema["minimum"] = 2;
   schema["maximum"] = limits::kReplicates;
   schema["multipleOf"] = 2;

@@ -259,7 +259,7 @@ const ViewRow<JobView>& stop_reason_row() {
 
 const ViewRow<JobView>& queue_position_row() {
   static const ViewRow<JobView> kRow = {
-      "queue_position", shape::nullable(shape::count("0 is next; null: not waiting.")),
+      "queue_position", shape::nullable(shape::count("0: the next job; null: not waiting.")),
       [](const JobView& j) { return or_null(j.queue_position); }};
   return kRow;
 }
@@ -301,7 +301,7 @@ const ViewRow<JobView>& revision_row() {
 const ViewRow<JobView>& digest_row() {
   static const ViewRow<JobView> kRow = {
       "film_digest",
-      shape::nullable(shape::text("sha256 of the film's exact content, when finished.")),
+      shape::nullable(shape::text("SHA-256 of the film's exact content, once finished.")),
       [](const JobView& j) { return j.film_digest.empty() ? Json(nullptr) : Json(j.film_digest); }};
   return kRow;
 }
@@ -323,7 +323,7 @@ const View<DenoisedView>& denoised_view() {
        {"note", shape::nullable(shape::text("Why `auto` did not choose the better denoiser.")),
         [](const DenoisedView& d) { return text_or_null(d.note); }},
        {"features",
-        shape::flag("Albedo, normal, depth and emission were used; false: the scene is gone."),
+        shape::flag("Uses albedo, normal, depth and emission; false: the scene was deleted."),
         [](const DenoisedView& d) -> Json { return d.has_features; }},
        {"relative_rmse",
         shape::nullable(shape::real("As in `error`, with N an estimate of the squared error "
@@ -470,7 +470,7 @@ const View<CostView>& cost_view() {
         [](const CostView& c) { return number_json(c.samples_per_pixel); }},
        {"memory_bytes", shape::real("Film and scene."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
-       {"memory_bytes_low", shape::real("The film alone."),
+       {"memory_bytes_low", shape::real("Memory of the film."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_low)); }},
        {"memory_bytes_high",
         shape::real("Memory reserved at admission: the larger of loading and rendering."),

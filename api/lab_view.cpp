@@ -54,9 +54,8 @@ const View<lab::Point>& lab_point_view() {
        {"cost", shape::real("Mean work of a replicate; n unless the experiment counts it."),
         [](const Point& p) { return number_json(p.cost); }},
        {"seconds",
-        shape::real(
-            "CPU time of all replicates. Measured, so it differs from run to run; all other "
-            "members are reproducible."),
+        shape::real("CPU time of all replicates. It is measured and differs from run to run; all "
+                    "other members are reproducible."),
         [](const Point& p) { return number_json(p.seconds); }}}};
   return kView;
 }

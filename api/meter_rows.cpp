@@ -15,7 +15,7 @@ constexpr Range kMetres = {-1e9, 1e9};
 const auto& point_table() {
   static constexpr auto kTable = std::tuple{
       triple(
-          "position", [](auto& s) -> auto& { return s.position; }, kMetres, "World, metres."),
+          "position", [](auto& s) -> auto& { return s.position; }, kMetres, "World space, metres."),
       triple(
           "normal", [](auto& s) -> auto& { return s.normal; }, kMetres,
           "Normal; any length except 0."),
@@ -27,7 +27,7 @@ const auto& plane_table() {
   static constexpr auto kTable = std::tuple{
       triple(
           "origin", [](auto& s) -> auto& { return s.origin; }, kMetres,
-          "Corner of the rectangle, world, metres."),
+          "Corner of the rectangle, world space, metres."),
       triple(
           "edge_u", [](auto& s) -> auto& { return s.edge_u; }, kMetres,
           "Vector from origin to the next corner; the plane faces along edge_u x edge_v."),
@@ -126,9 +126,9 @@ const auto& meter_table() {
             object["plane"] = s.plane ? print_members(plane_table(), *s.plane) : Json(nullptr);
           },
           [](const core::MeterSettings&) {
-            Json schema =
-                whole_schema(plane_table(), core::MeterPlane{},
-                             "The centres of a rectangle's cells, after the points, row by row.");
+            Json schema = whole_schema(plane_table(), core::MeterPlane{},
+                                       "Points at the centres of the cells of a rectangle, row by "
+                                       "row; they follow the single points.");
             schema["type"] = {"object", "null"};
             schema["default"] = nullptr;
             return schema;

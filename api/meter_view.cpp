@@ -46,7 +46,9 @@ const View<MeterView>& meter_view() {
       "Meter",
       "Current readings of a job's meter.",
       {{"bias", shape::bias(), [](const MeterView&) -> Json { return "none"; }},
-       {"points", shape::list(meter_reading_view().shape(), "The points, then the plane's cells."),
+       {"points",
+        shape::list(meter_reading_view().shape(),
+                    "The points, followed by the cells of the plane."),
         [](const MeterView& m) { return print_list(meter_reading_view(), m.readings); }}}};
   return kView;
 }

@@ -206,7 +206,7 @@ Json tags() {
       Tag{"Batches", "Sets of jobs that vary a template."},
       Tag{"Results", "Images, pixel values and error estimates."},
       Tag{"Streams", "Live events and tiles."},
-      Tag{"Scenes", "glTF scenes, loaded and checked."},
+      Tag{"Scenes", "Uploaded and built-in glTF scenes."},
       Tag{"Assets", "Content-addressed file storage."},
       Tag{"Service", "The server itself."},
       Tag{"Webhooks", "Calls made on events of jobs."},

@@ -246,7 +246,7 @@ void read_extension(const std::string& text, ArchiveReading& out, const std::str
 const auto& archive_table() {
   static constexpr auto kTable = std::tuple_cat(
       std::tuple{ParameterField<ArchiveReading>{
-          "format", "Of the images.", &read_extension,
+          "format", "Format of the images.", &read_extension,
           [](const ArchiveReading& defaults) {
             return Json{{"type", "string"}, {"enum", kExtensions}, {"default", defaults.format}};
           }}},

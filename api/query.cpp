@@ -197,7 +197,7 @@ const auto& submit_table() {
 const auto& batch_submit_table() {
   static constexpr auto kTable = std::tuple{flag(
       "dry_run", [](auto& s) -> auto& { return s.dry_run; },
-      "1: only validate the batch and name its jobs (200).")};
+      "1: only validate the batch and return the names of its jobs (200).")};
   return kTable;
 }
 

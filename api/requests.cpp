@@ -229,7 +229,7 @@ const auto& merge_table() {
           "films", &read_films,
           [](const MergeRequest& body, Json& object) { object["films"] = body.films; },
           [](const MergeRequest&) {
-            Json schema = basic_schema("array", "Compatible films without common samples.");
+            Json schema = basic_schema("array", "Compatible films that share no samples.");
             schema["items"] = basic_schema("string", kIdDoc);
             schema["minItems"] = 1;
             schema["maxItems"] = limits::kMergeFilms;
@@ -373,7 +373,7 @@ Json extend_schema() {
   return object_schema(extend_table(), ExtendBody{}, "New stop rules for a finished job.");
 }
 Json scene_from_assets_schema() {
-  return object_schema(scene_table(), SceneFromAssets{}, "A scene whose files are assets.");
+  return object_schema(scene_table(), SceneFromAssets{}, "A scene from uploaded assets.");
 }
 Json comparison_request_schema() {
   return object_schema(comparison_table(), ComparisonRequest{}, "Two images; b is the reference.");

@@ -119,7 +119,7 @@ const View<SceneView>& scene_view() {
        {"cameras", shape::list(camera_view().shape()), &cameras_json},
        {"lights", shape::list(light_view().shape(), "Punctual lights."),
         [](const SceneView& s) { return print_list(light_view(), s.summary.lights); }},
-       {"light_groups", shape::texts("Names for layers light:NAME."),
+       {"light_groups", shape::texts("Names for the layers light:NAME."),
         [](const SceneView& s) -> Json { return s.summary.light_groups; }},
        {"materials", shape::texts("Names."),
         [](const SceneView& s) -> Json { return s.summary.materials; }},

@@ -181,7 +181,7 @@ std::string build_json(const ServerView& server) {
 const View<TypeView>& type_info_view() {
   static const View<TypeView> kView = {
       "TypeInfo",
-      "A name that requests may use.",
+      "A name that requests can use.",
       {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
        {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
        {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},

@@ -31,7 +31,8 @@ Json one_of(const std::vector<std::string_view>& names, std::string_view doc) {
 }
 
 Json bias() {
-  return one_of({"none", "consistent", "biased"}, "How the expected image relates to the truth.");
+  return one_of({"none", "consistent", "biased"},
+                "How the expected value of the image relates to the true image.");
 }
 
 Json list(Json items, std::string_view doc) {

@@ -92,7 +92,7 @@ const Columns<KeyView>& key_columns() {
       {"rate_limit",
        count_schema("Requests per minute; 0: no limit; null: the server's default.", true),
        [](const KeyView& key) { return key.rate_limit ? Json(*key.rate_limit) : Json(nullptr); }},
-      {"max_priority", count_schema("Highest priority of its jobs."),
+      {"max_priority", count_schema("Maximum priority of its jobs."),
        [](const KeyView& key) { return Json(key.max_priority); }},
       {"created_at", time_schema(""),
        [](const KeyView& key) { return Json(rfc3339(key.created_at_unix_seconds)); }},
@@ -113,7 +113,7 @@ const Columns<UsageView>& usage_columns() {
       {"cpu_seconds",
        basic_schema("number", "CPU time of all jobs except previews, including deleted jobs."),
        [](const UsageView& usage) { return number_json(usage.cpu_seconds); }},
-      {"deleted_jobs", count_schema("Jobs that were deleted."),
+      {"deleted_jobs", count_schema("Number of deleted jobs."),
        [](const UsageView& usage) { return Json(usage.deleted_jobs); }},
       {"asset_bytes", count_schema("Assets and scenes of the tenant."),
        [](const UsageView& usage) { return Json(usage.asset_bytes); }},
@@ -214,7 +214,7 @@ const auto& key_request_table() {
           "Requests per minute; 0: no limit; null: the server's default."),
       number(
           "max_priority", [](auto& s) -> auto& { return s.max_priority; }, {0, limits::kPriority},
-          "Highest priority of its jobs."),
+          "Maximum priority of its jobs."),
       number(
           "days", [](auto& s) -> auto& { return s.days; }, {1, kDaysMax},
           "Days until the key expires; null: never."),

@@ -27,9 +27,9 @@ namespace server {
 namespace {
 
 constexpr const char* kText =
-    "Verifies a data directory: the database's pages and references, the hash of every asset, the "
-    "files of every scene, the checksums and the digest of every film. Nothing is changed without "
-    "--repair. Exit code 1 when something is damaged; orphaned files are reported but do not count "
+    "Verifies a data directory: the pages and references of the database, the hash of every asset, "
+    "the files of every scene, the checksums and digest of every film. Changes nothing without "
+    "--repair. Exit code 1 if something is damaged; orphaned files are reported but do not count "
     "as damage.";
 
 constexpr int kPage = 200;

@@ -175,7 +175,7 @@ int keys_command(const std::vector<std::string>& args) {
       ->check(needs([](const std::string& text) { return is_tenant_name(text); },
                     "name of 1 to 64 letters, digits and ._-"));
   app.add_option("--max-priority", given.priority_max,
-                 "Highest priority of an added key's jobs (0).")
+                 "Maximum priority of the new key's jobs (0).")
       ->type_name("N")
       ->check(flags::within(0, static_cast<double>(api::limits::kPriority)));
   app.add_option("--rate", given.rate_limit,

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -38,6 +39,15 @@ struct BatchFlags {
 
   bool waits() const { return wait || !output.empty() || !sheet.empty() || !video.output.empty(); }
 };
+
+/// Has the text the form of a batch's id (RFC 9562)?
+bool is_id(std::string_view text) {
+  constexpr std::string_view kForm = "xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx";
+  const auto fits = [](char c, char form) {
+    return form == '-' ? c == '-' : std::isxdigit(static_cast<unsigned char>(c)) != 0;
+  };
+  return text.size() == kForm.size() && std::equal(text.begin(), text.end(), kForm.begin(), fits);
+}
 
 core::Result<Json> read_request(const std::string& path) {
   const auto text = read_file(path);
@@ -167,21 +177,17 @@ int follow(ApiClient& client, const BatchFlags& flags, const std::string& path) 
   return text_at(*ended, "state") == "finished" ? kDone : kFailed;
 }
 
-int run(const BatchFlags& flags) {
+int submit(ApiClient& client, const BatchFlags& flags) {
   auto request = read_request(flags.file);
   if (!request) {
     return complain("batch", request.error());
   }
-  auto client = ApiClient::connect(flags.server.url, flags.server.key);
-  if (!client) {
-    return complain("batch", client.error());
-  }
-  if (const auto uploaded = upload_model(**client, *request); !uploaded) {
+  if (const auto uploaded = upload_model(client, *request); !uploaded) {
     return complain("batch", uploaded.error());
   }
   const auto reply =
-      (*client)->post(flags.dry_run ? "/v1/batches?dry_run=1" : "/v1/batches", request->dump(),
-                      "application/json", {{"Idempotency-Key", idempotency_key()}});
+      client.post(flags.dry_run ? "/v1/batches?dry_run=1" : "/v1/batches", request->dump(),
+                  "application/json", {{"Idempotency-Key", idempotency_key()}});
   if (!reply) {
     return complain("batch", reply.error());
   }
@@ -198,7 +204,20 @@ int run(const BatchFlags& flags) {
     return kDone;
   }
   std::fprintf(stderr, "%s\n", id.c_str());
-  return follow(**client, flags, "/v1/batches/" + encode_url(id));
+  return follow(client, flags, "/v1/batches/" + encode_url(id));
+}
+
+int run(const BatchFlags& flags) {
+  auto client = ApiClient::connect(flags.server.url, flags.server.key);
+  if (!client) {
+    return complain("batch", client.error());
+  }
+  if (is_id(flags.file) && flags.dry_run) {
+    std::fprintf(stderr, "tessera batch: --dry-run needs a FILE: this batch exists already\n");
+    return kWrongUsage;
+  }
+  return is_id(flags.file) ? follow(**client, flags, "/v1/batches/" + flags.file)
+                           : submit(**client, flags);
 }
 
 }  // namespace
@@ -209,8 +228,10 @@ int batch(const Args& args) {
       "With --wait, -o, --sheet or --video, waits until all jobs have ended.",
       "tessera batch");
   BatchFlags flags;
-  app.add_option("file", flags.file,
-                 "JSON with template, matrix and name; the template's scene may be a model file")
+  app.add_option(
+         "file", flags.file,
+         "JSON with template, matrix and name, whose scene may be a model file; or the id of "
+         "a batch")
       ->required()
       ->type_name("FILE");
   app.add_flag("--wait", flags.wait,

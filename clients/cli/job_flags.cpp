@@ -114,7 +114,7 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
       ->check(above_zero(180))
       ->type_name("D");
   app.add_option("--aperture", flags.aperture_radius_m,
-                 "Radius of the lens, metres, for depth of field (0)")
+                 "Lens radius for depth of field, metres (0)")
       ->check(CLI::NonNegativeNumber)
       ->type_name("M");
   app.add_option("--focus", flags.focus_distance_m, "Focus distance, metres")
@@ -156,7 +156,7 @@ void add_stage_flags(CLI::App& app, JobFlags& flags) {
       ->excludes(map)
       ->excludes(preset);
   app.add_option("--background", flags.background,
-                 "environment, transparent, blurred, or a colour as six digits of sRGB")
+                 "environment, transparent, blurred, or an sRGB colour as six hexadecimal digits")
       ->type_name("TYPE");
   app.add_option(
          "--ground", flags.ground,

@@ -107,8 +107,8 @@ int list_scenes(const ServerFlags& server, int limit, bool as_json) {
 
 int upload(const Args& args) {
   CLI::App app(
-      "Uploads models (.glb, .gltf with its files, .zip, or a folder) and maps (.hdr, .exr), and "
-      "prints their ids.",
+      "Uploads models (.glb, .gltf with its files, .zip, or a folder) and environment maps (.hdr, "
+      ".exr), and prints their ids.",
       "tessera upload");
   ServerFlags server;
   std::vector<std::string> files;

@@ -304,6 +304,13 @@ class Batches(BatchTest):
                 words = file.read().split()
             self.assertEqual(words[0], "3")
             self.assertEqual(words[words.index("-framerate") + 1], "12.000000")
+            batch = said.split()[0]
+            os.remove(video)
+            before = self.server.get("/v1/batches").json()
+            code, _, said = tessera("batch", batch, "--video", video, *server, environ=here)
+            self.assertEqual((code, os.path.exists(video)), (0, True), said)
+            self.assertEqual(self.server.get("/v1/batches").json(), before)
+            self.assertEqual(tessera("batch", batch, "--dry-run", *server)[0], 2)
             code, _, said = tessera(*verb, "--fps", "0.5", environ=here)
             self.assertEqual((code, os.path.exists(video)), (1, False))
             self.assertIn("ffmpeg failed", said)

@@ -80,6 +80,31 @@ class CommandLine(ApiTest):
         for wrong in (("--position", "1,2,3"), ("--orbit", "1"), ("--crop", "1,2,3")):
             self.assertEqual(self.outcome("submit", "glass", *wrong)[0], 2, wrong)
 
+    def test_the_stage_comes_from_flags(self):
+        def spec(*flags):
+            code, printed, said = tessera("submit", "glass", "--spp", "1", "--size", "32x32",
+                                          "--json", *flags, *self.server_flags)
+            self.assertEqual(code, 0, said)
+            return json.loads(printed)["spec"]
+
+        stage = spec("--preset", "studio", "--background", "3366cc", "--ground", "sweep",
+                     "--ground-height", "-0.5", "--ground-reflection", "0.75")
+        self.assertEqual(stage["environment"]["preset"], "studio")
+        self.assertEqual(stage["background"]["type"], "color")
+        # IEC 61966-2-1: the sRGB curve above its linear part.
+        for value, byte in zip(stage["background"]["color"], (0x33, 0x66, 0xCC)):
+            self.assertAlmostEqual(value, ((byte / 255 + 0.055) / 1.055) ** 2.4, places=5)
+        ground = stage["ground"]
+        self.assertEqual((ground["type"], ground["height"], ground["reflection"]),
+                         ("sweep", -0.5, 0.75))
+        self.assertEqual(spec("--ground", "catcher")["ground"]["reflection"], 0)
+        code, said = self.outcome("submit", "glass", "--ground", "sweep",
+                                  "--ground-reflection", "1.5")
+        self.assertEqual(code, 1)
+        self.assertIn("/ground/reflection", said)
+        self.assertIn("1.5 is outside [0, 1]", said)
+        self.assertEqual(self.outcome("submit", "glass", "--ground-reflection", "x")[0], 2)
+
     def test_controls_jobs(self):
         def run(verb, *flags):
             code, printed, said = tessera(verb, *flags, *self.server_flags)

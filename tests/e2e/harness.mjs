@@ -299,6 +299,49 @@ export function triangleFiles() {
   ];
 }
 
+/** A triangle that moves by (1, 0, 0) in a second, with the variant "plain". */
+export function movingGlb() {
+  const bin = Buffer.from(
+    new Float32Array([-1, 0, 0, 1, 0, 0, 0, 1.6, 0, 0, 1, 0, 0, 0, 1, 0, 0]).buffer,
+  );
+  const at = [0, 36, 44, 68];
+  const document = {
+    asset: { version: '2.0' },
+    extensionsUsed: ['KHR_materials_variants'],
+    extensions: { KHR_materials_variants: { variants: [{ name: 'plain' }] } },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
+    materials: [{ doubleSided: true }],
+    animations: [
+      {
+        samplers: [{ input: 1, output: 2 }],
+        channels: [{ sampler: 0, target: { node: 0, path: 'translation' } }],
+      },
+    ],
+    buffers: [{ byteLength: bin.length }],
+    bufferViews: [0, 1, 2].map((i) => ({
+      buffer: 0,
+      byteOffset: at[i],
+      byteLength: at[i + 1] - at[i],
+    })),
+    accessors: [
+      { type: 'VEC3', count: 3, min: [-1, 0, 0], max: [1, 1.6, 0] },
+      { type: 'SCALAR', count: 2, min: [0], max: [1] },
+      { type: 'VEC3', count: 2 },
+    ].map((accessor, i) => ({ bufferView: i, componentType: 5126, ...accessor })),
+  };
+  return glbOf(JSON.stringify(document), bin);
+}
+
+/** A panorama of one grey pixel, Radiance. */
+export const panorama = () =>
+  Buffer.concat([
+    Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n'),
+    Buffer.from([128, 128, 128, 129]),
+  ]);
+
 /** Drops files on the page as a person's hand would. files: [{name, bytes}]. */
 export async function drop(page, files) {
   const transfer = await page.evaluateHandle(

@@ -10,6 +10,7 @@ import {
   isOther,
   launch,
   openPage,
+  panorama,
   phone,
   pictureNow,
   sceneOf,
@@ -229,13 +230,6 @@ test(
       await until('tiles', () => pictureNow(page));
     }),
 );
-
-/** A panorama of one grey pixel, Radiance. */
-const panorama = () =>
-  Buffer.concat([
-    Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n'),
-    Buffer.from([128, 128, 128, 129]),
-  ]);
 
 test('a model and a panorama are taken together, and what is left out is named', () =>
   withPage(desktop, async (page) => {

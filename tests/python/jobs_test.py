@@ -3,8 +3,10 @@
 import asyncio
 import math
 import os
+import sys
 import tempfile
 import zipfile
+from unittest import mock
 
 import numpy as np
 from harness import png_size
@@ -48,6 +50,7 @@ class Jobs(ServerTest):
             self.assertEqual(zipfile.ZipFile(archive).namelist(), [n + ".jpg" for n in names])
             sheet = batch.sheet(os.path.join(folder, "all.png"))
             self.assertEqual(png_size(sheet.read_bytes())[0], 2 * 248 + 8)
+            self.check_video(batch, folder)
         with self.assertRaises(tessera.Conflict):
             batch.retry()
         batch.delete()
@@ -55,6 +58,32 @@ class Jobs(ServerTest):
             batch.refresh()
         with self.assertRaises(tessera.Invalid):
             self.client.submit_batch("cornell-box", {"seed": [-1]})
+
+    def check_video(self, batch, folder):
+        """A program in ffmpeg's place writes down what it was given."""
+        program = os.path.join(folder, "ffmpeg")
+        with open(program, "w", encoding="utf-8") as file:
+            file.write(f"#!{sys.executable}\n"
+                       "import sys\n"
+                       "images = sys.stdin.buffer.read().count(b'IHDR')\n"
+                       "if '0.5' in sys.argv: sys.exit('no such codec')\n"
+                       "with open(sys.argv[-1].removeprefix('file:'), 'w') as file:\n"
+                       "    print(images, *sys.argv[1:-1], file=file)\n")
+        os.chmod(program, 0o755)
+        place = os.path.join(folder, "turn.mp4")
+        with mock.patch.dict(os.environ, PATH=folder):
+            video = batch.video(place, fps=12, denoise="off")
+            words = video.read_text(encoding="utf-8").split()
+            self.assertEqual((words[0], words[words.index("-framerate") + 1]), ("4", "12"))
+            with self.assertRaisesRegex(tessera.FfmpegFailed, "no such codec"):
+                batch.video(place, fps=0.5)
+            self.assertFalse(os.path.exists(place))
+            with self.assertRaises(tessera.Invalid):
+                batch.video(place, exposure=1000)
+            self.assertFalse(os.path.exists(place))
+        with mock.patch.dict(os.environ, PATH="/nowhere"):
+            with self.assertRaisesRegex(tessera.FfmpegFailed, "not on the PATH"):
+                batch.video(place)
 
     def test_every_layer_equals_the_film_bit_for_bit(self):
         job = self.client.submit("cornell-box", size=(70, 40), samples_per_pixel=4)

@@ -25,6 +25,17 @@ TERMS = {
     r"\d %(?![a-z])": "the per cent sign right behind the number",
     r"\bas it says\b|\bhow wrong\b": "error",
 }
+# The same for documents alone: phrases that give a translation away.
+PHRASES = {
+    r"\bfor ever\b": "forever",
+    r"\b(?:is|are) to be\b": "must or should be",
+    r"\bso many\b(?! more)": "the number, or N",
+    r"\bstands? (?:in|at|beside|under|below|there)\b": "is in, at, under",
+    r"\bgoes? neither with\b": "cannot be combined with",
+    r"\b(?:is|are) told\b": "is reported",
+    r"\bwhoever\b": "users who, a client that",
+    r"\bmatt\b": "diffuse or matte",
+}
 LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"' + r"|'((?:[^'\\\n]|\\.)*)'" + r"|`([^`\n]*)`")
 COMMENT = re.compile(r"^\s*(//|\*|/\*|#)")
 BETWEEN = r"""(?:\s+| ?["'`]\s*\+?\s*["'`] ?)"""
@@ -58,8 +69,9 @@ def faults_in(path: str, text: str, forbidden):
         for match in pattern.finditer(text):
             number = text.count("\n", 0, match.start()) + 1
             yield f"{path}:{number}: \"{wording}\": write \"{better}\""
+    terms = TERMS | PHRASES if path.endswith(".md") else TERMS
     for number, line in prose(path, text):
-        for term, better in TERMS.items():
+        for term, better in terms.items():
             if found := re.search(term, line, re.IGNORECASE):
                 yield f"{path}:{number}: \"{found.group()}\": write {better}"
 
@@ -78,6 +90,7 @@ PLANTED = [
     ("clients/web/src/view/a.tsx", "<legend>Stop when</legend>", "Stop rendering when"),
     ("README.md", "The picture is ready.", "image"),
     ("clients/web/src/guide/start.md", "At most 5 % of it.", "per cent"),
+    ("README.md", "The layout stands in `/docs`.", "is in, at, under"),
     ("clients/cli/a.cpp", 'f("The picture of a job");', "image"),
     ("clients/web/src/view/a.tsx", "hint='What a panorama file is'", "environment"),
 ]

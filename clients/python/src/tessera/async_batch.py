@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import models
+from ._video import VideoWriter
 from ._wire import Call, segment
 from .errors import WaitTimeout
 
@@ -100,6 +101,21 @@ class AsyncBatch:
     async def sheet(self, path: str | PathLike[str], **look: Any) -> Path:
         """Writes a PNG of all images on one sheet. look: as for archive()."""
         return await self._save(Call("GET", self.path + "/sheet.png", params=look), path)
+
+    async def video(self, path: str | PathLike[str], fps: float = 24, **look: Any) -> Path:
+        """Writes the finished images as the frames of a video (.mp4, .webm); needs ffmpeg.
+
+        Without ffmpeg it raises FfmpegFailed before it downloads anything. look: exposure,
+        tonemap, denoise, background (white, for a video has no alpha).
+        """
+        params = {"background": "ffffff"} | look
+        with VideoWriter(path, fps) as writer:
+            for each in self.data["jobs"]:
+                if each["state"] == "finished":
+                    call = Call("GET", f"/v1/jobs/{segment(each['id'])}/image.png", params=params)
+                    response = await self._client.send(call)
+                    await asyncio.to_thread(writer.add, response.content)
+        return Path(path)
 
     async def _save(self, call: Call, path: str | PathLike[str]) -> Path:
         place = Path(path)

@@ -32,6 +32,10 @@ class NotOffered(TesseraError):
     """This server's build does not support the request."""
 
 
+class FfmpegFailed(TesseraError):
+    """ffmpeg is not installed, or could not write the video."""
+
+
 class JobFailed(TesseraError):
     """The job ended in the state `failed`; `failure` is the problem document with the reason."""
 

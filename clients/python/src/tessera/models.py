@@ -39,8 +39,8 @@ class JobRequestCamera(TypedDict):
 
 
 class JobRequestMedium(TypedDict):
-    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
-    none.
+    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
+    solids. null: none.
     """
 
     type: NotRequired[str]
@@ -205,7 +205,9 @@ class JobRequestMeterPoints(TypedDict):
 
 
 class JobRequestMeterPlane(TypedDict):
-    """The centres of a rectangle's cells, after the points, row by row."""
+    """Points at the centres of the cells of a rectangle, row by row; they follow the single
+    points.
+    """
 
     origin: list[float]
     edge_u: list[float]
@@ -311,7 +313,7 @@ class JobPatch(TypedDict):
 
 
 class SceneFromAssets(TypedDict):
-    """A scene whose files are assets."""
+    """A scene from uploaded assets."""
 
     gltf: str
     files: NotRequired[dict[str, str]]
@@ -411,8 +413,8 @@ class JobSpecCamera(TypedDict):
 
 
 class JobSpecMedium(TypedDict):
-    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
-    none.
+    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
+    solids. null: none.
     """
 
     type: str
@@ -577,7 +579,9 @@ class JobSpecMeterPoints(TypedDict):
 
 
 class JobSpecMeterPlane(TypedDict):
-    """The centres of a rectangle's cells, after the points, row by row."""
+    """Points at the centres of the cells of a rectangle, row by row; they follow the single
+    points.
+    """
 
     origin: list[float]
     edge_u: list[float]
@@ -1199,8 +1203,8 @@ class JobDefaultsCamera(TypedDict):
 
 
 class JobDefaultsMedium(TypedDict):
-    """Medium around the solids, within the sphere around the scene: fog, smoke, haze. null:
-    none.
+    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
+    solids. null: none.
     """
 
     type: str
@@ -1365,7 +1369,9 @@ class JobDefaultsMeterPoints(TypedDict):
 
 
 class JobDefaultsMeterPlane(TypedDict):
-    """The centres of a rectangle's cells, after the points, row by row."""
+    """Points at the centres of the cells of a rectangle, row by row; they follow the single
+    points.
+    """
 
     origin: list[float]
     edge_u: list[float]
@@ -1445,7 +1451,7 @@ class JobDefaults(_JobDefaults):
 
 
 class TypeInfo(TypedDict):
-    """A name that requests may use."""
+    """A name that requests can use."""
 
     type: str
     bias: Literal["none", "consistent", "biased"]

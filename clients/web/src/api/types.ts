@@ -79,7 +79,10 @@ export interface JobRequest {
    * 0.041666666666666664.
    */
   motion_seconds?: number;
-  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  /**
+   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+   * null: none.
+   */
   medium?: {
     /** Kind of medium. Default: "homogeneous". */
     type?: string;
@@ -276,7 +279,7 @@ export interface JobRequest {
   sampler?: {
     /** Type of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
     type?: string;
-    /** Independent randomisations of a pixel; even. Default: 2. */
+    /** Number of independent randomisations per pixel; even. Default: 2. */
     replicates?: number;
     /**
      * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
@@ -328,14 +331,16 @@ export interface JobRequest {
   meter?: {
     /** Points at which irradiance is measured. Default: []. */
     points?: {
-      /** World, metres. */
+      /** World space, metres. */
       position: [number, number, number];
       /** Normal; any length except 0. */
       normal: [number, number, number];
     }[];
-    /** The centres of a rectangle's cells, after the points, row by row. */
+    /**
+     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+     */
     plane?: {
-      /** Corner of the rectangle, world, metres. */
+      /** Corner of the rectangle, world space, metres. */
       origin: [number, number, number];
       /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
@@ -438,7 +443,7 @@ export interface JobPatch {
   paused?: boolean;
 }
 
-/** A scene whose files are assets. */
+/** A scene from uploaded assets. */
 export interface SceneFromAssets {
   /** Asset with the glTF or GLB file. */
   gltf: string;
@@ -480,7 +485,7 @@ export interface ExtendRequest {
 
 /** Films to merge. */
 export interface MergeRequest {
-  /** Compatible films without common samples. */
+  /** Compatible films that share no samples. */
   films: string[];
 }
 
@@ -529,7 +534,7 @@ export interface Problem {
   status: number;
   /** About this problem. */
   detail: string;
-  /** Path of the request. */
+  /** URL path of the request. */
   instance?: string;
   /** Errors of the input. */
   errors?: FieldError[];
@@ -614,7 +619,10 @@ export interface JobSpec {
    * the file's camera; negative: an earlier moment. In the rest pose nothing moves.
    */
   motion_seconds?: number;
-  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  /**
+   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+   * null: none.
+   */
   medium: {
     /** Kind of medium. */
     type: string;
@@ -801,7 +809,7 @@ export interface JobSpec {
   sampler: {
     /** Type of point set. Each has a rule for sample counts; see /v1/server. */
     type: string;
-    /** Independent randomisations of a pixel; even. */
+    /** Number of independent randomisations per pixel; even. */
     replicates: number;
     /**
      * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
@@ -852,14 +860,16 @@ export interface JobSpec {
   meter?: {
     /** Points at which irradiance is measured. */
     points: {
-      /** World, metres. */
+      /** World space, metres. */
       position: [number, number, number];
       /** Normal; any length except 0. */
       normal: [number, number, number];
     }[];
-    /** The centres of a rectangle's cells, after the points, row by row. */
+    /**
+     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+     */
     plane: {
-      /** Corner of the rectangle, world, metres. */
+      /** Corner of the rectangle, world space, metres. */
       origin: [number, number, number];
       /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
@@ -950,7 +960,7 @@ export interface ErrorEstimate {
   high: number | null;
   /** Of the interval. */
   confidence: number;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   /** False: the two halves are dependent, so there is no interval. */
   valid: boolean;
@@ -990,7 +1000,7 @@ export interface Denoised {
   quality: string | null;
   /** Why `auto` did not choose the better denoiser. */
   note: string | null;
-  /** Albedo, normal, depth and emission were used; false: the scene is gone. */
+  /** Uses albedo, normal, depth and emission; false: the scene was deleted. */
   features: boolean;
   /**
    * As in `error`, with N an estimate of the squared error including bias; 0 if it is too small to
@@ -1045,12 +1055,12 @@ export interface Job {
   progress: Progress;
   error: ErrorEstimate;
   failure: Problem | null;
-  /** 0 is next; null: not waiting. */
+  /** 0: the next job; null: not waiting. */
   queue_position: number | null;
   statistics: Statistics;
   /** Number of changes of the image. */
   revision: number;
-  /** sha256 of the film's exact content, when finished. */
+  /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
   /** Adjustments made to the request, and other warnings. */
@@ -1087,7 +1097,7 @@ export interface DryRun {
     samples_per_pixel: number;
     /** Film and scene. */
     memory_bytes: number;
-    /** The film alone. */
+    /** Memory of the film. */
     memory_bytes_low: number;
     /** Memory reserved at admission: the larger of loading and rendering. */
     memory_bytes_high: number;
@@ -1125,7 +1135,7 @@ export interface StateEvent {
     | 'cancelled'
     | 'failed'
     | null;
-  /** 0 is next; null: not waiting. */
+  /** 0: the next job; null: not waiting. */
   queue_position: number | null;
   /** Number of changes of `spec`. */
   spec_version: number;
@@ -1180,7 +1190,7 @@ export interface EndEvent {
     | 'cancelled'
     | 'failed'
     | null;
-  /** sha256 of the film's exact content, when finished. */
+  /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   /** Number of changes of the image. */
   revision: number;
@@ -1255,7 +1265,7 @@ export interface Scene {
   cameras: SceneCamera[];
   /** Punctual lights. */
   lights: SceneLight[];
-  /** Names for layers light:NAME. */
+  /** Names for the layers light:NAME. */
   light_groups: string[];
   /** Names. */
   materials: string[];
@@ -1289,7 +1299,7 @@ export interface ConvergencePoint {
 
 /** Get the error over samples and time. */
 export interface Convergence {
-  /** One for each error check. */
+  /** The state at each error check. */
   points: ConvergencePoint[];
   /** Slope of log error against log samples, by least squares, with its 95% interval. */
   slope: {
@@ -1322,7 +1332,7 @@ export interface Pixel {
 
 /** Light that arrives at one side of a point. One lux of a light in the scene is one lux here. */
 export interface MeterReading {
-  /** World, metres. */
+  /** World space, metres. */
   position: [number, number, number];
   /** Unit normal. */
   normal: [number, number, number];
@@ -1342,9 +1352,9 @@ export interface MeterReading {
 
 /** Current readings of a job's meter. */
 export interface Meter {
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** The points, then the plane's cells. */
+  /** The points, followed by the cells of the plane. */
   points: MeterReading[];
 }
 
@@ -1560,7 +1570,10 @@ export interface JobDefaults {
    * the file's camera; negative: an earlier moment. In the rest pose nothing moves.
    */
   motion_seconds?: number;
-  /** Medium around the solids, within the sphere around the scene: fog, smoke, haze. null: none. */
+  /**
+   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+   * null: none.
+   */
   medium: {
     /** Kind of medium. */
     type: string;
@@ -1747,7 +1760,7 @@ export interface JobDefaults {
   sampler: {
     /** Type of point set. Each has a rule for sample counts; see /v1/server. */
     type: string;
-    /** Independent randomisations of a pixel; even. */
+    /** Number of independent randomisations per pixel; even. */
     replicates: number;
     /**
      * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
@@ -1798,14 +1811,16 @@ export interface JobDefaults {
   meter?: {
     /** Points at which irradiance is measured. */
     points: {
-      /** World, metres. */
+      /** World space, metres. */
       position: [number, number, number];
       /** Normal; any length except 0. */
       normal: [number, number, number];
     }[];
-    /** The centres of a rectangle's cells, after the points, row by row. */
+    /**
+     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+     */
     plane: {
-      /** Corner of the rectangle, world, metres. */
+      /** Corner of the rectangle, world space, metres. */
       origin: [number, number, number];
       /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
       edge_u: [number, number, number];
@@ -1862,11 +1877,11 @@ export interface JobDefaults {
   retention_seconds?: number | null;
 }
 
-/** A name that requests may use. */
+/** A name that requests can use. */
 export interface TypeInfo {
   /** Name in requests. */
   type: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
   /** JSON pointers of the job request that it supports. */
@@ -1877,7 +1892,7 @@ export interface TypeInfo {
 export interface IntegratorInfo {
   /** Name in requests. */
   type: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   /** Whether the halves of its images give a valid error estimate. */
   error: 'valid' | 'from-chains' | 'none';
@@ -1891,7 +1906,7 @@ export interface IntegratorInfo {
 /** An estimator setting. */
 export interface EstimationOption {
   name: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   summary: string;
   /** Merge patch (RFC 7396) of the job request that selects it. */
@@ -1910,7 +1925,7 @@ export interface Experiment {
   look_for: string;
   estimators: ({
     name: string;
-    /** How the expected image relates to the truth. */
+    /** How the expected value of the image relates to the true image. */
     bias: 'none' | 'consistent' | 'biased';
     summary: string;
   })[];
@@ -2009,7 +2024,7 @@ export interface LabPoint {
   /** Mean work of a replicate; n unless the experiment counts it. */
   cost: number;
   /**
-   * CPU time of all replicates. Measured, so it differs from run to run; all other members are
+   * CPU time of all replicates. It is measured and differs from run to run; all other members are
    * reproducible.
    */
   seconds: number;
@@ -2047,7 +2062,7 @@ export interface LabOutcome {
   explanation: string;
   experiment: string;
   estimator: string;
-  /** How the expected image relates to the truth. */
+  /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   sampler: string;
   replicates: number;
@@ -2079,7 +2094,7 @@ export interface KeyRequest {
   scopes?: ('read' | 'write' | 'admin' | 'worker')[];
   /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit?: number | null;
-  /** Highest priority of its jobs. Default: 0. */
+  /** Maximum priority of its jobs. Default: 0. */
   max_priority?: number;
   /** Days until the key expires; null: never. */
   days?: number | null;
@@ -2097,7 +2112,7 @@ export interface Key {
   scopes: ('read' | 'write' | 'admin' | 'worker')[];
   /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit: number | null;
-  /** Highest priority of its jobs. */
+  /** Maximum priority of its jobs. */
   max_priority: number;
   created_at: string;
   /** null: never. */
@@ -2116,7 +2131,7 @@ export interface NewKey {
   scopes: ('read' | 'write' | 'admin' | 'worker')[];
   /** Requests per minute; 0: no limit; null: the server's default. */
   rate_limit: number | null;
-  /** Highest priority of its jobs. */
+  /** Maximum priority of its jobs. */
   max_priority: number;
   created_at: string;
   /** null: never. */
@@ -2143,7 +2158,7 @@ export interface Usage {
     unfinished_jobs: number;
     /** CPU time of all jobs except previews, including deleted jobs. */
     cpu_seconds: number;
-    /** Jobs that were deleted. */
+    /** Number of deleted jobs. */
     deleted_jobs: number;
     /** Assets and scenes of the tenant. */
     asset_bytes: number;

@@ -51,6 +51,7 @@ const groupLabels: Record<string, string> = {
   'estimator.splitting': 'Path splitting',
   'estimator.expected_values': 'Expected values',
   'estimator.control_variate': 'Control variate',
+  'adaptive.granularity': 'Adaptive granularity',
   spectral: 'Wavelengths',
 };
 
@@ -98,7 +99,6 @@ export function AdvancedFields({ info }: { info: Server | null }) {
       '/shutter_seconds',
       '/seed',
       '/priority',
-      '/name',
     ]).length > 0;
   // A refusal inside the folded part must be seen.
   useEffect(() => {
@@ -205,17 +205,6 @@ function AdvancedBody({ info }: { info: Server | null }) {
       <p class="hint">
         The same seed gives exactly the same image. A different seed gives different noise.
       </p>
-      <Field label="Name" pointers={['/name']}>
-        {(a) => (
-          <input
-            {...a}
-            type="text"
-            value={v.name}
-            maxLength={info?.limits.name_characters}
-            onInput={(e) => change({ name: e.currentTarget.value })}
-          />
-        )}
-      </Field>
     </div>
   );
 }

@@ -41,6 +41,11 @@ const elsewhere = [
   'sampler',
   'light_sampler',
   'adaptive',
+  'labels',
+  'denoise',
+  'meter',
+  'motion_seconds',
+  'retention_seconds',
 ];
 
 /** A small film of the shape that the form asks for. */

@@ -9,7 +9,7 @@ type Axis = 'samples' | 'seconds';
 type Known = ConvergencePoint & { relative_rmse: number };
 
 const height = 190;
-const margin = { left: 44, right: 12, top: 10, bottom: 26 };
+const margin = { left: 54, right: 12, top: 10, bottom: 30 };
 const xOf = (p: ConvergencePoint, axis: Axis): number =>
   axis === 'samples' ? p.samples_per_pixel : p.elapsed_seconds;
 

@@ -1,6 +1,7 @@
 import { RequestError } from '../api/client';
 import type { FieldError } from '../api/types';
 import { Store } from '../ui/store';
+import { withReused, type Reused } from './reused_settings';
 
 /** Presets of the server come between; the rest is made here. */
 export const presets = ['studio', 'tent', 'rim'] as const;
@@ -88,6 +89,8 @@ export interface FormValues {
   framesPerSecond: number;
   /** Chosen switches of the estimation: group to option name. */
   options: Record<string, string>;
+  /** Of the render whose settings were put into the form. */
+  reused: Reused | null;
 }
 
 export const initial: FormValues = {
@@ -137,6 +140,7 @@ export const initial: FormValues = {
   frames: 1,
   framesPerSecond: 24,
   options: {},
+  reused: null,
 };
 
 export const form = new Store<FormValues>(initial);
@@ -158,11 +162,19 @@ export const sizePresets = [
   { label: '1080 × 1350', note: 'portrait', width: 1080, height: 1350 },
 ];
 
-/** The job request; members at their defaults are left out, so that the server's defaults hold. */
-export function requestOf(
-  v: FormValues,
-  offered: { name: string; patch: unknown }[] = [],
-): Record<string, unknown> {
+type Offered = { name: string; patch: unknown }[];
+
+/** The job request, with settings of a reused render that the form has no field for. */
+export function requestOf(v: FormValues, offered: Offered = []): Record<string, unknown> {
+  const request = formRequest(v, offered);
+  return v.reused ? withReused(v.reused, request) : request;
+}
+
+/**
+ * The request that the form's fields make; members at their defaults are left out, so that the
+ * server's defaults hold.
+ */
+export function formRequest(v: FormValues, offered: Offered = []): Record<string, unknown> {
   const stop: Record<string, number> = {};
   if (v.useSamples) stop.samples_per_pixel = v.samples;
   if (v.useError) stop.relative_error = round(v.errorPercent / 100);

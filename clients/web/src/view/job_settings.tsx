@@ -4,7 +4,7 @@ import type { Job, Server } from '../api/types';
 import { say, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { formOf } from './form_of_job';
-import { change, refusals } from './form_model';
+import { change, formRequest, refusals } from './form_model';
 import { poseOnOrbit } from './orbit';
 import { linesOf, requestFor, textKinds, textOf, type TextKind } from './request_texts';
 
@@ -40,12 +40,17 @@ export function JobSettings({ job }: { job: Job }) {
 
 async function reuse(job: Job, info: Server | null): Promise<void> {
   refusals.set([]);
-  change({ ...formOf(job, info) });
+  const values = formOf(job, info);
   if (job.spec.camera.orbit) {
-    // The form has no orbits: the pose depends on how large the scene is.
+    // The form has no orbits: the pose depends on the size of the scene.
     const scene = await api.scene(job.spec.scene).catch(() => null);
-    if (scene) change({ pose: poseOnOrbit(job.spec, scene.bounds) });
+    if (scene) values.pose = poseOnOrbit(job.spec, scene.bounds);
   }
+  const request = requestFor(job, info);
+  const stop = request.stop as { deadline?: string };
+  // A deadline that has passed would end the new render before it begins.
+  if (stop.deadline && Date.parse(stop.deadline) < Date.now()) delete stop.deadline;
+  change({ ...values, reused: { request, form: formRequest(values, info?.options) } });
   say('The form has the settings of this render.');
   // On a phone the form is below the picture.
   if (matchMedia('(max-width: 799px)').matches)

@@ -1,11 +1,11 @@
 import type { Job, Server } from '../api/types';
 
-type Members = Record<string, unknown>;
+export type Members = Record<string, unknown>;
 
-const isMembers = (value: unknown): value is Members =>
+export const isMembers = (value: unknown): value is Members =>
   typeof value === 'object' && value !== null && !Array.isArray(value);
 
-const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
+export const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 
 /** RFC 7396. */
 function merged(target: unknown, patch: unknown): unknown {

@@ -12,6 +12,7 @@ import { go, route } from '../ui/router';
 import { say } from '../ui/server_state';
 import { persistent, Store } from '../ui/store';
 import { change, form, refusals } from './form_model';
+import { forAnotherScene } from './reused_settings';
 
 /** Models sent from this page or found on the server; the newest first. */
 export const models = new Store<Scene[]>([]);
@@ -135,7 +136,8 @@ function leftOut(files: DroppedFile[], used: File[]): string {
 
 export function chooseScene(scene: string): void {
   const still = { timeSeconds: 0, frames: 1 };
-  change({ scene, camera: '', pose: null, variant: '', allVariants: false, ...still });
+  const reused = forAnotherScene(form.get().reused);
+  change({ scene, camera: '', pose: null, variant: '', allVariants: false, reused, ...still });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

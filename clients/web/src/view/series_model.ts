@@ -29,6 +29,13 @@ const micro = (seconds: number): number => Math.round(seconds * 1e6) / 1e6;
 export const frameTimes = (v: FormValues): number[] =>
   Array.from({ length: v.frames }, (_, i) => micro((v.timeSeconds ?? 0) + i / v.framesPerSecond));
 
+/** A camera without its place. */
+function lensOf(camera: unknown): Record<string, unknown> {
+  const lens = { ...(camera as Record<string, unknown> | undefined) };
+  for (const key of ['name', 'index', 'position', 'target', 'up', 'orbit']) delete lens[key];
+  return lens;
+}
+
 /**
  * The jobs of a series: all views of each variant at each time. request: of one picture. A camera
  * that was placed by hand keeps its height and distance.
@@ -50,11 +57,11 @@ export function seriesOf(
     const placed = v.pose ? fromPose(v.pose) : null;
     const theta = placed ? hundredths((placed.azimuth * 180) / Math.PI) : 0;
     template.camera = {
+      ...lensOf(request.camera),
       orbit: {
         phi_degrees: placed ? hundredths(90 - (placed.elevation * 180) / Math.PI) : usualPhi,
         ...(placed && { radius: placed.distance, target: placed.target }),
       },
-      ...(placed && { vertical_fov_degrees: placed.fovDegrees }),
     };
     matrix['camera.orbit.theta_degrees'] = turntable(v.views, (theta + 360) % 360);
     parts.push('{theta_degrees}');

@@ -135,6 +135,9 @@ function Series({ batch, fault, onChange }: SeriesProps) {
           {fault}
         </p>
       )}
+      {batch.state === 'finished' && batch.jobs.length > 1 && (
+        <VideoCommand id={batch.id} denoise={denoising.denoise} />
+      )}
       <ul
         class={`job-grid${first?.spec.background?.type === 'transparent' ? ' on-white' : ''}`}
         style={film ? { '--thumb-ratio': `${film.width} / ${film.height}` } : undefined}
@@ -144,6 +147,27 @@ function Series({ batch, fault, onChange }: SeriesProps) {
         ))}
       </ul>
     </div>
+  );
+}
+
+/** How to make a video: the server has no encoder, the command line uses ffmpeg. */
+function VideoCommand({ id, denoise }: { id: string; denoise: string }) {
+  const command =
+    `tessera batch ${id} --video turn.mp4 --fps 12` +
+    `${denoise === 'off' ? '' : ` --denoise ${denoise}`} --server ${location.origin}`;
+  return (
+    <details class="advanced series-video">
+      <summary>Video</summary>
+      <div class="advanced-body">
+        <p class="hint">
+          This command writes the images as the frames of a video, with ffmpeg on your machine. In
+          Python, <code>batch.video('turn.mp4')</code> does the same.
+        </p>
+        <pre class="settings-text" tabIndex={0} aria-label="Command" data-testid="video-command">
+          {command}
+        </pre>
+      </div>
+    </details>
   );
 }
 

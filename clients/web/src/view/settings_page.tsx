@@ -23,7 +23,7 @@ export function SettingsPage() {
     <div class="page page-narrow">
       <h1>Settings</h1>
       <section class="card">
-        <h2>Look</h2>
+        <h2>Appearance</h2>
         <fieldset class="modes">
           <legend class="visually-hidden">Colours</legend>
           {(Object.keys(themes) as Theme[]).map((t) => (

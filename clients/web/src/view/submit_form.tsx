@@ -13,6 +13,7 @@ import { Cost } from './cost';
 import { EnvironmentField } from './environment_field';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
+import { ReusedNote } from './reused_note';
 import { SceneGallery } from './scene_gallery';
 import {
   chooseScene,
@@ -294,6 +295,25 @@ function SizeField() {
   );
 }
 
+function NameField() {
+  const { name } = useStore(form);
+  const info = useStore(serverInfo);
+  return (
+    <Field label="Name" pointers={['/name']}>
+      {(a) => (
+        <input
+          {...a}
+          type="text"
+          value={name}
+          placeholder="Optional"
+          maxLength={info?.limits.name_characters}
+          onInput={(e) => change({ name: e.currentTarget.value })}
+        />
+      )}
+    </Field>
+  );
+}
+
 const knownPointers = [
   '/scene',
   '/camera',
@@ -374,6 +394,7 @@ export function SubmitForm() {
     >
       <div class="submit-fields">
         <h2 id="new-title">New render</h2>
+        <NameField />
         <ScenePicker />
         <Later>
           <EnvironmentField />
@@ -390,6 +411,7 @@ export function SubmitForm() {
         <Later>
           <AdvancedFields info={info} />
         </Later>
+        <ReusedNote info={info} />
       </div>
       <div class="submit-bar">
         {general.length > 0 && (

@@ -1,0 +1,282 @@
+// "Use again" and Render make the same job: every member of a job request, each at another value
+// than its default, comes back.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import {
+  ask,
+  desktop,
+  launch,
+  movingGlb,
+  panorama,
+  Server,
+  until,
+  withPageOf,
+} from './harness.mjs';
+
+const server = new Server();
+let browser;
+// The mock server does not check requests.
+const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
+
+before(async () => {
+  if (skip) return;
+  await server.start();
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await server.stop();
+});
+
+const film = { width: 24, height: 16 };
+const common = { name: 'again', film, stop: { samples_per_pixel: 2 } };
+/** Jobs that have every member of the schema between them. */
+const requests = {
+  'a polished sweep through a lens': {
+    ...common,
+    scene: 'cornell-box',
+    labels: { shop: 'north', order: '17' },
+    priority: -3,
+    seed: 7,
+    camera: {
+      name: 'camera',
+      position: [1, 1.5, 3.25],
+      target: [0, 0.5, 0.125],
+      up: [0.1, 1, 0],
+      type: 'perspective',
+      vertical_fov_degrees: 35,
+      aperture_radius: 0.02,
+      focus_distance: 2.5,
+    },
+    motion_seconds: 0.125,
+    environment: { color: [0.3, 0.4, 0.7], intensity: 1.5, rotation_degrees: 30 },
+    background: { type: 'color', color: [0.123, 0.2, 0.9] },
+    ground: { type: 'sweep', height: -0.25, color: [0.2, 0.3, 0.4], reflection: 0.35 },
+    film: {
+      ...film,
+      crop: { x: 3, y: 5, width: 11, height: 7 },
+      filter: { type: 'gaussian', radius: 2 },
+      layers: ['albedo', 'object', 'position'],
+    },
+    integrator: { type: 'path', max_depth: 5 },
+    estimator: {
+      mis: { type: 'power', exponent: 3 },
+      roulette: { type: 'threshold', delta: 0.05 },
+      splitting: { type: 'fixed', count: 3 },
+      control_variate: { type: 'regression' },
+    },
+    sampler: { type: 'halton', replicates: 4, first_replicate: 4 },
+    light_sampler: { type: 'ris', candidates: 5 },
+    stop: {
+      samples_per_pixel: 8,
+      relative_error: 0.5,
+      denoised_error: 0.25,
+      confidence: 0.9,
+      scope: 'worst_tile',
+      seconds: 20,
+      cpu_seconds: 30,
+      deadline: new Date(Date.now() + 86_400_000).toISOString().replace(/\.\d+/, ''),
+    },
+    adaptive: { type: 'pilot', min_samples: 64, granularity: 'tile', dilation: 2 },
+    denoise: { type: 'statistical', preview: false },
+    retention_seconds: 3600,
+  },
+  'a catcher seen from an orbit': {
+    ...common,
+    scene: 'glass',
+    camera: {
+      orbit: { theta_degrees: 40, phi_degrees: 60, radius: 4.5, target: [0, 0.25, 0] },
+      aperture_radius: 0.01,
+      focus_distance: 4,
+    },
+    environment: { preset: 'studio' },
+    estimator: { mis: { type: 'balance' } },
+    ground: { type: 'catcher', height: -0.5, color: [0.5, 0.5, 0.6] },
+    meter: {
+      points: [{ position: [0, 1, 0], normal: [0, 1, 0] }],
+      plane: { origin: [0, 0, 0], edge_u: [1, 0, 0], edge_v: [0, 0, -1], columns: 2, rows: 3 },
+    },
+  },
+  'an orthographic view of fog': {
+    ...common,
+    scene: 'glass',
+    camera: {
+      type: 'orthographic',
+      orthographic_height: 2.5,
+      position: [0, 0, 5],
+      target: [0, 0, 0],
+    },
+    environment: { color: [1, 1, 1], visible: false },
+    medium: {
+      type: 'homogeneous',
+      scattering: [0.1, 0.2, 0.3],
+      absorption: [0.01, 0.02, 0.03],
+      g: 0.5,
+      height_falloff: 0.25,
+    },
+    spectral: true,
+  },
+  'sun and sky, reused between pixels': {
+    ...common,
+    scene: 'furnace',
+    camera: { index: 0 },
+    environment: { sun: { latitude: 35.68, longitude: 139.69, time: '2026-03-20T03:04:05Z' } },
+    background: { type: 'blurred' },
+    light_sampler: { type: 'restir', block: 2, history: 2, candidates_per_pixel: 4 },
+  },
+  'a strategy for study': {
+    ...common,
+    scene: 'veach-mis',
+    estimator: { strategy: 'light', expected_values: false },
+  },
+  photons: {
+    ...common,
+    scene: 'glass',
+    integrator: { type: 'photon-map', photons: 4096, radius_m: 0.05, final_gather: 2 },
+  },
+  'shrinking photons': {
+    ...common,
+    scene: 'glass',
+    integrator: { type: 'sppm', photons: 4096, radius_m: 0.05, alpha: 0.8 },
+  },
+  'cached irradiance': {
+    ...common,
+    scene: 'cornell-box',
+    integrator: { type: 'irradiance-cache', tolerance: 0.5, rays: 64, records: 2048 },
+  },
+};
+/** With files that are uploaded: a model with a variant and an animation, an environment map. */
+const ownFiles = (scene, asset) => ({
+  ...common,
+  scene,
+  variant: 'plain',
+  time_seconds: 0.25,
+  shutter_seconds: 0.125,
+  environment: { asset, color: [0.5, 0.6, 0.7], intensity: 2, rotation_degrees: 90 },
+});
+/** Who is notified, and how previews are served: neither is a setting of the image. */
+const notSettings = ['/class', '/preview_key', '/webhook/url', '/webhook/events'];
+
+const post = async (body) => {
+  const answer = await ask(`${server.url}/v1/jobs`, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify(body),
+  });
+  const job = await answer.json();
+  assert.equal(answer.status, 201, JSON.stringify(job));
+  return job;
+};
+
+/** The schemas of all members that have no members themselves, by path. */
+function leavesOf(schema, schemas, path = '', out = new Map()) {
+  const name = schema.$ref?.split('/').at(-1);
+  const { properties, ...leaf } = name ? schemas[name] : schema;
+  for (const [key, inner] of Object.entries(properties ?? {}))
+    leavesOf(inner, schemas, `${path}/${key}`, out);
+  if (!properties) out.set(path, leaf);
+  return out;
+}
+
+const at = (value, path) =>
+  path
+    .slice(1)
+    .split('/')
+    .reduce((inner, key) => inner?.[key], value);
+
+test('every member of a job request is in one of the jobs, and not at its default', {
+  skip,
+}, async () => {
+  const { components } = await (await ask(`${server.url}/openapi.json`)).json();
+  const all = [...Object.values(requests), ownFiles('a'.repeat(64), 'a'.repeat(64))];
+  for (const [path, leaf] of leavesOf(components.schemas.JobRequest, components.schemas)) {
+    if (notSettings.includes(path)) continue;
+    const values = all.map((request) => at(request, path)).filter((v) => v !== undefined);
+    const standard = JSON.stringify(leaf['x-default']);
+    const others = values.filter((v) => JSON.stringify(v) !== standard || leaf.enum?.length === 1);
+    assert.notEqual(others.length, 0, `no job has ${path}`);
+  }
+});
+
+async function isMadeAgain(request) {
+  const job = await post(request);
+  await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+    await page.click('[data-testid=use-again]');
+    await until('the form', async () =>
+      /form has the settings/.test(await page.textContent('body')),
+    );
+    await page.click('[data-testid=submit]');
+    await page.waitForURL((url) => /#\/jobs\//.test(url.href) && !url.href.endsWith(job.id));
+    const id = page.url().split('/').at(-1).split('?')[0];
+    const again = await (await ask(`${server.url}/v1/jobs/${id}`)).json();
+    assert.deepEqual(again.spec, job.spec);
+  });
+  return job;
+}
+
+for (const [name, request] of Object.entries(requests))
+  test(`all settings come back: ${name}`, { skip, timeout: 120_000 }, () => isMadeAgain(request));
+
+test('all settings come back: files of one\'s own', { skip, timeout: 120_000 }, async () => {
+  const upload = async (path, type, body) => {
+    const init = { method: 'POST', headers: { 'content-type': type }, body };
+    return (await (await ask(`${server.url}${path}`, init)).json()).id;
+  };
+  const scene = await upload('/v1/scenes', 'model/gltf-binary', movingGlb());
+  const asset = await upload('/v1/assets', 'application/octet-stream', panorama());
+  await isMadeAgain(ownFiles(scene, asset));
+});
+
+test('a setting that is changed in the form leaves those around it as they were', {
+  skip,
+  timeout: 120_000,
+}, async () => {
+  const job = await post(requests['a polished sweep through a lens']);
+  await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+    await page.click('[data-testid=use-again]');
+    await page.waitForSelector('[data-testid=reused]');
+    const kept = await until('no defaults in the list', async () => {
+      const text = await page.textContent('[data-testid=reused]');
+      return !/visible true/.test(text) && text;
+    });
+    for (const name of ['ground height -0.25', 'camera focus distance 2.5', 'labels shop north'])
+      assert.ok(kept.includes(name), `${name} in ${kept}`);
+    assert.ok(!kept.includes('reflection'), kept);
+    const { spec } = job;
+    const submitted = async () => {
+      const sent = page.waitForRequest(
+        (r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()) && !r.postDataJSON().class,
+      );
+      await page.click('[data-testid=submit]');
+      return (await (await (await sent).response()).json()).spec;
+    };
+    await page.fill('[data-testid=ground-reflection]', '100');
+    await page.selectOption('[data-testid=ground]', 'catcher');
+    await page.getByLabel('Environment light').selectOption('rim');
+    const changed = await submitted();
+    assert.deepEqual(changed.ground, { ...spec.ground, type: 'catcher', reflection: 1 });
+    assert.deepEqual(changed.background.type, 'transparent');
+    assert.deepEqual(
+      [changed.environment.preset, changed.environment.intensity],
+      ['rim', spec.environment.intensity],
+    );
+    assert.deepEqual([changed.camera, changed.film], [spec.camera, spec.film]);
+    // Another camera keeps the lens; members of another integrator are not those of this one.
+    await page.goto(`${server.url}/#/jobs/${job.id}`);
+    await page.click('[data-testid=use-again]');
+    await page.getByLabel('Camera', { exact: true }).selectOption('camera');
+    await page.getByText('Advanced settings').click();
+    await page.getByLabel('Light selection').selectOption('power');
+    const other = await submitted();
+    assert.deepEqual(
+      [other.camera.position, other.camera.aperture_radius, other.light_sampler],
+      [null, 0.02, { type: 'power' }],
+    );
+    await page.goto(`${server.url}/#/jobs/${job.id}`);
+    await page.click('[data-testid=use-again]');
+    await page.getByRole('button', { name: 'Drop these settings' }).click();
+    const plain = await submitted();
+    assert.deepEqual([plain.ground.height, plain.labels], [null, {}]);
+  });
+});

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "core/film/film.h"
 #include "core/materials/adjoint_bsdf.h"
 #include "core/scene/scene_data.h"
+#include "core/transport/medium_sample.h"
 #include "core/transport/path_state.h"
 #include "core/transport/vertex.h"
 
@@ -26,6 +28,8 @@ struct PartialSums {
 /// A subpath under construction. Sums are as of its last vertex, before the next segment.
 struct Subpath : PathState {
   PartialSums sums{};
+  Rgb flight_depth{};               ///< optical depth, since the last vertex, of media that scatter
+  Rgb last_extinction = {1, 1, 1};  ///< Vertex::extinction of the last vertex
 };
 
 /// What one strategy has found, with its weight.
@@ -41,38 +45,88 @@ struct CameraSubpath : Subpath {
   std::span<Rgb> shares{};  ///< of the light; empty: not asked for
 };
 
-/// A surface that a subpath has met.
+/// A surface that a subpath has met, or a point in a medium at which it scatters.
 struct Vertex {
   Vertex(const SceneData& scene, const PathState& path, const PathVertex& met)
-      : surface(met),
-        at{scene.materials[surface.point.material],
-           surface.point,
-           path.footprint(),
-           surface.shading.bsdf.ior,
-           surface.shading.bsdf.reflection_weight,
-           surface.shading.bsdf.refraction_weight},
-        seen(at, surface.wo_world),
-        beta(path.beta),
-        scatterings(path.scatterings()) {}
+      : surface(met), beta(path.beta), surfaces(path.scatterings() + 1) {
+    in_media = path.medium_scatterings;
+    scattering.emplace(scene.materials[surface.point.material], surface, path.footprint());
+  }
+  /// sample: of the stretch that begins at path.ray; its scatterer must outlive the vertex.
+  Vertex(const PathState& path, const MediumSample& sample)
+      : medium(sample.scatterer), beta(path.beta), surfaces(path.scatterings()) {
+    in_media = path.medium_scatterings + 1;
+    surface.wo_world = -path.ray.direction;
+    surface.shading.origin = path.ray.origin + path.ray.direction * sample.distance_m;
+    const bool is_fog = path.fog != nullptr && medium == &path.fog->medium();
+    extinction = medium->sigma_t * (is_fog ? path.fog->density(origin()) : 1.0F);
+  }
   Vertex(const Vertex&) = delete;
   Vertex& operator=(const Vertex&) = delete;
 
   Vec3 origin() const noexcept { return surface.shading.origin; }
+  /// Where distances are measured to, for densities.
+  Vec3 position() const noexcept { return medium != nullptr ? origin() : surface.point.position; }
+  Vec3 wo_world() const noexcept { return surface.wo_world; }
+  /// Of the angle to the geometric normal; 1 in media, which have none.
   float cosine(Vec3 direction) const noexcept {
-    return std::fabs(dot(surface.point.normal_geometric, direction));
+    return medium != nullptr ? 1.0F : std::fabs(dot(surface.point.normal_geometric, direction));
   }
   /// For the choice of a light, the same whichever way the path goes.
   Vec3 light_normal() const noexcept {
-    return seen.bsdf().transmits() ? Vec3{} : surface.shading.normal_geometric;
+    return medium != nullptr || bsdf().transmits() ? Vec3{} : surface.shading.normal_geometric;
   }
+  bool has_spread() const noexcept { return medium != nullptr || bsdf().has_spread(); }
+  /// Pre: a surface.
+  const Bsdf& bsdf() const noexcept { return scattering->seen.bsdf(); }
+  /// Scattering from where the subpath comes towards wi. In a medium the phase function is the
+  /// value and both densities; beta has the scattering coefficient.
+  ScatterEval evaluate(Vec3 wi_world, TransportMode mode) const noexcept {
+    if (medium != nullptr) {
+      const float phase = henyey_greenstein(-dot(wo_world(), wi_world), medium->g);
+      return {Rgb(phase), phase, phase};
+    }
+    const SeenSurface there(scattering->at, wi_world);
+    return evaluate_scatter(scattering->seen, there, mode);
+  }
+  /// Scatterings up to here, this one included.
+  int length() const noexcept { return surfaces + in_media; }
 
-  PathVertex surface;
-  ScatterPoint at;
-  SeenSurface seen;  ///< from where the subpath comes
+  struct Scattering {
+    Scattering(const Material& material, const PathVertex& met, Footprint footprint)
+        : at{material,
+             met.point,
+             footprint,
+             met.shading.bsdf.ior,
+             met.shading.bsdf.reflection_weight,
+             met.shading.bsdf.refraction_weight},
+          seen(at, met.wo_world) {}
+    ScatterPoint at;
+    SeenSurface seen;  ///< from where the subpath comes
+  };
+
+  const Medium* medium = nullptr;          ///< null: a surface
+  PathVertex surface{};                    ///< in media only wo_world and shading.origin
+  std::optional<Scattering> scattering{};  ///< at surfaces
   Rgb beta;
-  int scatterings;
+  int surfaces = 0;  ///< scatterings at surfaces up to here, this one included
+  int in_media = 0;  ///< the same in media
+  /// Of free flight that ends here [1/m]: density of the distance over transmittance. 1 at
+  /// surfaces, which every flight that comes so far meets.
+  Rgb extinction = {1, 1, 1};
   std::uint32_t light = kNoLight;  ///< where a light's subpath began
   PartialSums sums{};              ///< here, after the segment
 };
+
+/// Density of free flight over a segment that ends in a vertex of this extinction: the mean of the
+/// channels'. Distances are sampled by a channel that throughput chooses (MediumStretch); weights
+/// need a value that depends on the path alone, and is the same from either end but for extinction.
+inline double flight_density(Rgb depth, Rgb extinction) noexcept {
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) {
+    sum += static_cast<double>(extinction[c]) * std::exp(-static_cast<double>(depth[c]));
+  }
+  return sum / 3;
+}
 
 }  // namespace core

@@ -75,12 +75,7 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const MediumSample& s
   const Vec3 before = path.ray.direction;
   const Vec3 point = path.ray.origin + before * sample.distance_m;
   if (!path.out.hit) {
-    path.out.hit = true;
-    path.out.albedo = {medium.sigma_t.r > 0 ? medium.sigma_s.r / medium.sigma_t.r : 0.0F,
-                       medium.sigma_t.g > 0 ? medium.sigma_s.g / medium.sigma_t.g : 0.0F,
-                       medium.sigma_t.b > 0 ? medium.sigma_s.b / medium.sigma_t.b : 0.0F};
-    path.out.normal_world = -before;
-    path.out.depth_m = sample.distance_m;
+    record_first_scattering(path.out, sample, before);
   }
   if (path.medium_scatterings >= kMediumScatterings * options_.max_depth) {
     return false;

@@ -30,6 +30,8 @@ constexpr std::array<std::string_view, 5> kDirectOptions = {
     "/sampler/type", "/sampler/replicates", "/adaptive", "/spectral", "/shutter_seconds"};
 constexpr std::array<std::string_view, 3> kLightTraceOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
+constexpr std::array<std::string_view, 4> kBdptOptions = {"/integrator/max_depth", "/sampler/type",
+                                                          "/sampler/replicates", "/medium"};
 constexpr std::array<std::string_view, 4> kAutomaticOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/spectral"};
 constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth",
@@ -80,9 +82,10 @@ constexpr std::array kIntegrators = {
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_bdpt,
-                    .accepts = kLightTraceOptions,
+                    .accepts = kBdptOptions,
                     .splats = true,
                     .disperses = false,
+                    .media = true,
                     .shares = true,
                     .strategies = true},
     IntegratorEntry{.name = "mlt",

@@ -24,7 +24,7 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
   }
   if (has_media && !integrator->media) {
     return refused("the scene has media that scatter light, which " + settings.integrator +
-                       " does not render; path does",
+                       " does not render; path and bdpt do",
                    "/integrator/type");
   }
   for (const LightShare& share : settings.film.shares) {

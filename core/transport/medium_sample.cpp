@@ -59,10 +59,12 @@ MediumSample MediumStretch::sample(const PathState& path) const noexcept {
   if (!(at_m < depth_m_)) {
     const Rgb passed = transmittance(sigma_t, depth_m_);
     out.weight = passed / sum_of(probs_ * passed);
+    out.depth_m = depth_m_;
     return out;
   }
   const Rgb passed = transmittance(sigma_t, at_m);
   out.scatterer = medium_;
+  out.depth_m = at_m;
   out.distance_m = is_fog() ? fog_->distance(origin_, direction_, at_m) : at_m;
   out.weight = medium_->sigma_s * passed / sum_of(probs_ * sigma_t * passed);
   return out;
@@ -99,6 +101,16 @@ void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) n
   path.is_sharp = false;
   ++path.depth;
   ++path.medium_scatterings;
+}
+
+void record_first_scattering(PathSample& out, const MediumSample& sample, Vec3 direction) noexcept {
+  const Medium& medium = *sample.scatterer;
+  out.hit = true;
+  out.albedo = {medium.sigma_t.r > 0 ? medium.sigma_s.r / medium.sigma_t.r : 0.0F,
+                medium.sigma_t.g > 0 ? medium.sigma_s.g / medium.sigma_t.g : 0.0F,
+                medium.sigma_t.b > 0 ? medium.sigma_s.b / medium.sigma_t.b : 0.0F};
+  out.normal_world = -direction;
+  out.depth_m = sample.distance_m;
 }
 
 }  // namespace core

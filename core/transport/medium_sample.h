@@ -1,6 +1,7 @@
 /// medium_sample: where a path scatters within the medium around its segment.
 #pragma once
 
+#include "core/film/film.h"
 #include "core/media/medium.h"
 #include "core/transport/path_state.h"
 
@@ -9,6 +10,7 @@ namespace core {
 struct MediumSample {
   const Medium* scatterer = nullptr;  ///< null: the path reaches the end of its segment
   float distance_m = 0;               ///< where it scatters
+  float depth_m = 0;                  ///< to where the path scatters, or to the end of the medium
   Rgb weight = {1, 1, 1};             ///< transmittance, and scattering coefficient, over density
 };
 
@@ -60,6 +62,10 @@ inline MediumSample sample_medium(const PathState& path, const Medium* solid,
 
 /// Scatters at `point` in a medium: the next direction by its phase function, u in [0,1).
 void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) noexcept;
+
+/// Fills the auxiliary layers at a path's first event, which is to scatter in a medium.
+/// direction: unit, of the path as it arrives.
+void record_first_scattering(PathSample& out, const MediumSample& sample, Vec3 direction) noexcept;
 
 /// Scatterings in media do not count as bounces, for milk has hundreds where a room has two; there
 /// are at most so many for each bounce that max_depth allows. At an albedo of 0.99, which loses

@@ -16,6 +16,23 @@ struct RgbColors {
   static Rgb values(Rgb color) noexcept { return color; }
   static Rgb color(Rgb values) noexcept { return values; }
   static const Medium& medium(const Material& material) noexcept { return material.medium; }
+  /// Called for each stretch of medium along a shadow ray.
+  static void passed(const Medium&, float /*depth_m*/) noexcept {}
+};
+
+/// The same, and sums up the optical depth of the media that scatter.
+class FlightColors : public RgbColors {
+ public:
+  /// depth must outlive it.
+  explicit FlightColors(Rgb& depth) noexcept : depth_(depth) {}
+  void passed(const Medium& medium, float depth_m) const noexcept {
+    if (medium.scatters()) {
+      depth_ += medium.sigma_t * depth_m;
+    }
+  }
+
+ private:
+  Rgb& depth_;
 };
 
 /// Takes them at three wavelengths.
@@ -41,6 +58,7 @@ class SpectralColors {
   /// The BSDF at a point shaded so.
   SpectralBsdf bsdf(const SceneData& scene, const PathState& path,
                     const PathVertex& vertex) const noexcept;
+  static void passed(const Medium&, float /*depth_m*/) noexcept {}
 
  private:
   const Wavelengths& wavelengths_;

@@ -14,16 +14,23 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& toward
   Rgb open(1);
   const auto absorb = [&open, &media, &path, &colors](Vec3 from, Vec3 segment) {
     if (media.top() != nullptr) {
-      open *= transmittance(colors.medium(*media.top()).sigma_t, length(segment));
+      const auto& medium = colors.medium(*media.top());
+      const float distance_m = length(segment);
+      open *= transmittance(medium.sigma_t, distance_m);
+      colors.passed(medium, distance_m);
     } else if (path.fog != nullptr) {
       const float distance_m = length(segment);
-      open *= path.fog->transmittance(from, segment * (1 / distance_m), distance_m);
+      const float depth_m = path.fog->depth(from, segment * (1 / distance_m), distance_m);
+      open *= transmittance(path.fog->medium().sigma_t, depth_m);
+      colors.passed(path.fog->medium(), depth_m);
     }
   };
   // Solids end before infinity; if one does not, its mesh has a hole.
-  const auto absorb_far = [&open, &media, &path](const Ray& ray) {
+  const auto absorb_far = [&open, &media, &path, &colors](const Ray& ray) {
     if (media.top() == nullptr && path.fog != nullptr) {
-      open *= path.fog->transmittance(ray.origin, ray.direction, kFar);
+      const float depth_m = path.fog->depth(ray.origin, ray.direction, kFar);
+      open *= transmittance(path.fog->medium().sigma_t, depth_m);
+      colors.passed(path.fog->medium(), depth_m);
     }
   };
   const bool passes_clear = clear == ClearSurfaces::kPass && scene.has_clear;
@@ -114,8 +121,12 @@ template Visibility visibility(const SceneData&, PathState&, const Ray&, MediumS
                                ClearSurfaces, const RgbColors&) noexcept;
 template Visibility visibility(const SceneData&, PathState&, const Ray&, MediumStack&,
                                ClearSurfaces, const SpectralColors&) noexcept;
+template Visibility visibility(const SceneData&, PathState&, const Ray&, MediumStack&,
+                               ClearSurfaces, const FlightColors&) noexcept;
 template Visibility visibility_from(const SceneData&, PathState&, const PathVertex&, Vec3, Vec3,
                                     bool, ClearSurfaces, const RgbColors&) noexcept;
+template Visibility visibility_from(const SceneData&, PathState&, const PathVertex&, Vec3, Vec3,
+                                    bool, ClearSurfaces, const FlightColors&) noexcept;
 template Visibility visibility_from(const SceneData&, PathState&, const PathVertex&, Vec3, Vec3,
                                     bool, ClearSurfaces, const SpectralColors&) noexcept;
 

@@ -119,7 +119,7 @@ class RequestProblems(ApiTest):
             ({"spectral": 1}, "/spectral"),
             ({"medium": {"type": "fog"}}, "/medium/type"),
             ({"medium": {"g": 1}}, "/medium/g"),
-            ({"medium": {}, "integrator": {"type": "bdpt"}}, "/medium"),
+            ({"medium": {}, "integrator": {"type": "sppm"}}, "/medium"),
             ({"film": {"layers": ["bounce:01"]}}, "/film/layers/0"),
             ({"film": {"layers": ["depth", "bounce:1"]}, "integrator": {"type": "mlt"}},
              "/film/layers"),

@@ -1,73 +1,22 @@
-// Truth 19: every option has the same expected image. Compares blocks of images of 16 seeds with 16
-// other seeds of plain path tracing by Welch's t-test; the p-values of all blocks are uniform
-// (Kolmogorov-Smirnov), and none is too small.
+// Truth 19: every option has the same expected image as plain path tracing.
+#include "tests/render/agreement.h"
+
 #include <array>
-#include <cmath>
 
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
-#include "tests/support/statistics.h"
 
 namespace {
 
 using core::Rgb;
-using test_support::Moments;
+using test_support::Agreement;
+using test_support::Blocks;
+using test_support::blocks_of;
+using test_support::compare;
+using test_support::kBlocks;
 
-constexpr int kSeeds = 16;
 constexpr int kSide = 32;
-constexpr int kBlocksAcross = 4;
-constexpr std::size_t kBlocks = kBlocksAcross * kBlocksAcross;
-
-using Blocks = std::vector<Moments>;
-
-Blocks blocks_of(core::View view, int first_seed, int samples) {
-  Blocks blocks(3 * kBlocks);
-  const auto side = static_cast<std::size_t>(view.settings.film.width);
-  for (int i = 0; i < kSeeds; ++i) {
-    view.settings.seed = static_cast<std::uint64_t>(first_seed + i);
-    const auto film = test_support::render(view, samples).snapshot;
-    std::vector<double> sums(3 * kBlocks, 0.0);
-    for (std::size_t p = 0; p < film.pixel_count(); ++p) {
-      const std::size_t block =
-          p / side * kBlocksAcross / side * kBlocksAcross + p % side * kBlocksAcross / side;
-      const Rgb v = core::pixel_value(film, p).mean;
-      for (std::size_t c = 0; c < 3; ++c) {
-        sums[3 * block + c] += static_cast<double>(v[static_cast<int>(c)]);
-      }
-    }
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-      blocks[k].add(sums[k]);
-    }
-  }
-  return blocks;
-}
-
-struct Agreement {
-  double least_p = 1;
-  double ks = 1;
-};
-
-Agreement compare(const Blocks& a, const Blocks& b) {
-  std::vector<double> p_values;
-  // Green only: the channels of a block are correlated.
-  for (std::size_t k = 1; k < a.size(); k += 3) {
-    const double va = a[k].variance() / kSeeds;
-    const double vb = b[k].variance() / kSeeds;
-    if (!(va + vb > 0)) {
-      continue;
-    }
-    const double t = (a[k].mean - b[k].mean) / std::sqrt(va + vb);
-    const double dof = (va + vb) * (va + vb) / ((va * va + vb * vb) / (kSeeds - 1));
-    p_values.push_back(2 * (1 - test_support::student_t_cdf(std::fabs(t), dof)));
-  }
-  Agreement out;
-  for (const double p : p_values) {
-    out.least_p = std::min(out.least_p, p);
-  }
-  out.ks = test_support::ks_uniform(p_values);
-  return out;
-}
 
 core::View box() {
   core::View view =
@@ -128,7 +77,7 @@ void expect_agreement(core::View view, int samples, bool gloss) {
     }
     test_support::apply(v, view);
     const Agreement a = compare(blocks_of(view, seed, samples), reference);
-    seed += kSeeds;
+    seed += test_support::kAgreementSeeds;
     EXPECT_GT(a.least_p, level_p) << v.name;
     EXPECT_GT(a.ks, level_ks) << v.name;
   }

@@ -6,6 +6,7 @@
 #include "core/samplers/path_sampler.h"
 #include "core/transport/medium_sample.h"
 #include "tests/render/truth.h"
+#include "tests/support/milk.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -13,35 +14,9 @@ namespace {
 using core::Rgb;
 using core::Vec3;
 using test_support::expect_truth;
+using test_support::milk;
 using test_support::Moments;
 using test_support::Random;
-
-/// Returns the colour of KHR_materials_volume_scatter that results in this single-scattering
-/// albedo.
-float color_for(float albedo, float g) {
-  float low = 0;
-  float high = 1;
-  for (int i = 0; i < 40; ++i) {
-    const float middle = 0.5F * (low + high);
-    (core::single_scattering_albedo(middle, g) < albedo ? low : high) = middle;
-  }
-  return high;
-}
-
-/// A solid with a mean free path of `mean_free_path_m`; with ior 1 its boundary is invisible.
-core::MaterialDescription milk(float albedo, float mean_free_path_m, float g = 0, float ior = 1) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.ior = ior;
-  m.transmission = 1;
-  m.thickness = 1;
-  m.attenuation_distance = mean_free_path_m;
-  m.attenuation_color = Rgb(std::exp(-1.0F));
-  m.multiscatter_color = Rgb(color_for(albedo, g));
-  m.scatter_anisotropy = g;
-  return m;
-}
 
 core::View ball(const core::MaterialDescription& material) {
   core::View view =
@@ -298,7 +273,7 @@ TEST(Media, AreRefusedByIntegratorsThatDoNotSupportThem) {
   core::View view = ball(milk(0.9F, 1));
   EXPECT_EQ(message(view), "");
   for (const char* name :
-       {"direct", "bdpt", "light-trace", "mlt", "sppm", "photon-map", "irradiance-cache"}) {
+       {"direct", "light-trace", "mlt", "sppm", "photon-map", "irradiance-cache"}) {
     view.settings.integrator = name;
     EXPECT_NE(message(view).find("media that scatter"), std::string::npos) << name;
   }

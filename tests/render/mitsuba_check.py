@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Compares path, bdpt and the irradiance meter with Mitsuba 3, an independent renderer.
+"""Compares path, bdpt and the irradiance meter with Mitsuba 3, an independent renderer; also in
+scenes with scattering media.
 
-usage: tests/render/mitsuba_check.py [--short] [--binary build/release/tessera]
+usage: tests/render/mitsuba_check.py [--short] [--scene NAME] [--binary build/release/tessera]
 
 Both renderers get the same GLB files, depth and box filter, and render each scene with several
 independent seeds. Means of square blocks of pixels, the mean of the whole image and the readings of
@@ -32,6 +33,8 @@ import environments  # noqa: E402
 FALSE_ALARM = 1e-3
 PLANTED = 1.02
 DEPTH = 6  # maximum number of scattering events
+# With media, whose events Mitsuba counts: walls of an albedo of 0.8 keep 1e-6 of the light.
+DEEP = 64
 THREADS = 2
 
 
@@ -88,19 +91,54 @@ def balls_under_map(path):
     return b.save(path, (0.4, 3.2, 3.2), (0, 0.3, 0), math.radians(35))
 
 
+def milk_in_box(path):
+    """A ball of wax without a boundary, its extinction another in each channel, close to the lamp
+    of a box."""
+    import scenes
+
+    b = scenes.Builder()
+    white = b.material((0.73, 0.73, 0.73), specular=0)
+    lamp = b.material((0, 0, 0), specular=0, emission=(12, 12, 12))
+    wax = b.material((1, 1, 1), roughness=0, glass=True, ior=1,
+                     medium=(0.2, (0.8, 0.4, 0.1), (0.9, 0.7, 0.5), 0.4))
+    b.node(b.mesh(scenes.quad((0, 0, 1), (1, 0, 0), (0, 0, -1), white),
+                  scenes.quad((0, 0, 0), (1, 0, 0), (0, 1, 0), white),
+                  scenes.quad((0, 0, 1), (0, 0, -1), (0, 1, 0), white),
+                  scenes.quad((0.3, 0.98, 0.3), (0.4, 0, 0), (0, 0, 0.4), lamp)))
+    b.node(b.mesh(scenes.ball(wax)), translation=[0.5, 0.5, 0.5], scale=[0.35, 0.35, 0.35])
+    return b.save(path, (0.5, 0.5, 2.4), (0.5, 0.5, 0), math.radians(36))
+
+
+def milk_under_map(path):
+    """Milk behind a boundary that refracts; seen from close by."""
+    import scenes
+
+    b = scenes.Builder()
+    floor = b.material((0.6, 0.5, 0.4), specular=0)
+    milk = b.material((1, 1, 1), roughness=0, glass=True, ior=1.33,
+                      medium=(0.15, (0.4, 0.35, 0.3), (0.9, 0.85, 0.7), 0.6))
+    b.node(b.mesh(scenes.quad((-6, 0, 6), (12, 0, 0), (0, 0, -12), floor)))
+    b.node(b.mesh(scenes.ball(milk)), translation=[0, 0.5, 0], scale=[0.5, 0.5, 0.5])
+    return b.save(path, (0.3, 2.2, 1.6), (0, 0.3, 0), math.radians(30))
+
+
 def cases(folder):
-    """Name, scene, environment and the meter's points (position, normal) of each."""
+    """Name, scene, environment, depth and the meter's points (position, normal) of each."""
     import scenes
 
     def at(name):
         return os.path.join(folder, name)
 
-    yield ("cornell-spheres", scenes.cornell_spheres(at("cornell.glb")), None,
+    yield ("cornell-spheres", scenes.cornell_spheres(at("cornell.glb")), None, DEPTH,
            [([0.5, 0.001, 0.5], [0, 1, 0]), ([0.7, 0.001, 0.85], [0, 1, 0]),
             ([0.001, 0.5, 0.5], [1, 0, 0]), ([0.5, 0.8, 0.001], [0, 0, 1])])
-    yield ("balls-under-map", balls_under_map(at("balls.glb")), write_map(at("map.exr")),
+    yield ("balls-under-map", balls_under_map(at("balls.glb")), write_map(at("map.exr")), DEPTH,
            [([0.5, 0.001, 0.9], [0, 1, 0]), ([-1.1, 0.001, -0.8], [0, 1, 0]),
             ([0, 1.5, 0], [-1, 0, 0])])
+    yield ("milk-in-box", milk_in_box(at("wax.glb")), None, DEEP,
+           [([0.2, 0.001, 0.5], [0, 1, 0]), ([0.001, 0.5, 0.3], [1, 0, 0])])
+    yield ("milk-under-map", milk_under_map(at("milk.glb")), at("map.exr"), DEEP,
+           [([0.7, 0.001, 0.3], [0, 1, 0])])
 
 
 def tails(t, freedom):
@@ -175,9 +213,9 @@ def measure(case, options, folder):
     """Yields (name, ours, theirs): arrays (seeds, values, 3)."""
     import engines
 
-    name, scene, environment, points = case
+    name, scene, environment, depth, points = case
     job = {"scene": scene, "environment": environment, "sky": None, "width": options.size,
-           "height": options.size, "depth": DEPTH, "threads": THREADS, "folder": folder,
+           "height": options.size, "depth": depth, "threads": THREADS, "folder": folder,
            "binary": os.path.abspath(options.binary)}
     theirs = Renderer(engines.MITSUBA_SCALAR, job, folder)
     pictures = blocks(theirs.pictures(options), options.block)
@@ -196,6 +234,7 @@ def main(words):
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", default=os.path.join(ROOT, "build", "release", "tessera"))
     parser.add_argument("--short", action="store_true", help="a quarter of the samples")
+    parser.add_argument("--scene", default="", help="only scenes whose names begin so")
     options = parser.parse_args(words)
     options.seeds, options.size, options.block = 16, 48, 12
     options.samples, options.meter_samples = (64, 4096) if options.short else (256, 16384)
@@ -203,7 +242,11 @@ def main(words):
     results = []
     with tempfile.TemporaryDirectory() as folder:
         for case in cases(folder):
+            if not case[0].startswith(options.scene):
+                continue
             results += measure(case, options, folder)
+    if not results:
+        sys.exit(f"no scene begins with {options.scene}")
     level = FALSE_ALARM / sum(ours[0].size for _, ours, _ in results)
     failed = 0
     for name, ours, theirs in results:

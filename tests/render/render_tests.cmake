@@ -1,5 +1,7 @@
 set(RENDER_TEST_SOURCES
+  agreement.cpp
   agreement_test.cpp
+  bdpt_media_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp

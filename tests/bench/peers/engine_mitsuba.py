@@ -18,7 +18,8 @@ class Engine:
         dr.set_thread_count(job["threads"])
         self.version = f"Mitsuba {mi.__version__} {MODE}, {job['variant']}"
         self.folder = job["folder"]
-        self.source = gltf.read(job["scene"])
+        self.source = gltf.read(job["scene"], reads_media=True)
+        has_media = any(m.medium for m in self.source.materials)
         self.materials = [self.material(m) for m in self.source.materials]
         scene = {
             "type": "scene",
@@ -44,6 +45,10 @@ class Engine:
                 "sampler": {"type": job["variant"]},
             },
         }
+        if has_media:
+            # Its depth counts scatterings in media, the job's only those at surfaces: such jobs
+            # have to be so deep that no light is left there.
+            scene["integrator"] = {"type": "volpath", "max_depth": -1}
         if job["environment"]:
             # Row 0 at the top and the image's centre at +x: Mitsuba has its centre at +z.
             scene["environment"] = {"type": "envmap", "filename": job["environment"],
@@ -127,6 +132,8 @@ class Engine:
 
     def material(self, m):
         base = self.color(m.base_color_texture, m.base_color)
+        if m.transmission == 1 and m.metallic == 0 and m.ior == 1:
+            return {"type": "null"}
         if m.transmission == 1 and m.metallic == 0:
             kind = {"type": "dielectric"} if m.roughness == 0 else {
                 "type": "roughdielectric", "distribution": "ggx", "alpha": m.roughness ** 2}
@@ -163,6 +170,17 @@ class Engine:
                     opacity["data"] = mi.TensorXf(values.astype(np.float32))
             bsdf = {"type": "mask", "bsdf": bsdf, "opacity": opacity}
         return bsdf
+
+    def medium(self, medium):
+        scale = max(medium.extinction)
+        return {
+            "type": "homogeneous",
+            # Colours are within [0, 1].
+            "sigma_t": {"type": "rgb", "value": [e / scale for e in medium.extinction]},
+            "scale": scale,
+            "albedo": {"type": "rgb", "value": list(medium.albedo)},
+            "phase": {"type": "hg", "g": medium.g},
+        }
 
     def light(self, light):
         power = {"type": "rgb", "value": list(light.radiance)}
@@ -222,6 +240,8 @@ class Engine:
                     "radiance": self.color(material.emissive_texture, material.emission),
                 }
             )
+        if material.medium is not None:
+            properties["interior"] = mi.load_dict(self.medium(material.medium))
         positions = primitive.positions @ matrix[:3, :3].T + matrix[:3, 3]
         indices = primitive.indices
         if np.linalg.det(matrix[:3, :3]) < 0:

@@ -60,7 +60,10 @@ class Builder:
         emission=None,
         glass=False,
         texture=None,
+        medium=None,
+        ior=None,
     ):
+        """medium: (attenuation distance, attenuation colour, multiscatter colour, g), for glass."""
         material = {
             "pbrMetallicRoughness": {
                 "baseColorFactor": [*color, 1],
@@ -77,7 +80,13 @@ class Builder:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
         if glass:
             extensions["KHR_materials_transmission"] = {"transmissionFactor": 1}
-            extensions["KHR_materials_volume"] = {"thicknessFactor": 1}
+            volume = extensions["KHR_materials_volume"] = {"thicknessFactor": 1}
+        if medium is not None:
+            volume.update(attenuationDistance=medium[0], attenuationColor=medium[1])
+            extensions["KHR_materials_volume_scatter"] = {
+                "multiscatterColorFactor": medium[2], "scatterAnisotropy": medium[3]}
+        if ior is not None:
+            extensions["KHR_materials_ior"] = {"ior": ior}
         if texture is not None:
             material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": texture}
         self.document["extensionsUsed"] = sorted(

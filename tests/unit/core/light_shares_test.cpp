@@ -372,4 +372,59 @@ TEST(StrategyShares, AreStoredInFilmsAndMerge) {
   EXPECT_EQ(merged->film->digest(), whole.film->digest());
 }
 
+/// Fog dense enough that half of the paths scatter in it.
+core::View foggy_box() {
+  core::View view = box(2);
+  view.settings.integrator = "bdpt";
+  view.settings.fog = core::FogSettings{
+      .scattering = {0.3F, 0.8F, 2}, .absorption = Rgb(0.1F), .g = 0.3F, .height_falloff = 0.5F};
+  return view;
+}
+
+std::vector<std::string> strategies_of(int bounce) {
+  std::vector<std::string> all;
+  for (int light = 0; light <= bounce + 1; ++light) {
+    all.push_back("st:" + std::to_string(light) + "," + std::to_string(bounce + 2 - light));
+  }
+  return all;
+}
+
+TEST(StrategyShares, InFogAddUpToTheBounceAndBouncesToThePicture) {
+  const std::vector<std::string> bounces = {"bounce:0", "bounce:1", "bounce:2", "bounce:3",
+                                            "bounce:4-"};
+  std::vector<std::string> all = bounces;
+  for (const int bounce : {1, 2, 3}) {
+    const std::vector<std::string> more = strategies_of(bounce);
+    all.insert(all.end(), more.begin(), more.end());
+  }
+  core::View view = foggy_box();
+  record(view, all);
+  const auto picture = test_support::render(view, 16);
+  EXPECT_LT(difference(sum_of(picture, bounces), layer(picture, "beauty")), kExact);
+  for (const int bounce : {1, 2, 3}) {
+    const auto of_bounce = layer(picture, "bounce:" + std::to_string(bounce));
+    std::vector<std::string> parts = strategies_of(bounce);
+    EXPECT_LT(difference(sum_of(picture, parts), of_bounce), kExact) << bounce;
+    parts.pop_back();
+    EXPECT_GT(difference(sum_of(picture, parts), of_bounce), 100 * kExact)
+        << "a sum without splats is told apart";
+  }
+}
+
+// Camera paths that find the lamp by chance need no weights.
+TEST(StrategyShares, InFogWeightedStrategiesAreTheLightThatCameraPathsFind) {
+  core::View view = foggy_box();
+  record(view, {"bounce:1", "bounce:2", "bounce:3", "st:0,3:unweighted", "st:0,4:unweighted",
+                "st:0,5:unweighted", "st:0,3"});
+  const auto picture = test_support::render(view, 256);
+  for (const int bounce : {1, 2, 3}) {
+    EXPECT_LT(z_of(mean_of(picture, "bounce:" + std::to_string(bounce)),
+                   mean_of(picture, "st:0," + std::to_string(bounce + 2) + ":unweighted")),
+              4)
+        << bounce;
+  }
+  EXPECT_GT(z_of(mean_of(picture, "bounce:1"), mean_of(picture, "st:0,3")), 4)
+      << "a share of the light is told apart";
+}
+
 }  // namespace

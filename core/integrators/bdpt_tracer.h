@@ -1,0 +1,93 @@
+/// Bidirectional path tracing: subpaths from the camera and from the lights, each vertex of one
+/// connected to each of the other. Strategies (s, t) have s vertices of the light's subpath and t
+/// of the camera's; those with t = 1 splat (trace_light(), a light subpath of its own), the others
+/// add to the pixel of the camera's path. Weights: core/integrators/bdpt_weights.h. Surfaces that a
+/// path passes without a change of direction are no vertices.
+///
+/// Vertices are surfaces and points in media. Both subpaths sample distances in media that scatter,
+/// and connections pass media by transmittance.
+///
+/// Sources: Veach 1997, ch. 10; media: PBR 3rd ed., 16.3.
+/// Dispersion is left out: both subpaths would need the same wavelength.
+#pragma once
+
+#include <optional>
+
+#include "core/integrators/bdpt_vertex.h"
+#include "core/integrators/bdpt_weights.h"
+#include "core/integrators/light_ledger.h"
+#include "core/light_samplers/emission_sampler.h"
+#include "core/light_samplers/light_sampler.h"
+#include "core/lights/backdrop.h"
+#include "core/media/fog.h"
+#include "core/transport/visibility.h"
+
+namespace core {
+
+class BidirectionalPathTracer final : public Integrator {
+ public:
+  explicit BidirectionalPathTracer(const IntegratorInput& input)
+      : scene_(input.scene),
+        environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
+        lights_(input.scene, input.environment, LightSamplerType::kTree),
+        emission_(input.scene, input.environment),
+        weights_(input, lights_, emission_),
+        ledger_(input),
+        max_depth_(input.settings.max_depth) {
+    if (input.settings.fog) {
+      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m);
+    }
+  }
+
+  PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                   std::uint64_t& rays) const noexcept override {
+    return trace_shares(camera_ray, sampler, rays, {});
+  }
+  PathSample trace_shares(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                          std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
+  void trace_light(const PathSampler& sampler, std::uint64_t& rays,
+                   CameraSplats& splats) const noexcept override;
+
+ private:
+  enum class Event { kEscape, kSurface, kMedium };
+  /// Follows the subpath's ray to the next surface, which fills `met`, or to where it scatters in a
+  /// medium before, which fills `sample`.
+  Event next_event(Subpath& path, PathVertex& met, MediumSample& sample) const noexcept;
+  /// Follows a light subpath; visit(path, vertex) for each of its vertices.
+  template <typename Visit>
+  void follow_light(Subpath& path, Visit& visit) const noexcept;
+  template <typename LightVertices>
+  void follow_camera(CameraSubpath& path, const LightVertices& light_vertices) const noexcept;
+  bool extend(Subpath& path, const Vertex& vertex, TransportMode mode) const noexcept;
+  /// May a path scatter so often?
+  bool is_allowed(int surfaces, int in_media) const noexcept {
+    return surfaces <= max_depth_ && in_media <= kMediumScatterings * max_depth_;
+  }
+  Visibility visibility_of(PathState& path, const Vertex& vertex, Vec3 wi, Vec3 target, bool is_far,
+                           Rgb& flight_depth) const noexcept;
+
+  /// Adds light to the picture, and to its shares.
+  void credit(CameraSubpath& path, const Found& found, const LightOrigin& from) const noexcept;
+  std::uint32_t group_at(const PathVertex& met) const noexcept {
+    return scene_.placed[met.point.placed].group;
+  }
+  void add_background(CameraSubpath& path) const noexcept;
+  void add_unlit(CameraSubpath& path, PathVertex& met) const noexcept;
+  void add_emission(CameraSubpath& path, const Vertex& vertex) const noexcept;
+  void add_light_sample(CameraSubpath& path, const Vertex& vertex) const noexcept;
+  Found connection(Subpath& path, const Vertex& vertex, const Vertex& from_light) const noexcept;
+  void splat(Subpath& path, const Vertex& vertex, CameraSplats& splats) const noexcept;
+
+  const SceneData& scene_;
+  const Environment* environment_;
+  Backdrop backdrop_;
+  LightSampler lights_;
+  EmissionSampler emission_;
+  BdptWeights weights_;
+  LightLedger ledger_;
+  int max_depth_;
+  std::optional<Fog> fog_;
+};
+
+}  // namespace core

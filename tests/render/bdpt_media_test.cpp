@@ -1,0 +1,141 @@
+// Bidirectional path tracing in media that scatter (truths 11 and 19): the same pictures as path,
+// of milk behind boundaries with and without refraction, and of fog.
+#include <array>
+
+#include "tests/render/agreement.h"
+#include "tests/render/truth.h"
+#include "tests/support/milk.h"
+
+namespace {
+
+using core::Rgb;
+using test_support::Agreement;
+using test_support::Blocks;
+using test_support::blocks_of;
+using test_support::compare;
+using test_support::expect_truth;
+using test_support::milk;
+
+constexpr int kSide = 16;
+
+core::View of(core::SceneDescription scene) {
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  view.settings.max_depth = 3;
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  return view;
+}
+
+/// The Cornell box with a ball of this medium before its blocks.
+core::View ball_in_box(core::MaterialDescription medium) {
+  core::SceneDescription scene = test_support::cornell();
+  const auto material = static_cast<int>(scene.materials.size());
+  scene.materials.push_back(std::move(medium));
+  scene.meshes[0].primitives.push_back(
+      test_support::sphere({0.5F, 0.6F, 0.6F}, 0.3F, 10, false, material));
+  return of(std::move(scene));
+}
+
+/// The same ball on a floor under a sky that is brighter on one side: behind a boundary that
+/// refracts, paths find skies but not small lamps.
+core::View ball_under_sky(core::MaterialDescription medium) {
+  core::View view =
+      of(test_support::scene_of({test_support::lambert({0.7F, 0.5F, 0.3F}), std::move(medium)},
+                                {test_support::quad({-2, 0, 2}, {5, 0, 0}, {0, 0, -5}, 0),
+                                 test_support::sphere({0.5F, 0.5F, 0.5F}, 0.5F, 10, false, 1)}));
+  view.environment = test_support::sky_map(
+      16, 8, [](int x, int /*y*/) { return Rgb(0.5F + 0.1F * static_cast<float>(x % 8)); });
+  return view;
+}
+
+/// The Cornell box and a point light in fog that thins with height.
+core::View fog_in_box(Rgb scattering) {
+  core::SceneDescription scene = test_support::cornell();
+  core::PunctualLightDescription point;
+  point.intensity = {0.1F, 0.2F, 0.3F};
+  point.to_world = core::translation({0.3F, 0.7F, 0.6F});
+  scene.lights.push_back(point);
+  core::View view = of(std::move(scene));
+  view.settings.fog = core::FogSettings{
+      .scattering = scattering, .absorption = {0.1F, 0.2F, 0.1F}, .g = 0.5F, .height_falloff = 1};
+  return view;
+}
+
+/// Extinction of 0.4, 2 and 8 over the ball's radius.
+core::MaterialDescription wax() {
+  core::MaterialDescription m = milk(0.95F, 0.15F, 0.3F);
+  m.attenuation_color = {std::exp(-0.2F), std::exp(-1.0F), std::exp(-4.0F)};
+  return m;
+}
+
+struct Case {
+  const char* name;
+  core::View view;
+  int samples;  ///< of either integrator
+};
+std::vector<Case> cases() {
+  return {{"milk without a boundary", ball_in_box(milk(0.9F, 0.2F, 0.3F)), 64},
+          {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 32},
+          {"channels of their own extinction", ball_in_box(wax()), 64},
+          {"fog with a lamp in it", fog_in_box(Rgb(1)), 64},
+          {"coloured fog", fog_in_box({0.2F, 1, 3}), 64}};
+}
+
+constexpr int kChannels = 3;
+
+// Three channels of 16 blocks, and a KS test each; 0.1 % over all of them.
+TEST(BdptMedia, PicturesAreThoseOfPath) {
+  const std::vector<Case> all = cases();
+  const int tests = 2 * kChannels * static_cast<int>(all.size());
+  const double level_ks = test_support::sidak(0.001, tests);
+  const double level_p =
+      test_support::sidak(0.001, tests * static_cast<int>(test_support::kBlocks));
+  for (const Case& c : all) {
+    const Blocks reference = blocks_of(c.view, 1000, 2 * c.samples);
+    core::View view = c.view;
+    view.settings.integrator = "bdpt";
+    const Blocks seen = blocks_of(view, 1, c.samples);
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+      const Agreement a = compare(seen, reference, channel);
+      EXPECT_GT(a.least_p, level_p) << c.name << ", channel " << channel;
+      EXPECT_GT(a.ks, level_ks) << c.name << ", channel " << channel;
+    }
+  }
+}
+
+TEST(BdptMedia, ATenthMoreScatteringIsSeen) {
+  const Case c = {"", fog_in_box(Rgb(1)), 64};
+  const Blocks reference = blocks_of(c.view, 1000, 2 * c.samples);
+  core::View view = fog_in_box(Rgb(1.1F));
+  view.settings.integrator = "bdpt";
+  const Agreement a = compare(blocks_of(view, 1, c.samples), reference);
+  EXPECT_LT(std::min(a.least_p * static_cast<double>(test_support::kBlocks), a.ks), 1e-4);
+}
+
+// Truth 11.
+TEST(BdptMedia, MilkThatLosesNothingCannotBeSeen) {
+  for (const float ior : {1.0F, 1.3F}) {
+    core::MaterialDescription m = milk(1, 0.5F, 0.4F, ior);
+    core::View view =
+        test_support::view_of(test_support::build(test_support::scene_of(
+                                  {m}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
+                              12, 12);
+    test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
+    view.environment = test_support::constant_sky({1, 1, 1});
+    view.settings.max_depth = 64;
+    view.settings.integrator = "bdpt";
+    expect_truth(test_support::render(view, 256), 1, 4e-3, "ior " + std::to_string(ior));
+    view.scene = test_support::build(test_support::scene_of(
+        {milk(0.9F, 0.5F, 0.4F, ior)}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}));
+    EXPECT_LT(test_support::render(view, 16).mean().g, 0.95F) << "the furnace can fail";
+  }
+}
+
+TEST(BdptMedia, BitsDoNotDependOnThreads) {
+  core::View view = fog_in_box({0.2F, 1, 3});
+  view.settings.integrator = "bdpt";
+  EXPECT_EQ(test_support::render(view, 4, 1).film->digest(),
+            test_support::render(view, 4, 2).film->digest());
+}
+
+}  // namespace

@@ -1,0 +1,38 @@
+/// A solid that scatters light.
+#pragma once
+
+#include <cmath>
+
+#include "core/description/scene_description.h"
+#include "core/media/medium.h"
+
+namespace test_support {
+
+/// The colour of KHR_materials_volume_scatter that asks for this albedo of one scattering.
+inline float color_for(float albedo, float g) {
+  float low = 0;
+  float high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const float middle = 0.5F * (low + high);
+    (core::single_scattering_albedo(middle, g) < albedo ? low : high) = middle;
+  }
+  return high;
+}
+
+/// A solid with extinction 1 in every `mean_free_path_m`; ior 1: its boundary is not seen.
+inline core::MaterialDescription milk(float albedo, float mean_free_path_m, float g = 0,
+                                      float ior = 1) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.ior = ior;
+  m.transmission = 1;
+  m.thickness = 1;
+  m.attenuation_distance = mean_free_path_m;
+  m.attenuation_color = core::Rgb(std::exp(-1.0F));
+  m.multiscatter_color = core::Rgb(color_for(albedo, g));
+  m.scatter_anisotropy = g;
+  return m;
+}
+
+}  // namespace test_support

@@ -1,0 +1,310 @@
+// Weights of bidirectional path tracing: for a given path, those of all strategies add up to 1.
+// Paths have random vertices on a glossy floor and in fog whose extinction differs by channel and
+// by height; subpaths and weights are the renderer's.
+#include "core/integrators/bdpt_weights.h"
+
+#include <array>
+#include <cmath>
+#include <list>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/math/offset_ray.h"
+#include "core/transport/intersect.h"
+#include "core/transport/surface_event.h"
+#include "core/transport/visibility.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Rgb;
+using core::Subpath;
+using core::TransportMode;
+using core::Vec3;
+using core::Vertex;
+using test_support::Random;
+
+enum class Lamp { kPanel, kPoint, kSky };
+enum class Fault { kNone, kNoFlightBack, kNoExtinction };
+
+std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
+  core::MaterialDescription floor;
+  floor.metallic = 0;
+  floor.roughness = 0.5F;
+  core::SceneDescription scene =
+      test_support::scene_of({floor, test_support::emitter(Rgb(3))},
+                             {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0)});
+  if (lamp == Lamp::kPanel) {
+    scene.meshes[0].primitives.push_back(
+        test_support::quad({-0.5F, 2, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1));
+  } else if (lamp == Lamp::kPoint) {
+    core::PunctualLightDescription point;
+    point.to_world = core::translation({0.3F, 2, 0.2F});
+    scene.lights.push_back(point);
+  }
+  return test_support::build(std::move(scene));
+}
+
+core::RenderSettings settings_with_fog() {
+  core::RenderSettings settings;
+  settings.film.width = settings.film.height = 16;
+  settings.fog = {.scattering = {0.2F, 0.6F, 1.5F},
+                  .absorption = {0.1F, 0, 0.3F},
+                  .g = 0.4F,
+                  .height_falloff = 0.7F};
+  return settings;
+}
+
+core::Camera camera_of(bool is_orthographic) {
+  core::CameraDescription file;
+  file.orthographic = is_orthographic;
+  file.y_magnification = 3;
+  const float h = std::sqrt(0.5F);
+  file.to_world = {{1, 0, 0}, {0, h, -h}, {0, h, h}, {0, 4, 4}};  // looks down at 45 degrees
+  return *core::Camera::create({}, {file}, {}, 16, 16);
+}
+
+struct Place {
+  Vec3 at;
+  bool is_on_floor = false;
+};
+
+/// One path, and what makes its subpaths.
+class Paths {
+ public:
+  Paths(Lamp lamp, bool is_orthographic, Fault fault)
+      : lamp_(lamp),
+        fault_(fault),
+        scene_(scene_with(lamp)),
+        sky_(lamp == Lamp::kSky ? test_support::constant_sky({1, 2, 3}) : nullptr),
+        settings_(settings_with_fog()),
+        fog_(*settings_.fog, data().center, data().radius_m),
+        camera_(camera_of(is_orthographic)),
+        lights_(data(), sky_.get(), core::LightSamplerType::kTree),
+        emission_(data(), sky_.get()),
+        weights_({data(), sky_.get(), settings_, &camera_}, lights_, emission_) {}
+
+  /// places: from the camera to the light.
+  double sum_of_weights(const std::vector<Place>& places, Random& random) {
+    places_ = places;
+    camera_side_.clear();
+    light_side_.clear();
+    start_ = emission_.sample(random.uniform(), random.uniform_2d(), random.uniform_2d());
+    Subpath from_camera = camera_subpath();
+    light_subpath();
+    double sum = found(from_camera) + light_sample();
+    const auto to = camera_.sample_wi(light_side_.back().origin(), {0.5F, 0.5F});
+    const Vertex& last = light_side_.back();
+    sum += weights_.splat(last, to, last.evaluate(to.wi_world, TransportMode::kImportance),
+                          flight_depth(last.origin(), to.wi_world, to.distance_m));
+    auto from_light = light_side_.rbegin();
+    for (const Vertex& vertex : camera_side_) {
+      if (++from_light == light_side_.rend()) {
+        break;
+      }
+      const Vec3 d = from_light->origin() - vertex.origin();
+      const Vec3 wi = normalize(d);
+      sum += weights_.connection(vertex, *from_light, wi,
+                                 vertex.evaluate(wi, TransportMode::kRadiance),
+                                 from_light->evaluate(-wi, TransportMode::kImportance),
+                                 flight_depth(vertex.origin(), wi, length(d)));
+    }
+    return sum;
+  }
+
+ private:
+  const core::SceneData& data() const { return scene_->data(); }
+  Rgb flight_depth(Vec3 from, Vec3 direction, float distance_m) const {
+    return fog_.medium().sigma_t * fog_.depth(from, direction, distance_m);
+  }
+  /// Direction from a point of the scene to the light.
+  Vec3 to_light(Vec3 from) const {
+    return lamp_ == Lamp::kSky ? -start_.ray.direction : normalize(start_.ray.origin - from);
+  }
+  float distance_to_light(Vec3 from) const {
+    return lamp_ == Lamp::kSky ? core::kFar : length(start_.ray.origin - from);
+  }
+
+  Subpath subpath() {
+    Subpath path{core::start_path({}, sampler_, rays_)};
+    path.fog = &fog_;
+    return path;
+  }
+  /// Makes the vertex at the end of the path's ray.
+  Vertex& reach(std::list<Vertex>& vertices, Subpath& path, const Place& place) {
+    const float distance_m = length(place.at - path.ray.origin);
+    path.flight_depth = flight_depth(path.ray.origin, path.ray.direction, distance_m);
+    if (!place.is_on_floor) {
+      return vertices.emplace_back(
+          path, core::MediumSample{.scatterer = &fog_.medium(), .distance_m = distance_m});
+    }
+    core::PathVertex met;
+    EXPECT_TRUE(core::intersect(data(), path, met));
+    core::surface_event(data(), path, met);
+    return vertices.emplace_back(data(), path, met);
+  }
+  void leave(Subpath& path, const Vertex& vertex, Vec3 direction, TransportMode mode) {
+    const core::ScatterEval f = vertex.evaluate(direction, mode);
+    path.sums = core::BdptWeights::after_scattering(
+        vertex.sums, static_cast<double>(vertex.cosine(direction)),
+        static_cast<double>(f.pdf_solid_angle), static_cast<double>(f.pdf_reverse));
+    path.last = {f.pdf_solid_angle, vertex.origin(), vertex.light_normal(), 1};
+    path.last_extinction = fault_ == Fault::kNoFlightBack && mode == TransportMode::kImportance
+                               ? Rgb(1)
+                               : vertex.extinction;
+    path.ray.origin = vertex.medium != nullptr
+                          ? vertex.origin()
+                          : core::offset_ray(vertex.origin(), vertex.surface.shading.horizon);
+    path.ray.direction = direction;
+    ++path.depth;
+    path.medium_scatterings += vertex.medium != nullptr ? 1 : 0;
+  }
+
+  Subpath camera_subpath() {
+    Subpath path = subpath();
+    const auto seen = camera_.sample_wi(places_.front().at, {0.5F, 0.5F});
+    path.ray.origin = path.last.origin = seen.origin;
+    path.ray.direction = -seen.wi_world;
+    path.sums = weights_.from_camera(path.ray);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      Vertex& vertex = reach(camera_side_, path, places_[i]);
+      vertex.sums = weights_.at_camera_vertex(path, vertex);
+      leave(path, vertex,
+            i + 1 < places_.size() ? normalize(places_[i + 1].at - vertex.origin())
+                                   : to_light(vertex.origin()),
+            TransportMode::kRadiance);
+    }
+    return path;
+  }
+  void light_subpath() {
+    Subpath path = subpath();
+    const Vec3 first = places_.back().at;
+    core::EmissionSample light = start_;
+    if (lamp_ == Lamp::kSky) {
+      light.ray.origin = first - light.ray.direction * (3 * data().radius_m);
+    }
+    path.ray.origin = path.last.origin = light.ray.origin;
+    path.ray.direction = -to_light(first);
+    light.pdf = emission_.pdf(light.light, path.ray.direction);
+    for (std::size_t i = places_.size(); i-- > 0;) {
+      Vertex& vertex = reach(light_side_, path, places_[i]);
+      if (fault_ == Fault::kNoExtinction) {
+        vertex.extinction = Rgb(1);
+      }
+      vertex.sums = weights_.at_light_vertex(path, light, vertex);
+      if (i > 0) {
+        leave(path, vertex, normalize(places_[i - 1].at - vertex.origin()),
+              TransportMode::kImportance);
+      }
+    }
+  }
+
+  /// s = 0.
+  double found(Subpath& path) {
+    if (lamp_ == Lamp::kPoint) {
+      return 0;
+    }
+    if (lamp_ == Lamp::kSky) {
+      path.flight_depth = flight_depth(path.ray.origin, path.ray.direction, core::kFar);
+      return weights_.background(path);
+    }
+    std::list<Vertex> end;
+    Vertex& vertex = reach(end, path, {start_.ray.origin, true});
+    vertex.sums = weights_.at_camera_vertex(path, vertex);
+    EXPECT_EQ(vertex.surface.point.light, start_.light);
+    return weights_.emission(path, vertex);
+  }
+  /// s = 1.
+  double light_sample() const {
+    const Vertex& vertex = camera_side_.back();
+    const Vec3 from = vertex.origin();
+    core::LightSample light;
+    light.wi_world = to_light(from);
+    light.target = start_.ray.origin;
+    light.light = start_.light;
+    light.is_far = lamp_ == Lamp::kSky;
+    light.is_delta = lamp_ == Lamp::kPoint;
+    const Vec3 n = vertex.light_normal();
+    if (lamp_ == Lamp::kPoint) {
+      light.pdf_solid_angle = lights_.prob_light(light.light, from, n);
+    } else if (lamp_ == Lamp::kSky) {
+      light.pdf_solid_angle = lights_.pdf_environment(light.wi_world, from, n);
+    } else {
+      light.triangle = light.light;
+      light.pdf_solid_angle =
+          lights_.pdf_triangle(light.light, from, n, length(start_.ray.origin - from),
+                               std::fabs(dot(start_.normal, light.wi_world)));
+    }
+    return weights_.light_sample(vertex, light,
+                                 vertex.evaluate(light.wi_world, TransportMode::kRadiance),
+                                 flight_depth(from, light.wi_world, distance_to_light(from)));
+  }
+
+  Lamp lamp_;
+  Fault fault_;
+  std::shared_ptr<const core::Scene> scene_;
+  std::shared_ptr<const core::Environment> sky_;
+  core::RenderSettings settings_;
+  core::Fog fog_;
+  core::Camera camera_;
+  core::LightSampler lights_;
+  core::EmissionSampler emission_;
+  core::BdptWeights weights_;
+  core::PathSampler sampler_{core::SamplerType::kIndependent, 2, 1, 0};
+  std::uint64_t rays_ = 0;
+  std::vector<Place> places_;
+  core::EmissionSample start_;
+  std::list<Vertex> camera_side_;
+  std::list<Vertex> light_side_;
+};
+
+/// The largest distance from 1 of the sums of many paths with vertices of these kinds: 'f' in fog,
+/// 's' on the floor.
+double worst(Paths& paths, const std::string& kinds) {
+  Random random(7);
+  double most = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::vector<Place> places;
+    for (const char kind : kinds) {
+      const float x = 2 * random.uniform() - 1;
+      const float z = 2 * random.uniform() - 1;
+      const float y = kind == 's' ? 0 : 0.2F + 1.5F * random.uniform();
+      places.push_back({{x, y, z}, kind == 's'});
+    }
+    most = std::max(most, std::fabs(paths.sum_of_weights(places, random) - 1));
+  }
+  return most;
+}
+
+constexpr std::array kKinds = {"s", "f", "ff", "sf", "fs", "fsf", "sfs", "fffff", "sffsf"};
+/// Densities are products of single floats, and vertices lie some rounding errors beside the path.
+constexpr double kRounding = 1e-3;
+
+TEST(BdptWeights, AddUpToOneOverTheStrategiesOfAPath) {
+  for (const Lamp lamp : {Lamp::kPanel, Lamp::kPoint, Lamp::kSky}) {
+    for (const bool is_orthographic : {false, true}) {
+      Paths paths(lamp, is_orthographic, Fault::kNone);
+      for (const char* kinds : kKinds) {
+        EXPECT_LT(worst(paths, kinds), kRounding)
+            << kinds << ", lamp " << static_cast<int>(lamp) << ", " << is_orthographic;
+      }
+    }
+  }
+}
+
+TEST(BdptWeights, FreeFlightLeftOutOnOneSideIsRefused) {
+  for (const Fault fault : {Fault::kNoFlightBack, Fault::kNoExtinction}) {
+    for (const Lamp lamp : {Lamp::kPanel, Lamp::kPoint, Lamp::kSky}) {
+      Paths paths(lamp, false, fault);
+      for (const char* kinds : {"ff", "fsf", "fffff"}) {
+        EXPECT_GT(worst(paths, kinds), 50 * kRounding)
+            << kinds << ", lamp " << static_cast<int>(lamp) << ", " << static_cast<int>(fault);
+      }
+    }
+  }
+}
+
+}  // namespace

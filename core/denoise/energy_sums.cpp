@@ -1,4 +1,4 @@
-#include "core/error/energy_sums.h"
+#include "core/denoise/energy_sums.h"
 
 #include <algorithm>
 

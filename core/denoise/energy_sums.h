@@ -1,36 +1,33 @@
-/// EnergySums: a tile's squared error where a picture was made of two halves by other means than
-/// averaging, and how well that is known.
+/// EnergySums: estimates the squared error of a tile of a denoised picture, with its variance.
 ///
-/// A, B: means of the halves; XA = mu + fA what is made of A, a = A - mu, and so on. The pixel's m
-/// (core/denoise/denoised_picture.h) is (X - mu)^2 + a b - fA b - fB a, X = (XA + XB) / 2: off by
-/// something of mean 0, for B knows nothing of A. With vA, vB the variances of A and B its variance
-/// is that of
-///   (A - XA)^2 vB + (B - XB)^2 vA - (1 - 2 s^2) vA vB
-/// on average, s being the share of the plain picture in X (E a fA = s vA): each product is of two
-/// halves that know nothing of each other. vA and vB come from the spread of each half's own
-/// samples, so that noise at an edge counts at the edge; over a tile they are scaled to what the
-/// halves differ by, which samples of low discrepancy do less than their spread says.
+/// A, B: means of the halves; XA = mu + fA is made from A, and a = A - mu; likewise for B. A pixel's
+/// m (core/denoise/denoised_picture.h) is (X - mu)^2 + a b - fA b - fB a with X = (XA + XB) / 2. The
+/// last three terms have the mean 0, since A and B are independent, and the variance
+///   E (A - XA)^2 vB + E (B - XB)^2 vA - (1 - 2 s^2) vA vB
+/// vA, vB: variances of A and B; s: share of the plain picture in X, E a fA = s vA. vA and vB come
+/// from the spread of each half's own samples, so that noise at an edge counts at the edge. Over a
+/// tile they are scaled to the sum of (A - B)^2: the spread overstates the variance of samples of
+/// low discrepancy.
 ///
-/// Where s is 1 this is the variance of the plain picture's error; there the squares of (A - B)^2 /
-/// 4 stand in if they are more (core/error/error_estimate.h), because of rare events.
+/// At s = 1 this is sum vA vB. There twice the sum of the squares of (A - B)^2 / 4 replaces it if it
+/// is larger (core/error/error_estimate.h), because of rare events.
 ///
-/// That is the variance about what this very picture is off by, not about what is expected of such
-/// pictures: what a denoiser leaves or smears is alike over many pixels and differs from seed to
-/// seed.
+/// The variance is about the error of this very picture, not about the mean error of such pictures:
+/// what a denoiser leaves or smears is alike over many pixels and differs between seeds.
 #pragma once
 
 #include "core/error/error_estimate.h"
 
 namespace core {
 
-/// Of one pixel, summed over its channels, whose noise goes together.
+/// Of one pixel, summed over its channels, whose noise is correlated.
 struct PixelEnergy {
   double energy = 0;    ///< m
   double noise = 0;     ///< (A - B)^2 / 4
-  double together = 0;  ///< (XA - XB) (A - B) / 4: over noise, the share s
+  double together = 0;  ///< (XA - XB) (A - B) / 4; divided by noise: s
   double apart_a = 0;   ///< (A - XA)^2
   double apart_b = 0;
-  double variance_a = 0;  ///< vA, up to a factor that is the same in a tile
+  double variance_a = 0;  ///< vA, up to a factor common to the tile
   double variance_b = 0;
 };
 

@@ -3,7 +3,8 @@
 /// Kept by job and revision, as long as there is memory; never part of a film. While a job renders,
 /// a picture is shown until another is due: not within kPace, nor before rendering has taken
 /// kShare times as long as denoising did, so that all who watch together cost the job 5 % at most;
-/// features, made once with the first picture, aside.
+/// features, which are made once, aside. The first of these previews is a quick one: with features
+/// of fewer samples and, if the job leaves the choice, by the faster denoiser.
 #pragma once
 
 #include <chrono>
@@ -30,6 +31,7 @@ class DenoiseService {
     core::DenoisedPicture picture;
     api::DenoisedView view;
     double filter_seconds = 0;  ///< without the features
+    bool is_quick = false;      ///< the same film has a better picture
   };
   using Pointer = std::shared_ptr<const Made>;
 
@@ -46,6 +48,7 @@ class DenoiseService {
 
  private:
   using Clock = std::chrono::steady_clock;
+  enum class Effort { kQuick, kWhole };
   struct Last {
     std::string key;
     std::uint32_t revision = 0;
@@ -53,11 +56,15 @@ class DenoiseService {
     double filter_seconds = 0;
   };
 
-  core::Result<Pointer> kept(const JobPointer& job, const core::Film& film,
+  core::Result<Pointer> kept(const JobPointer& job, const core::Film& film, Effort effort,
                              std::chrono::milliseconds patience);
-  core::Result<Pointer> make(const JobPointer& job, const core::Film& film,
+  core::Result<Pointer> make(const JobPointer& job, const core::Film& film, Effort effort,
                              std::chrono::milliseconds patience);
+  core::Result<std::shared_ptr<const core::FeaturePicture>> trace_features(const Job& job,
+                                                                           int samples) const;
+  /// Of kFeatureSamples, kept. Null: the scene is gone.
   std::shared_ptr<const core::FeaturePicture> features_of(const Job& job);
+  bool was_shown(const std::string& job_key) const;
   Pointer last_shown(const std::string& job_key, std::optional<std::uint32_t> revision) const;
 
   JobService& jobs_;

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/check.h"
-#include "core/error/energy_sums.h"
+#include "core/denoise/energy_sums.h"
 #include "core/error/pixel_error.h"
 #include "core/film/summed_area.h"
 

@@ -87,9 +87,8 @@ struct ColorSums {
     sum += v;
     squares += v * v;
   }
-  Rgb mean() const { return sum / static_cast<float>(kFeatureSamples); }
-  float variance() const {
-    const auto n = static_cast<float>(kFeatureSamples);
+  Rgb mean(float n) const { return sum / n; }
+  float variance(float n) const {
     const Rgb left = squares - sum * sum / n;
     return std::max(left.r + left.g + left.b, 0.0F) / (n * (n - 1));
   }
@@ -104,7 +103,8 @@ void put(ColorPlanes& planes, std::size_t i, Rgb v) {
 }  // namespace
 
 Result<std::optional<FeaturePicture>> feature_pass(const View& view, const ParallelFor& parallel,
-                                                   const std::stop_token& stop) {
+                                                   int samples, const std::stop_token& stop) {
+  const auto n = static_cast<float>(samples);
   const FilmSettings& film = view.settings.film;
   const SceneSummary& summary = view.scene->summary();
   const auto camera =
@@ -128,7 +128,7 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
       ColorSums normal;
       ColorSums depth;
       ColorSums emission;
-      for (int s = 0; s < kFeatureSamples; ++s) {
+      for (int s = 0; s < samples; ++s) {
         // Features are plain means: weights of filters with negative lobes are left out.
         const CameraSample at = start_camera_sample(sampler, filter, x, y, s);
         const float time = view.settings.shutter_seconds > 0 ? sampler.get_4d(kTimeGroup).x : 0.0F;
@@ -143,14 +143,14 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
       }
       const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(crop.width) +
                      static_cast<std::size_t>(column);
-      put(out.albedo, i, albedo.mean());
-      put(out.normal, i, normal.mean());
-      put(out.emission, i, emission.mean());
-      out.depth_m[i] = depth.mean().r;
-      out.albedo_variance[i] = albedo.variance();
-      out.normal_variance[i] = normal.variance();
-      out.depth_variance[i] = depth.variance();
-      out.emission_variance[i] = emission.variance();
+      put(out.albedo, i, albedo.mean(n));
+      put(out.normal, i, normal.mean(n));
+      put(out.emission, i, emission.mean(n));
+      out.depth_m[i] = depth.mean(n).r;
+      out.albedo_variance[i] = albedo.variance(n);
+      out.normal_variance[i] = normal.variance(n);
+      out.depth_variance[i] = depth.variance(n);
+      out.emission_variance[i] = emission.variance(n);
     }
   });
   if (stop.stop_requested()) {

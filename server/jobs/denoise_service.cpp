@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/denoise/make_denoiser.h"
+#include "core/denoise/oidn.h"
 #include "core/render/feature_pass.h"
 
 namespace server {
@@ -62,22 +63,25 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
       return last;
     }
   }
-  return kept(job, film, patience);
+  const bool is_first = !is_final && !was_shown(key_of(*job));
+  return kept(job, film, is_first ? Effort::kQuick : Effort::kWhole, patience);
 }
 
 double DenoiseService::bound(const JobPointer& job, const core::Film& film, double alpha) {
-  const auto made = kept(job, film, MemoryGate::kPatience);
+  const auto made = kept(job, film, Effort::kWhole, MemoryGate::kPatience);
   return made ? (*made)->picture.bound(core::DenoiseMode::kMixed, alpha)
               : std::numeric_limits<double>::infinity();
 }
 
 core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job,
-                                                           const core::Film& film,
+                                                           const core::Film& film, Effort effort,
                                                            std::chrono::milliseconds patience) {
   const std::string job_key = key_of(*job);
-  const std::string key = job_key + std::to_string(film.revision());
+  // A quick picture never stands for the one that the same film deserves at its end.
+  const std::string key =
+      job_key + std::to_string(film.revision()) + (effort == Effort::kQuick ? ".quick" : "");
   return pictures_.get(key, [&]() -> core::Result<SingleFlightCache<Made>::Made> {
-    auto made = make(job, film, patience);
+    auto made = make(job, film, effort, patience);
     if (!made) {
       return made.error();
     }
@@ -93,6 +97,11 @@ core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job
     last_[job_key] = {key, (*made)->view.revision, Clock::now(), (*made)->filter_seconds};
     return SingleFlightCache<Made>::Made{.value = *std::move(made), .bytes = bytes};
   });
+}
+
+bool DenoiseService::was_shown(const std::string& job_key) const {
+  const core::MutexLock lock(mutex_);
+  return last_.count(job_key) > 0;
 }
 
 DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
@@ -115,7 +124,7 @@ DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
 }
 
 core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job,
-                                                           const core::Film& film,
+                                                           const core::Film& film, Effort effort,
                                                            std::chrono::milliseconds patience) {
   auto lease = memory_.take(core::denoising_bytes(pixels_of(film)) + film.bytes(),
                             "the denoised image", patience);
@@ -128,10 +137,19 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
     return Error{ErrorCode::kConflict, "a pixel has samples of only one half; denoising needs both",
                  ""};
   }
-  const std::shared_ptr<const core::FeaturePicture> features = features_of(*job);
+  const bool is_quick = effort == Effort::kQuick;
+  std::shared_ptr<const core::FeaturePicture> features;
+  if (!is_quick) {
+    features = features_of(*job);
+  } else if (auto made = trace_features(*job, core::kQuickFeatureSamples)) {
+    features = *std::move(made);
+  }
+  const core::DenoiserType type = type_of(*job);
+  const bool is_free = type == core::DenoiserType::kAuto;
   const auto filtering = Clock::now();
-  auto denoised = core::denoise_with(type_of(*job), snapshot, features.get(),
-                                     core::parallel_for(std::max(jobs_.threads(), 1)));
+  auto denoised =
+      core::denoise_with(is_quick && is_free ? core::DenoiserType::kStatistical : type, snapshot,
+                         features.get(), core::parallel_for(std::max(jobs_.threads(), 1)));
   const std::string fault = denoised ? denoised->note : denoised.error().message;
   if (!fault.empty()) {
     log_.write(LogLevel::kWarning, "denoising_failed", {{"job", job->id()}, {"detail", fault}});
@@ -141,9 +159,12 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   }
   auto made = std::make_shared<Made>();
   made->picture = std::move(denoised->picture);
+  made->is_quick = is_quick;
   api::DenoisedView& view = made->view;
   view.by = denoised->by;
-  view.note = denoised->note;
+  view.note = is_quick && is_free && !core::find_oidn().empty()
+                  ? "the first image of a job that renders is made by the faster denoiser"
+                  : denoised->note;
   view.has_features = features != nullptr;
   view.mixed = made->picture.interval(core::DenoiseMode::kMixed, 0.95);
   view.full = made->picture.interval(core::DenoiseMode::kFull, 0.95);
@@ -156,21 +177,29 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   return with_lease(std::shared_ptr<const Made>(std::move(made)), *std::move(lease));
 }
 
+core::Result<std::shared_ptr<const core::FeaturePicture>> DenoiseService::trace_features(
+    const Job& job, int samples) const {
+  const auto view = jobs_.scene_view(job);
+  if (!view) {
+    return view.error();
+  }
+  auto made = core::feature_pass(*view, core::parallel_for(std::max(jobs_.threads(), 1)), samples);
+  if (!made) {
+    return made.error();
+  }
+  return std::make_shared<const core::FeaturePicture>(**std::move(made));
+}
+
 std::shared_ptr<const core::FeaturePicture> DenoiseService::features_of(const Job& job) {
   const std::string key = std::to_string(job.sequence());
   using Features = SingleFlightCache<core::FeaturePicture>::Made;
   auto features = features_.get(key, [&]() -> core::Result<Features> {
-    const auto view = jobs_.scene_view(job);
-    if (!view) {
-      return view.error();
+    auto picture = trace_features(job, core::kFeatureSamples);
+    if (!picture) {
+      return picture.error();
     }
-    auto made = core::feature_pass(*view, core::parallel_for(std::max(jobs_.threads(), 1)));
-    if (!made) {
-      return made.error();
-    }
-    auto picture = std::make_shared<const core::FeaturePicture>(**std::move(made));
-    const std::uint64_t bytes = feature_bytes(*picture);
-    return Features{.value = with_lease(std::move(picture),
+    const std::uint64_t bytes = feature_bytes(**picture);
+    return Features{.value = with_lease(*std::move(picture),
                                         memory_.note({.bytes = bytes}, MemoryGate::Kind::kIdle)),
                     .bytes = bytes};
   });

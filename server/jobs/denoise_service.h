@@ -3,7 +3,9 @@
 /// Pictures are cached by job and revision while there is memory, and are never part of a film.
 /// While a job renders, a picture is reused until the next one is due: after kPace, and after
 /// rendering has taken kShare times as long as denoising, so that all viewers together slow the job
-/// by at most 5 %. The features, computed once with the first picture, are not counted.
+/// by at most 5 %. The features, computed once, are not counted. The first of these previews is a
+/// quick one: its features have fewer samples, and if the job leaves the choice, it is made by the
+/// faster denoiser.
 #pragma once
 
 #include <chrono>
@@ -30,6 +32,7 @@ class DenoiseService {
     core::DenoisedPicture picture;
     api::DenoisedView view;
     double filter_seconds = 0;  ///< without computing the features
+    bool is_quick = false;      ///< the same film has a better picture
   };
   using Pointer = std::shared_ptr<const Made>;
 
@@ -47,6 +50,7 @@ class DenoiseService {
 
  private:
   using Clock = std::chrono::steady_clock;
+  enum class Effort { kQuick, kWhole };
   struct Last {
     std::string key;
     std::uint32_t revision = 0;
@@ -54,11 +58,15 @@ class DenoiseService {
     double filter_seconds = 0;
   };
 
-  core::Result<Pointer> kept(const JobPointer& job, const core::Film& film,
+  core::Result<Pointer> kept(const JobPointer& job, const core::Film& film, Effort effort,
                              std::chrono::milliseconds patience);
-  core::Result<Pointer> make(const JobPointer& job, const core::Film& film,
+  core::Result<Pointer> make(const JobPointer& job, const core::Film& film, Effort effort,
                              std::chrono::milliseconds patience);
+  core::Result<std::shared_ptr<const core::FeaturePicture>> trace_features(const Job& job,
+                                                                           int samples) const;
+  /// Of kFeatureSamples, kept. Null: the scene is gone.
   std::shared_ptr<const core::FeaturePicture> features_of(const Job& job);
+  bool was_shown(const std::string& job_key) const;
   Pointer last_shown(const std::string& job_key, std::optional<std::uint32_t> revision) const;
 
   JobService& jobs_;

@@ -70,14 +70,14 @@ Error unknown_format() {
   return Error{api::kNotAcceptable, "images come as " + list, ""};
 }
 
-std::string picture_etag(const Request& request, const Picture& picture, std::uint32_t revision) {
+std::string picture_etag(const Request& request, const Picture& picture,
+                         const std::string& revision) {
   std::string query = std::string(picture.format.extension) + "?";
   for (const auto& [name, value] : request.query_params) {
     query += name == "revision" ? "" : name + "=" + value + "&";
   }
   // Includes the state, since a finished image carries its digest.
-  return make_etag("r" + std::to_string(revision) + "-" +
-                   std::string(api::to_text(picture.view.state)) + "-" +
+  return make_etag("r" + revision + "-" + std::string(api::to_text(picture.view.state)) + "-" +
                    core::sha256_hex(query.data(), query.size()).substr(0, 16));
 }
 
@@ -291,7 +291,9 @@ Response image(const RouteContext& context, Request& request) {
   if (const auto refused = refused_part(picture.rect, crop)) {
     return error_answer(request, *refused);
   }
-  const std::string etag = picture_etag(request, picture, revision);
+  // A better picture of the same film may follow a quick one.
+  const std::string etag = picture_etag(
+      request, picture, std::to_string(revision) + (denoised && denoised->is_quick ? "q" : ""));
   if (is_not_modified(request, etag)) {
     Response response = not_modified(etag);
     response.headers.set("Cache-Control", "no-cache");

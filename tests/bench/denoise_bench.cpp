@@ -5,7 +5,6 @@
 // whose own error is taken out by its halves. Prints, never asserts.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -14,11 +13,14 @@
 #include <string>
 #include <vector>
 
+#include <sys/resource.h>
+
 #include "core/base/check.h"
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/oidn.h"
 #include "core/denoise/oidn_helper.h"
 #include "core/denoise/statistical.h"
+#include "core/image_io/image_codec.h"
 #include "core/render/feature_pass.h"
 #include "tests/bench/bench_views.h"
 #include "tests/render/asset_files.h"
@@ -43,7 +45,8 @@ struct Pooled {
   double cells = 0;
   double covered = 0;
   double least = 100;
-  double off = 0;  ///< of the estimates, mean of |estimate / truth - 1|
+  double off = 0;   ///< of the cells' estimate / truth - 1, in percent
+  double size = 0;  ///< of the absolute values of that
 };
 
 core::View asset_view(const Plan& plan) {
@@ -147,11 +150,20 @@ struct Scene {
   core::View view;
   Reference reference;
   core::FeaturePicture features;
-  double feature_seconds = 0;
+  double feature_seconds = 0;  ///< CPU
 };
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+/// CPU seconds of this program, and of the helpers that it waited for.
+double cpu_seconds() {
+  double out = 0;
+  for (const int whose : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage used{};
+    CHECK(getrusage(whose, &used) == 0);
+    for (const timeval& time : {used.ru_utime, used.ru_stime}) {
+      out += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    }
+  }
+  return out;
 }
 
 Scene prepare(std::string name, core::View view, const Plan& plan) {
@@ -159,70 +171,105 @@ Scene prepare(std::string name, core::View view, const Plan& plan) {
   out.name = std::move(name);
   out.view = std::move(view);
   out.reference = reference_of(out.name, out.view, plan);
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = cpu_seconds();
   auto features = core::feature_pass(out.view, core::parallel_for(plan.threads));
   CHECK(features && *features);
   out.features = std::move(**features);
-  out.feature_seconds = seconds_since(begin);
+  out.feature_seconds = cpu_seconds() - begin;
   return out;
 }
 
-using Denoisers = std::vector<std::unique_ptr<core::Denoiser>>;
+struct Named {
+  std::string type;
+  std::unique_ptr<core::Denoiser> denoiser;
+};
+using Denoisers = std::vector<Named>;
 
-/// Seconds at which errors that fall like a power between the counts meet the target; 0: not yet.
-double seconds_to_target(const std::vector<std::pair<double, double>>& seconds_and_errors) {
-  for (std::size_t i = 0; i < seconds_and_errors.size(); ++i) {
-    const auto [seconds, error] = seconds_and_errors[i];
+/// Seconds of a picture and its error.
+using Spent = std::pair<double, double>;
+
+/// Seconds at which errors that fall like a power between the counts reach the target, in words.
+std::string seconds_to_target(const std::vector<Spent>& spent) {
+  const auto text = [](double seconds) {
+    std::array<char, 32> out{};
+    std::snprintf(out.data(), out.size(), "%.2f", seconds);
+    return std::string(out.data());
+  };
+  for (std::size_t i = 0; i < spent.size(); ++i) {
+    const auto [seconds, error] = spent[i];
     if (error > kTarget) {
       continue;
     }
     if (i == 0) {
-      return seconds;
+      return "at most " + text(seconds);
     }
-    const auto [before, worse] = seconds_and_errors[i - 1];
+    const auto [before, worse] = spent[i - 1];
     const double share = std::log(kTarget / worse) / std::log(error / worse);
-    return before * std::pow(seconds / before, share);
+    return text(before * std::pow(seconds / before, share));
   }
-  return 0;
+  return "not reached in " + text(spent.back().first);
 }
 
-void print_table(const Scene& scene, const Denoisers& denoisers, const Plan& plan) {
-  std::vector<test_support::Picture> pictures;
-  std::vector<std::pair<double, double>> plain;
-  for (const int samples : kCounts) {
-    pictures.push_back(render(scene.view, samples, 1, plan.threads));
-    plain.emplace_back(pictures.back().progress.elapsed_seconds,
-                       true_error(plain_planes(pictures.back().snapshot), scene.reference));
+void print_header(const Denoisers& denoisers) {
+  std::printf("| scene | samples | render s | plain |");
+  std::string rule = "| --- | ---: | ---: | ---: |";
+  for (const Named& denoiser : denoisers) {
+    std::printf(" %s s | full | mixed | gain |", denoiser.type.c_str());
+    rule += " ---: | ---: | ---: | ---: |";
   }
-  std::printf("%-12s %-12s 5 %% after %.2f s\n", scene.name.c_str(), "plain",
-              seconds_to_target(plain));
-  for (const auto& denoiser : denoisers) {
-    std::vector<std::pair<double, double>> mixed;
-    std::string type;
-    for (std::size_t k = 0; k < kCounts.size(); ++k) {
-      const auto begin = std::chrono::steady_clock::now();
-      const auto made = core::denoise(pictures[k].snapshot, &scene.features, *denoiser,
+  std::printf("\n%s\n", rule.c_str());
+}
+
+/// The rows of a scene. Returns a row that says when the plain picture reaches the target, and the
+/// mixed one of each denoiser.
+std::string print_rows(const Scene& scene, const Denoisers& denoisers, const Plan& plan) {
+  std::vector<Spent> plain;
+  std::vector<std::vector<Spent>> mixed(denoisers.size());
+  for (const int samples : kCounts) {
+    const double start = cpu_seconds();
+    const test_support::Picture picture = render(scene.view, samples, 1, plan.threads);
+    const double seconds = cpu_seconds() - start;
+    const double error = true_error(plain_planes(picture.snapshot), scene.reference);
+    plain.emplace_back(seconds, error);
+    std::printf("| %s | %d | %.2f | %.4f |", scene.name.c_str(), samples, seconds, error);
+    for (std::size_t d = 0; d < denoisers.size(); ++d) {
+      const double begin = cpu_seconds();
+      const auto made = core::denoise(picture.snapshot, &scene.features, *denoisers[d].denoiser,
                                       core::parallel_for(plan.threads));
-      const double seconds = seconds_since(begin) + scene.feature_seconds;
+      const double more = cpu_seconds() - begin + scene.feature_seconds;
       CHECK(made);
-      type = made->by.type;
-      const double full = true_error(made->picture.full, scene.reference);
-      mixed.emplace_back(plain[k].first + seconds,
-                         true_error(made->picture.mixed, scene.reference));
-      // With the time of the denoiser the plain picture would have more samples.
-      const double equal_time = std::pow(plain[k].second / mixed[k].second, 2) * plain[k].first /
-                                (plain[k].first + seconds);
-      const core::ErrorInterval e = made->picture.interval(core::DenoiseMode::kMixed, 0.95);
-      std::printf("%-12s %-12s %5d  %7.4f  %7.4f  %7.4f [%.4f %.4f]  %7.2f  %6.2f  %6.1f\n",
-                  scene.name.c_str(), type.c_str(), kCounts[k], plain[k].second, full,
-                  mixed[k].second, e.low, e.high, plain[k].first, seconds, equal_time);
+      mixed[d].emplace_back(seconds + more, true_error(made->picture.mixed, scene.reference));
+      // In the denoiser's time the plain picture would have got more samples.
+      const double gain = std::pow(error / mixed[d].back().second, 2) * seconds / (seconds + more);
+      std::printf(" %.2f | %.4f | %.4f | %.2f |", more,
+                  true_error(made->picture.full, scene.reference), mixed[d].back().second, gain);
     }
-    std::printf("%-12s %-12s 5 %% after %.2f s\n", scene.name.c_str(), type.c_str(),
-                seconds_to_target(mixed));
+    std::printf("\n");
+  }
+  std::fflush(stdout);
+  std::string row = "| " + scene.name + " | " + seconds_to_target(plain) + " |";
+  for (const auto& of_denoiser : mixed) {
+    row += " " + seconds_to_target(of_denoiser) + " |";
+  }
+  return row;
+}
+
+void print_targets(const Denoisers& denoisers, const std::vector<std::string>& rows) {
+  std::printf("\n| seconds to %.0f %% | plain |", 100 * kTarget);
+  std::string rule = "| --- | ---: |";
+  for (const Named& denoiser : denoisers) {
+    std::printf(" mixed, %s |", denoiser.type.c_str());
+    rule += " ---: |";
+  }
+  std::printf("\n%s\n", rule.c_str());
+  for (const std::string& row : rows) {
+    std::printf("%s\n", row.c_str());
   }
   std::fflush(stdout);
 }
 
+/// One cell of the coverage. Errors are averaged as squares, of which the estimates are unbiased
+/// except that they end at 0.
 void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
                 core::DenoiseMode mode, int samples, Pooled& pooled) {
   const auto seeds = static_cast<double>(made.size());
@@ -247,34 +294,35 @@ void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
   pooled.cells += 1;
   pooled.covered += inside;
   pooled.least = std::min(pooled.least, inside);
-  pooled.off += std::fabs(100 * off);
+  pooled.off += 100 * off;
+  pooled.size += std::fabs(100 * off);
 }
 
 void print_coverage(const Scene& scene, const Denoisers& denoisers, int samples, const Plan& plan,
                     Pooled& pooled) {
   std::vector<std::vector<core::MadeDenoised>> made(denoisers.size());
-  std::vector<double> ratios;  // of mixed to the better of plain and denoised
+  std::vector<std::vector<double>> ratios(denoisers.size());  // mixed to the better of the others
   for (int seed = 1; seed <= plan.seeds; ++seed) {
     const core::FilmSnapshot film = render(scene.view, samples, seed, plan.threads).snapshot;
     const double plain = true_error(plain_planes(film), scene.reference);
     for (std::size_t d = 0; d < denoisers.size(); ++d) {
-      auto one =
-          core::denoise(film, &scene.features, *denoisers[d], core::parallel_for(plan.threads));
+      auto one = core::denoise(film, &scene.features, *denoisers[d].denoiser,
+                               core::parallel_for(plan.threads));
       CHECK(one);
       made[d].push_back(*std::move(one));
       const core::DenoisedPicture& picture = made[d].back().picture;
-      ratios.push_back(true_error(picture.mixed, scene.reference) /
-                       std::min(plain, true_error(picture.full, scene.reference)));
+      ratios[d].push_back(true_error(picture.mixed, scene.reference) /
+                          std::min(plain, true_error(picture.full, scene.reference)));
     }
   }
-  for (const auto& of_denoiser : made) {
-    print_cell(scene, of_denoiser, core::DenoiseMode::kFull, samples, pooled);
-    print_cell(scene, of_denoiser, core::DenoiseMode::kMixed, samples, pooled);
+  for (std::size_t d = 0; d < denoisers.size(); ++d) {
+    print_cell(scene, made[d], core::DenoiseMode::kFull, samples, pooled);
+    print_cell(scene, made[d], core::DenoiseMode::kMixed, samples, pooled);
+    const auto middle = ratios[d].begin() + static_cast<std::ptrdiff_t>(ratios[d].size() / 2);
+    std::nth_element(ratios[d].begin(), middle, ratios[d].end());
+    std::printf("%-12s %-12s mixed %5d  over the better of plain and full, median: %.2f\n",
+                scene.name.c_str(), denoisers[d].type.c_str(), samples, *middle);
   }
-  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2),
-                   ratios.end());
-  std::printf("%-12s mixed over the better of plain and full, median: %.2f\n", scene.name.c_str(),
-              ratios[ratios.size() / 2]);
   std::fflush(stdout);
 }
 
@@ -292,25 +340,33 @@ int main(int argc, char** argv) {
   plan.reference = argc > 4 ? std::atoi(argv[4]) : plan.reference;
   const std::string only = argc > 5 ? argv[5] : "";  // scene instead of all
   const std::vector<int> counts = argc > 6 ? std::vector{std::atoi(argv[6])} : std::vector{32, 128};
-  Denoisers denoisers;
-  denoisers.push_back(std::make_unique<core::StatisticalDenoiser>());
-  if (const std::string folder = core::find_oidn(); !folder.empty()) {
-    denoisers.push_back(std::make_unique<core::OidnDenoiser>(core::OidnOptions{.folder = folder}));
+  // Loaded before a build that goes on meanwhile replaces it: built-in scenes hold images.
+  if (const auto codec = core::image_codec(); !codec) {
+    std::fprintf(stderr, "%s\n", codec.error().message.c_str());
+    return 1;
   }
-  std::printf(
-      "%-12s %-12s   spp    plain     full    mixed  95 %% interval    seconds  denoise"
-      "  gain at equal time\n",
-      "scene", "denoiser");
-  Pooled pooled;
+  Denoisers denoisers;
+  denoisers.push_back({"statistical", std::make_unique<core::StatisticalDenoiser>()});
+  if (const std::string folder = core::find_oidn(); !folder.empty()) {
+    denoisers.push_back(
+        {"oidn", std::make_unique<core::OidnDenoiser>(core::OidnOptions{.folder = folder})});
+  }
+  std::vector<Scene> scenes;
+  std::vector<std::string> targets;
+  print_header(denoisers);
   for (const std::string name :
        {"cornell-box", "interior", "many-lights", "glass", "veach-mis", "asset"}) {
     const bool is_asset = name == "asset";
     if ((!only.empty() && only != name) || (is_asset && !test_support::assets_folder())) {
       continue;
     }
-    const Scene scene =
-        prepare(name, is_asset ? asset_view(plan) : bench::builtin_view(name, plan.width), plan);
-    print_table(scene, denoisers, plan);
+    scenes.push_back(
+        prepare(name, is_asset ? asset_view(plan) : bench::builtin_view(name, plan.width), plan));
+    targets.push_back(print_rows(scenes.back(), denoisers, plan));
+  }
+  print_targets(denoisers, targets);
+  Pooled pooled;
+  for (const Scene& scene : scenes) {
     for (const int samples : counts) {
       if (plan.seeds > 0) {
         print_coverage(scene, denoisers, samples, plan, pooled);
@@ -318,9 +374,11 @@ int main(int argc, char** argv) {
     }
   }
   if (pooled.cells > 0) {
-    std::printf("%d cells: covered %.1f %%, at least %.1f %%; estimates off by %.1f %%\n",
-                static_cast<int>(pooled.cells), pooled.covered / pooled.cells, pooled.least,
-                pooled.off / pooled.cells);
+    std::printf(
+        "%.0f cells: covered %.1f %%, at least %.1f %%; estimates off by %+.1f %%, %.1f %% in "
+        "size\n",
+        pooled.cells, pooled.covered / pooled.cells, pooled.least, pooled.off / pooled.cells,
+        pooled.size / pooled.cells);
   }
   return 0;
 }

@@ -40,6 +40,11 @@ class Server:
             raise RuntimeError(f"{method} {path}: {response.status} {data[:300]!r}")
         return json.loads(data) if data else None
 
+    def cpu_seconds(self):
+        with open(f"/proc/{self.process.pid}/stat", encoding="ascii") as stat:
+            fields = stat.read().rpartition(")")[2].split()
+        return sum(int(ticks) for ticks in fields[11:15]) / os.sysconf("SC_CLK_TCK")
+
     def stop(self):
         self.process.terminate()
         self.process.wait(30)
@@ -75,6 +80,41 @@ def first_pass_seconds(server):
     return first, whole
 
 
+def denoised_seconds(server):
+    """POST until the first denoised picture is read, asking as often as the page; the CPU seconds
+    of the server in that time; and the share of the minute after it in which more were made."""
+    start = time.monotonic()
+    start_cpu = server.cpu_seconds()
+    job = server.request("POST", "/v1/jobs", {
+        "scene": "interior", "film": {"width": 960, "height": 540},
+        "stop": {"samples_per_pixel": 65536}})
+    path = f"/v1/jobs/{job['id']}"
+
+    def picture():
+        connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=300)
+        connection.request("GET", path + "/image.png?denoise=mixed")
+        response = connection.getresponse()
+        response.read()
+        connection.close()
+        return response.status
+
+    while picture() != 200:  # a pixel has no samples of one half yet
+        time.sleep(0.3)
+    first = time.monotonic() - start
+    first_cpu = server.cpu_seconds() - start_cpu
+    by_revision = {}
+    begin = time.monotonic()
+    while time.monotonic() - begin < 60:
+        picture()
+        denoised = server.request("GET", path)["denoised"]
+        by_revision[denoised["revision"]] = denoised["seconds"]
+        time.sleep(0.3)
+    spent = time.monotonic() - begin
+    server.request("POST", path + "/cancel")
+    del by_revision[min(by_revision)]
+    return first, first_cpu, sum(by_revision.values()) / spent, len(by_revision)
+
+
 def job_seconds(server, samples):
     start = time.monotonic()
     job = server.request("POST", "/v1/jobs", cornell(480, 270, samples))
@@ -100,6 +140,9 @@ def main():
             f"{values[-1]:.0f} ms worst of {len(values)}, "
             "from POST to bytes read, cornell-box 480x270"
         )
+    first, first_cpu, share, count = denoised_seconds(server)
+    print(f"denoised     {first:.1f} s ({first_cpu:.1f} s of CPU) from POST to the first denoised "
+          f"picture, interior 960x540; {100 * share:.1f} % of the minute after for {count} more")
     samples = 32 if short else 256
     ratios = []
     for _ in range(1 if short else 3):  # interleaved: the machine is shared

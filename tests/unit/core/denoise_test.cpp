@@ -220,6 +220,20 @@ TEST(DenoisedError, GuidanceOfOneHalfByTheOtherIsDetected) {
   expect_false(ratio_of(&honest_m, crossed));
 }
 
+// Variances from what the halves differ by carry the noise of B into what is made of A.
+TEST(DenoisedError, VariancesFromBothHalvesAreDetected) {
+  const auto leaking = [](const FilmSnapshot& film) {
+    std::array<HalfPicture, 2> halves = halves_of(film);
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const double d = static_cast<double>(halves[0].mean[0][i] - halves[1].mean[0][i]);
+      // Of each half, three channels together.
+      halves[0].variance[i] = halves[1].variance[i] = static_cast<float>(1.5 * d * d);
+    }
+    return filtered(halves);
+  };
+  expect_false(ratio_of(&honest_m, leaking));
+}
+
 // Features made of both halves carry the noise of B into FA: here the light itself is one.
 TEST(DenoisedError, FeaturesPooledWithTheHalvesAreDetected) {
   const auto with_features = [](bool is_pooled) {

@@ -1,4 +1,4 @@
-#include "core/error/energy_sums.h"
+#include "core/denoise/energy_sums.h"
 
 #include <algorithm>
 
@@ -20,10 +20,11 @@ TileEnergy EnergySums::result() const {
   const double share = noise_ > 0 ? std::clamp(together_ / noise_, 0.0, 1.0) : 0;
   const double scale = variances_ > 0 ? 4 * noise_ / variances_ : 0;
   const double product = scale * scale * product_;
-  // What the squares are more than Gaussian noise of these variances has.
+  // Makes the variance at s = 1 the larger of product and 2 noise_squares_: of an estimate and of
+  // what it estimates, which vary alike and independently (ErrorEstimate::bound()).
   const double rare = std::max(noise_squares_ - 0.5 * product, 0.0);
-  // Where few pixels carry it the variance is hardly known: that of Student's t with as many
-  // degrees of freedom. Three are the fewest that have one.
+  // Where few pixels carry the variance it is hardly known: widen it to that of Student's t with
+  // their number of degrees of freedom. Three are the fewest for which t has a variance.
   const double degrees = apart_squares_ > 0 ? std::max(apart_ * apart_ / apart_squares_, 3.0) : 3;
   TileEnergy out;
   out.energy = energy_;

@@ -1,7 +1,7 @@
 /// Fog: a medium within a sphere whose density decreases with height.
 ///
-/// The optical path along a ray is its length weighted with the density exp(-falloff * y). Height is
-/// linear along the ray, so the integral has a closed form and a closed inverse: distances are
+/// The optical path along a ray is its length weighted with the density exp(-falloff * y). Height
+/// is linear along the ray, so the integral has a closed form and a closed inverse: distances are
 /// sampled exactly, and transmittance is exact. Null collisions (Woodcock 1965) would sample the
 /// same distances with more steps and make transmittance noisy.
 #pragma once

@@ -278,10 +278,7 @@ class OpenImageDenoise(ApiTest):
                 "note": None}
         self.assertEqual({k: denoised[k] for k in made}, made)
 
-<<<<<<< HEAD
-    def test_reports_a_crash(self):
-=======
-    def test_the_first_preview_is_made_by_the_faster_denoiser(self):
+    def test_makes_the_first_preview_with_the_faster_denoiser(self):
         server = self.serve()
         job = server.submit(small(samples=65536))
         server.wait_for_samples(job["id"], 4)
@@ -296,8 +293,7 @@ class OpenImageDenoise(ApiTest):
         self.assertTrue(last.headers["X-Tessera-Denoiser"].startswith("oidn 2.5.1, balanced"))
         self.assertIsNone(server.job(job["id"])["denoised"]["note"])
 
-    def test_a_crash_is_reported(self):
->>>>>>> 16d5a60 (The first denoised preview is a quick one: a newcomer sees it in half the time)
+    def test_reports_a_crash(self):
         self.assertIn("ended without an answer", self.refusal("crash"))
 
     def test_reports_another_major_version(self):

@@ -127,8 +127,10 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
   }
   const core::MutexLock lock(mutex_);
   if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
-    return Error{api::kTooManyRequests,
-                 std::to_string(kWorkersMax) + " workers have reported; no more are accepted", ""};
+    // In pieces: GCC 12 warns of a copy out of bounds in the sum of the strings.
+    std::string message = std::to_string(kWorkersMax);
+    message += " workers have reported; no more are accepted";
+    return Error{api::kTooManyRequests, std::move(message), ""};
   }
   const auto [found, is_new] = workers_.try_emplace(worker);
   Worker& known = found->second;

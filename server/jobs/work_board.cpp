@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "api/error_codes.h"
@@ -127,10 +128,10 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
   }
   const core::MutexLock lock(mutex_);
   if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
-    // In pieces: GCC 12 warns of a copy out of bounds in the sum of the strings.
-    std::string message = std::to_string(kWorkersMax);
-    message += " workers have reported; no more are accepted";
-    return Error{api::kTooManyRequests, std::move(message), ""};
+    // Not a sum of strings: GCC 12 would warn of a copy out of bounds.
+    std::ostringstream message;
+    message << kWorkersMax << " workers have reported; no more are accepted";
+    return Error{api::kTooManyRequests, message.str(), ""};
   }
   const auto [found, is_new] = workers_.try_emplace(worker);
   Worker& known = found->second;

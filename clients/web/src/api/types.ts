@@ -1299,7 +1299,7 @@ export interface ConvergencePoint {
 
 /** Get the error over samples and time. */
 export interface Convergence {
-  /** The state at each error check. */
+  /** One for each error check. */
   points: ConvergencePoint[];
   /** Slope of log error against log samples, by least squares, with its 95% interval. */
   slope: {
@@ -1332,7 +1332,7 @@ export interface Pixel {
 
 /** Light that arrives at one side of a point. One lux of a light in the scene is one lux here. */
 export interface MeterReading {
-  /** World space, metres. */
+  /** World, metres. */
   position: [number, number, number];
   /** Unit normal. */
   normal: [number, number, number];

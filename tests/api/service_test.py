@@ -14,7 +14,7 @@ class Service(ApiTest):
                 [BINARY, "serve", "--port", str(self.server.port), "--data", data],
                 capture_output=True, text=True, timeout=PATIENCE_S, check=False)
         self.assertEqual(done.returncode, 1)
-        self.assertIn("in use; another program has this port", done.stderr)
+        self.assertIn("another program uses this port", done.stderr)
         self.assertIn("--port 0", done.stderr)
 
     def test_probes_answer_in_text(self):

@@ -56,7 +56,7 @@ TEST_F(Quota, TenantMayStoreExactlyUpToTheLimit) {
   const auto refused = room.grow_to(41);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, api::kOverQuota);
-  EXPECT_NE(refused.error().message.find("'me' keeps 60 already, and 100"), std::string::npos)
+  EXPECT_NE(refused.error().message.find("'me' uses 60 already, and 100"), std::string::npos)
       << refused.error().message;
   EXPECT_TRUE(quota.room("other", Kind::kAsset).grow_to(100));
   EXPECT_TRUE(quota.room("", Kind::kAsset).grow_to(1000));

@@ -88,20 +88,6 @@ struct TileState {
   double cpu_seconds = 0;
 };
 
-/// Calls visit(array) for each array of a tile.
-template <typename Tile, typename Visit>
-void visit_arrays(Tile& tile, Visit&& visit) {
-  visit(tile.pixels);
-  visit(tile.aux);
-  visit(tile.plan);
-  visit(tile.pilot);
-  visit(tile.fit);
-  visit(tile.shares);
-  visit(tile.labels);
-  visit(tile.mattes);
-}
-inline constexpr std::size_t kTileArrays = 8;
-
 /// Sample counts of the pixels, summed over replicates, without pilot samples.
 struct SampleCounts {
   std::uint32_t min = 0;

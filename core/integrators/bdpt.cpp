@@ -17,7 +17,7 @@
 namespace core {
 namespace {
 
-/// Keeps all vertices of a light's subpath.
+/// Keeps all vertices of a light subpath.
 struct KeptVertices {
   std::pmr::list<Vertex> vertices;
   template <typename... From>
@@ -27,7 +27,7 @@ struct KeptVertices {
   void operator()(Subpath&, const Vertex&) {}
 };
 
-/// Keeps one at a time, for visit(path, vertex).
+/// Keeps one vertex at a time and calls visit(path, vertex).
 template <typename Visit>
 struct VisitedVertices {
   Visit visit;
@@ -52,7 +52,7 @@ BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
   }
   sample = {};
   const Medium* solid = is_met ? segment_medium(scene_, path, met) : nullptr;
-  // Behind the last surface there is no solid: where the stack says so, a mesh has a hole.
+  // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
   if (is_met || path.media.top() == nullptr) {
     const MediumStretch stretch(path, solid, is_met ? met.distance_m : kFar);
     sample = stretch.sample(path);
@@ -67,7 +67,7 @@ BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
   return is_met ? Event::kSurface : Event::kEscape;
 }
 
-/// Samples the next direction, with roulette. False: the path is over.
+/// Samples the next direction. Returns false if the path ends.
 bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
                                      TransportMode mode) const noexcept {
   const int depth = path.depth;
@@ -107,7 +107,7 @@ void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const no
   const float first_size = throughput_size(path.beta);
   PathVertex met;
   MediumSample sample;
-  // After as many surfaces as a path may have it may still scatter in media.
+  // A path that may not scatter at further surfaces may still scatter in media.
   while (first_size > 0 && (weights_.has_media() || path.scatterings() < max_depth_)) {
     const Event event = next_event(path, met, sample);
     if (event == Event::kEscape) {
@@ -141,8 +141,8 @@ void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const no
   }
 }
 
-/// Shadow ray from a vertex, as visibility_from() takes it. Adds up the optical depth of media that
-/// scatter.
+/// Traces a shadow ray from a vertex, like visibility_from(), and adds the optical depth of
+/// scattering media to flight_depth.
 Visibility BidirectionalPathTracer::visibility_of(PathState& path, const Vertex& vertex, Vec3 wi,
                                                   Vec3 target, bool is_far,
                                                   Rgb& flight_depth) const noexcept {
@@ -206,7 +206,7 @@ void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
   }
 }
 
-/// Where the path leaves the scene.
+/// Adds the radiance of the background where the path leaves the scene.
 void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept {
   if (path.depth == 0 && !backdrop_.is_environment()) {
     const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
@@ -238,7 +238,7 @@ void BidirectionalPathTracer::add_unlit(CameraSubpath& path, PathVertex& met) co
   credit(path, {path.beta * color}, {path.bounces(), group_at(met), {0, path.bounces() + 2}});
 }
 
-/// What the surface emits towards the camera's subpath.
+/// Adds the radiance that the surface emits towards the camera subpath.
 void BidirectionalPathTracer::add_emission(CameraSubpath& path,
                                            const Vertex& vertex) const noexcept {
   const PathVertex& met = vertex.surface;
@@ -274,7 +274,7 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
          {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
 }
 
-/// Of a vertex of the camera's subpath with one of the light's.
+/// Connects a vertex of the camera subpath to one of the light subpath.
 Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
                                           const Vertex& from_light) const noexcept {
   const Vec3 d = from_light.origin() - vertex.origin();
@@ -369,7 +369,7 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path,
 PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera_ray,
                                                  const PathSampler& sampler, std::uint64_t& rays,
                                                  std::span<Rgb> shares) const noexcept {
-  // Vertices of most light subpaths fit the buffer; longer ones go on in memory of their own.
+  // The vertices of most light subpaths fit into the buffer; longer subpaths allocate memory.
   constexpr std::size_t kBuffer = std::size_t{16} << 10U;
   std::array<std::byte, kBuffer> buffer;
   std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());

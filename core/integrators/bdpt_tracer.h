@@ -1,11 +1,11 @@
-/// Bidirectional path tracing: subpaths from the camera and from the lights, each vertex of one
-/// connected to each of the other. Strategies (s, t) have s vertices of the light's subpath and t
-/// of the camera's; those with t = 1 splat (trace_light(), a light subpath of its own), the others
-/// add to the pixel of the camera's path. Weights: core/integrators/bdpt_weights.h. Surfaces that a
-/// path passes without a change of direction are no vertices.
+/// Bidirectional path tracing: connects every vertex of a camera subpath to every vertex of a light
+/// subpath. Strategy (s, t) has s vertices of the light subpath and t of the camera subpath; those
+/// with t = 1 splat (trace_light(), a separate light subpath), the others add to the pixel of the
+/// camera path. Weights: core/integrators/bdpt_weights.h. Surfaces that a path passes without a
+/// change of direction are not vertices.
 ///
-/// Vertices are surfaces and points in media. Both subpaths sample distances in media that scatter,
-/// and connections pass media by transmittance.
+/// Vertices lie on surfaces and in media. Both subpaths sample distances in scattering media, and
+/// connections are multiplied by the transmittance of media.
 ///
 /// Sources: Veach 1997, ch. 10; media: PBR 3rd ed., 16.3.
 /// Dispersion is left out: both subpaths would need the same wavelength.
@@ -51,23 +51,23 @@ class BidirectionalPathTracer final : public Integrator {
 
  private:
   enum class Event { kEscape, kSurface, kMedium };
-  /// Follows the subpath's ray to the next surface, which fills `met`, or to where it scatters in a
-  /// medium before, which fills `sample`.
+  /// Follows the subpath's ray to the next surface and fills `met`, or to a scattering event in a
+  /// medium before it and fills `sample`.
   Event next_event(Subpath& path, PathVertex& met, MediumSample& sample) const noexcept;
-  /// Follows a light subpath; visit(path, vertex) for each of its vertices.
+  /// Follows a light subpath and calls visit(path, vertex) for each of its vertices.
   template <typename Visit>
   void follow_light(Subpath& path, Visit& visit) const noexcept;
   template <typename LightVertices>
   void follow_camera(CameraSubpath& path, const LightVertices& light_vertices) const noexcept;
   bool extend(Subpath& path, const Vertex& vertex, TransportMode mode) const noexcept;
-  /// May a path scatter so often?
+  /// Returns whether a path may have this many scattering events.
   bool is_allowed(int surfaces, int in_media) const noexcept {
     return surfaces <= max_depth_ && in_media <= kMediumScatterings * max_depth_;
   }
   Visibility visibility_of(PathState& path, const Vertex& vertex, Vec3 wi, Vec3 target, bool is_far,
                            Rgb& flight_depth) const noexcept;
 
-  /// Adds light to the picture, and to its shares.
+  /// Adds a contribution to the image and to its light shares.
   void credit(CameraSubpath& path, const Found& found, const LightOrigin& from) const noexcept;
   std::uint32_t group_at(const PathVertex& met) const noexcept {
     return scene_.placed[met.point.placed].group;

@@ -14,45 +14,45 @@
 
 namespace core {
 
-/// Of the power heuristic.
+/// Densities enter the power heuristic as squares.
 inline double squared(double x) noexcept { return x * x; }
 
-/// Partial sums of the weights at the end of a subpath, in squares. vcm: the density with which the
-/// strategy that makes this vertex from the other side does so, over that of this subpath; vc: the
-/// same for all vertices before it, without the density of the next one backwards.
+/// Partial sums of the weights at the end of a subpath, in squares. vcm: the density of this vertex
+/// under the strategy that samples it from the other side, relative to that of this subpath; vc:
+/// the same for all earlier vertices, without the reverse density of the next vertex.
 struct PartialSums {
   double vcm = 0;
   double vc = 0;
 };
 
-/// A subpath under construction. Sums are as of its last vertex, before the next segment.
+/// A subpath under construction. The sums are those at its last vertex, before the next segment.
 struct Subpath : PathState {
   PartialSums sums{};
-  Rgb flight_depth{};               ///< optical depth, since the last vertex, of media that scatter
+  Rgb flight_depth{};               ///< optical depth of scattering media since the last vertex
   Rgb last_extinction = {1, 1, 1};  ///< Vertex::extinction of the last vertex
 };
 
-/// What one strategy has found, with its weight.
+/// The contribution of one strategy, and its weight.
 struct Found {
   Rgb value;  ///< weighted
   float weight = 1;
   Rgb unweighted() const noexcept { return weight > 0 ? value / weight : Rgb{}; }
 };
 
-/// The camera's subpath.
+/// The camera subpath.
 struct CameraSubpath : Subpath {
   PathSample out{};
-  std::span<Rgb> shares{};  ///< of the light; empty: not asked for
+  std::span<Rgb> shares{};  ///< light shares; empty if none are recorded
 };
 
-/// A surface that a subpath has met, or a point in a medium at which it scatters.
+/// A surface that a subpath has hit, or a point at which it scatters in a medium.
 struct Vertex {
   Vertex(const SceneData& scene, const PathState& path, const PathVertex& met)
       : surface(met), beta(path.beta), surfaces(path.scatterings() + 1) {
     in_media = path.medium_scatterings;
     scattering.emplace(scene.materials[surface.point.material], surface, path.footprint());
   }
-  /// sample: of the stretch that begins at path.ray; its scatterer must outlive the vertex.
+  /// sample: the event along path.ray; its scatterer must outlive the vertex.
   Vertex(const PathState& path, const MediumSample& sample)
       : medium(sample.scatterer), beta(path.beta), surfaces(path.scatterings()) {
     in_media = path.medium_scatterings + 1;
@@ -65,22 +65,22 @@ struct Vertex {
   Vertex& operator=(const Vertex&) = delete;
 
   Vec3 origin() const noexcept { return surface.shading.origin; }
-  /// Where distances are measured to, for densities.
+  /// The end point of distances in densities.
   Vec3 position() const noexcept { return medium != nullptr ? origin() : surface.point.position; }
   Vec3 wo_world() const noexcept { return surface.wo_world; }
-  /// Of the angle to the geometric normal; 1 in media, which have none.
+  /// Absolute cosine of the angle to the geometric normal; 1 in media, which have none.
   float cosine(Vec3 direction) const noexcept {
     return medium != nullptr ? 1.0F : std::fabs(dot(surface.point.normal_geometric, direction));
   }
-  /// For the choice of a light, the same whichever way the path goes.
+  /// The normal by which lights are chosen; the same in both directions of the path.
   Vec3 light_normal() const noexcept {
     return medium != nullptr || bsdf().transmits() ? Vec3{} : surface.shading.normal_geometric;
   }
   bool has_spread() const noexcept { return medium != nullptr || bsdf().has_spread(); }
   /// Pre: a surface.
   const Bsdf& bsdf() const noexcept { return scattering->seen.bsdf(); }
-  /// Scattering from where the subpath comes towards wi. In a medium the phase function is the
-  /// value and both densities; beta has the scattering coefficient.
+  /// Evaluates scattering from wo_world() to wi. In a medium the phase function is the value and
+  /// both densities; the scattering coefficient is part of beta.
   ScatterEval evaluate(Vec3 wi_world, TransportMode mode) const noexcept {
     if (medium != nullptr) {
       const float phase = henyey_greenstein(-dot(wo_world(), wi_world), medium->g);
@@ -89,7 +89,7 @@ struct Vertex {
     const SeenSurface there(scattering->at, wi_world);
     return evaluate_scatter(scattering->seen, there, mode);
   }
-  /// Scatterings up to here, this one included.
+  /// Number of scattering events up to and including this vertex.
   int length() const noexcept { return surfaces + in_media; }
 
   struct Scattering {
@@ -102,25 +102,26 @@ struct Vertex {
              met.shading.bsdf.refraction_weight},
           seen(at, met.wo_world) {}
     ScatterPoint at;
-    SeenSurface seen;  ///< from where the subpath comes
+    SeenSurface seen;  ///< from wo_world()
   };
 
   const Medium* medium = nullptr;          ///< null: a surface
   PathVertex surface{};                    ///< in media only wo_world and shading.origin
   std::optional<Scattering> scattering{};  ///< at surfaces
   Rgb beta;
-  int surfaces = 0;  ///< scatterings at surfaces up to here, this one included
+  int surfaces = 0;  ///< scattering events at surfaces, including this vertex
   int in_media = 0;  ///< the same in media
-  /// Of free flight that ends here [1/m]: density of the distance over transmittance. 1 at
-  /// surfaces, which every flight that comes so far meets.
+  /// Density of a free flight that ends here, divided by its transmittance [1/m]. 1 at surfaces,
+  /// where every flight ends that reaches them.
   Rgb extinction = {1, 1, 1};
-  std::uint32_t light = kNoLight;  ///< where a light's subpath began
-  PartialSums sums{};              ///< here, after the segment
+  std::uint32_t light = kNoLight;  ///< the light at which a light subpath starts
+  PartialSums sums{};              ///< at this vertex, after the segment
 };
 
-/// Density of free flight over a segment that ends in a vertex of this extinction: the mean of the
-/// channels'. Distances are sampled by a channel that throughput chooses (MediumStretch); weights
-/// need a value that depends on the path alone, and is the same from either end but for extinction.
+/// Density of free flight over a segment that ends at a vertex of this extinction: the mean over
+/// channels. MediumStretch chooses the channel that samples a distance by throughput; weights need
+/// a value that depends on the path alone, and that is the same from either end except for
+/// extinction.
 inline double flight_density(Rgb depth, Rgb extinction) noexcept {
   double sum = 0;
   for (int c = 0; c < 3; ++c) {

@@ -1,4 +1,4 @@
-// All terms are squares of densities over that of the strategy at hand.
+// All terms are squares of densities, relative to the density of the current strategy.
 #include "core/integrators/bdpt_weights.h"
 
 #include <cmath>
@@ -12,8 +12,8 @@ double density(const EmissionPdf& pdf) noexcept {
          static_cast<double>(pdf.pdf_solid_angle);
 }
 
-/// All strategies that have more vertices of the other side than this subpath's sums are for.
-/// reverse: solid-angle density at the vertex of the direction back along the subpath.
+/// Sum over all strategies that sample more vertices from the other side. reverse: solid-angle
+/// density, at the vertex, of the direction back along the subpath.
 double before(const PartialSums& sums, float reverse) noexcept {
   return sums.vcm + sums.vc * squared(static_cast<double>(reverse));
 }
@@ -71,8 +71,8 @@ PartialSums BdptWeights::at_camera_vertex(const Subpath& path,
   return {cosine2 > 0 ? after_flight(path, vertex.extinction).vcm / cosine2 : 0, 0};
 }
 
-/// At the first vertex it is known how likely a light sample of that vertex is to be the point that
-/// the subpath began at.
+/// The first vertex determines the density with which its light sample would be the start of the
+/// subpath.
 PartialSums BdptWeights::at_light_vertex(const Subpath& path, const EmissionSample& light,
                                          const Vertex& vertex) const noexcept {
   if (path.bounces() > 0) {
@@ -87,7 +87,7 @@ PartialSums BdptWeights::at_light_vertex(const Subpath& path, const EmissionSamp
   }
   const bool is_triangle = light.light < scene_.triangle_lights.size();
   const float cos_light = is_triangle ? std::fabs(dot(light.normal, path.ray.direction)) : 1.0F;
-  double direct = 0;  // in solid angle, or of the pick alone
+  double direct = 0;  // solid-angle density, or the probability of the light for delta lights
   if (light.is_delta_position || light.is_delta_direction) {
     direct = static_cast<double>(
         lights_.prob_light(light.light, vertex.origin(), vertex.light_normal()));

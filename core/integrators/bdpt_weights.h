@@ -1,9 +1,9 @@
 /// Weights of bidirectional path tracing: the power heuristic (squares) over all strategies that
-/// make the same path, carried along both subpaths as two partial sums.
+/// can sample the same path, carried along both subpaths as two partial sums.
 ///
-/// The weights of a path add up to 1 over its strategies. For that, every density in them is a
-/// function of the path alone: Russian roulette and the random choice of null scattering stay out,
-/// and the density of free flight is flight_density(), not that of the channel that was picked.
+/// The weights of a path sum to 1 over its strategies. Therefore every density in them is a
+/// function of the path alone: Russian roulette and the random choice of null scattering are left
+/// out, and the density of free flight is flight_density(), not that of the chosen channel.
 ///
 /// Densities are per area at surfaces and per volume in media: that of direction and distance over
 /// the squared distance, times the cosine at a surface.
@@ -27,26 +27,26 @@ class BdptWeights {
   BdptWeights(const IntegratorInput& input, const LightSampler& lights,
               const EmissionSampler& emission);
 
-  bool has_media() const noexcept { return has_media_; }  ///< that scatter
+  bool has_media() const noexcept { return has_media_; }  ///< scattering media
 
-  /// Sums of a subpath that leaves the camera.
+  /// Sums of a subpath that starts at the camera.
   PartialSums from_camera(const Ray& ray) const noexcept;
   /// Sums at a vertex that the subpath has reached; its path.last, path.flight_depth and
-  /// path.last_extinction are those of the segment. light: where the light's subpath began.
+  /// path.last_extinction are those of the segment. light: the start of the light subpath.
   PartialSums at_light_vertex(const Subpath& path, const EmissionSample& light,
                               const Vertex& vertex) const noexcept;
   PartialSums at_camera_vertex(const Subpath& path, const Vertex& vertex) const noexcept;
-  /// Sums of a subpath that goes on from a vertex with these sums. cosine: of the new direction to
-  /// the normal there. forward, reverse: solid-angle densities of the new direction, and of the old
-  /// one if the path came from the new one.
+  /// Sums of a subpath that continues from a vertex with these sums. cosine: between the new
+  /// direction and the normal there. forward: solid-angle density of the new direction; reverse: of
+  /// the old one, given the new one.
   static PartialSums after_scattering(const PartialSums& here, double cosine, double forward,
                                       double reverse) noexcept;
-  /// The same if the direction could be no other.
+  /// The same for a delta direction.
   static PartialSums after_delta(const PartialSums& here, double cosine) noexcept {
     return {0, here.vc * squared(cosine)};
   }
 
-  // Weights of strategies. flight_depth: optical depth of media that scatter along the connection.
+  // Weights of strategies. flight_depth: optical depth of scattering media along the connection.
 
   /// s = 0 where the path leaves the scene.
   double background(const Subpath& path) const noexcept;
@@ -58,7 +58,8 @@ class BdptWeights {
   /// t = 1.
   double splat(const Vertex& vertex, const Camera::ImportanceSample& to, const ScatterEval& f,
                Rgb flight_depth) const noexcept;
-  /// s > 1, t > 1. wi_world: unit, from the camera's vertex to the light's; f, g: their scattering.
+  /// s > 1, t > 1. wi_world: unit, from the camera vertex to the light vertex; f, g: scattering
+  /// there.
   double connection(const Vertex& from_camera, const Vertex& from_light, Vec3 wi_world,
                     const ScatterEval& f, const ScatterEval& g, Rgb flight_depth) const noexcept;
 
@@ -66,7 +67,7 @@ class BdptWeights {
   double flight(Rgb depth, Rgb extinction) const noexcept {
     return has_media_ ? flight_density(depth, extinction) : 1.0;
   }
-  /// The sums with the free flight of the last segment, which ends in this extinction.
+  /// Includes the free flight along the last segment, which ends at a vertex of this extinction.
   PartialSums after_flight(const Subpath& path, Rgb extinction) const noexcept;
   PartialSums after_segment(const Subpath& path, const Vertex& vertex) const noexcept;
   double camera_density(const Camera::Importance& importance) const noexcept {

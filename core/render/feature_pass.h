@@ -14,7 +14,7 @@ namespace core {
 
 /// Camera paths per pixel.
 inline constexpr int kFeatureSamples = 16;
-/// Of a preview that is wanted soon: a quarter of the time for twice the deviation.
+/// For the first preview: a quarter of the time for twice the standard error.
 inline constexpr int kQuickFeatureSamples = 4;
 
 /// Renders the features of the view's crop; same bits for any number of threads. Empty if stop was

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <zlib.h>
@@ -24,6 +25,20 @@ static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
 
 constexpr std::string_view kMagic = "TSRWORK4";
+
+/// References to a tile's arrays, in the order in which they are written.
+template <typename Tile>
+auto arrays_of(Tile& s) {
+  return std::tie(s.pixels, s.aux, s.plan, s.pilot, s.fit, s.shares, s.labels, s.mattes);
+}
+constexpr std::size_t kTileArrays =
+    std::tuple_size_v<decltype(arrays_of(std::declval<TileState&>()))>;
+
+/// Calls visit(array) for each of them.
+template <typename Tile, typename Visit>
+void visit_arrays(Tile& tile, const Visit& visit) {
+  std::apply([&](auto&... values) { (visit(values), ...); }, arrays_of(tile));
+}
 
 struct Head {
   std::array<char, 8> magic{};

@@ -77,7 +77,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job
                                                            const core::Film& film, Effort effort,
                                                            std::chrono::milliseconds patience) {
   const std::string job_key = key_of(*job);
-  // A quick picture never stands for the one that the same film deserves at its end.
+  // A quick picture is never returned as the final one of the same film.
   const std::string key =
       job_key + std::to_string(film.revision()) + (effort == Effort::kQuick ? ".quick" : "");
   return pictures_.get(key, [&]() -> core::Result<SingleFlightCache<Made>::Made> {

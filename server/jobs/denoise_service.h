@@ -64,7 +64,7 @@ class DenoiseService {
                              std::chrono::milliseconds patience);
   core::Result<std::shared_ptr<const core::FeaturePicture>> trace_features(const Job& job,
                                                                            int samples) const;
-  /// Of kFeatureSamples, kept. Null: the scene is gone.
+  /// Returns features of kFeatureSamples paths, cached; null if the scene is gone.
   std::shared_ptr<const core::FeaturePicture> features_of(const Job& job);
   bool was_shown(const std::string& job_key) const;
   Pointer last_shown(const std::string& job_key, std::optional<std::uint32_t> revision) const;

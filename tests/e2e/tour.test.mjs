@@ -1,6 +1,6 @@
 // A newcomer's tour: from a server that has just started to a product on a ground, in three variants
 // by twelve views of 1200 x 1200, denoised, downloaded as a zip; in at most twelve actions.
-// TESSERA_TOUR=full renders all of the pixels, with 16 samples each; by default the images are small.
+// TESSERA_TOUR=full renders at full size with 16 samples; by default the images are small.
 // Both print how long it took, from the start of the server.
 import assert from 'node:assert/strict';
 import fs from 'node:fs';

@@ -1,4 +1,4 @@
-/// A solid that scatters light.
+/// A scattering solid.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,8 @@
 
 namespace test_support {
 
-/// The colour of KHR_materials_volume_scatter that asks for this albedo of one scattering.
+/// Returns the colour of KHR_materials_volume_scatter that results in this single-scattering
+/// albedo.
 inline float color_for(float albedo, float g) {
   float low = 0;
   float high = 1;
@@ -19,7 +20,7 @@ inline float color_for(float albedo, float g) {
   return high;
 }
 
-/// A solid with extinction 1 in every `mean_free_path_m`; ior 1: its boundary is not seen.
+/// A solid with a mean free path of `mean_free_path_m`; with ior 1 its boundary is invisible.
 inline core::MaterialDescription milk(float albedo, float mean_free_path_m, float g = 0,
                                       float ior = 1) {
   core::MaterialDescription m;

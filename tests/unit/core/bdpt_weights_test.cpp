@@ -280,7 +280,8 @@ double worst(Paths& paths, const std::string& kinds) {
 }
 
 constexpr std::array kKinds = {"s", "f", "ff", "sf", "fs", "fsf", "sfs", "fffff", "sffsf"};
-/// Densities are products of single floats, and vertices lie some rounding errors beside the path.
+/// Densities are products of floats, at vertices that offset_ray() moves off the path by rounding
+/// errors.
 constexpr double kRounding = 1e-3;
 
 TEST(BdptWeights, AddUpToOneOverTheStrategiesOfAPath) {

@@ -63,8 +63,11 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
       return last;
     }
   }
-  const bool is_first = !is_final && !was_shown(key_of(*job));
-  return kept(job, film, is_first ? Effort::kQuick : Effort::kWhole, patience);
+  if (is_final) {
+    return kept(job, film, Effort::kWhole, patience);
+  }
+  const bool is_first = !was_shown(key_of(*job));
+  return kept(job, film, is_first ? Effort::kFirstPreview : Effort::kPreview, patience);
 }
 
 double DenoiseService::bound(const JobPointer& job, const core::Film& film, double alpha) {
@@ -77,9 +80,9 @@ core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job
                                                            const core::Film& film, Effort effort,
                                                            std::chrono::milliseconds patience) {
   const std::string job_key = key_of(*job);
-  // A quick picture is never returned as the final one of the same film.
+  // A preview is never returned as the final picture of the same film.
   const std::string key =
-      job_key + std::to_string(film.revision()) + (effort == Effort::kQuick ? ".quick" : "");
+      job_key + std::to_string(film.revision()) + (effort == Effort::kWhole ? "" : ".preview");
   return pictures_.get(key, [&]() -> core::Result<SingleFlightCache<Made>::Made> {
     auto made = make(job, film, effort, patience);
     if (!made) {
@@ -137,19 +140,16 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
     return Error{ErrorCode::kConflict, "a pixel has samples of only one half; denoising needs both",
                  ""};
   }
-  const bool is_quick = effort == Effort::kQuick;
-  std::shared_ptr<const core::FeaturePicture> features;
-  if (!is_quick) {
-    features = features_of(*job);
-  } else if (auto made = trace_features(*job, core::kQuickFeatureSamples)) {
-    features = *std::move(made);
-  }
-  const core::DenoiserType type = type_of(*job);
-  const bool is_free = type == core::DenoiserType::kAuto;
+  const std::shared_ptr<const core::FeaturePicture> features = features_of(
+      *job, effort == Effort::kWhole ? core::kFeatureSamples : core::kQuickFeatureSamples);
   const auto filtering = Clock::now();
-  auto denoised =
-      core::denoise_with(is_quick && is_free ? core::DenoiserType::kStatistical : type, snapshot,
-                         features.get(), core::parallel_for(std::max(jobs_.threads(), 1)));
+  core::DenoiserType type = type_of(*job);
+  const bool is_faster = effort == Effort::kFirstPreview && type == core::DenoiserType::kAuto;
+  if (is_faster) {
+    type = core::DenoiserType::kStatistical;
+  }
+  auto denoised = core::denoise_with(type, snapshot, features.get(),
+                                     core::parallel_for(std::max(jobs_.threads(), 1)));
   const std::string fault = denoised ? denoised->note : denoised.error().message;
   if (!fault.empty()) {
     log_.write(LogLevel::kWarning, "denoising_failed", {{"job", job->id()}, {"detail", fault}});
@@ -159,10 +159,10 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   }
   auto made = std::make_shared<Made>();
   made->picture = std::move(denoised->picture);
-  made->is_quick = is_quick;
+  made->is_preview = effort != Effort::kWhole;
   api::DenoisedView& view = made->view;
   view.by = denoised->by;
-  view.note = is_quick && is_free && !core::find_oidn().empty()
+  view.note = is_faster && !core::find_oidn().empty()
                   ? "the first image of a job that renders is made by the faster denoiser"
                   : denoised->note;
   view.has_features = features != nullptr;
@@ -177,29 +177,23 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   return with_lease(std::shared_ptr<const Made>(std::move(made)), *std::move(lease));
 }
 
-core::Result<std::shared_ptr<const core::FeaturePicture>> DenoiseService::trace_features(
-    const Job& job, int samples) const {
-  const auto view = jobs_.scene_view(job);
-  if (!view) {
-    return view.error();
-  }
-  auto made = core::feature_pass(*view, core::parallel_for(std::max(jobs_.threads(), 1)), samples);
-  if (!made) {
-    return made.error();
-  }
-  return std::make_shared<const core::FeaturePicture>(**std::move(made));
-}
-
-std::shared_ptr<const core::FeaturePicture> DenoiseService::features_of(const Job& job) {
-  const std::string key = std::to_string(job.sequence());
+std::shared_ptr<const core::FeaturePicture> DenoiseService::features_of(const Job& job,
+                                                                        int samples) {
+  const std::string key = key_of(job) + std::to_string(samples);
   using Features = SingleFlightCache<core::FeaturePicture>::Made;
   auto features = features_.get(key, [&]() -> core::Result<Features> {
-    auto picture = trace_features(job, core::kFeatureSamples);
-    if (!picture) {
-      return picture.error();
+    const auto view = jobs_.scene_view(job);
+    if (!view) {
+      return view.error();
     }
-    const std::uint64_t bytes = feature_bytes(**picture);
-    return Features{.value = with_lease(*std::move(picture),
+    auto made =
+        core::feature_pass(*view, core::parallel_for(std::max(jobs_.threads(), 1)), samples);
+    if (!made) {
+      return made.error();
+    }
+    auto picture = std::make_shared<const core::FeaturePicture>(**std::move(made));
+    const std::uint64_t bytes = feature_bytes(*picture);
+    return Features{.value = with_lease(std::move(picture),
                                         memory_.note({.bytes = bytes}, MemoryGate::Kind::kIdle)),
                     .bytes = bytes};
   });

@@ -3,9 +3,9 @@
 /// Pictures are cached by job and revision while there is memory, and are never part of a film.
 /// While a job renders, a picture is reused until the next one is due: after kPace, and after
 /// rendering has taken kShare times as long as denoising, so that all viewers together slow the job
-/// by at most 5 %. The features, computed once, are not counted. The first of these previews is a
-/// quick one: its features have fewer samples, and if the job leaves the choice, it is made by the
-/// faster denoiser.
+/// by at most 5 %, apart from the first one, which traces quick features that the later previews
+/// share. Pictures of ended jobs have whole features. If the job leaves the choice, the faster
+/// denoiser makes the first preview.
 #pragma once
 
 #include <chrono>
@@ -31,8 +31,8 @@ class DenoiseService {
   struct Made {
     core::DenoisedPicture picture;
     api::DenoisedView view;
-    double filter_seconds = 0;  ///< without computing the features
-    bool is_quick = false;      ///< the same film has a better picture
+    double filter_seconds = 0;  ///< without tracing the features
+    bool is_preview = false;    ///< the same film has a picture with better features
   };
   using Pointer = std::shared_ptr<const Made>;
 
@@ -50,7 +50,7 @@ class DenoiseService {
 
  private:
   using Clock = std::chrono::steady_clock;
-  enum class Effort { kQuick, kWhole };
+  enum class Effort { kFirstPreview, kPreview, kWhole };
   struct Last {
     std::string key;
     std::uint32_t revision = 0;
@@ -62,10 +62,8 @@ class DenoiseService {
                              std::chrono::milliseconds patience);
   core::Result<Pointer> make(const JobPointer& job, const core::Film& film, Effort effort,
                              std::chrono::milliseconds patience);
-  core::Result<std::shared_ptr<const core::FeaturePicture>> trace_features(const Job& job,
-                                                                           int samples) const;
-  /// Returns features of kFeatureSamples paths, cached; null if the scene is gone.
-  std::shared_ptr<const core::FeaturePicture> features_of(const Job& job);
+  /// Returns features of this many paths a pixel, cached; null if the scene is gone.
+  std::shared_ptr<const core::FeaturePicture> features_of(const Job& job, int samples);
   bool was_shown(const std::string& job_key) const;
   Pointer last_shown(const std::string& job_key, std::optional<std::uint32_t> revision) const;
 

@@ -293,7 +293,7 @@ Response image(const RouteContext& context, Request& request) {
   }
   // A better picture of the same film may follow a quick one.
   const std::string etag = picture_etag(
-      request, picture, std::to_string(revision) + (denoised && denoised->is_quick ? "q" : ""));
+      request, picture, std::to_string(revision) + (denoised && denoised->is_preview ? "p" : ""));
   if (is_not_modified(request, etag)) {
     Response response = not_modified(etag);
     response.headers.set("Cache-Control", "no-cache");

@@ -208,6 +208,12 @@ int submit(ApiClient& client, const BatchFlags& flags) {
 }
 
 int run(const BatchFlags& flags) {
+  if (!flags.video.output.empty()) {
+    // Before anything renders.
+    if (const auto found = find_ffmpeg(); !found) {
+      return complain("batch", found.error());
+    }
+  }
   auto client = ApiClient::connect(flags.server.url, flags.server.key);
   if (!client) {
     return complain("batch", client.error());

@@ -87,7 +87,7 @@ int run_film(const ServerFlags& server, const std::string& id, const std::string
 core::Status check_picture_name(const std::string& output) {
   if (output == "-" && is_terminal(stdout)) {
     return Error{ErrorCode::kInvalidArgument,
-                 "stdout is a terminal; redirect the image, as in `-o - > picture.png`", "-"};
+                 "stdout is a terminal; redirect the image, as in `-o - > image.png`", "-"};
   }
   const std::string extension = extension_of(output);
   if (output == "-" ||

@@ -133,6 +133,9 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
   app.add_option("--rotation", flags.environment_rotation_degrees,
                  "Rotation of the environment, counter-clockwise seen from above, degrees")
       ->type_name("D");
+  app.add_option("--intensity", flags.environment_intensity,
+                 "Multiplier of the environment's light (1); 0.03 suits the sun at noon")
+      ->type_name("I");
   app.add_flag("--transparent", flags.is_transparent,
                "Transparent background: the environment (white without --environment) lights the "
                "scene but is not visible");
@@ -248,6 +251,7 @@ void put_view(const JobFlags& flags, Json& request) {
   put_number("camera", "aperture_radius", flags.aperture_radius_m);
   put_number("camera", "focus_distance", flags.focus_distance_m);
   put_number("environment", "rotation_degrees", flags.environment_rotation_degrees);
+  put_number("environment", "intensity", flags.environment_intensity);
   if (flags.variant) {
     request["variant"] = *flags.variant;
   }

@@ -38,6 +38,7 @@ struct JobFlags {
   std::optional<double> shutter_seconds;
   std::vector<int> crop;  ///< x, y, width, height in pixels; or empty
   std::optional<double> environment_rotation_degrees;
+  std::optional<double> environment_intensity;
   bool is_transparent = false;
   std::optional<std::string> preset;      ///< of the environment
   std::vector<std::string> sun;           ///< latitude, longitude, time; or empty

@@ -50,7 +50,7 @@ int unknown_verb(const std::string& name) {
   constexpr std::size_t kTypos = 2;
   const bool alike = edit_distance(name, near->name) <= std::min(kTypos, near->name.size() - 1);
   const std::string meant = alike ? "; did you mean " + std::string(near->name) + "?" : ".";
-  std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists the verbs.\n",
+  std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists the commands.\n",
                name.c_str(), meant.c_str());
   return kWrongUsage;
 }

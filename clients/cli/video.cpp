@@ -3,6 +3,9 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -64,7 +67,24 @@ bool ends_well(pid_t child) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
+Error no_ffmpeg() {
+  return {ErrorCode::kNotFound,
+          "a video needs ffmpeg, which is not on the PATH; install it, or take the images with -o",
+          "--video"};
+}
+
 }  // namespace
+
+core::Status find_ffmpeg() {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (access((folder + "/ffmpeg").c_str(), X_OK) == 0) {
+      return core::ok_status();
+    }
+  }
+  return no_ffmpeg();
+}
 
 core::Status write_video(const VideoOptions& options, std::size_t count,
                          const std::function<core::Result<std::string>(std::size_t)>& frame) {
@@ -77,10 +97,7 @@ core::Status write_video(const VideoOptions& options, std::size_t count,
   close(ends[1]);
   if (code != 0) {
     close(ends[0]);
-    return Error{ErrorCode::kNotFound,
-                 "a video needs ffmpeg, which is not on the PATH; install it, or take the images "
-                 "with -o",
-                 options.output};
+    return no_ffmpeg();
   }
   core::Status result = core::ok_status();
   for (std::size_t i = 0; i < count && result; ++i) {

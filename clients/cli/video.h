@@ -14,9 +14,12 @@ struct VideoOptions {
   double frames_per_second = 24;
 };
 
-/// Writes a video of `count` PNG images, which frame(i) returns in order. Errors: kNotFound if
-/// ffmpeg is not on the PATH; kInternal if it fails, which it explains on stderr; those of frame().
-/// Leaves no output after an error.
+/// Returns kNotFound if ffmpeg is not on the PATH.
+core::Status find_ffmpeg();
+
+/// Writes a video of `count` PNG images, which frame(i) returns in order. Errors: those of
+/// find_ffmpeg() and frame(); kInternal if ffmpeg fails, which it explains on stderr. Leaves no
+/// output after an error.
 core::Status write_video(const VideoOptions& options, std::size_t count,
                          const std::function<core::Result<std::string>(std::size_t)>& frame);
 

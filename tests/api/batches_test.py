@@ -317,6 +317,8 @@ class Batches(BatchTest):
             code, _, said = tessera(*verb, environ={"PATH": "/nowhere"})
             self.assertEqual(code, 1)
             self.assertIn("a video needs ffmpeg", said)
+            # Nothing was submitted: the first word of the output would be the batch's id.
+            self.assertTrue(said.startswith("tessera batch:"), said)
 
 
 class QueueLimit(BatchTest):

@@ -70,12 +70,14 @@ class CommandLine(ApiTest):
             (camera["vertical_fov_degrees"], camera["aperture_radius"], camera["focus_distance"]),
             (30, 0.01, 3))
         self.assertEqual(placed["film"]["crop"], {"x": 4, "y": 4, "width": 16, "height": 8})
-        turned = spec("--orbit", "30,80", "--transparent", "--rotation", "45")
+        turned = spec("--orbit", "30,80", "--transparent", "--rotation", "45",
+                      "--intensity", "0.03")
         orbit = turned["camera"]["orbit"]
         self.assertEqual((orbit["theta_degrees"], orbit["phi_degrees"], orbit["radius"]),
                          (30, 80, "auto"))
         sky = turned["environment"]
-        self.assertEqual((sky["visible"], sky["rotation_degrees"]), (False, 45))
+        self.assertEqual((sky["visible"], sky["rotation_degrees"], sky["intensity"]),
+                         (False, 45, 0.03))
         self.assertEqual(spec("--orbit", "30,80,2.5")["camera"]["orbit"]["radius"], 2.5)
         for wrong in (("--position", "1,2,3"), ("--orbit", "1"), ("--crop", "1,2,3")):
             self.assertEqual(self.outcome("submit", "glass", *wrong)[0], 2, wrong)

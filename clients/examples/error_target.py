@@ -20,7 +20,7 @@ def main() -> None:
     parser.add_argument("--error", type=float, default=0.05)
     parser.add_argument("--seconds", type=float, default=300, help="give up after so long")
     parser.add_argument("--size", default="320x180")
-    parser.add_argument("--out", type=Path, default=Path("picture.png"))
+    parser.add_argument("--out", type=Path, default=Path("image.png"))
     options = parser.parse_args()
     width, height = (int(side) for side in options.size.split("x"))
     with Client() as client:

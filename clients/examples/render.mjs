@@ -1,10 +1,10 @@
-// A picture in 30 lines of JavaScript, without packages: node render.mjs [SCENE] [FILE.png]
+// An image in 30 lines of JavaScript, without packages: node render.mjs [SCENE] [FILE.png]
 import { writeFile } from 'node:fs/promises';
 
 const server = process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8080';
 const key = process.env.TESSERA_KEY;
 const headers = key ? { Authorization: `Bearer ${key}` } : {};
-const [scene = 'cornell-box', file = 'picture.png'] = process.argv.slice(2);
+const [scene = 'cornell-box', file = 'image.png'] = process.argv.slice(2);
 
 async function call(path, body) {
   const sent = body && { method: 'POST', body: JSON.stringify(body) };

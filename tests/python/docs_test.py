@@ -71,7 +71,7 @@ class Documents(ServerTest):
 
     def test_curl_tour(self):
         told = self.run_example("curl_tour.sh", ".", program="sh")
-        self.assertRegex(told, r"relative error 0\.\d+, 95 % between 0\.\d+ and 0\.\d+")
+        self.assertRegex(told, r"relative error 0\.\d+, 95% between 0\.\d+ and 0\.\d+")
         self.assertIn("finished with 64 samples", told)
         self.assertIn("'pointer': '/film/width'", told)
         for name in ("image.png", "error.png"):

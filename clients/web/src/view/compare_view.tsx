@@ -243,6 +243,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
           cannot be laid over each other; choose another.
         </p>
       )}
+      {size && other && !fits && <CompareSettings a={left.job!} b={right.job!} />}
       {size && fits && left.film && right.film && (
         <>
           <div class="compare-stage">
@@ -335,8 +336,8 @@ function Comparing({ a, b }: { a: string; b: string }) {
                 page.
               </p>
             )}
-            <Numbers server={server} own={difference?.figures ?? null} />
             <CompareSettings a={left.job!} b={right.job!} />
+            <Numbers server={server} own={difference?.figures ?? null} />
           </Later>
         </>
       )}

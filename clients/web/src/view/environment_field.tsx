@@ -3,7 +3,14 @@ import { filesOfInput } from '../api/upload';
 import { useStore } from '../ui/store';
 import { blackbodyColour } from './blackbody';
 import { Field, NumberInput } from './field';
-import { change, form, type Background, type EnvironmentMode, type Ground } from './form_model';
+import {
+  change,
+  form,
+  type Background,
+  type EnvironmentMode,
+  type FormValues,
+  type Ground,
+} from './form_model';
 import { take } from './scene_source';
 
 const kinds = [
@@ -31,6 +38,15 @@ const environmentHints: Record<EnvironmentMode, string> = {
   none: 'Only lights that are in the scene.',
 };
 
+/** At strength 1 the sun at noon needs 5 stops less exposure than other lights. */
+const sunStrength = 0.03;
+
+/** The strength for a light that has just been chosen: the person's own, unless it is a default. */
+function strengthIn(chosen: EnvironmentMode, { environment, environmentIntensity }: FormValues) {
+  const usual = (mode: EnvironmentMode): number => (mode === 'sun' ? sunStrength : 1);
+  return environmentIntensity === usual(environment) ? usual(chosen) : environmentIntensity;
+}
+
 export function EnvironmentField() {
   const v = useStore(form);
   const input = useRef<HTMLInputElement>(null);
@@ -51,7 +67,7 @@ export function EnvironmentField() {
             value={v.environment}
             onChange={(e) => {
               const environment = e.currentTarget.value as EnvironmentMode;
-              change({ environment });
+              change({ environment, environmentIntensity: strengthIn(environment, v) });
               if (environment === 'file' && !v.environmentAsset) input.current?.click();
             }}
           >
@@ -184,7 +200,7 @@ function SunFields() {
       <Field
         label="Date and time (UTC)"
         pointers={[]}
-        hint="At noon an image needs about 5 stops less exposure, or a strength of 0.03."
+        hint="Strength 0.03 suits the default exposure at noon; 1 is the light of the real sun."
       >
         {(a) => (
           <input

@@ -6,6 +6,7 @@ import { useStore } from '../ui/store';
 import { formOf } from './form_of_job';
 import { change, formRequest, refusals } from './form_model';
 import { poseOnOrbit } from './orbit';
+import { sceneName } from './scene_source';
 import { linesOf, requestFor, textKinds, textOf, type TextKind } from './request_texts';
 
 /** What a render was asked for: to read, to use again, to take elsewhere. */
@@ -29,7 +30,7 @@ export function JobSettings({ job }: { job: Job }) {
         {linesOf(request).map(([name, value]) => (
           <div key={name} title={value}>
             <dt>{name.replace(/[._]/g, ' ')}</dt>
-            <dd class="mono">{value}</dd>
+            <dd class="mono">{name === 'scene' ? sceneName(value) : value}</dd>
           </div>
         ))}
       </dl>

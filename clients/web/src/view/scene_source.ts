@@ -103,8 +103,6 @@ async function takeModel(
   fileNames.set({ ...fileNames.get(), [scene.id]: name });
   models.set([scene, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
-  // A model that brings no light gets the studio's, unless something else was chosen.
-  if (!bringsLight(scene) && form.get().environment === 'scene') change({ environment: 'studio' });
   // What a person wants next is to look at it; where there is no form, they are about something
   // else.
   if (['home', 'job', 'jobs', 'compose'].includes(route.get().view)) go(`/compose/${scene.id}`);
@@ -138,6 +136,10 @@ export function chooseScene(scene: string): void {
   const still = { timeSeconds: 0, frames: 1 };
   const reused = forAnotherScene(form.get().reused);
   change({ scene, camera: '', pose: null, variant: '', allVariants: false, reused, ...still });
+  // A model that brings no light gets the studio's, unless something else was chosen.
+  const model = models.get().find((m) => m.id === scene);
+  if (model && !bringsLight(model) && form.get().environment === 'scene')
+    change({ environment: 'studio' });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

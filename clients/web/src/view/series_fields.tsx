@@ -21,7 +21,7 @@ export function SeriesFields() {
         <Field
           label="Views around the model"
           pointers={['/matrix']}
-          hint="A full turn in equal steps. A camera placed by hand keeps its height."
+          hint="A full turn in equal steps. A custom view keeps its height."
         >
           {(a) => (
             <NumberInput

@@ -52,11 +52,10 @@ function useSeries(id: string) {
   return { batch, fault, renew: () => ask((n) => n + 1) };
 }
 
-/** The pattern of its names without the places of values. */
+/** The pattern of its names without the placeholders and what separates them. */
 const titleOf = ({ name }: Batch): string =>
   name
-    .replace(/\{[^}]*\}( s\b)?/g, '')
-    .replace(/\s+/g, ' ')
+    .replace(/[\s\-_.,·]*\{[^}]*\}( s\b)?[\s\-_.,·]*/g, ' ')
     .trim();
 
 /** A job of the series, for what all have in common. */
@@ -272,10 +271,18 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
   );
 }
 
+/** A value of an axis: an object as its members' values. */
+const wordsOf = (value: unknown): string =>
+  value === null
+    ? 'default'
+    : typeof value === 'object'
+      ? Object.values(value).map(wordsOf).join(' ')
+      : String(value);
+
 function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
   // Values that its name does not tell.
   const values = Object.values(job.values)
-    .map(String)
+    .map(wordsOf)
     .filter((value) => !job.name.includes(value))
     .join(' · ');
   const state = job.state === 'finished' ? '' : job.state;

@@ -1,4 +1,5 @@
 import { useEffect, useState } from 'preact/hooks';
+import { api } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Job } from '../api/types';
 import { filesOfDrop } from '../api/upload';
@@ -22,7 +23,7 @@ import { GuideView } from './guide_view';
 import { JobView } from './job_view';
 import { JobsPage } from './jobs_page';
 import { LabView } from './lab_view';
-import { take } from './scene_source';
+import { models, take } from './scene_source';
 import { SeriesView } from './series_view';
 import { KeyForm, SettingsPage } from './settings_page';
 import { SubmitForm } from './submit_form';
@@ -265,8 +266,22 @@ function Centre({ at }: { at: Route }) {
   }
 }
 
+/** Models are named in every view. */
+function useModels(): void {
+  const info = useStore(serverInfo);
+  useStore(models);
+  useEffect(() => {
+    const builtIn = info?.scenes ?? [];
+    api
+      .scenes()
+      .then((list) => models.set(list.scenes.filter((s) => !builtIn.some((b) => b.name === s.id))))
+      .catch(() => undefined);
+  }, [info !== null]);
+}
+
 export function App() {
   const at = useStore(route);
+  useModels();
   const bare = isBare(at.view);
   return (
     <>

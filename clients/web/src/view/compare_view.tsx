@@ -238,7 +238,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
       </header>
       <Missing left={left} right={right} />
       {size && other && !fits && (
-        <p class="center-note" role="alert">
+        <p class="compare-note" role="alert">
           A is {sizeText(left.job!)} pixels, B {sizeText(right.job!)}. Renders of different sizes
           cannot be laid over each other; choose another.
         </p>

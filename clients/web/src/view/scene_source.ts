@@ -109,6 +109,13 @@ async function takeModel(
   return `${name} is ready to render.`;
 }
 
+/** Lights a model that brings no light by the studio, unless something else was chosen. */
+export function lightUp(scene: Scene): void {
+  const { environment, reused } = form.get();
+  if (isModel(scene.id) && !bringsLight(scene) && environment === 'scene' && !reused)
+    change({ environment: 'studio' });
+}
+
 /** The first group of lights is the environment's. */
 const bringsLight = (scene: Scene): boolean =>
   scene.lights.length > 0 ||
@@ -136,10 +143,6 @@ export function chooseScene(scene: string): void {
   const still = { timeSeconds: 0, frames: 1 };
   const reused = forAnotherScene(form.get().reused);
   change({ scene, camera: '', pose: null, variant: '', allVariants: false, reused, ...still });
-  // A model that brings no light gets the studio's, unless something else was chosen.
-  const model = models.get().find((m) => m.id === scene);
-  if (model && !bringsLight(model) && form.get().environment === 'scene')
-    change({ environment: 'studio' });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

@@ -271,12 +271,12 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
   );
 }
 
-/** A value of an axis: an object as its members' values. */
+/** A value of an axis, as names of jobs have it. */
 const wordsOf = (value: unknown): string =>
   value === null
     ? 'default'
     : typeof value === 'object'
-      ? Object.values(value).map(wordsOf).join(' ')
+      ? Object.values(value).map(wordsOf).join('x')
       : String(value);
 
 function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {

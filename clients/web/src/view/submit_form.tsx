@@ -18,6 +18,7 @@ import { SceneGallery } from './scene_gallery';
 import {
   chooseScene,
   isModel,
+  lightUp,
   models,
   sceneDetails,
   sceneName,
@@ -38,7 +39,10 @@ function useSceneDetails(scene: string): Scene | null {
     const abort = new AbortController();
     api
       .scene(scene, abort.signal)
-      .then((found) => sceneDetails.set(found))
+      .then((found) => {
+        sceneDetails.set(found);
+        lightUp(found);
+      })
       .catch(() => undefined);
     return () => abort.abort();
   }, [scene]);
@@ -76,12 +80,6 @@ function ScenePicker() {
   useEffect(() => {
     if (!form.get().scene && builtIn.length) change({ scene: builtIn[0].name });
   }, [builtIn.length]);
-  useEffect(() => {
-    api
-      .scenes()
-      .then((list) => models.set(list.scenes.filter((s) => !builtIn.some((b) => b.name === s.id))))
-      .catch(() => undefined);
-  }, [info !== null]);
   const cameras = Array.isArray(details?.cameras) ? details.cameras : [];
   const variants = details?.variants ?? [];
   return (

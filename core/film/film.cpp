@@ -215,8 +215,8 @@ std::vector<std::uint32_t> Film::settle_splats() {
     is_settled_ = true;
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
-    const TileState state = shown_tile(tile);
-    const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_, over_white_);
+    const auto state = shown_tile(tile);
+    const TileSums sums = core::half_sums(state->rect, state->pixels, replicates_, over_white_);
     MutexLock lock(mutex_);
     Slot& slot = tiles_[static_cast<std::size_t>(tile)];
     slot.sums = sums;
@@ -246,25 +246,25 @@ void Film::restore_splats(SplatState state) {
     splats_.light_samples.resize(unit_rects_.size());
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
-    const TileState shown = shown_tile(tile);
-    const TileSums sums = core::half_sums(shown.rect, shown.pixels, replicates_, over_white_);
+    const auto shown = shown_tile(tile);
+    const TileSums sums = core::half_sums(shown->rect, shown->pixels, replicates_, over_white_);
     MutexLock lock(mutex_);
     tiles_[static_cast<std::size_t>(tile)].sums = sums;
   }
 }
 
-TileState Film::shown_tile(int tile) const {
-  TileState state = this->tile(tile);
+std::shared_ptr<const TileState> Film::shown_tile(int tile) const {
   if (!has_splats_) {
-    return state;
+    return tile_state(tile);
   }
+  TileState state = this->tile(tile);
   const auto r = static_cast<std::size_t>(replicates_);
   MutexLock lock(mutex_);
   const std::vector<SplatPixel>& splats = splats_.tiles[static_cast<std::size_t>(tile)];
   for (std::size_t i = 0; !splats.empty() && i < state.pixels.size(); ++i) {
     fold_splats(state.pixels[i], splats[i], paths_per_pixel(i % r));
   }
-  return state;
+  return std::make_shared<const TileState>(std::move(state));
 }
 
 void Film::keep(int tile, TileState state) {

@@ -193,8 +193,9 @@ class Film {
     return std::min<std::size_t>(kMeterChunk, meter_points_ - first) * kMeterReplicates;
   }
   void restore_splats(SplatState state);
-  /// Returns a tile whose means include its splats.
-  TileState shown_tile(int tile) const;
+  /// Returns a tile whose means include its splats. In films without splats, a tile without samples
+  /// has no pixels.
+  std::shared_ptr<const TileState> shown_tile(int tile) const;
   std::uint32_t revision() const;
   /// Replaces a tile whose image is unchanged (pilot samples). Its revision stays.
   void keep(int tile, TileState state);
@@ -289,9 +290,7 @@ std::vector<PixelRect> tile_rects(PixelRect crop);
 HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
 /// Returns both halves of a pixel as error estimates use them.
 std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel);
-/// Returns the pixel's value: (A + B) / 2, or A if B is empty. The halves are not weighted by their
-/// counts, because each count may depend on the samples of the other half. (A - B)^2 / 4 estimates
-/// the variance of exactly this value. Alpha is in [0,1].
+/// Returns the value of both halves together.
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
 /// Variance of the luminance of pixel_value(), estimated from the spread within each replicate as
 /// if samples were independent (stratified samples do better), and its degrees of freedom. Zero

@@ -128,17 +128,7 @@ HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {
 }
 
 HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
-  const HalfValue a = half_value(film, pixel, 0);
-  const HalfValue b = half_value(film, pixel, 1);
-  HalfValue out;
-  out.count = a.count + b.count;
-  if (out.count == 0) {
-    return out;
-  }
-  const float w = b.count == 0 ? 0.0F : a.count == 0 ? 1.0F : 0.5F;
-  out.mean = lerp(a.mean, b.mean, w);
-  out.alpha = lerp(a.alpha, b.alpha, w);
-  return out;
+  return pixel_value(half_value(film, pixel, 0), half_value(film, pixel, 1));
 }
 
 std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel) {

@@ -47,6 +47,14 @@ inline HalfValue half_value(std::span<const ReplicatePixel> replicates, int half
   return out;
 }
 
+/// Returns (A + B) / 2, or A if B is empty. The halves are not weighted by their counts, because
+/// each count may depend on the samples of the other half. (A - B)^2 / 4 estimates the variance of
+/// exactly this value. Alpha is in [0,1].
+inline HalfValue pixel_value(const HalfValue& a, const HalfValue& b) {
+  const float w = b.count == 0 ? 0.0F : a.count == 0 ? 1.0F : 0.5F;
+  return {lerp(a.mean, b.mean, w), lerp(a.alpha, b.alpha, w), a.count + b.count};
+}
+
 /// Composites both halves of a pixel over white. If both are fully transparent they stay unchanged.
 inline void put_over_white(HalfValue& a, HalfValue& b) {
   if (a.alpha + b.alpha > 0) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <utility>
 
 #include "core/error/error_estimate.h"
@@ -22,11 +23,8 @@ constexpr std::chrono::microseconds kPaceForEach{500};
 }  // namespace
 
 api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uint32_t flags) {
-  core::FilmSnapshot film;
-  film.rect = state.rect;
-  film.replicates = replicates;
-  film.pixels = state.pixels;
-  const std::size_t count = film.pixel_count();
+  const auto r = static_cast<std::size_t>(replicates);
+  const std::size_t count = state.pixels.size() / r;
   api::TileFrame frame;
   frame.rect = state.rect;
   frame.flags = flags;
@@ -36,7 +34,10 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uin
     return frame.planes[p * count + pixel];
   };
   for (std::size_t i = 0; i < count; ++i) {
-    const core::HalfValue value = core::pixel_value(film, i);
+    const auto pixel = std::span(state.pixels).subspan(i * r, r);
+    const core::HalfValue a = core::half_value(pixel, 0);
+    const core::HalfValue b = core::half_value(pixel, 1);
+    const core::HalfValue value = core::pixel_value(a, b);
     for (int c = 0; c < 3; ++c) {
       plane(static_cast<std::size_t>(c), i) = value.mean[c];
     }
@@ -46,8 +47,6 @@ api::TileFrame tile_frame(const core::TileState& state, int replicates, std::uin
     if ((flags & api::kTileMean) != 0) {
       continue;
     }
-    const core::HalfValue a = core::half_value(film, i, 0);
-    const core::HalfValue b = core::half_value(film, i, 1);
     const core::Rgb variance = core::raw_variance(a, b);
     for (int c = 0; c < 3; ++c) {
       plane(static_cast<std::size_t>(c) + 3, i) = variance[c];
@@ -122,7 +121,7 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
     if (revision <= sent_[t] || film.tile_samples(tile) == 0) {
       continue;
     }
-    api::TileFrame frame = tile_frame(film.shown_tile(tile), film.replicates(), flags);
+    api::TileFrame frame = tile_frame(*film.shown_tile(tile), film.replicates(), flags);
     if (film.errors() == core::PixelErrors::kCorrelated) {
       frame.flags |= api::kTileCorrelated;
     }

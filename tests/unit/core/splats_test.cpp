@@ -108,7 +108,7 @@ TEST(Splats, PixelValueIsTheSumOverPathsPerPixelOfTheFilm) {
   EXPECT_FLOAT_EQ(a.r, 0.75F * 3200 / 1024);
   EXPECT_FLOAT_EQ(a.b, 2.0F * 3200 / 1024);
   EXPECT_FLOAT_EQ(b.g, 1.0F * 3200 / 1024);
-  EXPECT_EQ(film.shown_tile(2).pixels[2 * (5 * 16 + 6)].mean_r, a.r);
+  EXPECT_EQ(film.shown_tile(2)->pixels[2 * (5 * 16 + 6)].mean_r, a.r);
 }
 
 TEST(Splats, UnitsCoverTheFullFilmUnderACropAndOutsideSplatsAreDropped) {

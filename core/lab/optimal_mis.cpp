@@ -18,14 +18,14 @@ enum { kSide, kHidden };
 constexpr std::array kEstimators = {
     EstimatorInfo{"balance", "none", "The balance heuristic, for comparison."},
     EstimatorInfo{"same-samples", "consistent",
-                  "Coefficients solved on the very samples that they are used on."},
+                  "Coefficients solved from the same samples they are applied to."},
     EstimatorInfo{"cross-fitted", "none",
-                  "Coefficients solved on one half of the samples, used on the other."},
+                  "Coefficients solved from one half of the samples and applied to the other."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"side", 0.05, 20, 4, false,
                   "Side of the square light, in units of its distance."},
-    ParameterInfo{"hidden", 0, 0.9, 0.3, false, "Share of the light that an edge hides."},
+    ParameterInfo{"hidden", 0, 0.9, 0.3, false, "Fraction of the light occluded by an edge."},
 };
 
 double expected(const Setup& setup) {
@@ -122,19 +122,19 @@ const Experiment kOptimalMisExperiment = {
     .name = "optimal-mis",
     .title = "Optimal weights",
     .summary =
-        "Weights that may be negative, from a 2×2 system, beat every heuristic; where they come "
-        "from matters.",
+        "Weights that may be negative, found by solving a 2×2 system, beat every heuristic; it "
+        "matters which samples they are computed from.",
     .estimates =
-        "Irradiance from a partly hidden square light, from one light and one BSDF sample a pair.",
+        "Irradiance from a partly occluded square light, with one light sample and one BSDF sample "
+        "per pair.",
     .formula =
         "A a = b,  A_kl = ∫ p_k p_l / Σp,  b_k = ∫ f p_k / Σp;  E ≈ Σ a_k + 1/n Σ (f − Σ a_k p_k) "
         "/ Σp",
     .look_for =
-        "Solved on the samples they are used on, the coefficients follow the noise and the mean is "
-        "wrong at "
-        "n = 4. Solved on one half and used on the other, every mean is right, at the price of "
-        "more noise "
-        "when a half has few samples. At large n both have less error than the balance heuristic.",
+        "If the coefficients are solved from the samples they are applied to, they follow the "
+        "noise, and the mean is wrong at n = 4. If they are solved from one half and applied to "
+        "the other, every mean is right, at the cost of more noise when a half has few samples. "
+        "For large n both have a smaller error than the balance heuristic.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "cross-fitted",

@@ -13,9 +13,10 @@ enum { kHit, kHeight };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"hit", "none",
-                  "4 where a point of the unit square lies in the quarter disk, else 0."},
-    EstimatorInfo{"height", "none",
-                  "4 sqrt(1 - x^2): the height of the arc, one dimension integrated by hand."},
+                  "4 if a point of the unit square lies in the quarter disk, else 0."},
+    EstimatorInfo{
+        "height", "none",
+        "4 sqrt(1 - x^2), the height of the arc: one dimension is integrated analytically."},
 };
 
 double expected(const Setup& /*setup*/) { return std::numbers::pi; }
@@ -58,17 +59,15 @@ const Experiment kPiExperiment = {
     .name = "pi",
     .title = "Estimating π",
     .summary =
-        "Throw points at a square, count those in the quarter disk; or average the height of the "
-        "arc.",
+        "Sample points in a square and count those in the quarter disk, or average the height of "
+        "the arc.",
     .estimates = "π, four times the area of a quarter of the unit disk.",
     .formula = "hit: 4/n Σ [xᵢ² + yᵢ² < 1], σ = 1.642;  height: 4/n Σ √(1 − xᵢ²), σ = 0.893",
     .look_for =
-        "Both errors fall as n^(−1/2): one digit more costs a hundred times the work. Integrating "
-        "one "
-        "dimension by hand (height) is worth three times the samples. Then change the sampler: "
-        "stratified "
-        "points fall as n^(−3/4) across the edge, and Owen-scrambled ones as n^(−3/2) along the "
-        "smooth arc.",
+        "Both errors fall as n^(−1/2): one more digit costs a hundred times the work. Integrating "
+        "one dimension analytically (height) is worth three times the samples. Then change the "
+        "sampler: with stratified points the error of `hit` falls as n^(−3/4) because of the edge; "
+        "with Owen-scrambled points the error of `height`, which is smooth, falls as n^(−3/2).",
     .estimators = kEstimators,
     .parameters = {},
     .estimator = "hit",

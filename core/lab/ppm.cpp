@@ -14,12 +14,12 @@ enum { kAlpha, kPhotons, kRadius };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"progressive", "consistent", "The radius shrinks from pass to pass."},
-    EstimatorInfo{"fixed", "biased", "The radius stays."},
+    EstimatorInfo{"fixed", "biased", "The radius stays the same."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"alpha", 0.05, 0.99, 2.0 / 3, false,
-                  "Share of the photons of a pass that the next radius keeps."},
-    ParameterInfo{"photons", 1, 1024, 16, true, "Photons of a pass."},
+                  "Fraction of the photons kept when the radius shrinks."},
+    ParameterInfo{"photons", 1, 1024, 16, true, "Photons per pass."},
     ParameterInfo{"radius", 0.01, 0.5, 0.25, false, "Radius of the first pass."},
 };
 constexpr std::array<std::int64_t, 6> kN = {16, 64, 256, 1024, 4096, 16384};
@@ -76,18 +76,16 @@ const Experiment kPpmExperiment = {
     .name = "ppm-1d",
     .title = "Progressive density estimation",
     .summary =
-        "Count photons near a point: a wide net is biased, a narrow one noisy, a shrinking one is "
-        "right in the end.",
+        "Count photons near a point: with a large radius the estimate is biased, with a small one "
+        "noisy, with a shrinking one consistent.",
     .estimates = "The density 3x² of photons on a line, at x = ½, which is ¾.",
     .formula =
         "1/n Σ countᵢ / (2 rᵢ m),  rᵢ₊₁ = rᵢ (i + α)/(i + 1);  bias = mean of rᵢ²,  RMSE ~ "
         "n^(−α/2) for α ≤ 4/5",
     .look_for =
-        "With a fixed radius the error falls until only the bias r² is left: the curve bends and "
-        "stays. With "
-        "α = 2/3 it falls for ever, as n^(−1/3), slower than the n^(−1/2) of unbiased methods. "
-        "Raise α: less "
-        "noise, but bias that takes longer to go.",
+        "With a fixed radius the error falls until only the bias r² remains, and the curve levels "
+        "off. With α = 2/3 it keeps falling, as n^(−1/3), slower than the n^(−1/2) of unbiased "
+        "methods. A larger α gives less noise, but the bias decreases more slowly.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "progressive",

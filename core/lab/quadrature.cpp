@@ -1,4 +1,4 @@
-// Product rules against Monte Carlo in d dimensions: the curse of dimensionality.
+// Product rules versus Monte Carlo in d dimensions: the curse of dimensionality.
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +16,9 @@ enum { kDimensions };
 constexpr int kDimensionsMax = 10;
 constexpr std::array kEstimators = {
     EstimatorInfo{"midpoint", "consistent",
-                  "Product of midpoint rules with k nodes an axis; deterministic."},
+                  "Product of midpoint rules with k nodes per axis; deterministic."},
     EstimatorInfo{"simpson", "consistent",
-                  "Product of Simpson's rules with k nodes an axis; deterministic."},
+                  "Product of Simpson's rules with k nodes per axis; deterministic."},
     EstimatorInfo{"monte-carlo", "none", "Mean over n points of the sampler."},
 };
 constexpr std::array kParameters = {
@@ -117,15 +117,16 @@ double estimate(Trial& trial) {
 
 const Experiment kQuadratureExperiment = {
     .name = "quadrature-d",
-    .title = "Quadrature against Monte Carlo",
+    .title = "Quadrature versus Monte Carlo",
     .summary =
-        "Rules on a grid win in few dimensions; random points do not care how many there are.",
+        "Grid rules win in few dimensions; the rate of Monte Carlo does not depend on the number "
+        "of dimensions.",
     .estimates = "The integral over the d-dimensional unit cube of Π (π/2) sin(π xᵢ), which is 1.",
     .formula = "midpoint error ~ n^(−2/d),  Simpson ~ n^(−4/d),  Monte Carlo ~ n^(−1/2)",
     .look_for =
-        "Raise d. The midpoint rule meets Monte Carlo's slope at d = 4, Simpson's rule at d = 8, "
-        "and beyond "
-        "that a grid loses. A light path has two dimensions and more for every bounce.",
+        "Increase d. The midpoint rule has the same slope as Monte Carlo at d = 4, Simpson's rule "
+        "at d = 8; in higher dimensions a grid is worse. A light path has two or more dimensions "
+        "per bounce.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "midpoint",

@@ -17,13 +17,14 @@ enum { kIntegrand, kRidge };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"plain", "none", "The mean of the samples."},
-    EstimatorInfo{"same-samples", "consistent", "A plane fitted to the samples that it corrects."},
-    EstimatorInfo{"cross-fitted", "none", "The plane of one half corrects the other."},
+    EstimatorInfo{"same-samples", "consistent", "A plane fitted to the same samples it corrects."},
+    EstimatorInfo{"cross-fitted", "none",
+                  "A plane fitted to one half of the samples corrects the other half."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"integrand", 0, 1, 0, true, "0: the quarter disk x^2 + y^2 < 1; 1: x^8 y^8."},
     ParameterInfo{"ridge", 0, 10, 0, false,
-                  "Pulls the plane's slopes towards 0, in units of the variance of x."},
+                  "Ridge penalty on the plane's slopes, in units of the variance of x."},
 };
 constexpr std::array<std::int64_t, 6> kN = {8, 32, 128, 512, 2048, 8192};
 
@@ -121,7 +122,7 @@ enum { kPlain, kPairs };
 enum { kIntegrand };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"plain", "none", "The mean over the sampler's numbers as they come."},
+    EstimatorInfo{"plain", "none", "The mean over the sampler's numbers, unpaired."},
     EstimatorInfo{"pairs", "none", "(f(u) + f(1 - u)) / 2 over half as many numbers."},
 };
 constexpr std::array kParameters = {
@@ -166,15 +167,15 @@ const Experiment kRegressionExperiment = {
     .name = "regression",
     .title = "Regression",
     .summary =
-        "Fit a simple model to the samples, integrate the model exactly, sample what it misses.",
+        "Fit a simple model to the samples, integrate it exactly, and estimate the remainder by "
+        "sampling.",
     .estimates = "The area π/4 of a quarter disk, or ∫ x⁸y⁸ = 1/81, over the unit square.",
     .formula = "I ≈ c + 1/n Σ (f(xᵢ) − c − a(xᵢ − ½) − b(yᵢ − ½)),  (a, b, c) by least squares",
     .look_for =
-        "Fitted to the samples it corrects, the plane is biased at n = 8: a few percent for the "
-        "disk, tens of "
-        "percent for x⁸y⁸. Cross-fitted, the mean is right, but halves of four samples fit "
-        "nonsense and the "
-        "error is larger than without. From n = 32 on it pays.",
+        "Fitted to the samples it corrects, the plane is biased at n = 8: by a few percent for the "
+        "disk, by tens of percent for x⁸y⁸. With cross-fitting the mean is right, but a plane "
+        "fitted to only four samples is mostly noise, and the error is larger than without a "
+        "plane. From n = 32 on it pays off.",
     .estimators = regression::kEstimators,
     .parameters = regression::kParameters,
     .estimator = "same-samples",
@@ -191,18 +192,15 @@ const Experiment kRegressionExperiment = {
 const Experiment kAntitheticExperiment = {
     .name = "antithetic",
     .title = "Antithetic pairs",
-    .summary =
-        "Each number and its mirror image: errors of opposite sign cancel, if they are of opposite "
-        "sign.",
+    .summary = "Use each random number u together with 1 − u: errors of opposite sign cancel.",
     .estimates = "∫ eᵘ du = e − 1, or ∫ (u − ½)² du = 1/12, over the unit interval.",
     .formula =
         "(f(u) + f(1 − u))/2;  Var of a pair = (Var f + Cov(f(u), f(1 − u)))/2:  0.00391 against "
         "0.121 for eᵘ",
     .look_for =
-        "For eᵘ the variance at equal work falls 31 times. For an even function both of a pair are "
-        "the same "
-        "number, and the variance doubles. The pair is one sample: s² over single values would be "
-        "wrong.",
+        "For eᵘ the variance at equal work is 31 times smaller. For an even function both members "
+        "of a pair have the same value, and the variance doubles. A pair is one sample: computing "
+        "s² from the single values would be wrong.",
     .estimators = antithetic::kEstimators,
     .parameters = antithetic::kParameters,
     .estimator = "pairs",

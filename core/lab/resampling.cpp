@@ -16,13 +16,15 @@ enum { kRis, kBlind };
 enum { kCandidates, kHidden, kSide };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"ris", "none", "Resampled in proportion to the unshadowed light."},
+    EstimatorInfo{"ris", "none",
+                  "Candidates resampled in proportion to the unshadowed contribution."},
     EstimatorInfo{"blind", "biased",
-                  "The target is 0 on the left half of the sky, where there is light: a mistake."},
+                  "Deliberately wrong: the target is 0 in the left half of the hemisphere, where "
+                  "there is light."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"candidates", 1, 256, 8, true, "M, candidates for each sample."},
-    ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Share of the light that an edge hides."},
+    ParameterInfo{"candidates", 1, 256, 8, true, "M, the number of candidates per sample."},
+    ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Fraction of the light occluded by an edge."},
     ParameterInfo{"side", 0.05, 20, 1, false,
                   "Side of the square light, in units of its distance."},
 };
@@ -70,14 +72,14 @@ enum { kItems };
 
 constexpr int kItemsMax = 200;
 constexpr std::array kEstimators = {
-    EstimatorInfo{"stream", "none", "All items through one reservoir."},
+    EstimatorInfo{"stream", "none", "One reservoir for all items."},
     EstimatorInfo{"merged", "none",
-                  "A reservoir for each few items, merged in an order drawn at random."},
+                  "One reservoir per group of up to seven items, merged in random order."},
     EstimatorInfo{"unweighted", "biased",
-                  "Replaces with probability 1/i, whatever the weights: a mistake."},
+                  "Deliberately wrong: replaces with probability 1/i, ignoring the weights."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"items", 2, kItemsMax, 50, true, "Items of a stream; item i has weight i."},
+    ParameterInfo{"items", 2, kItemsMax, 50, true, "Items per stream; item i has weight i."},
 };
 constexpr std::array<std::int64_t, 3> kN = {8192, 16384, 32768};
 
@@ -160,17 +162,17 @@ const Experiment kRisExperiment = {
     .name = "ris-m",
     .title = "Resampled importance sampling over M",
     .summary =
-        "Draw M cheap candidates, keep one in proportion to a target that cannot be sampled "
+        "Draw M cheap candidates and keep one in proportion to a target that cannot be sampled "
         "directly.",
     .estimates =
-        "Irradiance from a partly hidden square light; candidates are cosine-weighted directions.",
+        "Irradiance from a partly occluded square light; candidates are cosine-weighted "
+        "directions.",
     .formula = "y from x₁…x_M with weights wⱼ = p̂(xⱼ)/p(xⱼ);  E ≈ f(y)/p̂(y) · 1/M Σ wⱼ",
     .look_for =
-        "M = 1 is plain importance sampling. With M the error falls, fast at first, then towards "
-        "that of "
-        "perfect sampling of the target: what is left is the shadow, which the target does not "
-        "know. "
-        "`blind` shows that a target must not be 0 where there is light.",
+        "M = 1 is plain importance sampling. As M grows the error falls, fast at first, then "
+        "towards that of sampling the target exactly; the remaining error comes from the shadow, "
+        "which the target does not include. `blind` shows that a target must not be 0 where there "
+        "is light.",
     .estimators = ris::kEstimators,
     .parameters = ris::kParameters,
     .estimator = "ris",
@@ -187,18 +189,17 @@ const Experiment kReservoirExperiment = {
     .name = "reservoir-chi2",
     .title = "Is the reservoir fair?",
     .summary =
-        "n streams go through the renderer's reservoir; who is kept is counted and held against "
-        "the weights.",
+        "Feed n streams to the renderer's reservoir, count how often each item is kept, and "
+        "compare with the weights.",
     .estimates =
-        "χ² over its degrees of freedom, for counts of the item kept; its mean is 1 if the "
+        "χ² divided by its degrees of freedom, for the counts of kept items; its mean is 1 if the "
         "reservoir is fair.",
     .formula =
         "replace with probability wᵢ / (w₁ + … + wᵢ);  χ² = Σ (Oᵢ − n wᵢ/W)² / (n wᵢ/W),  E[χ²/(k "
         "− 1)] = 1",
     .look_for =
-        "A fair reservoir stays at 1 for every n, with a spread of √(2/(k − 1)): the line is flat. "
-        "An unfair "
-        "one (`unweighted`) rises in proportion to n.",
+        "For a fair reservoir χ²/(k − 1) has mean 1 and standard deviation √(2/(k − 1)) for every "
+        "n, so the line is flat. For an unfair one (`unweighted`) it rises in proportion to n.",
     .estimators = reservoir::kEstimators,
     .parameters = reservoir::kParameters,
     .estimator = "stream",

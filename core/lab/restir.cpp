@@ -18,19 +18,20 @@ enum { kCandidates, kChain, kHistory, kPixel };
 constexpr int kPixels = 16;
 constexpr int kReach = 2;  ///< neighbours on each side
 constexpr std::array kEstimators = {
-    EstimatorInfo{"ris", "none", "Each pixel and frame on its own."},
-    EstimatorInfo{"spatial", "none", "Reuse of two neighbours to each side, with MIS weights."},
-    EstimatorInfo{"temporal", "none", "Reuse of the pixel's own past, with MIS weights."},
-    EstimatorInfo{"spatiotemporal", "none", "Both."},
+    EstimatorInfo{"ris", "none", "No reuse: pixels and frames are independent."},
+    EstimatorInfo{"spatial", "none", "Reuses two neighbours on each side, with MIS weights."},
+    EstimatorInfo{"temporal", "none", "Reuses earlier frames of the same pixel, with MIS weights."},
+    EstimatorInfo{"spatiotemporal", "none", "Spatial and temporal reuse, with MIS weights."},
     EstimatorInfo{"biased", "biased",
-                  "Both, with weights 1/M that count neighbours which cannot see."},
+                  "Spatial and temporal reuse with weights 1/M, which also count neighbours that "
+                  "do not see the sample."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"candidates", 1, 64, 4, true, "Fresh candidates for each pixel and frame."},
-    ParameterInfo{"chain", 1, 64, 16, true, "Frames after which the past is forgotten."},
+    ParameterInfo{"candidates", 1, 64, 4, true, "New candidates per pixel and frame."},
+    ParameterInfo{"chain", 1, 64, 16, true, "Frames after which the history is reset."},
     ParameterInfo{"history", 1, 100, 20, true,
-                  "Most frames of candidates that the past may count for."},
-    ParameterInfo{"pixel", 0, kPixels - 1, 8, true, "The pixel that is looked at."},
+                  "Maximum weight of the history, in frames of candidates."},
+    ParameterInfo{"pixel", 0, kPixels - 1, 8, true, "Index of the pixel to estimate."},
 };
 constexpr std::array<std::int64_t, 4> kN = {64, 256, 1024, 4096};
 
@@ -155,18 +156,15 @@ const Experiment kRestirExperiment = {
         "is weighted correctly.",
     .estimates =
         "One pixel of a row of 16, in the last frame of each chain. The pixel at x sees the part y "
-        "< x of a "
-        "light 2y, so its value is x².",
+        "< x of a light of radiance 2y, so its value is x².",
     .formula =
         "W = 1/p̂(Y) Σ mᵢ p̂(Yᵢ) Wᵢ,  mᵢ = Mᵢ p̂ᵢ(Yᵢ) / Σ M_k p̂_k(Yᵢ);  biased: mᵢ = Mᵢ / Σ M_k",
     .look_for =
-        "With MIS weights over what every neighbour could have drawn, the mean is right. With "
-        "weights 1/M, "
-        "neighbours in shadow count although they could never have drawn the sample: the image "
-        "darkens at "
-        "every edge, and no number of frames helps. Reuse lowers the error of a frame, as more "
-        "candidates would; "
-        "the slope stays −1/2 because chains start afresh and are independent.",
+        "With MIS weights that consider which samples each neighbour could have drawn, the mean is "
+        "right. With weights 1/M, neighbours in shadow are counted although they could not have "
+        "drawn the sample: the image is too dark at every edge, and more frames do not help. Reuse "
+        "lowers the error of a frame, as more candidates would; the slope stays −1/2 because "
+        "chains are independent.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "spatiotemporal",

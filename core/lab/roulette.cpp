@@ -15,20 +15,20 @@ enum { kNone, kThroughput, kThreshold, kForgotten };
 enum { kProbability, kDelta, kShadowCost };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"none", "none", "A shadow ray for every contribution."},
-    EstimatorInfo{"throughput", "none",
-                  "Go on with `probability` q whatever the contribution, and divide by q."},
-    EstimatorInfo{"threshold", "none",
-                  "Go on with q = min(1, t / delta): small contributions seldom cost a ray."},
+    EstimatorInfo{"none", "none", "No roulette: a shadow ray for every contribution."},
+    EstimatorInfo{"throughput", "none", "Continues with fixed `probability` q and divides by q."},
+    EstimatorInfo{
+        "threshold", "none",
+        "Continues with q = min(1, t / delta): small contributions rarely cost a shadow ray."},
     EstimatorInfo{"forgotten", "biased",
-                  "As throughput, but without the division by q: a mistake, for comparison."},
+                  "Deliberately wrong: as `throughput`, but without dividing by q."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"probability", 0.01, 1, 0.5, false, "q of `throughput`."},
+    ParameterInfo{"probability", 0.01, 1, 0.5, false, "Probability q of `throughput`."},
     ParameterInfo{"delta", 0.001, 4, 0.5, false,
-                  "Contribution from which on a ray is always traced."},
+                  "Contribution above which a shadow ray is always traced."},
     ParameterInfo{"shadow_cost", 0, 1000, 10, false,
-                  "Cost of a shadow ray; finding the contribution costs 1."},
+                  "Cost of a shadow ray; computing the contribution costs 1."},
 };
 
 double expected(const Setup& /*setup*/) { return 0.5; }
@@ -64,13 +64,14 @@ enum { kCopies, kCostRatio };
 
 constexpr int kCopiesMax = 64;
 constexpr std::array kEstimators = {
-    EstimatorInfo{"none", "none", "One y for each x."},
-    EstimatorInfo{"fixed", "none", "`copies` values of y for each x, each with weight 1 / copies."},
-    EstimatorInfo{"optimal", "none", "As many copies as variances and costs say."},
+    EstimatorInfo{"none", "none", "One y per x."},
+    EstimatorInfo{"fixed", "none", "`copies` values of y per x, each with weight 1 / copies."},
+    EstimatorInfo{"optimal", "none",
+                  "The number of copies that is optimal for the variances and costs."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"copies", 1, kCopiesMax, 8, true, "Values of y for each x, of `fixed`."},
-    ParameterInfo{"cost_ratio", 0.01, 1000, 10, false, "Cost of an x over that of a y."},
+    ParameterInfo{"copies", 1, kCopiesMax, 8, true, "Values of y per x, for `fixed`."},
+    ParameterInfo{"cost_ratio", 0.01, 1000, 10, false, "Cost of an x relative to that of a y."},
 };
 
 double expected(const Setup& /*setup*/) { return 1; }
@@ -113,19 +114,18 @@ const Experiment kRouletteExperiment = {
     .name = "rr-threshold",
     .title = "Russian roulette",
     .summary =
-        "Skip work by chance, divide by the chance: the mean stays, variance is paid for with "
-        "time.",
+        "Do work with some probability and divide by it: the mean stays the same, and the variance "
+        "rises in exchange for less work.",
     .estimates =
-        "The mean of t V: an unoccluded contribution t = 4u³ times visibility, seen half of the "
-        "time; 1/2.",
+        "The mean of t V, an unoccluded contribution t = 4u³ times a visibility V that is 1 half "
+        "of the time; 1/2.",
     .formula =
         "X/q with probability q, else 0;  Var′ = E[X²/q] − μ²;  efficiency = 1 / (Var · cost)",
     .look_for =
         "Roulette always raises the error at equal n; compare `efficiency_by_cost`. With a "
-        "constant q it "
-        "seldom pays. With q = min(1, t/δ) only small contributions are risked: nearly the same "
-        "error for "
-        "fewer shadow rays. `forgotten` shows what happens without 1/q.",
+        "constant q it rarely pays off. With q = min(1, t/δ) only small contributions are subject "
+        "to roulette: nearly the same error with fewer shadow rays. `forgotten` shows what happens "
+        "without 1/q.",
     .estimators = roulette::kEstimators,
     .parameters = roulette::kParameters,
     .estimator = "threshold",
@@ -147,7 +147,7 @@ const Experiment kSplittingExperiment = {
         "s* = √(E Var[F|x] / Var E[F|x] · c_x/c_y) = √(4/3 · cost_ratio)",
     .look_for =
         "More copies always lower the error at equal n, but never below that of E[F|x]. Compare "
-        "`efficiency_by_cost`: it has its peak at s*, and falls on both sides.",
+        "`efficiency_by_cost`: it peaks at s* and falls on both sides.",
     .estimators = splitting::kEstimators,
     .parameters = splitting::kParameters,
     .estimator = "optimal",

@@ -134,15 +134,15 @@ MeanCheck check_means(std::span<const Errors> errors, double expected, int repli
   }
   check.passed = worst <= limit;
   if (worst == 0) {
-    check.text = "The mean is the exact value to rounding.";
+    check.text = "The mean equals the exact value up to rounding.";
   } else if (!(spread > 0)) {
-    check.text = "All replicates are the same number, and it is not the exact one.";
+    check.text = "All replicates have the same value, which is not the exact one.";
   } else {
     const std::string far = worst < kBeyondDoubt ? "at most " + number_text(worst, 3)
                                                  : "more than " + number_text(kBeyondDoubt, 5);
     check.text = "The mean is " + far + " standard errors from the exact value" +
                  (check.passed ? "" : " (n = " + std::to_string(where) + ")") + "; up to " +
-                 number_text(limit, 3) + " is chance.";
+                 number_text(limit, 3) + " is consistent with chance.";
   }
   return check;
 }
@@ -173,7 +173,7 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
            Outcome& out) {
   if (replicates < kReplicatesToJudge) {
     out.explanation =
-        "Fewer than " + std::to_string(kReplicatesToJudge) + " replicates are too few to judge by.";
+        "At least " + std::to_string(kReplicatesToJudge) + " replicates are needed for a verdict.";
     return;
   }
   const EstimatorInfo& estimator = setup.experiment->estimators[setup.estimator];
@@ -184,9 +184,9 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
   const bool shows_bias = !compared && !means.passed;
   out.explanation = means.text;
   if (shows_bias) {
-    out.explanation +=
-        " This estimator is biased" +
-        std::string(estimator.bias == "biased" ? ", and it shows." : " at finite n, and it shows.");
+    out.explanation += " This estimator is biased" +
+                       std::string(estimator.bias == "biased" ? ", as this run shows."
+                                                              : " at finite n, as this run shows.");
   }
   if (const auto theory = setup.experiment->slope(setup); out.slope && theory) {
     const double reach =
@@ -197,16 +197,16 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
     const bool is_exact = std::all_of(errors.begin(), errors.end(),
                                       [&](const Errors& e) { return is_rule(setup, e.point); });
     is_vague = fits && !is_exact && reach > kVague;
-    out.explanation += " The slope is " + number_text(*out.slope, 3) + ", theory says " +
+    out.explanation += " The slope is " + number_text(*out.slope, 3) + "; theory predicts " +
                        number_text(theory->value, 3);
     if (is_vague) {
       out.explanation +=
-          ", known within " + number_text(reach, 2) +
-          " only, which cannot tell: more replicates, or n that are further apart, would.";
+          ". It is known only within " + number_text(reach, 2) +
+          ", too uncertain for a verdict: use more replicates or a wider range of n.";
     } else if (fits) {
-      out.explanation += ", within " + number_text(reach, 2) + ".";
+      out.explanation += "; they agree within " + number_text(reach, 2) + ".";
     } else {
-      out.explanation += ": more apart than chance, " + number_text(reach, 2) + ".";
+      out.explanation += "; they differ by more than chance, " + number_text(reach, 2) + ".";
     }
   }
   if (!agrees) {

@@ -25,7 +25,7 @@ enum { kSmooth, kEdge, kAdditive };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"smooth", "none", "(pi/2)^2 sin(pi x) sin(pi y): both axes interact."},
-    EstimatorInfo{"edge", "none", "1 where x^2 + y^2 < 1: a curved edge, as of a shadow."},
+    EstimatorInfo{"edge", "none", "1 where x^2 + y^2 < 1: a curved edge, like that of a shadow."},
     EstimatorInfo{"additive", "none", "(pi/4) (sin(pi x) + sin(pi y)): no interaction."},
 };
 
@@ -76,7 +76,7 @@ namespace four {
 enum { kAdditive, kPairwise, kProduct, kBall };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"additive", "none", "Mean of four arches (pi/2) sin(pi x), one for each axis."},
+    EstimatorInfo{"additive", "none", "Mean of four arches (pi/2) sin(pi x), one per axis."},
     EstimatorInfo{"pairwise", "none",
                   "Mean of the products of two arches over all six pairs of axes."},
     EstimatorInfo{"product", "none", "Product of the four arches: all axes interact."},
@@ -137,19 +137,17 @@ const Experiment kSamplers2dExperiment = {
     .name = "samplers-2d",
     .title = "Samplers in two dimensions",
     .summary = "Estimate the same integral with increasingly well-distributed points.",
-    .estimates = "The integral of a smooth, an edged or an additive function over the unit square.",
+    .estimates =
+        "The integral of a smooth, a discontinuous or an additive function over the unit square.",
     .formula =
         "1/n Σ f(xᵢ);  independent n^(−1/2), stratified n^(−1) smooth and n^(−3/4) across an edge, "
         "Owen-scrambled Sobol n^(−3/2) and n^(−3/4)",
     .look_for =
-        "Look at the points first: clumps and gaps of independent ones, one in each cell of "
-        "stratified ones, "
-        "one in each row and column of a Latin hypercube. What the points do not stratify they do "
-        "not gain "
-        "on: Latin hypercubes win on additive functions alone. A run here is one set of n points; "
-        "zsobol "
-        "spends its order on neighbouring pixels, and within one pixel is independent sets of "
-        "eight.",
+        "Compare the points first: independent points have clumps and gaps, stratified ones have "
+        "one point in each cell, a Latin hypercube has one in each row and column. Sampling "
+        "reduces only the variance along what it stratifies: Latin hypercubes win only on additive "
+        "functions. Here a run uses one set of n points; zsobol distributes its points over "
+        "neighbouring pixels, and within one pixel it uses independent sets of eight.",
     .estimators = two::kEstimators,
     .parameters = {},
     .estimator = "smooth",
@@ -166,20 +164,19 @@ const Experiment kSamplers4dExperiment = {
     .name = "samplers-4d",
     .title = "Samplers in four dimensions",
     .summary =
-        "A film position and a lens position make four; which interactions does a sampler see?",
+        "A film position and a lens position have four dimensions; which interactions does each "
+        "sampler stratify?",
     .estimates =
-        "The integral over the unit cube of four dimensions of functions with more and more "
+        "The integral over the four-dimensional unit cube of functions with increasing "
         "interaction.",
     .formula =
         "1/n Σ f(xᵢ);  additive: n^(−3/2) for Latin hypercubes, pairwise: n^(−1) for orthogonal "
         "arrays, "
         "product: n^(−3/2) times logarithms for Sobol, ball: n^(−5/8)",
     .look_for =
-        "Latin hypercubes help additive functions, orthogonal arrays of strength 2 pairs of axes, "
-        "Sobol "
-        "points all of it at once. At the edge of the ball all of them are near independent "
-        "points: in four "
-        "dimensions most cells are cut by it.",
+        "Latin hypercubes help with additive functions, orthogonal arrays of strength 2 with pairs "
+        "of axes, Sobol points with all of them. At the edge of the ball all samplers are close to "
+        "independent points, because in four dimensions the edge cuts most cells.",
     .estimators = four::kEstimators,
     .parameters = {},
     .estimator = "pairwise",

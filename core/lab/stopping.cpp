@@ -26,24 +26,29 @@ constexpr std::int64_t kPilot = 32;
 constexpr std::int64_t kLook = 16;  ///< samples between two error checks of a sequential rule
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"fixed", "none", "256 samples, whatever they say."},
+    EstimatorInfo{"fixed", "none", "256 samples, whatever their values."},
     EstimatorInfo{"half-metric", "biased",
-                  "Stops when image and half image differ by less than half the target."},
+                  "Stops when the mean and the mean of half the samples differ by less than half "
+                  "the target."},
     EstimatorInfo{"standard-error", "biased",
-                  "Stops when the estimated standard error over the mean is below the target."},
-    EstimatorInfo{"pilot-reused", "biased", "32 pilot samples decide how many follow, and count."},
+                  "Stops when the estimated relative standard error is below the target."},
+    EstimatorInfo{"pilot-reused", "biased",
+                  "32 pilot samples determine how many follow, and are included in the mean."},
     EstimatorInfo{"pilot-discarded", "none",
-                  "32 pilot samples decide how many follow, and are thrown away."},
+                  "32 pilot samples determine how many follow, and are discarded."},
     EstimatorInfo{"cross-half", "none",
-                  "Each half is as long as the pilot of the other says; halves weigh the same."},
-    EstimatorInfo{"cross-counts", "biased", "The same, halves weighed by their counts."},
+                  "The pilot of each half determines the sample count of the other; both halves "
+                  "have equal weight."},
+    EstimatorInfo{"cross-counts", "biased",
+                  "As `cross-half`, but halves are weighted by their sample counts."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"distribution", 0, 3, 0, true,
-                  "0: 2% events of 50; 1: lognormal, sigma 1.5; 2: coin, 0 or 2; 3: exponential. "
-                  "All have mean 1."},
-    ParameterInfo{"target", 0.01, 1, 0.1, false, "Relative standard error that is asked for."},
-    ParameterInfo{"cap", 64, 4096, 1024, true, "Most samples of a pixel, or of a half."},
+                  "0: 50 with probability 2%, else 0; 1: lognormal, sigma 1.5; 2: coin, 0 or 2; 3: "
+                  "exponential. All have mean 1."},
+    ParameterInfo{"target", 0.01, 1, 0.1, false, "Relative standard error to reach."},
+    ParameterInfo{"cap", 64, 4096, 1024, true,
+                  "Maximum number of samples of a pixel, or of a half."},
 };
 constexpr std::array<std::int64_t, 4> kN = {16, 64, 256, 1024};
 
@@ -216,19 +221,16 @@ const Experiment kStoppingExperiment = {
     .title = "The bias of stopping",
     .summary = "If each pixel stops once it looks converged, dark pixels stop too early.",
     .estimates =
-        "The mean of n pixels; each pixel is the mean of as many samples as its stop rule took. "
-        "The truth is 1.",
+        "The mean of n pixels, each of which is the mean of as many samples as its stop rule "
+        "takes. The exact value is 1.",
     .formula =
         "half metric |I − A| / I, standard error s/(√n I), pilot n = (s/(ε I))²;  E[mean at a "
         "random n] ≠ μ",
     .look_for =
-        "Rare events (distribution 0): the sequential rules lose half of the light and more, for a "
-        "pixel that "
-        "has not seen an event yet looks perfect. Neither many pixels nor a low target brings it "
-        "back. A pilot "
-        "that is thrown away costs 32 samples and keeps the mean exact; so do two halves that "
-        "decide for each "
-        "other, as long as they weigh the same.",
+        "Rare events (distribution 0): the sequential rules lose half of the light or more, "
+        "because a pixel without an event so far looks converged. Neither more pixels nor a lower "
+        "target corrects this. Discarding a pilot costs 32 samples and keeps the mean exact; so do "
+        "two halves that determine each other's sample count, as long as they have equal weight.",
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "standard-error",

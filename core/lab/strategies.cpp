@@ -92,10 +92,11 @@ enum { kSide, kExponent };
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"balance", "none", "w = p / (p + q)."},
-    EstimatorInfo{"power", "none", "w = p^g / (p^g + q^g), g being `exponent`."},
+    EstimatorInfo{"power", "none", "w = p^g / (p^g + q^g), where g is `exponent`."},
     EstimatorInfo{"maximum", "none", "w = 1 where p > q, else 0."},
-    EstimatorInfo{"average", "none",
-                  "w = 1/2 everywhere: unbiased here, and as bad as the worse technique."},
+    EstimatorInfo{
+        "average", "none",
+        "w = 1/2 everywhere: unbiased, but with much of the variance of the worse technique."},
 };
 constexpr std::array kParameters = {
     ParameterInfo{"side", 0.05, 20, 4, false,
@@ -131,18 +132,17 @@ double estimate(Trial& trial) {
 const Experiment kStrategiesExperiment = {
     .name = "strategies",
     .title = "Sampling strategies",
-    .summary = "One integral, five ways to choose where to look.",
+    .summary = "One integral, five ways to sample it.",
     .estimates =
         "Irradiance from a square light of radiance 1 at distance 1, parallel to the surface.",
     .formula =
         "E = ∫ L cos θ dω = ∫ L V cos θ cos θ′ / r² dA;  estimate 1/n Σ f(xᵢ)/p(xᵢ), variance (∫ "
         "f²/p − E²)/n",
     .look_for =
-        "All means agree, the spreads do not: uniform directions waste samples on the horizon and "
-        "beside the "
-        "light, points on a small light waste none. Make the light large: now cosine sampling wins "
-        "and area "
-        "sampling suffers from 1/r². MIS follows the better of the two.",
+        "All means agree, but the errors differ: uniform directions waste samples near the horizon "
+        "and beside the light, points on a small light waste none. Make the light large: now "
+        "cosine sampling wins, and area sampling suffers from 1/r². MIS follows the better of the "
+        "two.",
     .estimators = strategies::kEstimators,
     .parameters = strategies::kParameters,
     .estimator = "area",
@@ -159,15 +159,15 @@ const Experiment kMisGammaExperiment = {
     .name = "mis-gamma",
     .title = "Multiple importance sampling and its exponent",
     .summary =
-        "Two techniques, one sample each; weights decide how much of the better one survives.",
-    .estimates = "The irradiance of `strategies`, from one light sample and one BSDF sample.",
+        "Two techniques, one sample each; good weights keep the low variance of the better one.",
+    .estimates =
+        "The same irradiance as in `strategies`, from one light sample and one BSDF sample.",
     .formula = "E ≈ 1/n Σ (w_L f/p_L + w_B f/p_B),  w_L = p_L^γ / (p_L^γ + p_B^γ),  w_L + w_B = 1",
     .look_for =
-        "γ = 1 is the balance heuristic, γ = 2 the power heuristic, γ → ∞ the maximum. Every "
-        "choice is "
-        "unbiased, for the weights sum to 1. Averaging (w = 1/2) keeps the full variance of the "
-        "worse "
-        "technique; the heuristics do not. Try sides 0.2 and 10.",
+        "γ = 1 is the balance heuristic, γ = 2 the power heuristic, γ → ∞ the maximum heuristic. "
+        "Every choice is unbiased, because the weights sum to 1. Averaging (w = 1/2) keeps a "
+        "quarter of the variance of the worse technique, however good the other is; the heuristics "
+        "do not. Try sides 0.2 and 10.",
     .estimators = mis_gamma::kEstimators,
     .parameters = mis_gamma::kParameters,
     .estimator = "power",

@@ -24,15 +24,16 @@ enum { kAnalog, kAbsorption, kNextEvent };
 enum { kAlbedo, kSide };
 
 constexpr std::array kEstimators = {
-    EstimatorInfo{"analog", "none",
-                  "As nature does it: absorb or reflect by chance, hit the light or miss it."},
+    EstimatorInfo{
+        "analog", "none",
+        "Every event at random: the path is absorbed or reflected, and hits or misses the light."},
     EstimatorInfo{"absorption", "none",
-                  "Absorption as a weight; the light is still hit by chance."},
+                  "Absorption as a weight; the light is still hit only by chance."},
     EstimatorInfo{"next-event", "none",
-                  "Absorption as a weight, and the light asked for directly."},
+                  "Absorption as a weight, and the light is sampled directly."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"albedo", 0.01, 1, 0.5, false, "Share of light that the surface reflects."},
+    ParameterInfo{"albedo", 0.01, 1, 0.5, false, "Fraction of light that the surface reflects."},
     ParameterInfo{"side", 0.05, 20, 1, false,
                   "Side of the square light, in units of its distance."},
 };
@@ -68,15 +69,17 @@ enum { kHidden, kSide };
 constexpr std::array kEstimators = {
     EstimatorInfo{"plain", "none", "Light sampling alone."},
     EstimatorInfo{"control-variate", "none",
-                  "The unshadowed light is known exactly (a = 1); the shadow is sampled."},
+                  "Uses the exact unshadowed irradiance (a = 1); only the shadow is sampled."},
     EstimatorInfo{"same-samples", "consistent",
-                  "a = Cov(f, g) / Var(g) from the very samples it is used on."},
-    EstimatorInfo{"cross-fitted", "none", "a from one half of the samples, used on the other."},
-    EstimatorInfo{"ratio", "consistent",
-                  "Unshadowed light times the ratio of both means (Heitz et al. 2018)."},
+                  "a = Cov(f, g) / Var(g), computed from the same samples it is applied to."},
+    EstimatorInfo{"cross-fitted", "none",
+                  "a computed from one half of the samples and applied to the other."},
+    EstimatorInfo{
+        "ratio", "consistent",
+        "Exact unshadowed irradiance times the ratio of the means of f and g (Heitz et al. 2018)."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Share of the light that an edge hides."},
+    ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Fraction of the light occluded by an edge."},
     ParameterInfo{"side", 0.05, 20, 4, false,
                   "Side of the square light, in units of its distance."},
 };
@@ -155,9 +158,9 @@ const Experiment kExpectedValuesExperiment = {
         "Light reflected by a diffuse surface (albedo times irradiance) under a square light.",
     .formula = "F′ = E[F | x];  Var F = Var F′ + E Var[F | x] ≥ Var F′",
     .look_for =
-        "All three slopes are −1/2, the lines lie one below the other. analog: π with chance ρE/π; "
-        "absorption: "
-        "ρπ with chance E/π; next-event: the light is never missed.",
+        "All three slopes are −1/2; each technique has a smaller error than the one before. "
+        "analog: π with probability ρE/π; absorption: ρπ with probability E/π; next-event: no path "
+        "misses the light.",
     .estimators = expected_values::kEstimators,
     .parameters = expected_values::kParameters,
     .estimator = "analog",
@@ -172,18 +175,17 @@ const Experiment kExpectedValuesExperiment = {
 const Experiment kControlVariateExperiment = {
     .name = "control-variate",
     .title = "Control variates",
-    .summary = "Sample only the difference to what is known exactly.",
+    .summary = "Sample only the difference from a function whose integral is known exactly.",
     .estimates =
-        "Irradiance from a square light that an edge hides in part; without the edge it is known "
+        "Irradiance from a square light partly occluded by an edge; without the edge it is known "
         "exactly.",
     .formula =
         "E ≈ a G + 1/n Σ (f − a g)/p,  G = ∫ g;  a* = Cov(f, g) / Var(g);  ratio: G Σf/p / Σg/p",
     .look_for =
-        "With hidden = 0 the control variate has no error at all. With a little shadow it still "
-        "wins; with "
-        "much shadow a = 1 is too much, and a fitted to the samples is better but biased at small "
-        "n, as is "
-        "the ratio. Fitting on the other half of the samples takes the bias away.",
+        "With hidden = 0 the control variate has no error at all, and with a little shadow it "
+        "still wins. With much shadow a = 1 is too large; fitting a to the samples is better but "
+        "biased at small n, as is the ratio. Fitting to the other half of the samples removes the "
+        "bias.",
     .estimators = control::kEstimators,
     .parameters = control::kParameters,
     .estimator = "control-variate",

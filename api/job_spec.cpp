@@ -336,9 +336,9 @@ bool round_min_samples(core::RenderSettings& render) {
 }
 
 std::string min_samples_warning(int asked, const core::RenderSettings& render) {
-  return "adaptive.min_samples: " + std::to_string(asked) + " was asked for, " +
+  return "adaptive.min_samples: " + std::to_string(asked) + " was requested, " +
          std::to_string(render.adaptive.min_samples) +
-         " is in force: decisions are made at 1, 1.25, 1.5 and 1.75 times 2^k samples of each of " +
+         " is used: decisions are made at 1, 1.25, 1.5 and 1.75 times 2^k samples of each of " +
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 

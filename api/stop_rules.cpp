@@ -153,8 +153,8 @@ void round_stop(StopRules& rules, const core::RenderSettings& settings,
                           std::to_string(settings.replicates) + " replicates rounds " +
                           std::to_string(asked) + " to " + std::to_string(in_force);
   rules.samples_per_pixel = in_force;
-  warnings.push_back(std::string(kSamplesWarning) + std::to_string(asked) + " was asked for, " +
-                     std::to_string(in_force) + " is in force: " + why + ".");
+  warnings.push_back(std::string(kSamplesWarning) + std::to_string(asked) + " was requested, " +
+                     std::to_string(in_force) + " is used: " + why + ".");
 }
 
 }  // namespace api

@@ -143,7 +143,7 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
   }
   impl.device = rtcNewDevice(config.c_str());
   if (impl.device == nullptr) {
-    return Error{ErrorCode::kInternal, "Embree could not make a device", ""};
+    return Error{ErrorCode::kInternal, "Embree could not create a device", ""};
   }
   rtcSetDeviceMemoryMonitorFunction(impl.device, &count_memory, &impl.bytes);
   for (const auto& group : groups) {

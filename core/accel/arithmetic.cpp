@@ -69,13 +69,13 @@ Result<std::string> resolve_isa(std::string_view isa) {
     for (const std::string_view name : kIsas) {
       known += ", " + std::string(name);
     }
-    return Error{ErrorCode::kInvalidArgument, "\"" + std::string(isa) + "\" is none of " + known,
+    return Error{ErrorCode::kInvalidArgument, "\"" + std::string(isa) + "\" is not one of " + known,
                  ""};
   }
   if (!machine_has(isa) || !embree_takes(isa)) {
     return Error{ErrorCode::kInvalidArgument,
-                 std::string(machine_has(isa) ? "this Embree" : "this machine") + " has no " +
-                     std::string(isa),
+                 std::string(machine_has(isa) ? "this Embree" : "this machine") +
+                     " does not support " + std::string(isa),
                  ""};
   }
   return std::string(isa);

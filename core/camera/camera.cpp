@@ -55,7 +55,7 @@ Status check_type(const CameraSettings& settings, CameraType type) {
     return refused("an orthographic camera has no field of view", "/camera/vertical_fov_degrees");
   }
   if (type == CameraType::kPanorama && settings.vertical_fov_degrees) {
-    return refused("a panorama sees everything around", "/camera/vertical_fov_degrees");
+    return refused("a panorama has no field of view", "/camera/vertical_fov_degrees");
   }
   if (type == CameraType::kPanorama && settings.aperture_radius_m.value_or(0) > 0) {
     return refused("a panorama has no lens", "/camera/aperture_radius");
@@ -77,7 +77,7 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   }
   const CameraDescription* file = *chosen;
   if (settings.position.has_value() != settings.target.has_value()) {
-    return Error{ErrorCode::kInvalidArgument, "position and target come together",
+    return Error{ErrorCode::kInvalidArgument, "position and target must be given together",
                  settings.position ? "/camera/target" : "/camera/position"};
   }
   Camera camera;

@@ -247,7 +247,7 @@ Rgb between(const Rgb* colors, std::size_t count, float t) noexcept {
 Result<Comparison> compare_pictures(const Picture& a, const Picture& b) {
   if (a.width != b.width || a.height != b.height) {
     return Error{ErrorCode::kInvalidArgument,
-                 "the pictures have different sizes: " + std::to_string(a.width) + " by " +
+                 "the images have different sizes: " + std::to_string(a.width) + " by " +
                      std::to_string(a.height) + " and " + std::to_string(b.width) + " by " +
                      std::to_string(b.height) + " pixels",
                  "/b"};

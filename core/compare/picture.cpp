@@ -193,7 +193,7 @@ Result<Picture> picture_of(const Image& image) {
     picture.values[i] = Rgb{rgb[0].value, rgb[1].value, rgb[2].value} * coverage(image, i);
     if (!is_finite(picture.values[i])) {
       return Error{ErrorCode::kInvalidArgument,
-                   "the image holds a value that is not finite, at pixel " +
+                   "the image contains a value that is not finite, at pixel " +
                        std::to_string(i % static_cast<std::size_t>(image.width)) + ", " +
                        std::to_string(i / static_cast<std::size_t>(image.width)),
                    ""};

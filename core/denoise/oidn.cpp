@@ -147,7 +147,7 @@ Result<FilteredHalves> OidnDenoiser::denoise(std::span<const HalfPicture> halves
                                              const FeaturePicture* features,
                                              const ParallelFor& /*parallel*/) const {
   if (options_.folder.empty()) {
-    return failed("its library is not there; TESSERA_OIDN names its folder");
+    return failed("its library was not found; set TESSERA_OIDN to its folder");
   }
   const auto helper = Helper::start(options_);
   if (helper == nullptr) {
@@ -176,8 +176,8 @@ Result<FilteredHalves> OidnDenoiser::denoise(std::span<const HalfPicture> halves
   }
   OidnAnswer answer;
   if (!sent || !helper->receive(&answer, sizeof(answer), until)) {
-    return failed(Clock::now() >= until ? "it took too long and was ended"
-                                        : "its process ended without an answer");
+    return failed(Clock::now() >= until ? "it took too long and was stopped"
+                                        : "its process ended without a result");
   }
   if (answer.text_bytes > 0) {
     std::string text(std::min<std::size_t>(answer.text_bytes, kTextMost), '\0');
@@ -188,7 +188,7 @@ Result<FilteredHalves> OidnDenoiser::denoise(std::span<const HalfPicture> halves
   std::vector<float> all(3 * halves[0].variance.size());
   for (ColorPlanes& planes : out.planes) {
     if (!helper->receive(all.data(), all.size() * sizeof(float), until)) {
-      return failed("its process ended without an answer");
+      return failed("its process ended without a result");
     }
     planes.fill(Plane(all.size() / 3));
     for (std::size_t i = 0; i < all.size(); ++i) {

@@ -216,7 +216,7 @@ std::string denoise(const std::string& folder, Work& work, OidnAnswer& answer) {
   Device device = l.new_device(kCpu);
   if (device == nullptr) {
     const std::string fault = error_of(l, nullptr);
-    return fault.empty() ? "there is no device" : fault;
+    return fault.empty() ? "no device is available" : fault;
   }
   const int seen = l.get_device_int(device, "version");
   answer.version = static_cast<std::uint32_t>(seen);

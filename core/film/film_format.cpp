@@ -162,14 +162,14 @@ Status check_geometry(const Head& head, const FilmFormatLimits& limits) {
       std::int64_t{head.full_width} * head.full_height > limits.pixels_max) {
     return Error{ErrorCode::kTooLarge,
                  "a film of " + std::to_string(head.full_width) + " by " +
-                     std::to_string(head.full_height) + " pixels; a side may have 1 to " +
-                     std::to_string(limits.side_max) + ", all together " +
+                     std::to_string(head.full_height) + " pixels; a side must have 1 to " +
+                     std::to_string(limits.side_max) + ", the whole film at most " +
                      std::to_string(limits.pixels_max),
                  ""};
   }
   if (!is_side(crop.width) || !is_side(crop.height) || crop.x < 0 || crop.y < 0 ||
       crop.x > head.full_width - crop.width || crop.y > head.full_height - crop.height) {
-    return refused("its crop reaches outside the film");
+    return refused("its crop extends beyond the film");
   }
   if (head.replicates < 2 || head.replicates % 2 != 0 ||
       head.replicates > static_cast<std::uint32_t>(limits.replicates_max)) {
@@ -187,14 +187,13 @@ Result<SampleLedger> read_ledger(Reader& reader, const Head& head) {
     if (range.seed >= (std::uint64_t{1} << 53U) || range.first_replicate % 2 != 0 ||
         range.replicates % 2 != 0 || range.replicates == 0 || range.replicates > head.replicates ||
         range.first_replicate > (1U << 20U) || range.samples > kSamplesMax || range.zero != 0) {
-      return refused("range " + std::to_string(i) + " of its samples is none");
+      return refused("range " + std::to_string(i) + " of its samples is invalid");
     }
     for (const SampleRange& other : ledger) {
       const auto first = static_cast<int>(range.first_replicate);
       if (other.seed == range.seed && first < other.first_replicate + other.replicates &&
           other.first_replicate < first + static_cast<int>(range.replicates)) {
-        return refused("range " + std::to_string(i) +
-                       " of its samples has some in common with another");
+        return refused("range " + std::to_string(i) + " of its samples overlaps another");
       }
     }
     replicates += range.replicates;
@@ -282,7 +281,7 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
       auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
       reader.take(sums.data(), sums.size());
       if (!is_sane(sums)) {
-        return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
+        return refused("tile " + std::to_string(tile) + " contains invalid values");
       }
     }
     reader.take(state.shares.data(), state.shares.size());
@@ -297,7 +296,7 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
         !is_sane(state, ledger, most) ||
         !std::all_of(state.shares.begin(), state.shares.end(),
                      [](Rgb c) { return is_finite(c); })) {
-      return refused("tile " + std::to_string(tile) + " holds what no renderer makes");
+      return refused("tile " + std::to_string(tile) + " contains invalid values");
     }
     if (state.samples > 0) {
       film.commit(tile, std::move(state));
@@ -309,7 +308,7 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
   for (std::size_t r = 0; r < ledger.size(); ++r) {
     if (most[r] != static_cast<std::uint64_t>(ledger[r].samples)) {
       return refused("its pixels have " + std::to_string(most[r]) +
-                     " samples where its ledger says " + std::to_string(ledger[r].samples));
+                     " samples, but its ledger says " + std::to_string(ledger[r].samples));
     }
   }
   return ok_status();
@@ -389,7 +388,7 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
                        const FilmFormatLimits& limits) {
   Head head;
   if (start.size() < sizeof head) {
-    return refused("it is shorter than its head");
+    return refused("it is shorter than its header");
   }
   std::memcpy(&head, start.data(), sizeof head);
   if (head.magic != kMagic) {
@@ -405,7 +404,7 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
       shares_of(head) > static_cast<std::uint64_t>(limits.shares_max) ||
       head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
       head.tiles != tile_count(head.crop)) {
-    return refused("its head contradicts itself");
+    return refused("its header is inconsistent");
   }
   const std::uint64_t expected = all_bytes(head);
   if (expected > limits.file_bytes_max) {
@@ -415,7 +414,7 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
                  ""};
   }
   if (head.file_bytes != expected || file_bytes != expected) {
-    return refused("it has " + std::to_string(file_bytes) + " bytes where its head needs " +
+    return refused("it has " + std::to_string(file_bytes) + " bytes, but its header requires " +
                    std::to_string(expected));
   }
   return ok_status();
@@ -429,7 +428,7 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   const auto hashed = file.first(file.size() - kHashBytes);
   const std::string whole = sha256_hex(hashed.data(), hashed.size());
   if (std::memcmp(whole.data(), file.data() + hashed.size(), kHashBytes) != 0) {
-    return refused("the checksum at its end does not fit");
+    return refused("its checksum does not match");
   }
   Reader reader(hashed);
   const auto head = reader.take<Head>();
@@ -442,7 +441,7 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   reader.take(content.text.data(), content.text.size());
   for (std::uint64_t i = head.text_bytes; i < aligned(head.text_bytes); ++i) {
     if (reader.take<std::byte>() != std::byte{0}) {
-      return refused("its text is longer than its head says");
+      return refused("its text is longer than its header says");
     }
   }
   FilmSettings settings;
@@ -458,7 +457,7 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
     settings.shares = shares(content.text);
   }
   if (shares != nullptr && settings.shares.size() != shares_of(head)) {
-    return refused("its text names other layers");
+    return refused("the layers in its text do not match its header");
   }
   settings.shares.resize(shares_of(head));
   auto film = std::make_shared<Film>(
@@ -469,7 +468,7 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
     return read.error();
   }
   if (film->digest() != std::string_view(head.digest.data(), head.digest.size())) {
-    return refused("its content does not fit its digest");
+    return refused("its content does not match its digest");
   }
   content.part = {std::move(film), std::move(*ledger)};
   return content;

@@ -50,13 +50,13 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
     if (film.full_width() != first.full_width() || film.full_height() != first.full_height() ||
         film.crop() != first.crop()) {
       return at_film(ErrorCode::kInvalidArgument, i,
-                     "the film has another size or crop than the first one");
+                     "the film differs from the first one in size or crop");
     }
     if (film.has_aux() != first.has_aux() || film.has_splats() != first.has_splats() ||
         film.shares().size() != first.shares().size() || film.has_labels() != first.has_labels() ||
         film.matte_kinds() != first.matte_kinds()) {
       return at_film(ErrorCode::kInvalidArgument, i,
-                     "the film has other layers than the first one");
+                     "the film differs from the first one in its layers");
     }
     int offset = 0;
     for (const SampleRange& range : parts[i].ledger) {
@@ -69,8 +69,8 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
   if (replicates > replicates_max) {
     return at_film(ErrorCode::kInvalidArgument, parts.size() - 1,
                    "the films have " + std::to_string(replicates) +
-                       " replicates together; at most " + std::to_string(replicates_max) +
-                       " make one film");
+                       " replicates in total; at most " + std::to_string(replicates_max) +
+                       " are allowed in one film");
   }
   std::sort(pieces.begin(), pieces.end(), goes_before);
   for (std::size_t i = 1; i < pieces.size(); ++i) {
@@ -79,7 +79,7 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
     if (a.seed == b.seed && b.first_replicate < a.first_replicate + a.replicates) {
       const std::size_t earlier = std::min(pieces[i - 1].part, pieces[i].part);
       return at_film(ErrorCode::kConflict, std::max(pieces[i - 1].part, pieces[i].part),
-                     "the film has samples in common with film " + std::to_string(earlier) +
+                     "the film shares samples with film " + std::to_string(earlier) +
                          ": replicate " + std::to_string(b.first_replicate) + " of seed " +
                          std::to_string(b.seed));
     }

@@ -23,7 +23,7 @@ Error failed(std::string message) { return {ErrorCode::kInternal, std::move(mess
 Result<std::string_view> check_file(std::span<const std::byte> file, const ImageLimits& limits) {
   const std::string_view kind = image_kind(file);
   if (kind.empty()) {
-    return invalid("not an image that is read here: PNG, JPEG, WebP, EXR, HDR, TIFF or KTX2");
+    return invalid("not an image in a supported format: PNG, JPEG, WebP, EXR, HDR, TIFF or KTX2");
   }
   if (const auto size = peek_image_size(file)) {
     if (auto fits = check_image_size(size->width, size->height, 1, limits); !fits) {
@@ -34,7 +34,7 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   }
   // libpng reports this only on stderr.
   if (kind == "png" && !png_is_whole(file)) {
-    return invalid("the png is cut or its chunks are malformed");
+    return invalid("the PNG is truncated or its chunks are malformed");
   }
   return kind;
 }
@@ -94,7 +94,7 @@ Result<std::vector<std::byte>> encode_image(const FloatImage& image, const Image
                                             const EncodeOptions& options) {
   if (image.width <= 0 || image.height <= 0 ||
       image.values.size() != image.index(0, image.height, 0)) {
-    return failed("an image without pixels, or with more or fewer values than pixels");
+    return failed("an image without pixels, or with the wrong number of values");
   }
   const ImageRows rows = {image.width, image.height, image.channel_names,
                           [&image](int y) { return &image.values[image.index(0, y, 0)]; }};

@@ -14,7 +14,7 @@ constexpr std::string_view kPngMagic = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kExrMagic = "\x76\x2f\x31\x01";
 
 Error cut() {
-  return Error{ErrorCode::kInvalidArgument, "the picture's head is cut short or too long", ""};
+  return Error{ErrorCode::kInvalidArgument, "the image's header is truncated or too long", ""};
 }
 
 /// Takes bytes from the front; empty if there are too few.
@@ -112,7 +112,7 @@ Result<Texts> read_image_texts(std::span<const std::byte> start) {
   if (other.take(kExrMagic.size()) == kExrMagic) {
     return exr_texts(other);
   }
-  return Error{ErrorCode::kInvalidArgument, "the body is neither a PNG nor an EXR picture", ""};
+  return Error{ErrorCode::kInvalidArgument, "the body is neither a PNG nor an EXR image", ""};
 }
 
 }  // namespace core

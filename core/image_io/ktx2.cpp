@@ -71,7 +71,7 @@ struct Ktx2 {
 /// Reads the data format descriptor: the codec and its channels.
 Status read_descriptor(Span descriptor, Ktx2& to) {
   if (descriptor.size() < kDescriptorBytes + kSampleBytes) {
-    return invalid("the data format descriptor is cut");
+    return invalid("the data format descriptor is truncated");
   }
   const std::uint32_t model = u32(descriptor, 12) & 255U;
   const auto channel = [&](std::size_t sample) {
@@ -101,32 +101,33 @@ Status check_packing(std::uint32_t scheme, Ktx2& to) {
   const bool known = scheme <= static_cast<std::uint32_t>(Packing::kZstd);
   to.packing = known ? static_cast<Packing>(scheme) : Packing::kNone;
   if (!known || (to.packing == Packing::kBasisLz) != (to.model == Model::kEtc1s)) {
-    return invalid(to.model == Model::kEtc1s ? "ETC1S is compressed by BasisLZ and nothing else"
-                                             : "UASTC is compressed by Zstandard or not at all");
+    return invalid(to.model == Model::kEtc1s
+                       ? "ETC1S must be compressed with BasisLZ"
+                       : "UASTC must be compressed with Zstandard or not at all");
   }
   return ok_status();
 }
 
 Result<Ktx2> read_container(Span file, const ImageLimits& limits) {
   if (file.size() < kHeaderBytes + kLevelBytes) {
-    return invalid("the header is cut");
+    return invalid("the header is truncated");
   }
   const std::uint32_t width = u32(file, 20);
   const std::uint32_t height = u32(file, 24);
   if (width == 0 || height == 0 || u32(file, 28) != 0 || u32(file, 32) != 0 || u32(file, 36) != 1) {
-    return invalid("it is not one 2D picture without layers and faces");
+    return invalid("it is not a single 2D image without layers and faces");
   }
   const std::uint32_t levels = std::max(u32(file, 40), 1U);
   if (u32(file, 12) != 0 || levels > kLevelsMax ||
       file.size() < kHeaderBytes + kLevelBytes * levels) {
-    return invalid("its format is not one for textures of glTF, or its levels are cut");
+    return invalid("its format is not allowed for glTF textures, or its levels are truncated");
   }
   Ktx2 ktx;
   const auto descriptor = part(file, u32(file, 48), u32(file, 52));
   const auto global = part(file, number(file, 64, 8), number(file, 72, 8));
   const auto level = part(file, number(file, kHeaderBytes, 8), number(file, kHeaderBytes + 8, 8));
   if (!descriptor || !global || !level) {
-    return invalid("a part lies outside of the file");
+    return invalid("a part is outside the file");
   }
   if (auto status = read_descriptor(*descriptor, ktx); !status) {
     return status.error();
@@ -152,7 +153,7 @@ Status decode_etc1s(const Ktx2& ktx, Image& image) {
   constexpr std::size_t kImageBytes = 20;
   const Span global = ktx.global;
   if (global.size() < kGlobalBytes + kImageBytes * ktx.images) {
-    return invalid("the global data of BasisLZ is cut");
+    return invalid("the global data of BasisLZ is truncated");
   }
   const std::uint64_t endpoints_at = kGlobalBytes + kImageBytes * ktx.images;
   const std::uint64_t selectors_at = endpoints_at + u32(global, 4);
@@ -163,10 +164,10 @@ Status decode_etc1s(const Ktx2& ktx, Image& image) {
   const auto color = part(ktx.level, u32(global, 24), u32(global, 28));
   const auto second = part(ktx.level, u32(global, 32), u32(global, 36));
   if (!endpoints || !selectors || !tables || !color || !second) {
-    return invalid("a part of the BasisLZ data lies outside of the file");
+    return invalid("a part of the BasisLZ data is outside the file");
   }
   if (u32(global, 20) != 0) {
-    return invalid("it is a frame of a video");
+    return invalid("it is a video frame");
   }
   const auto books =
       Etc1sCodebooks::read({.endpoint_count = static_cast<std::uint32_t>(number(global, 0, 2)),
@@ -197,13 +198,13 @@ Status decode_etc1s(const Ktx2& ktx, Image& image) {
 Result<Span> uastc_blocks(const Ktx2& ktx, std::size_t bytes, std::vector<std::byte>& space) {
   if (ktx.packing == Packing::kNone) {
     return ktx.level.size() == bytes ? Result<Span>(ktx.level)
-                                     : invalid("the picture's bytes do not fit its size");
+                                     : invalid("the number of bytes does not match the image size");
   }
   space.resize(bytes);
   const std::size_t found =
       ZSTD_decompress(space.data(), space.size(), ktx.level.data(), ktx.level.size());
   if (ZSTD_isError(found) != 0 || found != bytes) {
-    return invalid("the Zstandard data is malformed or does not fit the picture's size");
+    return invalid("the Zstandard data is malformed or does not match the image size");
   }
   return Span(space);
 }

@@ -50,7 +50,7 @@ Result<std::shared_ptr<const Environment>> make_environment(const EnvironmentSet
   }
   const SunPosition position = sun_position(*settings.sun);
   if (!(position.elevation_degrees > 0)) {
-    return Error{ErrorCode::kInvalidArgument, "the sun is below the horizon then",
+    return Error{ErrorCode::kInvalidArgument, "the sun is below the horizon at that time",
                  "/environment/sun/time"};
   }
   const Sky sky(position);

@@ -23,32 +23,37 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
     return ok_status();
   }
   if (has_media && !integrator->media) {
-    return refused("the scene has media that scatter light, which " + settings.integrator +
-                       " does not render; path and bdpt do",
+    return refused("the scene has scattering media, which " + settings.integrator +
+                       " does not support; use path or bdpt",
                    "/integrator/type");
   }
   for (const LightShare& share : settings.film.shares) {
     if (!keeps_share(*integrator, share)) {
-      return refused(settings.integrator + " does not keep '" + share.layer + "'", "/film/layers");
+      return refused(settings.integrator + " does not support layer '" + share.layer + "'",
+                     "/film/layers");
     }
     const auto& groups = scene.light_groups;
     if (share.group && std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
-      return refused("'" + *share.group + "' is no group of lights of the scene", "/film/layers");
+      return refused("'" + *share.group + "' is not a light group of the scene", "/film/layers");
     }
   }
   const bool is_irradiance =
       std::any_of(settings.film.shares.begin(), settings.film.shares.end(),
                   [](const LightShare& share) { return share.is_irradiance; });
   if (settings.spectral && (is_irradiance || !settings.meter.empty())) {
-    return refused("irradiance is measured in colours", "/spectral");
+    return refused("true cannot be combined with a meter or layer 'irradiance', which use RGB",
+                   "/spectral");
   }
   if (settings.spectral && (settings.estimator.strategy == Strategy::kCosine ||
                             settings.estimator.strategy == Strategy::kUniform)) {
-    return refused("a strategy for study does not go with wavelengths", "/estimator/strategy");
+    return refused("'cosine' and 'uniform' cannot be combined with spectral true",
+                   "/estimator/strategy");
   }
-  const std::string reason = has_media           ? "does not go with media that scatter"
-                             : settings.spectral ? "does not go with wavelengths"
-                                                 : "does not go with shares of the light";
+  const std::string reason =
+      has_media ? "cannot be combined with scattering media"
+      : settings.spectral
+          ? "cannot be combined with spectral true"
+          : "cannot be combined with layers bounce:N, light:NAME, st:S,T and irradiance";
   if (settings.light_sampler == LightSamplerType::kRestir) {
     return refused("'restir' " + reason, "/light_sampler/type");
   }
@@ -67,17 +72,14 @@ Status check_shutter(const RenderSettings& settings, const IntegratorEntry* inte
   }
   const Options& accepts = integrator->accepts;
   if (std::find(accepts.begin(), accepts.end(), "/shutter_seconds") == accepts.end()) {
-    return refused(settings.integrator + " does not render while things move; path does",
+    return refused(settings.integrator + " does not support shutter_seconds; use path",
                    "/shutter_seconds");
   }
   if (settings.light_sampler == LightSamplerType::kRestir) {
-    return refused(
-        "'restir' does not go with an open shutter: paths of different times share "
-        "no light",
-        "/light_sampler/type");
+    return refused("'restir' cannot be combined with shutter_seconds", "/light_sampler/type");
   }
   if (!settings.meter.empty()) {
-    return refused("a meter does not go with an open shutter", "/meter");
+    return refused("a meter cannot be combined with shutter_seconds", "/meter");
   }
   return ok_status();
 }

@@ -124,12 +124,12 @@ std::string in_words(double value) {
 /// Returns the reason why no pilot is needed; empty if one is.
 std::string without_pilot(const View& view) {
   if (view.settings.spectral) {
-    return "paths carry wavelengths";
+    return "spectral is true";
   }
   const SceneData& scene = view.scene->data();
   const auto& materials = scene.materials;
   if (scene.has_scattering || view.settings.fog) {
-    return "the scene has media that scatter light";
+    return "the scene has scattering media";
   }
   const bool disperses = std::any_of(materials.begin(), materials.end(),
                                      [](const Material& m) { return m.factors.dispersion > 0; });
@@ -193,7 +193,8 @@ Result<IntegratorChoice> choose_integrator(const View& view) {
   choice.reason = "'" + std::string(choice.integrator) + "', since pilots of " +
                   std::to_string(kSamples) + " samples have an efficiency 1 / (V T) of " +
                   in_words(path.efficiency) + " (path) and " + in_words(bdpt.efficiency) +
-                  " (bdpt), and bdpt has to be " + in_words(kAdvantage) + " times as good";
+                  " (bdpt), and bdpt is chosen only if it is " + in_words(kAdvantage) +
+                  " times as efficient";
   return choice;
 }
 
@@ -206,7 +207,7 @@ Result<std::string> settle_integrator(View& view) {
     return choice.error();
   }
   view.settings.integrator = choice->integrator;
-  return "integrator.type: 'auto' was asked for; it is " + choice->reason + ".";
+  return "integrator.type: 'auto' chose " + choice->reason + ".";
 }
 
 }  // namespace core

@@ -388,7 +388,7 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
     const PixelRect& c = *film.crop;
     if (c.x < 0 || c.y < 0 || c.width < 1 || c.height < 1 || c.x > film.width - c.width ||
         c.y > film.height - c.height) {
-      return Error{ErrorCode::kInvalidArgument, "the crop reaches outside the film", "/film/crop"};
+      return Error{ErrorCode::kInvalidArgument, "the crop extends beyond the film", "/film/crop"};
     }
   }
   if (const auto settled = settle_integrator(view); !settled) {
@@ -401,7 +401,7 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
                   [](const Material& m) { return m.factors.dispersion > 0; })) {
     return Error{ErrorCode::kInvalidArgument,
                  "the scene has dispersion, which " + view.settings.integrator +
-                     " does not render; path does",
+                     " does not support; use path",
                  "/integrator/type"};
   }
   if (const Status fits = check_light(view, integrator); !fits) {
@@ -415,10 +415,11 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
       (settings.integrator != "path" || settings.estimator.strategy != Strategy::kMis ||
        settings.light_sampler == LightSamplerType::kRestir || settings.fog || settings.spectral ||
        !film.shares.empty())) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "'catcher' goes with path and strategy 'mis', and not with 'restir', a medium, "
-                 "wavelengths or shares of the light",
-                 "/ground/type"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "'catcher' requires integrator 'path' and strategy 'mis'; it cannot be combined with "
+        "'restir', a medium, spectral true or layers bounce:N, light:NAME, st:S,T and irradiance",
+        "/ground/type"};
   }
   const SceneSummary& summary = view.scene->summary();
   auto camera =
@@ -430,8 +431,8 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
       integrator->splats) {
     // Filters reach across the seam and the poles of a panorama, where splats would be cut off.
     return Error{ErrorCode::kInvalidArgument,
-                 "'panorama' goes with integrators that follow paths from the camera alone, not " +
-                     settings.integrator + "; path does",
+                 "'panorama' cannot be combined with integrators that splat light paths, such as " +
+                     settings.integrator + "; use path",
                  "/camera/type"};
   }
   std::optional<Motion> motion;

@@ -80,7 +80,7 @@ static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(P
               sizeof(LabelPixel) == 44 && sizeof(MattePixel) == 72 && sizeof(MeterSum) == 24);
 
 Error refused(std::string detail) {
-  return Error{ErrorCode::kInvalidArgument, "not a usable piece of work: " + std::move(detail), ""};
+  return Error{ErrorCode::kInvalidArgument, "not a valid work unit: " + std::move(detail), ""};
 }
 
 std::uint32_t checksum(std::string_view bytes) {
@@ -211,7 +211,7 @@ Status check_meter(const SliceWork& given, const RenderSettings& settings, const
                  done.meter.sums.size() == sums && are_finite &&
                  has_gone_on(given.meter, done.meter)
              ? ok_status()
-             : Status(refused("it has no such sums of a meter"));
+             : Status(refused("its meter sums do not match the slice"));
 }
 
 /// Checks the light paths of one slice; adds the number of paths of its sums to `paths`.
@@ -222,7 +222,7 @@ Status check_light(const SliceWork& given, const SliceWork& done, bool is_first,
   if (after.unit != before.unit || !(done.unit == given.unit) ||
       after.first_sample != before.first_sample || after.last_sample != before.last_sample ||
       !has_gone_on(before, after) || (!is_first && !after.sums.empty())) {
-    return refused("it is of other light paths than were asked for");
+    return refused("its light paths are not the requested ones");
   }
   const auto area =
       static_cast<std::uint64_t>(given.unit.width) * static_cast<std::uint64_t>(given.unit.height);
@@ -235,7 +235,7 @@ Status check_sums(const RenderSettings& settings, const std::string& sums, std::
   const std::vector<PixelRect> tiles = tile_rects(settings.film.crop.value_or(all));
   return are_sums_of(splat_layout(settings, tiles), sums, paths)
              ? ok_status()
-             : Status(refused("its sums are none that light paths bring"));
+             : Status(refused("its splat sums are invalid"));
 }
 
 Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceWork& done) {
@@ -245,7 +245,7 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
   if (done.slice.tile != given.slice.tile || done.slice.kind != given.slice.kind ||
       done.slice.first_sample != given.slice.first_sample ||
       done.slice.last_sample != given.slice.last_sample) {
-    return refused("it is of other samples than were asked for");
+    return refused("its samples are not the requested ones");
   }
   // Units outside of the crop and chunks of a meter have no pixels.
   const int last = before.pixels.empty() ? before.samples : given.slice.last_sample;
@@ -260,7 +260,8 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
       after.pilot.size() != pilots || after.fit.size() != fits ||
       after.shares.size() != before.shares.size() || after.labels.size() != before.labels.size() ||
       after.mattes.size() != before.mattes.size()) {
-    return refused("tile " + std::to_string(given.slice.tile) + " has another shape");
+    return refused("tile " + std::to_string(given.slice.tile) +
+                   " does not match the requested slice");
   }
   after.plan = before.plan;
   const auto all = [](const auto& values, const auto& test) {
@@ -276,7 +277,7 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
       !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
       !all(after.labels, [](const LabelPixel& p) { return is_sane(p); }) ||
       !has_gone_on(before, after)) {
-    return refused("tile " + std::to_string(given.slice.tile) + " holds what no renderer makes");
+    return refused("tile " + std::to_string(given.slice.tile) + " contains invalid values");
   }
   return ok_status();
 }
@@ -379,7 +380,7 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
   std::uint32_t sum = 0;
   std::memcpy(&sum, bytes.data() + hashed.size(), sizeof sum);
   if (checksum(hashed) != sum) {
-    return refused("the checksum at its end does not fit");
+    return refused("its checksum does not match");
   }
   Reader reader(hashed);
   reader.take(&head, 1);
@@ -393,7 +394,7 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
     if (!reader.take(&slice, 1) || (slice.is_new == 0 && !take_arrays(reader, slice, s)) ||
         !reader.take(each.light.sums, slice.splat_bytes) ||
         !reader.take(each.meter.sums, slice.meter_sums)) {
-      return refused("it is cut off");
+      return refused("it is truncated");
     }
     if (slice.is_new != 0) {
       if (part == WorkPart::kResult) {
@@ -404,7 +405,7 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
     }
     if (slice.kind != static_cast<std::int32_t>(SliceKind::kPicture) &&
         slice.kind != static_cast<std::int32_t>(SliceKind::kPilot)) {
-      return refused("a slice is of no kind");
+      return refused("a slice is of an unknown kind");
     }
     each.slice = {slice.tile, slice.first_sample, slice.last_sample,
                   static_cast<SliceKind>(slice.kind)};
@@ -429,7 +430,7 @@ Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part
     each.meter.cpu_seconds = slice.meter_cpu_seconds;
   }
   if (!reader.is_empty()) {
-    return refused("something follows its slices");
+    return refused("it has data after its last slice");
   }
   return work;
 }
@@ -463,7 +464,7 @@ std::string content_digest(std::vector<SliceWork> done) {
 Status check_result(std::size_t slices, const std::function<SliceWork(std::size_t)>& given,
                     const RenderSettings& settings, std::span<SliceWork> done) {
   if (done.size() != slices) {
-    return refused("it has another number of slices");
+    return refused("it has the wrong number of slices");
   }
   std::uint64_t paths = 0;
   for (std::size_t i = 0; i < slices; ++i) {

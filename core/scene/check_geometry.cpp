@@ -22,10 +22,11 @@ Status check_geometry(const SceneDescription& scene) {
       const auto fits = [n](std::size_t count) { return count == 0 || count == n; };
       if (!fits(p.normals.size()) || !fits(p.tangents.size()) || !fits(p.uv[0].size()) ||
           !fits(p.uv[1].size()) || !fits(p.colors.size())) {
-        return Error{ErrorCode::kInvalidArgument, "attributes differ in length", where};
+        return Error{ErrorCode::kInvalidArgument, "the attributes have different lengths", where};
       }
       if (uses[i] != 1 && !p.later.empty()) {
-        return Error{ErrorCode::kInvalidArgument, "what moves is placed once", where};
+        return Error{ErrorCode::kInvalidArgument, "a moving mesh must have exactly one instance",
+                     where};
       }
       for (const MovedVertices& moved : p.later) {
         if (moved.positions.size() != n || moved.normals.size() != p.normals.size() ||
@@ -37,7 +38,7 @@ Status check_geometry(const SceneDescription& scene) {
       }
       if (p.indices.size() % 3 != 0 || std::any_of(p.indices.begin(), p.indices.end(),
                                                    [n](std::uint32_t v) { return v >= n; })) {
-        return Error{ErrorCode::kInvalidArgument, "an index is outside the vertices",
+        return Error{ErrorCode::kInvalidArgument, "an index is not below the number of vertices",
                      where + "/indices"};
       }
       if (std::any_of(p.positions.begin(), p.positions.end(),
@@ -50,7 +51,8 @@ Status check_geometry(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const InstanceDescription& instance = scene.instances[i];
     if (instance.mesh < 0 || instance.mesh >= static_cast<int>(scene.meshes.size())) {
-      return Error{ErrorCode::kInvalidArgument, "an instance names a mesh that does not exist", ""};
+      return Error{ErrorCode::kInvalidArgument, "an instance refers to a mesh that does not exist",
+                   ""};
     }
     const Transform& m = instance.to_world;
     if (!is_finite(m.x) || !is_finite(m.y) || !is_finite(m.z) || !is_finite(m.t)) {

@@ -114,7 +114,7 @@ class Builder {
         if (t->image >= static_cast<int>(from_.images.size()) ||
             (t->image >= 0 && from_.images[static_cast<std::size_t>(t->image)] == nullptr)) {
           return Error{ErrorCode::kInvalidArgument,
-                       "the material names an image that does not exist", where};
+                       "the material refers to an image that does not exist", where};
         }
       }
       Material m;

@@ -45,7 +45,7 @@ Status check_asset(const Json& root) {
   }
   const auto minimum = root.at("asset").value("minVersion", std::string("2.0"));
   if (minimum != "2.0") {
-    return invalid("/asset/minVersion", "the file asks for a reader of version " +
+    return invalid("/asset/minVersion", "the file requires a reader of version " +
                                             shown(Json(minimum)) + "; this is 2.0");
   }
   return ok_status();
@@ -81,7 +81,7 @@ Status check_node_transforms(const Json& root) {
     if (node.contains("matrix") &&
         (node.contains("translation") || node.contains("rotation") || node.contains("scale"))) {
       return invalid("/nodes/" + std::to_string(i),
-                     "a node has a matrix, or translation, rotation and scale, not both");
+                     "a node may have a matrix, or translation, rotation and scale, not both");
     }
   }
   return ok_status();
@@ -254,7 +254,7 @@ Result<CheckedGltf> check_gltf(const GltfContainer& container) {
                            place_of(container.json, problem.byte > 0 ? problem.byte - 1 : 0) +
                            " on");
   } catch (const Json::out_of_range&) {
-    return invalid("", "the glTF JSON cannot be read: it has a number beyond all range");
+    return invalid("", "the glTF JSON cannot be read: a number is out of range");
   } catch (const Json::exception&) {
     return invalid("", "the glTF JSON cannot be read");
   }

@@ -53,7 +53,7 @@ Result<std::vector<float>> values_of(const draco::PointAttribute& attribute, std
     for (std::size_t i = 0; i < width; ++i) {
       to[i] = std::max(to[i] * scale, lowest);
       if (!std::isfinite(to[i])) {
-        return invalid(where, "the Draco attribute holds a value that is not finite");
+        return invalid(where, "the Draco attribute contains a value that is not finite");
       }
     }
   }
@@ -103,7 +103,7 @@ Result<DracoPrimitive> decode(GltfSource& source, int view,
   for (std::uint32_t f = 0; f < mesh->num_faces(); ++f) {
     for (const draco::PointIndex& corner : mesh->face(draco::FaceIndex(f))) {
       if (corner.value() >= points) {
-        return invalid(where, "the Draco data holds an index beyond its points");
+        return invalid(where, "the Draco data contains an index beyond its points");
       }
       primitive.triangles.push_back(corner.value());
     }
@@ -120,7 +120,8 @@ Result<DracoPrimitive> decode_draco(GltfSource& source, int view,
     return decode(source, view, attributes, where);
   } catch (const std::bad_alloc&) {
     // Malformed Draco data requests huge allocations; none of ours is large here.
-    return Error{ErrorCode::kTooLarge, "Draco: the data asks for more memory than there is", where};
+    return Error{ErrorCode::kTooLarge, "Draco: the data needs more memory than is available",
+                 where};
   } catch (const std::exception& problem) {
     return invalid(where, std::string("Draco: ") + problem.what());
   }

@@ -99,7 +99,7 @@ Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits) 
     return Error{image.error().code, image.error().message, where};
   }
   if (image->width != image->height) {
-    return Error{ErrorCode::kInvalidArgument, "a face of a cube is square", where};
+    return Error{ErrorCode::kInvalidArgument, "the faces of a cube map must be square", where};
   }
   const auto side = static_cast<std::size_t>(image->width);
   if (auto status = source.budget().take(image->bytes.size() + side * side * sizeof(Rgb), where);

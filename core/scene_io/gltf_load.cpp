@@ -104,9 +104,8 @@ Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& so
   if (!moment->values.empty()) {
     if (options.shutter_seconds > 0) {
       warnings.emplace_back(
-          "While the shutter is open, what KHR_animation_pointer animates beside places stays as "
-          "it "
-          "is at its opening.");
+          "While the shutter is open, properties animated by KHR_animation_pointer, other than "
+          "transforms, keep their values at its opening.");
     }
     auto changed = parse_model(with_values(checked.model_json, moment->values));
     if (!changed) {

@@ -188,7 +188,7 @@ class MaterialReader {
     if (const auto* e = extension("KHR_materials_ior")) {
       m_.ior = value_number(*e, "ior", 1.5F);
       if (m_.ior != 0 && m_.ior < 1) {
-        status_ = Error{ErrorCode::kInvalidArgument, "an ior is 0, or 1 and above",
+        status_ = Error{ErrorCode::kInvalidArgument, "ior must be 0, or 1 and above",
                         "/materials/" + std::to_string(scene_.materials.size()) +
                             "/extensions/KHR_materials_ior/ior"};
       }
@@ -285,25 +285,25 @@ class MaterialReader {
     }
     if (extension("KHR_materials_pbrSpecularGlossiness") != nullptr) {
       warn(
-          "KHR_materials_pbrSpecularGlossiness knows no index of refraction; that of extras has "
+          "KHR_materials_pbrSpecularGlossiness has no index of refraction; the curve in extras has "
           "no effect");
       return;
     }
     m_.ior_curve = *curve;
     const float n_d = curve->at(kLineDNm);
     if (extension("KHR_materials_ior") != nullptr) {
-      warn_of_contradiction("KHR_materials_ior", m_.ior, n_d, "which counts");
+      warn_of_contradiction("KHR_materials_ior", m_.ior, n_d, "which is used");
     }
     if (extension("KHR_materials_dispersion") != nullptr) {
       const float dispersion = 20 * (curve->at(kLineFNm) - curve->at(kLineCNm)) / (n_d - 1);
       warn_of_contradiction("KHR_materials_dispersion", m_.dispersion, dispersion,
-                            "which counts with wavelengths");
+                            "which is used if spectral is true");
     }
     m_.ior = n_d;
     if (m_.thickness <= 0 || (m_.transmission <= 0 && m_.diffuse_transmission <= 0)) {
       warn(
-          "the curve of extras disperses in volumes only (KHR_materials_volume with a thickness); "
-          "elsewhere its index at 587.6 nm counts");
+          "the curve in extras causes dispersion only in volumes (KHR_materials_volume with a "
+          "thickness); elsewhere its index at 587.6 nm is used");
     }
   }
 
@@ -312,7 +312,7 @@ class MaterialReader {
                              const char* which) {
     if (std::fabs(theirs - ours) > 0.005F) {
       char text[128];
-      std::snprintf(text, sizeof text, "%s says %.4g, the curve of extras %.4g, %s", extension_name,
+      std::snprintf(text, sizeof text, "%s says %.4g, the curve in extras %.4g, %s", extension_name,
                     static_cast<double>(theirs), static_cast<double>(ours), which);
       warn(text);
     }
@@ -321,7 +321,7 @@ class MaterialReader {
   /// A texture lies on the surface; what scatters is inside.
   void warn_of_scatter_texture(const tinygltf::Value& e) {
     if (e.Has("multiscatterColorTexture")) {
-      warn("a volume scatters by multiscatterColorFactor alone, not by its texture");
+      warn("multiscatterColorTexture is ignored in volumes; only multiscatterColorFactor is used");
     }
   }
 
@@ -344,7 +344,9 @@ class MaterialReader {
     }
     m_.transmission = straight;
     if (m_.transmission_texture.image >= 0) {
-      warn("KHR_materials_scatter takes transmissionFactor alone for thin walls, not its texture");
+      warn(
+          "transmissionTexture is ignored with KHR_materials_scatter on thin walls; only "
+          "transmissionFactor is used");
       m_.transmission_texture = {};
     }
   }

@@ -97,7 +97,7 @@ Status check_parts(const tinygltf::Model& model) {
     const tinygltf::Light& light = model.lights[i];
     if (light.type == "spot" && !(light.spot.innerConeAngle < light.spot.outerConeAngle)) {
       return invalid("/extensions/KHR_lights_punctual/lights/" + std::to_string(i) + "/spot",
-                     "innerConeAngle has to be less than outerConeAngle");
+                     "innerConeAngle must be less than outerConeAngle");
     }
   }
   for (std::size_t i = 0; i < model.animations.size(); ++i) {

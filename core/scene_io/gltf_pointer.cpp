@@ -180,7 +180,7 @@ Status read_pointer(const Json& root, const Channel& channel, GltfTables& tables
   const auto extension = target["extensions"].find("KHR_animation_pointer");
   if (target.contains("node") || target["path"] != "pointer") {
     return invalid(where + "/target",
-                   "a target with a pointer has the path \"pointer\", and no node");
+                   "a target with a pointer must have the path \"pointer\" and no node");
   }
   const auto path = extension->at("pointer").get<std::string>();
   const std::string pointer_where = where + "/target/extensions/KHR_animation_pointer/pointer";
@@ -213,7 +213,8 @@ Status read_pointer(const Json& root, const Channel& channel, GltfTables& tables
   const GltfAccessor& output = tables.accessors[static_cast<std::size_t>(pointer.output)];
   if (pointer.is_boolean &&
       (pointer.interpolation != "STEP" || output.component != ComponentType::kU8)) {
-    return invalid(pointer_where, "a boolean is animated by unsigned bytes and STEP interpolation");
+    return invalid(pointer_where,
+                   "a boolean must be animated by unsigned bytes with STEP interpolation");
   }
   tables.pointers.push_back(std::move(pointer));
   return ok_status();

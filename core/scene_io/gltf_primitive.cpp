@@ -204,7 +204,7 @@ Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader
     const bool has_joints = primitive.attributes.contains(joints_name);
     if (has_joints != primitive.attributes.contains(weights_name)) {
       return invalid(where + "/attributes",
-                     joints_name + " and " + weights_name + " come together");
+                     joints_name + " and " + weights_name + " must be given together");
     }
     if (!has_joints) {
       return ok_status();

@@ -145,7 +145,7 @@ class SchemaWalk {
       return invalid(where, shown(value) + " is not an array");
     }
     if (value.size() < member.count_min || value.size() > member.count_max) {
-      return invalid(where, std::to_string(value.size()) + " elements; there have to be " +
+      return invalid(where, std::to_string(value.size()) + " elements; expected " +
                                 std::to_string(member.count_min) +
                                 (member.count_max == member.count_min ? "" : " or more"));
     }
@@ -256,7 +256,7 @@ class SchemaWalk {
       return invalid(where, shown(value) + " is not an object");
     }
     if (value.size() < member.count_min) {
-      return invalid(where, "is empty; there has to be a member");
+      return invalid(where, "is empty; at least one member is required");
     }
     for (auto& [name, element] : value.items()) {
       if (auto status = check_integer(element, member, where + pointer_step(name)); !status) {

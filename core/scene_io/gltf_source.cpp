@@ -119,7 +119,7 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     file = *std::move(bytes);
   }
   if (!missing.empty()) {
-    return missing_files("files that the scene names are missing", missing);
+    return missing_files("files that the scene refers to are missing", missing);
   }
   return source;
 }

@@ -43,7 +43,7 @@ Status check_meshopt(const GltfTables& tables, const GltfView& view, const std::
   const GltfMeshopt& m = *view.meshopt;
   const GltfBuffer& source = tables.buffers[static_cast<std::size_t>(m.buffer)];
   if (source.is_meshopt_fallback) {
-    return invalid(where + "/buffer", "compressed data in a buffer that is marked as fallback");
+    return invalid(where + "/buffer", "compressed data in a buffer marked as fallback");
   }
   if (!fits(m.offset, m.bytes, source.bytes)) {
     return invalid(where, span_text(m.offset, m.bytes) + " lie outside of the buffer of " +

@@ -41,7 +41,7 @@ Result<Bytes> decode_base64(std::string_view text) {
   for (const char c : text) {
     const int digit = base64_digit(c);
     if (digit < 0) {
-      return invalid("a data URI holds a character that is not base64");
+      return invalid("a data URI contains a character that is not base64");
     }
     bits = bits << 6U | static_cast<std::uint32_t>(digit);
     held += 6;
@@ -51,7 +51,7 @@ Result<Bytes> decode_base64(std::string_view text) {
     }
   }
   if (text.size() % 4 == 1) {
-    return invalid("the base64 of a data URI is cut");
+    return invalid("the base64 of a data URI is truncated");
   }
   return bytes;
 }

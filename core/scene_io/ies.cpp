@@ -192,7 +192,7 @@ Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& 
   std::string_view line = standard;
   while (!line.starts_with("TILT")) {
     if (in.at_end()) {
-      return invalid("there is no line that begins with TILT: not a file of IES LM-63");
+      return invalid("no line starts with TILT: not an IES LM-63 file");
     }
     line = in.line();
   }

@@ -135,7 +135,7 @@ class Shutter {
       const auto found = by_number.find(instance.instance);
       if (found == by_number.end() ||
           found->second.mesh->primitives.size() != now.primitives.size()) {
-        return refused("a mesh comes or goes while the shutter is open");
+        return refused("a mesh appears or disappears while the shutter is open");
       }
       const Seen& then = found->second;
       if ((then.to_world->determinant() < 0) != (instance.to_world.determinant() < 0)) {
@@ -160,7 +160,7 @@ class Shutter {
     }
     if (bytes > bytes_left_) {
       return Error{ErrorCode::kTooLarge,
-                   "what moves while the shutter is open takes too much memory",
+                   "geometry that moves while the shutter is open takes too much memory",
                    "/shutter_seconds"};
     }
     bytes_left_ -= bytes;
@@ -197,7 +197,7 @@ class Shutter {
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
       if (i >= then.lights.size() || !is_same(scene_.lights[i].to_world, then.lights[i].to_world)) {
         return refused("the light '" + scene_.lights[i].name +
-                       "' moves while the shutter is open; of lights, only meshes that shine may");
+                       "' moves while the shutter is open; only emissive meshes may move");
       }
     }
     return ok_status();

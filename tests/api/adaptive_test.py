@@ -39,7 +39,7 @@ class Adaptive(ApiTest):
         job = self.server.render(body("pilot", 64, min_samples=33))
         self.assertEqual(job["spec"]["adaptive"]["min_samples"], 40)
         self.assertEqual(len(told(job)), 1)
-        self.assertIn("33 was asked for, 40 is in force", told(job)[0])
+        self.assertIn("33 was requested, 40 is used", told(job)[0])
         self.assertGreaterEqual(job["progress"]["samples_per_pixel"]["min"], 40)
         asked = self.server.render(body("pilot", 64, min_samples=40))
         self.assertEqual((asked["film_digest"], told(asked)), (job["film_digest"], []))

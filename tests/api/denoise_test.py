@@ -294,7 +294,7 @@ class OpenImageDenoise(ApiTest):
         self.assertIsNone(server.job(job["id"])["denoised"]["note"])
 
     def test_reports_a_crash(self):
-        self.assertIn("ended without an answer", self.refusal("crash"))
+        self.assertIn("ended without a result", self.refusal("crash"))
 
     def test_reports_another_major_version(self):
         self.assertIn("version 3 is not supported", self.refusal("version 3"))
@@ -312,7 +312,7 @@ class OpenImageDenoise(ApiTest):
         self.assertEqual(server.render(small())["state"], "finished")
         answer = denoised()
         self.assert_problem(answer, 503)
-        self.assertIn("took too long and was ended", answer.json()["detail"])
+        self.assertIn("took too long and was stopped", answer.json()["detail"])
 
     def test_command_line_reports_it_too(self):
         environ = {"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"}
@@ -320,4 +320,4 @@ class OpenImageDenoise(ApiTest):
         code, _, said = tessera("render", "cornell-box", "-o", output, "--size", "48x32",
                                 "--spp", "4", "--denoise", "mixed", environ=environ)
         self.assertEqual(code, 0, said)
-        self.assertIn("ended without an answer", said)
+        self.assertIn("ended without a result", said)

@@ -177,7 +177,7 @@ class Submitting(ApiTest):
             self.assertEqual(job["spec"]["stop"]["samples_per_pixel"], rounded, sampler)
             self.assertEqual(job["progress"]["samples_per_pixel"],
                              {"min": rounded, "mean": rounded, "max": rounded}, sampler)
-            said = [w for w in job["warnings"] if "5 was asked for" in w and sampler in w]
+            said = [w for w in job["warnings"] if "5 was requested" in w and sampler in w]
             self.assertEqual(len(said), 0 if rounded == 5 else 1, job["warnings"])
             self.assertGreater(job["error"]["relative_rmse"], 0)
 

@@ -117,8 +117,7 @@ TEST(ChooseIntegrator, RendersTheImageOfTheChosenIntegrator) {
   EXPECT_EQ((*renderer)->view().settings.integrator, "path");
   const std::string warning = *core::settle_integrator(view);
   EXPECT_EQ(view.settings.integrator, "path");
-  EXPECT_TRUE(warning.starts_with("integrator.type: 'auto' was asked for; it is 'path', since"))
-      << warning;
+  EXPECT_TRUE(warning.starts_with("integrator.type: 'auto' chose 'path', since")) << warning;
   EXPECT_EQ(*core::settle_integrator(view), "") << "once";
 }
 

@@ -275,11 +275,11 @@ TEST(Media, AreRefusedByIntegratorsThatDoNotSupportThem) {
   for (const char* name :
        {"direct", "light-trace", "mlt", "sppm", "photon-map", "irradiance-cache"}) {
     view.settings.integrator = name;
-    EXPECT_NE(message(view).find("media that scatter"), std::string::npos) << name;
+    EXPECT_NE(message(view).find("scattering media"), std::string::npos) << name;
   }
   view.settings.integrator = "path";
   view.settings.estimator.control_variate = core::ControlVariateType::kAnalytic;
-  EXPECT_NE(message(view).find("media that scatter"), std::string::npos);
+  EXPECT_NE(message(view).find("scattering media"), std::string::npos);
 }
 
 TEST(Media, BitsDoNotDependOnThreads) {

@@ -200,7 +200,7 @@ Status write_display(const ImageRows& image, const ImageFormat& format,
   const bool webp = format.extension == "webp";
   if (webp && (image.width > kWebpSideMax || image.height > kWebpSideMax)) {
     return Error{ErrorCode::kInvalidArgument,
-                 "a WebP picture has at most " + std::to_string(kWebpSideMax) + " pixels a side",
+                 "a WebP image has at most " + std::to_string(kWebpSideMax) + " pixels per side",
                  ""};
   }
   const int channels =

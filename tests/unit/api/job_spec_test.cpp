@@ -245,17 +245,16 @@ TEST(JobSpec, RoundsSampleCountsWithAWarning) {
   EXPECT_EQ(parsed->spec.stop.samples_per_pixel,
             core::rounded_samples(core::SamplerType::kSobol, 2, 15));
   EXPECT_EQ(parsed->warnings,
-            (std::vector<std::string>{"stop.samples_per_pixel: 15 was asked for, 16 is in force: "
+            (std::vector<std::string>{"stop.samples_per_pixel: 15 was requested, 16 is used: "
                                       "sampler 'sobol' with 2 replicates rounds 15 to 16."}));
   EXPECT_TRUE(api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":1}})")->warnings.empty());
   const auto sets = api::parse_job(R"({"scene":"x","sampler":{"type":"stratified","replicates":4},)"
                                    R"("stop":{"samples_per_pixel":100}})");
   ASSERT_TRUE(sets);
   EXPECT_EQ(sets->spec.stop.samples_per_pixel, 128);
-  EXPECT_EQ(sets->warnings,
-            (std::vector<std::string>{
-                "stop.samples_per_pixel: 100 was asked for, 128 is in force: sampler "
-                "'stratified' with 4 replicates rounds 100 to 128."}));
+  EXPECT_EQ(sets->warnings, (std::vector<std::string>{
+                                "stop.samples_per_pixel: 100 was requested, 128 is used: sampler "
+                                "'stratified' with 4 replicates rounds 100 to 128."}));
   const auto beyond = api::parse_job(
       R"({"scene":"x","sampler":{"type":"orthogonal-array"},"stop":{"samples_per_pixel":65536}})");
   ASSERT_TRUE(beyond);
@@ -267,10 +266,9 @@ TEST(JobSpec, RoundsSampleCountsWithAWarning) {
                      R"("stop":{"samples_per_pixel":16}})");
   ASSERT_TRUE(windows);
   EXPECT_EQ(windows->spec.stop.samples_per_pixel, 18);
-  EXPECT_EQ(
-      windows->warnings,
-      (std::vector<std::string>{"stop.samples_per_pixel: 16 was asked for, 18 is in force: sampler "
-                                "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
+  EXPECT_EQ(windows->warnings, (std::vector<std::string>{
+                                   "stop.samples_per_pixel: 16 was requested, 18 is used: sampler "
+                                   "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
   const auto most =
       api::parse_job(R"({"scene":"x","sampler":{"type":"orthogonal-array","replicates":64},)"
                      R"("light_sampler":{"type":"restir","block":1,"history":16},)"

@@ -104,12 +104,12 @@ TEST(GltfIor, WarnsAboutContradictions) {
   const auto ior = warnings(R"(,"KHR_materials_ior":{"ior":1.45})");
   ASSERT_EQ(ior.size(), 1U);
   EXPECT_EQ(ior[0],
-            "material '': KHR_materials_ior says 1.45, the curve of extras 1.517, which counts");
+            "material '': KHR_materials_ior says 1.45, the curve in extras 1.517, which is used");
   const auto dispersion = warnings(R"(,"KHR_materials_dispersion":{"dispersion":0.4})");
   ASSERT_EQ(dispersion.size(), 1U);
   EXPECT_EQ(dispersion[0],
-            "material '': KHR_materials_dispersion says 0.4, the curve of extras 0.3117, which "
-            "counts with wavelengths");
+            "material '': KHR_materials_dispersion says 0.4, the curve in extras 0.3117, which "
+            "is used if spectral is true");
 }
 
 TEST(GltfIor, WarnsAboutCurvesWithoutEffect) {
@@ -117,7 +117,7 @@ TEST(GltfIor, WarnsAboutCurvesWithoutEffect) {
   ASSERT_TRUE(surface);
   EXPECT_NEAR(surface->materials[0].ior, 1.5168F, 5e-6F);
   ASSERT_EQ(surface->warnings.size(), 1U);
-  EXPECT_NE(surface->warnings[0].find("disperses in volumes only"), std::string::npos);
+  EXPECT_NE(surface->warnings[0].find("causes dispersion only in volumes"), std::string::npos);
 
   const auto glossy = with_extras(kCauchy, R"(,"KHR_materials_pbrSpecularGlossiness":{})");
   ASSERT_TRUE(glossy);

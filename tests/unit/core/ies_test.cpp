@@ -219,9 +219,9 @@ TEST(IesFile, ReportsErrorsWithTheirPosition) {
     text.replace(text.find(from), from.size(), to);
     return text;
   };
-  EXPECT_EQ(message(""), "there is no line that begins with TILT: not a file of IES LM-63");
+  EXPECT_EQ(message(""), "no line starts with TILT: not an IES LM-63 file");
   EXPECT_EQ(message("solid cube\nfacet"),
-            "there is no line that begins with TILT: not a file of IES LM-63");
+            "no line starts with TILT: not an IES LM-63 file");
   EXPECT_EQ(message("TILT=NONE"), "the file ends before the number of lamps");
   EXPECT_EQ(message(changed("3 2 1 2", "3 2 4 2")),
             "line 5: the photometric type is 4, outside of [1, 3]");

@@ -84,12 +84,12 @@ TEST(Oidn, ReturnsBothHalvesAndItsVersion) {
 }
 
 TEST(Oidn, ReportsACrash) {
-  EXPECT_EQ(report_of("crash"), "Open Image Denoise: its process ended without an answer");
+  EXPECT_EQ(report_of("crash"), "Open Image Denoise: its process ended without a result");
 }
 
 TEST(Oidn, EndsAHangingProcess) {
   EXPECT_EQ(report_of("hang", std::chrono::seconds(1)),
-            "Open Image Denoise: it took too long and was ended");
+            "Open Image Denoise: it took too long and was stopped");
 }
 
 TEST(Oidn, QuotesAFailureOnOneLine) {
@@ -106,7 +106,7 @@ TEST(Oidn, NamesTheSettingIfTheLibraryIsMissing) {
   const auto made = run(with);
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().message,
-            "Open Image Denoise: its library is not there; TESSERA_OIDN names its folder");
+            "Open Image Denoise: its library was not found; set TESSERA_OIDN to its folder");
 }
 
 TEST(Oidn, NamesTheFileIfTheFolderLacksIt) {
@@ -124,7 +124,7 @@ TEST(Oidn, ReportsAMissingHelperProgram) {
   with.program = "/no/such/program";
   const auto made = run(with);
   ASSERT_FALSE(made);
-  EXPECT_EQ(made.error().message, "Open Image Denoise: its process ended without an answer");
+  EXPECT_EQ(made.error().message, "Open Image Denoise: its process ended without a result");
 }
 
 TEST(Oidn, SearchesTheNamedFolderAndItsLib) {

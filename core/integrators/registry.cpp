@@ -60,25 +60,26 @@ constexpr std::array kIntegrators = {
                         [](RenderSettings& settings) {
                           settings.estimator.splitting = SplittingType::kMeasured;
                         }},
-    IntegratorEntry{.name = "direct",
-                    .summary = "Emitted and direct light only: the path tracer's image at "
-                               "max_depth 1.",
-                    .bias = "none",
-                    .error = ErrorValidity::kValid,
-                    .make = &make_direct,
-                    .accepts = kDirectOptions,
-                    .set_defaults = [](RenderSettings& settings) { settings.max_depth = 1; }},
-    IntegratorEntry{.name = "light-trace",
-                    .summary = "Particles from the lights, each surface they meet connected to the "
-                               "camera: caustics; mirrors and glass are path traced.",
-                    .bias = "none",
-                    .error = ErrorValidity::kValid,
-                    .make = &make_light_tracer,
-                    .accepts = kLightTraceOptions,
-                    .splats = true},
+    IntegratorEntry{
+        .name = "direct",
+        .summary = "Emitted and direct light only: the path tracer's image at max_depth 1.",
+        .bias = "none",
+        .error = ErrorValidity::kValid,
+        .make = &make_direct,
+        .accepts = kDirectOptions,
+        .set_defaults = [](RenderSettings& settings) { settings.max_depth = 1; }},
+    IntegratorEntry{
+        .name = "light-trace",
+        .summary = "Light tracing: particles from the lights; each surface they hit is connected "
+                   "to the camera. For caustics; mirrors and glass are path traced.",
+        .bias = "none",
+        .error = ErrorValidity::kValid,
+        .make = &make_light_tracer,
+        .accepts = kLightTraceOptions,
+        .splats = true},
     IntegratorEntry{.name = "bdpt",
-                    .summary = "Bidirectional path tracing: subpaths from the camera and from the "
-                               "lights, connected in every way and combined by MIS.",
+                    .summary = "Bidirectional path tracing: subpaths from the camera and the "
+                               "lights, connected in all ways and combined by MIS.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_bdpt,
@@ -88,51 +89,53 @@ constexpr std::array kIntegrators = {
                     .media = true,
                     .shares = true,
                     .strategies = true},
-    IntegratorEntry{.name = "mlt",
-                    .summary = "Metropolis light transport: chains of paths that stay where light "
-                               "is, each a little different from the one before; light through a "
-                               "keyhole.",
-                    .bias = "none",
-                    .error = ErrorValidity::kFromChains,
-                    .make = &make_metropolis,
-                    .accepts = kMltOptions,
-                    .splats = true,
-                    .disperses = false},
+    IntegratorEntry{
+        .name = "mlt",
+        .summary = "Metropolis light transport: Markov chains of slightly mutated paths, which "
+                   "stay where light is found. For light through a keyhole.",
+        .bias = "none",
+        .error = ErrorValidity::kFromChains,
+        .make = &make_metropolis,
+        .accepts = kMltOptions,
+        .splats = true,
+        .disperses = false},
     IntegratorEntry{.name = "photon-map",
-                    .summary = "Photons from the lights, gathered within a fixed radius: caustics "
-                               "as they are in the map, other indirect light one reflection "
-                               "later. Blurred for good.",
+                    .summary = "Photon mapping: photons from the lights, gathered within a fixed "
+                               "radius; caustics directly from the map, other indirect light after "
+                               "one more reflection. The blur does not decrease with more samples.",
                     .bias = "biased",
                     .error = ErrorValidity::kNone,
                     .make = &make_photon_tracer,
                     .accepts = kPhotonMapOptions,
                     .disperses = false,
                     .prepass_bytes = &photon_bytes},
-    IntegratorEntry{.name = "sppm",
-                    .summary = "Stochastic progressive photon mapping: photons from the lights, "
-                               "gathered within a radius that shrinks from sample to sample; "
-                               "caustics behind glass and in mirrors.",
-                    .bias = "consistent",
-                    .error = ErrorValidity::kNone,
-                    .make = &make_photon_tracer,
-                    .accepts = kSppmOptions,
-                    .disperses = false,
-                    .prepass_bytes = &photon_bytes},
-    IntegratorEntry{.name = "irradiance-cache",
-                    .summary = "Irradiance caching: diffuse indirect light interpolated between "
-                               "records, which are placed where it changes; all other light as "
-                               "by path. Smooth interiors soon without noise, blurred for good.",
-                    .bias = "biased",
-                    .error = ErrorValidity::kNone,
-                    .make = &make_irradiance_cache,
-                    .accepts = kCacheOptions,
-                    .prepass_bytes = &cache_bytes,
-                    .keeps_prepass = true},
+    IntegratorEntry{
+        .name = "sppm",
+        .summary =
+            "Stochastic progressive photon mapping: photons from the lights, gathered within a "
+            "radius that shrinks from sample to sample. For caustics behind glass and in mirrors.",
+        .bias = "consistent",
+        .error = ErrorValidity::kNone,
+        .make = &make_photon_tracer,
+        .accepts = kSppmOptions,
+        .disperses = false,
+        .prepass_bytes = &photon_bytes},
+    IntegratorEntry{
+        .name = "irradiance-cache",
+        .summary = "Irradiance caching: diffuse indirect light is interpolated between records "
+                   "placed where it changes; all other light as with path. Smooth interiors "
+                   "quickly without noise; the blur does not decrease with more samples.",
+        .bias = "biased",
+        .error = ErrorValidity::kNone,
+        .make = &make_irradiance_cache,
+        .accepts = kCacheOptions,
+        .prepass_bytes = &cache_bytes,
+        .keeps_prepass = true},
     // Replaced before an image is started (core/render/choose_integrator.h), so it has no factory;
     // has the memory needs of both candidates.
     IntegratorEntry{.name = kAutomaticIntegrator,
-                    .summary = "path or bdpt, whichever is the more efficient in small images "
-                               "made before; the job says which, and why.",
+                    .summary = "path or bdpt, whichever is more efficient in small pilot images; "
+                               "the job reports which, and why.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_path_tracer,

@@ -7,20 +7,19 @@ namespace core {
 namespace {
 
 constexpr std::array kLayerPatterns = {
-    LayerPattern{
-        "irradiance",
-        "Light that falls on the first surface, W/m2 of nominal white (683 lm/W), whatever "
-        "the surface does with it."},
+    LayerPattern{"irradiance",
+                 "Irradiance on the first surface, W/m2 of nominal white (683 lm/W), independent "
+                 "of its material."},
     LayerPattern{"bounce:N",
-                 "Light of paths with N scatterings: 0 is emitted, 1 direct light; `bounce:N-` of "
-                 "those with N and more."},
+                 "Light of paths with N scattering events: 0 is emitted, 1 direct light; "
+                 "`bounce:N-`: N or more."},
     LayerPattern{"light:NAME",
-                 "Light of a group of lights: extras.light_group of their nodes, or their names; "
-                 "`environment` is the sky's."},
-    LayerPattern{"st:S,T",
-                 "bdpt: light of paths whose S vertices come from the light and T from the camera, "
-                 "both ends counted, with the weight of that strategy; `st:S,T:unweighted` without "
-                 "it."},
+                 "Light of a light group: extras.light_group of its nodes, or their names; "
+                 "`environment` is the environment light."},
+    LayerPattern{
+        "st:S,T",
+        "bdpt: light of paths with S vertices from the light and T from the camera, endpoints "
+        "included, weighted by MIS; `st:S,T:unweighted`: without the MIS weight."},
 };
 
 constexpr std::string_view kBounce = "bounce:";

@@ -12,8 +12,9 @@ namespace {
 constexpr std::array kErrorValidities = {
     NamedValue<ErrorValidity>{"valid", ErrorValidity::kValid,
                               "The halves estimate the variance of the mean."},
-    NamedValue<ErrorValidity>{"from-chains", ErrorValidity::kFromChains,
-                              "They do; independent are chains, not samples."},
+    NamedValue<ErrorValidity>{
+        "from-chains", ErrorValidity::kFromChains,
+        "The halves estimate the variance of the mean; chains are independent, not samples."},
     NamedValue<ErrorValidity>{"none", ErrorValidity::kNone,
                               "The error is unknown: the image is biased, or its halves depend on "
                               "each other."},
@@ -35,49 +36,49 @@ constexpr std::array kSamplers = {
                             "Independent uniform numbers; error falls as N^-1/2.",
                             kReplicateOptions},
     NamedValue<SamplerType>{"antithetic", SamplerType::kAntithetic,
-                            "Pairs of mirrored points on film, lens and emitters; counts are "
-                            "rounded up to whole pairs in "
-                            "every replicate: multiples of 2 times the replicates.",
-                            kReplicateOptions},
-    NamedValue<SamplerType>{"stratified", SamplerType::kStratified,
-                            "Independent sets of 16 points, jittered in 4 x 4 cells of film, lens, "
-                            "emitter and direction; counts "
-                            "are rounded up to multiples of 16 times the replicates.",
+                            "Pairs of mirrored points on film, lens and emitters; sample counts "
+                            "are rounded up to multiples of 2 times the replicates.",
                             kReplicateOptions},
     NamedValue<SamplerType>{
+        "stratified", SamplerType::kStratified,
+        "Independent sets of 16 points, jittered in 4 x 4 cells of film, lens, emitter and "
+        "direction; sample counts are rounded up to multiples of 16 times the replicates.",
+        kReplicateOptions},
+    NamedValue<SamplerType>{
         "latin-hypercube", SamplerType::kLatinHypercube,
-        "Independent sets of 16 points, one in each of 16 intervals of every dimension; counts are "
-        "rounded up to multiples of 16 times the replicates.",
+        "Independent sets of 16 points, one in each of 16 intervals of every dimension; sample "
+        "counts are rounded up to multiples of 16 times the replicates.",
         kReplicateOptions},
     NamedValue<SamplerType>{
         "orthogonal-array", SamplerType::kOrthogonalArray,
         "Independent sets of 25 points, one in each of 5 x 5 cells of every pair within four "
-        "dimensions; counts are rounded up to multiples of 25 times the replicates.",
+        "dimensions; sample counts are rounded up to multiples of 25 times the replicates.",
         kReplicateOptions},
-    NamedValue<SamplerType>{"halton", SamplerType::kHalton,
-                            "Halton points with scrambled digits in bases 2 to 311, one sequence "
-                            "over ten bounces; even "
-                            "sample counts (odd ones above 1 are rounded up).",
-                            kReplicateOptions},
+    NamedValue<SamplerType>{
+        "halton", SamplerType::kHalton,
+        "Halton points with scrambled digits in bases 2 to 311, one sequence over ten bounces; "
+        "sample counts must be even (odd ones above 1 are rounded up).",
+        kReplicateOptions},
     NamedValue<SamplerType>{"sobol", SamplerType::kSobol,
-                            "Owen-scrambled Sobol points in groups of four dimensions; even sample "
-                            "counts (odd ones above "
-                            "1 are rounded up).",
+                            "Owen-scrambled Sobol points in groups of four dimensions; sample "
+                            "counts must be even (odd ones above 1 are rounded up).",
                             kReplicateOptions},
     NamedValue<SamplerType>{
         "zsobol", SamplerType::kZsobol,
         "Sobol points in blue-noise order, for previews: errors of neighbouring pixels cancel, so "
-        "variances do not add up over a block; independent sets of 8 points a pixel, counts are "
-        "rounded "
-        "up to multiples of 8 times the replicates.",
+        "variances do not add up over a block. Independent sets of 8 points per pixel; sample "
+        "counts are rounded up to multiples of 8 times the replicates.",
         kReplicateOptions},
 };
 
 constexpr std::array kLightSamplers = {
-    NamedValue<LightSamplerType>{"uniform", LightSamplerType::kUniform, "Every light alike."},
-    NamedValue<LightSamplerType>{"power", LightSamplerType::kPower, "By emitted power."},
-    NamedValue<LightSamplerType>{"tree", LightSamplerType::kTree,
-                                 "A tree of lights, by what each can contribute at the point."},
+    NamedValue<LightSamplerType>{"uniform", LightSamplerType::kUniform,
+                                 "Every light with the same probability."},
+    NamedValue<LightSamplerType>{"power", LightSamplerType::kPower,
+                                 "In proportion to emitted power."},
+    NamedValue<LightSamplerType>{
+        "tree", LightSamplerType::kTree,
+        "A light tree, by the estimated contribution of each light at the shaded point."},
     NamedValue<LightSamplerType>{"ris", LightSamplerType::kRis,
                                  "One of `candidates` from the tree, chosen by its unshadowed "
                                  "contribution (resampled importance "
@@ -85,10 +86,10 @@ constexpr std::array kLightSamplers = {
                                  kRisOptions},
     NamedValue<LightSamplerType>{
         "restir", LightSamplerType::kRestir,
-        "Where the camera looks, of the light samples of all pixels in a square of `block` by "
-        "`block` and of `history` passes, one by what it would add without shadows (reservoirs "
-        "that are shared, with weights that keep it unbiased); errors of neighbouring pixels are "
-        "correlated. Counts are rounded up to multiples of `history` times the replicates.",
+        "At the first surface, shares light samples between the pixels of a square of `block` by "
+        "`block` and between `history` passes, resampled by unshadowed contribution with weights "
+        "that keep the result unbiased (reservoir resampling). Errors of neighbouring pixels are "
+        "correlated. Sample counts are rounded up to multiples of `history` times the replicates.",
         kRestirOptions},
 };
 
@@ -97,7 +98,7 @@ constexpr std::array kStrategies = {
     NamedValue<Strategy>{"light", Strategy::kLight, "Next-event estimation alone."},
     NamedValue<Strategy>{"bsdf", Strategy::kBsdf, "BSDF sampling alone."},
     NamedValue<Strategy>{"cosine", Strategy::kCosine,
-                         "Cosine-weighted directions, whatever the BSDF."},
+                         "Cosine-weighted directions, independent of the BSDF."},
     NamedValue<Strategy>{"uniform", Strategy::kUniform, "Uniform directions over the hemisphere."},
 };
 
@@ -105,74 +106,72 @@ constexpr std::array kMisTypes = {
     NamedValue<MisType>{"balance", MisType::kBalance, "Balance heuristic."},
     NamedValue<MisType>{"power", MisType::kPower, "Power heuristic with `exponent`.",
                         kPowerOptions},
-    NamedValue<MisType>{"maximum", MisType::kMaximum, "All weight to the larger density."},
+    NamedValue<MisType>{"maximum", MisType::kMaximum,
+                        "Maximum heuristic: all weight to the technique with the larger density."},
     NamedValue<MisType>{"optimal", MisType::kOptimal,
-                        "Where the camera looks: the weights of least variance for each pixel, "
-                        "which may be negative, from a 2x2 "
-                        "system that one half solves for the other; power heuristic further on."},
+                        "At the first surface, weights with the least variance for each pixel, "
+                        "which may be negative; each half solves the 2x2 system for the other. "
+                        "Power heuristic at later bounces."},
 };
 
 constexpr std::array kRouletteTypes = {
-    NamedValue<RouletteType>{"none", RouletteType::kNone, "Paths end at max_depth only."},
-    NamedValue<RouletteType>{
-        "throughput", RouletteType::kThroughput,
-        "Paths that carry little go on by chance: the less, the darker they are, and "
-        "rather after glossy surfaces."},
+    NamedValue<RouletteType>{"none", RouletteType::kNone, "Paths end only at max_depth."},
+    NamedValue<RouletteType>{"throughput", RouletteType::kThroughput,
+                             "Paths with low throughput are terminated at random: the lower the "
+                             "throughput, the more often, and more often after glossy surfaces."},
     NamedValue<RouletteType>{
         "threshold", RouletteType::kThreshold,
-        "The same; and of light samples that would add less than `delta` to the pixel "
-        "without shadows, a share in proportion has its shadow ray traced.",
+        "As `throughput`; also traces shadow rays at random for light samples whose unshadowed "
+        "contribution to the pixel is below `delta`, in proportion to it.",
         kThresholdOptions},
 };
 
 constexpr std::array kSplittingTypes = {
-    NamedValue<SplittingType>{"none", SplittingType::kNone, "One path for each camera ray."},
+    NamedValue<SplittingType>{"none", SplittingType::kNone, "One path per camera ray."},
     NamedValue<SplittingType>{
         "fixed", SplittingType::kFixed,
-        "`count` continuations at the first surface that a camera ray meets, averaged.",
+        "`count` continuations at the first surface that a camera ray hits, averaged.",
         kFixedOptions},
     NamedValue<SplittingType>{
         "measured", SplittingType::kMeasured,
-        "As fixed; the count, from 1 to 8, is the one that pays for variances and rays "
-        "that a pilot of 4096 paths measures before the image begins."},
+        "As `fixed`, with the most efficient count from 1 to 8 for the variances and ray counts "
+        "that a pilot of 4096 paths measures before rendering."},
 };
 
 constexpr std::array kControlVariateTypes = {
-    NamedValue<ControlVariateType>{"none", ControlVariateType::kNone, "Light samples as they are."},
+    NamedValue<ControlVariateType>{"none", ControlVariateType::kNone, "Plain light samples."},
     NamedValue<ControlVariateType>{
         "analytic", ControlVariateType::kAnalytic,
-        "On diffuse surfaces the light of uniform emitters without shadows in closed form, samples "
-        "for shadows and gloss; clear where few shadows fall, noisier deep in shadow. Strategies "
-        "'mis' and 'light'."},
+        "On diffuse surfaces, computes the unshadowed light of uniform emitters in closed form and "
+        "samples only shadows and gloss. Less noise where there are few shadows, more deep in "
+        "shadow. Strategies 'mis' and 'light'."},
     NamedValue<ControlVariateType>{
         "regression", ControlVariateType::kRegression,
-        "Where the camera looks, the same with a factor for each pixel that one half fits for the "
-        "other by least squares, small in shadow; BSDF samples keep their part. Strategies 'mis' "
-        "and 'light'."},
+        "As `analytic`, at the first surface, with a factor for each pixel that one half fits for "
+        "the other by least squares; it is small in shadow. BSDF samples are unchanged. Strategies "
+        "'mis' and 'light'."},
 };
 
 constexpr std::array kExpectedValues = {
     NamedValue<bool>{"true", true,
-                     "Absorption and transparency are factors of what a path carries."},
-    NamedValue<bool>{
-        "false", false,
-        "Absorption by surfaces and media, and transparency in the way of light samples, end a "
-        "path at random: the same mean, more noise."},
+                     "Absorption and transparency attenuate the throughput of a path."},
+    NamedValue<bool>{"false", false,
+                     "Absorption by surfaces and media, and transparency along shadow rays, "
+                     "terminate paths at random: the same mean, more noise."},
 };
 
 constexpr std::array kSpectral = {
     NamedValue<bool>{"false", false, "Paths carry red, green and blue."},
     NamedValue<bool>{"true", true,
-                     "Paths carry three wavelengths each: dispersion in all its colours, and "
-                     "colours that deepen over bounces as spectra do."},
+                     "Each path carries three wavelengths: reproduces dispersion, and colours that "
+                     "deepen over several bounces."},
 };
 constexpr std::array kAdaptiveTypes = {
     NamedValue<AdaptiveType>{"none", AdaptiveType::kNone,
                              "Every pixel gets the same number of samples."},
     NamedValue<AdaptiveType>{"pilot", AdaptiveType::kPilot,
-                             "More where a pilot stream finds noise that is never in the image "
-                             "and takes at most a tenth "
-                             "on top; errors are valid.",
+                             "More samples where a pilot finds noise. Pilot samples are never part "
+                             "of the image and take at most a tenth extra; errors are valid.",
                              kPilotOptions},
 };
 
@@ -182,8 +181,8 @@ constexpr std::array kLaboratoryRules = {
 };
 
 constexpr std::array kGranularities = {
-    NamedValue<Granularity>{"pixel", Granularity::kPixel, "Each pixel by its own neighbourhood."},
-    NamedValue<Granularity>{"tile", Granularity::kTile, "All pixels of a tile alike."},
+    NamedValue<Granularity>{"pixel", Granularity::kPixel, "Each pixel from its own neighbourhood."},
+    NamedValue<Granularity>{"tile", Granularity::kTile, "The same count for all pixels of a tile."},
 };
 
 constexpr std::array kFilters = {
@@ -199,40 +198,42 @@ constexpr std::array kFilters = {
 
 constexpr std::array kFogTypes = {
     NamedValue<FogType>{"homogeneous", FogType::kHomogeneous,
-                        "The same coefficients everywhere; density may fall with height."},
+                        "The same coefficients everywhere; the density may decrease with height."},
 };
 
 constexpr std::array kBackgrounds = {
     NamedValue<BackgroundType>{"environment", BackgroundType::kEnvironment,
                                "The environment that lights the scene; black without one."},
     NamedValue<BackgroundType>{"transparent", BackgroundType::kTransparent,
-                               "Nothing: the image has alpha there."},
+                               "Transparent: alpha is 0 where nothing is hit."},
     NamedValue<BackgroundType>{"color", BackgroundType::kColor, "One colour."},
     NamedValue<BackgroundType>{"blurred", BackgroundType::kBlurred,
                                "The environment, out of focus."},
 };
 constexpr std::array kGrounds = {
-    NamedValue<GroundType>{"none", GroundType::kNone, "What the scene has."},
+    NamedValue<GroundType>{"none", GroundType::kNone, "No ground plane."},
     NamedValue<GroundType>{"catcher", GroundType::kCatcher,
-                           "A plane that is seen by the shadows on it alone, and by the light that "
-                           "the model throws there."},
+                           "A shadow catcher: a plane that shows only the shadows and the light "
+                           "that the model casts on it."},
     NamedValue<GroundType>{"sweep", GroundType::kSweep,
                            "A studio sweep: a floor that curves up into a wall behind the model, "
-                           "as the camera sees it."},
+                           "as seen from the camera."},
 };
 constexpr std::array kPresets = {
     NamedValue<EnvironmentPreset>{"studio", EnvironmentPreset::kStudio,
-                                  "Soft boxes: key, fill, one above and one behind, before grey."},
+                                  "Soft boxes against grey: key, fill, one above and one behind."},
     NamedValue<EnvironmentPreset>{"tent", EnvironmentPreset::kTent,
                                   "A product tent: bright cloth all around, open to the front."},
-    NamedValue<EnvironmentPreset>{"rim", EnvironmentPreset::kRim,
-                                  "Two strips behind the model, and little light from the front."},
+    NamedValue<EnvironmentPreset>{
+        "rim", EnvironmentPreset::kRim,
+        "Two strip lights behind the model and little light from the front."},
 };
 constexpr std::array kCameraTypes = {
-    NamedValue<CameraType>{"perspective", CameraType::kPerspective, "Through one point."},
+    NamedValue<CameraType>{"perspective", CameraType::kPerspective, "All rays through one point."},
     NamedValue<CameraType>{"orthographic", CameraType::kOrthographic, "Parallel rays."},
-    NamedValue<CameraType>{"panorama", CameraType::kPanorama,
-                           "All directions, equirectangular: the middle is ahead, the top is up."},
+    NamedValue<CameraType>{
+        "panorama", CameraType::kPanorama,
+        "All directions, equirectangular: the centre is forward, the top is up."},
 };
 
 }  // namespace

@@ -78,9 +78,9 @@ const View<BatchMember>& member_view() {
   static const View<BatchMember> kView = {
       "BatchJob",
       "A job of a batch.",
-      {{"id", shape::text("Of the job."), [](const BatchMember& m) -> Json { return m.id; }},
+      {{"id", shape::text("Id of the job."), [](const BatchMember& m) -> Json { return m.id; }},
        {"name", shape::text(), [](const BatchMember& m) -> Json { return m.name; }},
-       {"state", shape::text("Of the job."),
+       {"state", shape::text("State of the job."),
         [](const BatchMember& m) -> Json { return to_text(m.state); }},
        {"fraction", shape::real(),
         [](const BatchMember& m) -> Json { return number_json(m.fraction); }},

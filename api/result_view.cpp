@@ -131,9 +131,9 @@ const View<PixelLayer>& pixel_layer_view() {
       {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
        {"standard_error", shape::reals(),
         [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
-       {"low", shape::reals("Of the 95% interval."),
+       {"low", shape::reals("Lower bounds of the 95% interval."),
         [](const PixelLayer& l) { return numbers_json(l.low); }},
-       {"high", shape::reals("Of the 95% interval."),
+       {"high", shape::reals("Upper bounds of the 95% interval."),
         [](const PixelLayer& l) { return numbers_json(l.high); }},
        {"halves",
         shape::nullable(shape::list(shape::reals(), "Halves A and B; null if the layer has none.")),
@@ -169,7 +169,8 @@ const View<PixelView>& pixel_view() {
       {{"x", shape::count(), [](const PixelView& p) -> Json { return p.x; }},
        {"y", shape::count(), [](const PixelView& p) -> Json { return p.y; }},
        {"samples", shape::count(), [](const PixelView& p) -> Json { return p.samples; }},
-       {"layers", shape::map(pixel_layer_view().shape(), "By name."), [](const PixelView& p) {
+       {"layers", shape::map(pixel_layer_view().shape(), "Layers by name."),
+        [](const PixelView& p) {
           Json layers = Json::object();
           for (const PixelLayer& layer : p.layers) {
             layers[layer.name] = pixel_layer_view().print(layer);

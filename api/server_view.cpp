@@ -263,7 +263,7 @@ const View<ServerView>& server_view() {
         [](const Server& s) { return print_list(builtin_scene_view(), s.capabilities.scenes); }},
        {"experiments", shape::list(experiment_view().shape(), "Experiments of the laboratory."),
         [](const Server&) { return experiments_json(); }},
-       {"extensions", shape::texts("Of glTF."),
+       {"extensions", shape::texts("Supported glTF extensions."),
         [](const Server& s) -> Json { return s.capabilities.extensions; }}}};
   return kView;
 }

@@ -333,7 +333,7 @@ void add_tenant_schemas(Json& components) {
   };
   components["KeyList"] = with("keys", array_schema(ref("Key"), "Oldest first."), "All keys.");
   Json usage =
-      with("tenants", array_schema(schema_of(usage_columns(), ""), "By name."),
+      with("tenants", array_schema(schema_of(usage_columns(), ""), "Sorted by name."),
            "Usage of tenants: all for the operator and admins, otherwise only the key's own.");
   usage["properties"]["quotas"] = schema_of(quota_columns(), "Quotas of each tenant; 0: no limit.");
   usage["required"].push_back("quotas");

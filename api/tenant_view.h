@@ -14,7 +14,7 @@
 
 namespace api {
 
-inline constexpr std::int64_t kTenantCharacters = 64;  ///< Of a tenant's name.
+inline constexpr std::int64_t kTenantCharacters = 64;  ///< Maximum length of a tenant's name.
 
 struct KeyView {
   std::string id;

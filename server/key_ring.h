@@ -20,7 +20,7 @@ namespace server {
 /// Holder of a key, and its rights.
 struct Holder {
   std::string
-      id;  ///< Of a stored key; empty: the operator, or any caller where no key is required.
+      id;  ///< Id of a stored key; empty: the operator, or any caller where no key is required.
   std::string name = {};    ///< The key's, or "operator"; empty: any caller.
   std::string tenant = {};  ///< Empty: the operator's.
   bool may_read = true;
@@ -53,7 +53,7 @@ class KeyRing {
   KeyTable& table_;
   const Watcher watcher_;
   core::Mutex mutex_;
-  std::map<std::string, KeyRow> rows_ GUARDED_BY(mutex_);  ///< By id.
+  std::map<std::string, KeyRow> rows_ GUARDED_BY(mutex_);  ///< Keys by id.
   bool is_read_ GUARDED_BY(mutex_) = false;
   std::optional<Clock::time_point> read_at_
       GUARDED_BY(mutex_);  ///< Empty: the next caller reloads the table.

@@ -53,7 +53,7 @@ class RequestLog {
   const std::string audit_path_;
   RateLimiter refusals_;
   core::Mutex mutex_;
-  std::map<int, std::int64_t> left_out_ GUARDED_BY(mutex_);  ///< By status.
+  std::map<int, std::int64_t> left_out_ GUARDED_BY(mutex_);  ///< Counts by status.
 };
 
 }  // namespace server

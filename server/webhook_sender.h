@@ -62,7 +62,7 @@ class WebhookSender {
   Metrics& metrics_;
   const Reach reach_;
   WebCalls calls_;
-  std::map<std::string, DeliveryRow> open_;  ///< By receiver; used only by the thread.
+  std::map<std::string, DeliveryRow> open_;  ///< Deliveries by receiver; used only by the thread.
   double rests_until_ =
       0;  ///< Pause after the store failed, since calls would be repeated again and again.
   double forgot_at_ = 0;

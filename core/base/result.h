@@ -12,7 +12,7 @@
 
 namespace core {
 
-/// What went wrong, by what the caller can do about it. Layers above add codes of their own with
+/// Kinds of errors, by what the caller can do about them. Layers above add codes of their own with
 /// the numbers that are free here.
 enum class ErrorCode {
   kBadSyntax = 0,          ///< the text is not in its format at all: not JSON, a broken query

@@ -98,7 +98,8 @@ class Camera {
   CameraType type_ = CameraType::kPerspective;
   float width_px_ = 1;
   float height_px_ = 1;
-  /// Of the film: at distance 1 (perspective), in metres (orthographic) or in radians (panorama).
+  /// Extent of the film: at distance 1 (perspective), in metres (orthographic) or in radians
+  /// (panorama).
   float half_width_ = 1;
   float half_height_ = 1;
   float aperture_radius_m_ = 0;

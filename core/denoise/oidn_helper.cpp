@@ -17,7 +17,7 @@
 namespace core {
 namespace {
 
-// Of the library's oidn.h, 2.0 to 2.x.
+// Constants of the library's oidn.h, 2.0 to 2.x.
 using Device = struct DeviceImpl*;
 using Filter = struct FilterImpl*;
 constexpr int kCpu = 1;

@@ -35,11 +35,11 @@ struct ErrorInterval {
   bool unreliable = false;  ///< few pixels carry most of it
 };
 
-/// What stands for a tile's N where a picture was made from a film by other means than averaging:
-/// the sum of m (core/denoise/denoised_picture.h), of either sign.
+/// Replaces a tile's N if the image is not the mean of the film's samples: the sum of m
+/// (core/denoise/denoised_picture.h), of either sign.
 struct TileEnergy {
   double energy = 0;
-  double variance = 0;  ///< of the energy, about what this very picture is off by
+  double variance = 0;  ///< of the energy, about the error of this image
 };
 
 /// Relative error of such a picture; the interval, from the variance of the sums, is that of what
@@ -68,14 +68,14 @@ class ErrorEstimate {
   bool valid() const noexcept { return picture_.valid; }
   ErrorInterval image(double confidence) const;
 
-  /// Upper bound of the error of this very picture, with I - mu in place of the differences of the
-  /// halves; exceeded with probability alpha at most.
+  /// Returns an upper bound of the error of this image (not of the mean error of such images), with
+  /// I - mu in place of the differences of the halves; exceeded with probability at most alpha.
   double bound(double alpha) const;
-  /// The largest of such bounds of the tiles; alpha is divided over them.
+  /// Returns the largest such bound of any tile; alpha is divided among the tiles.
   double worst_tile_bound(double alpha) const;
 
  private:
-  /// Of the ratio N / (S + F), whose root is the error.
+  /// The ratio N / (S + F), whose square root is the error.
   struct Ratio {
     double value = 0;
     double log_deviation = 0;  ///< standard deviation of its logarithm

@@ -26,7 +26,7 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(rect.width) +
            static_cast<std::size_t>(column);
   };
-  std::array<double, 3> squares{};  // Of light of 1e20 and more they are no floats.
+  std::array<double, 3> squares{};  // Squares of 1e20 and more overflow float.
   int count = 0;
   for (int row = window.y; row < window.y + window.height; ++row) {
     for (int column = window.x; column < window.x + window.width; ++column) {

@@ -108,7 +108,7 @@ class RenderTask {
   RenderTask(const RenderTask&) = delete;
   RenderTask& operator=(const RenderTask&) = delete;
 
-  /// Where a slice is rendered.
+  /// Place of computation of a slice.
   enum class Place {
     kHere,      ///< in this process, by run()
     kElsewhere  ///< in another process, from the result of prepare(); it also traces the photons

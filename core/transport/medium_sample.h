@@ -39,7 +39,7 @@ class MediumStretch {
     float pdf_m = 0;    ///< of sample() [1/m]
   };
   Place at(float distance_m) const noexcept;
-  /// Where the medium begins and ends along the segment [m].
+  /// Distances along the segment at which the medium begins and ends [m].
   Fog::Range range() const noexcept;
   /// Half of the samples that scatter do so before, if the extinction is the mean of the channels'.
   Vec3 median() const noexcept;

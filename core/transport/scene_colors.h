@@ -1,4 +1,5 @@
-/// What a path makes of the colours of a scene: policies of functions that follow paths.
+/// Conversion of a scene's colours to the spectrum of a path: policies of functions that follow
+/// paths.
 #pragma once
 
 #include "core/bsdf/spectral_bsdf.h"
@@ -10,7 +11,7 @@
 
 namespace core {
 
-/// Takes them as they are.
+/// Uses RGB colours unchanged.
 struct RgbColors {
   static constexpr bool is_spectral = false;  // NOLINT(readability-identifier-naming): a trait
   static Rgb values(Rgb color) noexcept { return color; }
@@ -20,7 +21,7 @@ struct RgbColors {
   static void passed(const Medium&, float /*depth_m*/) noexcept {}
 };
 
-/// The same, and sums up the optical depth of the media that scatter.
+/// The same, and sums the optical depth of scattering media.
 class FlightColors : public RgbColors {
  public:
   /// depth must outlive it.

@@ -60,7 +60,7 @@ class Connection {
   bool read_head(Request& request, ParsedHead& parsed);
   /// Returns true when the connection can take another request.
   bool serve_one();
-  /// What to do with the connection after a response.
+  /// Use of the connection after a response.
   enum class Next : std::uint8_t { kReuse, kClose, kDiscardAndClose };
   Next serve(Request& request, const ParsedHead& parsed, Outcome& outcome);
   Response make_response(Request& request, const ParsedHead& parsed, RequestBody& body,

@@ -67,8 +67,8 @@ struct HttpLimits {
 struct Outcome {
   int status = 0;
   double seconds = 0;  ///< From the first byte of the request to the last of the response.
-  std::uint64_t bytes_received = 0;  ///< Of the body.
-  std::uint64_t bytes_sent = 0;      ///< Of the body.
+  std::uint64_t bytes_received = 0;  ///< Bytes of the request body.
+  std::uint64_t bytes_sent = 0;      ///< Bytes of the response body.
   bool client_gone = false;          ///< The response could not be sent completely.
   bool is_stream = false;            ///< It held a stream slot: a stream or a long poll.
   std::string internal_error = {};   ///< Text of an exception; never sent.
@@ -123,7 +123,7 @@ class HttpServer {
     std::uint64_t connections_refused =
         0;  ///< Admitted for probes only, or rejected: the server was full.
     std::uint64_t connections_evicted = 0;  ///< Closed while waiting, by the total limit.
-    std::uint64_t connections_evicted_of_address = 0;  ///< By the limit of their address.
+    std::uint64_t connections_evicted_of_address = 0;  ///< Closed by the limit of their address.
     std::uint64_t requests = 0;
     std::uint64_t requests_refused = 0;  ///< 429: the key or address had too many requests.
   };

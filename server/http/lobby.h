@@ -21,7 +21,7 @@ class Lobby {
  public:
   struct Limits {
     int waiting = 0;             ///< In total, at least 1.
-    int waiting_of_address = 0;  ///< Of one address group, at least 1.
+    int waiting_of_address = 0;  ///< For one address group, at least 1.
   };
   explicit Lobby(Limits limits) : limits_(limits) {}
   Lobby(const Lobby&) = delete;

@@ -57,7 +57,7 @@ class RequestBody final : public BodyReader {
   Framing framing_;
   BodyPace pace_;
   std::uint64_t limit_bytes_ = 0;
-  std::uint64_t left_;  ///< Of the body, or of the current chunk.
+  std::uint64_t left_;  ///< Bytes left in the body, or in the current chunk.
   std::uint64_t bytes_read_ = 0;
   std::uint64_t received_bytes_ = 0;  ///< Including framing, since the first wait.
   Clock::duration waited_ = {};

@@ -47,11 +47,11 @@ class HeadScanner {
   std::size_t lines_ = 0;  ///< Complete lines, including the request line.
 };
 
-/// How the body is delimited, and whether the connection may be reused.
+/// Framing of the body, and whether the connection may be reused.
 struct Framing {
   enum class Body : std::uint8_t { kNone, kLength, kChunked };
   Body body = Body::kNone;
-  std::uint64_t length = 0;  ///< Of kLength; above 0.
+  std::uint64_t length = 0;  ///< For kLength; above 0.
   bool is_http_1_1 = true;
   bool wants_keep_alive = true;
   bool expects_continue = false;

@@ -169,11 +169,11 @@ class JobBook {
   MemoryGate& memory_;
   const std::function<void()> on_leave_;
   mutable core::Mutex mutex_;
-  MemoryGate::Lease held_ GUARDED_BY(mutex_);  ///< By all holders together.
+  MemoryGate::Lease held_ GUARDED_BY(mutex_);  ///< Memory held by all holders together.
   std::map<std::string, JobPointer> jobs_ GUARDED_BY(mutex_);
   std::vector<Waiting> queue_ GUARDED_BY(mutex_);  ///< Next first.
   std::uint64_t places_given_ GUARDED_BY(mutex_) = 0;
-  /// By slot number. A job that was paused while loading may briefly have two.
+  /// Holders by slot number. A job that was paused while loading may briefly have two.
   std::map<std::uint64_t, Holder> holders_ GUARDED_BY(mutex_);
   std::uint64_t pauses_ GUARDED_BY(mutex_) = 0;
   std::deque<std::string> final_ GUARDED_BY(mutex_);  ///< Oldest first.

@@ -51,7 +51,7 @@ struct JobServiceOptions {
   int samples_max = 65536;
   double checkpoint_seconds = 10;  ///< From the end of one checkpoint to the end of the next.
   std::uint64_t film_cache_bytes = std::uint64_t{512} << 20U;
-  JobTable::Retention retention = {};  ///< Of finished jobs.
+  JobTable::Retention retention = {};  ///< For finished jobs.
   int quota_jobs = 0;                  ///< Unfinished jobs of one tenant; 0: any number.
   std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
   std::string build = {};              ///< JSON text stored with films rendered here.
@@ -180,7 +180,7 @@ class JobService {
     std::uint64_t rays = 0;     ///< Since this process began.
     std::uint64_t samples = 0;  ///< The same, over all pixels.
     std::uint64_t film_cache_bytes = 0;
-    std::uint64_t held_bytes = 0;  ///< By jobs from start to end.
+    std::uint64_t held_bytes = 0;  ///< Held by jobs from start to end.
     bool waits_for_memory = false;
   };
   Counts counts() const;

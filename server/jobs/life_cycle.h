@@ -104,7 +104,7 @@ class LifeCycle final : private RenderRun::Owner {
   const Parts parts_;
   const double checkpoint_seconds_;
   const std::string build_;
-  std::atomic<std::uint64_t> rays_done_ = 0;  ///< Of completed runs.
+  std::atomic<std::uint64_t> rays_done_ = 0;  ///< Rays of completed runs.
   std::atomic<std::uint64_t> samples_done_ = 0;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> draining_ = false;

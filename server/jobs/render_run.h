@@ -78,7 +78,7 @@ class RenderRun final : public SliceSource,
   core::RenderTask& task() { return task_; }
   const core::RenderTask& task() const { return task_; }
   std::shared_ptr<const core::Film> film() const { return film_; }
-  /// Of the film and its scene.
+  /// Returns the peak memory of the film and its scene.
   std::uint64_t peak_bytes() const;
 
   /// Work done by this run, without the contents of the film file that it resumed.

@@ -54,9 +54,9 @@ class Scheduler {
 
   int threads() const { return static_cast<int>(threads_.size()); }
   int active_count() const;
-  /// Of all threads so far.
+  /// Times summed over all threads so far.
   struct Times {
-    double cpu_seconds = 0;        ///< Of slices.
+    double cpu_seconds = 0;        ///< CPU time of slices.
     double idle_seconds = 0;       ///< While there were jobs, none of which had a slice to give.
     double lock_wait_seconds = 0;  ///< After slices, for the scheduler's lock.
   };
@@ -91,7 +91,7 @@ class Scheduler {
   mutable core::Mutex mutex_;
   core::CondVar changed_;
   std::vector<std::shared_ptr<Entry>> entries_ GUARDED_BY(mutex_);
-  std::map<std::string, Share> shares_ GUARDED_BY(mutex_);  ///< By tenant.
+  std::map<std::string, Share> shares_ GUARDED_BY(mutex_);  ///< Shares by tenant.
   bool stopping_ GUARDED_BY(mutex_) = false;
   Times times_ GUARDED_BY(mutex_);
   std::vector<std::jthread> threads_;

@@ -138,7 +138,7 @@ class WorkBoard {
 
   bool works(const Worker& worker) const;
   int slots() const REQUIRES(mutex_);
-  std::map<std::string, int> leases() const REQUIRES(mutex_);  ///< By worker.
+  std::map<std::string, int> leases() const REQUIRES(mutex_);  ///< Leases by worker.
   bool is_live(const Worker& worker) const;
   Clock::duration lease_time() const;
   double report_seconds() const;

@@ -11,7 +11,7 @@ namespace server {
 inline constexpr std::uint64_t kResultBytesMax = std::uint64_t{1} << 30U;
 
 struct WorkOptions {
-  double lease_seconds = 15;  ///< Of a unit whose worker reports no progress.
+  double lease_seconds = 15;  ///< Lease of a unit whose worker reports no progress.
   std::string build;          ///< Build that workers must have.
   std::string arithmetic;
   bool has_local_threads = false;  ///< Threads that also render jobs that workers can render.

@@ -23,7 +23,7 @@ namespace server {
 
 struct MemoryUse {
   std::uint64_t bytes = 0;
-  /// By name; holders of the same name share the memory.
+  /// Bytes by name; holders of the same name share the memory.
   std::map<std::string, std::uint64_t> shared = {};
 };
 

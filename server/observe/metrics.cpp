@@ -12,7 +12,7 @@ struct CounterRow {
   Counter counter;
   std::string_view family;
   std::string_view labels;
-  std::string_view help;  ///< Of the family; rows of one family are adjacent.
+  std::string_view help;  ///< Help text of the family; rows of one family are adjacent.
 };
 constexpr std::array kCounters = {
     CounterRow{Counter::kCheckpointWritten, "tessera_checkpoints_total", R"(outcome="written")",

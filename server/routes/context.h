@@ -64,7 +64,7 @@ struct RouteHandler {
   BodyPolicy body = {};
   bool is_probe = false;
 };
-/// By operation id.
+/// Handlers by operation id.
 using HandlerTable = std::map<std::string_view, RouteHandler>;
 
 void add_system_handlers(const RouteContext& context, HandlerTable& table);

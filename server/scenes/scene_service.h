@@ -179,10 +179,10 @@ class SceneService {
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);
   std::map<std::string, std::uint64_t> builtin_bytes_
-      GUARDED_BY(builtin_mutex_);  ///< Of built-in scenes loaded so far.
+      GUARDED_BY(builtin_mutex_);  ///< Sizes of built-in scenes loaded so far.
   core::Mutex sizes_mutex_;
   std::map<std::string, EnvironmentSize> environment_sizes_
-      GUARDED_BY(sizes_mutex_);  ///< Of environments read so far.
+      GUARDED_BY(sizes_mutex_);  ///< Sizes of environments read so far.
 };
 
 }  // namespace server

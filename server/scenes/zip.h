@@ -27,7 +27,7 @@ struct ZipEntry {
   std::string name;
   std::uint64_t bytes = 0;  ///< After inflating.
   std::uint64_t packed_bytes = 0;
-  std::uint64_t offset = 0;  ///< Of the packed bytes in the archive.
+  std::uint64_t offset = 0;  ///< Offset of the packed bytes in the archive.
   std::uint32_t crc32 = 0;
   bool deflated = false;
 };

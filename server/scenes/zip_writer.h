@@ -29,7 +29,7 @@ class ZipWriter {
   std::string directory() const;
 
   std::vector<Entry> entries_;
-  std::uint64_t offset_ = 0;  ///< Of the next entry.
+  std::uint64_t offset_ = 0;  ///< Offset of the next entry.
 };
 
 /// Returns a file name for an archive: letters, digits and . _ - are kept, others become _. Never

@@ -25,7 +25,7 @@ core::Result<std::int64_t> number(Statement& select) {
   return value;
 }
 
-/// What a removal drops.
+/// Effects of a removal.
 struct Removal {
   bool of_all = false;  ///< The references of all tenants, otherwise only the requesting tenant's.
   bool has_scene = false;

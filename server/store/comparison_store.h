@@ -21,7 +21,7 @@ using ComparisonMaps = std::map<std::string, std::string>;
 struct ComparisonLimits {
   std::int64_t count = 1000;
   std::int64_t bytes = std::int64_t{1}
-                       << 30;  ///< Of all maps; the newest comparison is kept in any case.
+                       << 30;  ///< Limit for all maps; the newest comparison is always kept.
 };
 
 class ComparisonStore {

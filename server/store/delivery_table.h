@@ -27,7 +27,7 @@ struct DeliveryRow {
   double created_at = 0;                ///< Seconds since 1970, as all times here.
   double next_at = 0;                   ///< While it is pending.
   std::optional<double> ended_at = {};  ///< When it was delivered or given up.
-  int status = 0;                       ///< Of the last response; 0: none.
+  int status = 0;                       ///< Status of the last response; 0: none.
   std::string detail = {};              ///< Why the last attempt failed.
 };
 

@@ -58,9 +58,9 @@ class FilmFile {
 
  private:
   struct Tile {
-    std::uint32_t sequence = 0;  ///< Of the checkpoint that wrote it; 0: none.
+    std::uint32_t sequence = 0;  ///< Checkpoint that wrote it; 0: none.
     std::uint32_t slot = 0;      ///< The slot with that sequence.
-    std::uint32_t revision = 0;  ///< Of the film's tile when it was written.
+    std::uint32_t revision = 0;  ///< Revision of the film's tile when it was written.
   };
   struct Layout;
   struct Checkpoint;
@@ -78,10 +78,10 @@ class FilmFile {
 
   std::string path_;
   UniqueFd fd_;
-  std::uint32_t sequence_ = 0;  ///< Of the last complete checkpoint; it is in head sequence_ % 2.
+  std::uint32_t sequence_ = 0;  ///< Last complete checkpoint; it is in head sequence_ % 2.
   std::vector<Tile> tiles_;
   std::vector<std::uint64_t>
-      versions_;  ///< Of the film's tiles when they were last written or read; 0: never.
+      versions_;  ///< Versions of the film's tiles when last written or read; 0: never.
   std::vector<std::byte> buffer_;
 };
 

@@ -57,7 +57,7 @@ inline std::int32_t parts_of(const core::Film& film) {
 struct HeadFields {
   std::array<char, 4> magic = kHeadMagic;
   std::uint32_t crc = 0;
-  std::uint32_t bytes = 0;  ///< Of the whole head.
+  std::uint32_t bytes = 0;  ///< Size of the whole head.
   std::uint32_t sequence = 0;
   std::int32_t full_width = 0;
   std::int32_t full_height = 0;
@@ -71,7 +71,7 @@ struct HeadFields {
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;
-  double cpu_seconds_beside = 0;  ///< Of the film, not included in its tiles.
+  double cpu_seconds_beside = 0;  ///< CPU time of the film that its tiles do not include.
 };
 static_assert(sizeof(HeadFields) == kFirstHeadBytes + sizeof(double));
 
@@ -91,7 +91,7 @@ static_assert(sizeof(PointFields) == 56);
 struct MeterFields {
   std::array<char, 4> magic = {'T', 'S', 'M', '1'};
   std::uint32_t crc = 0;
-  std::uint32_t bytes = 0;  ///< Of the whole part.
+  std::uint32_t bytes = 0;  ///< Size of the whole part.
   std::uint32_t sequence = 0;
 };
 struct MeterChunkFields {
@@ -104,7 +104,7 @@ struct MeterChunkFields {
 struct SlotFields {
   std::array<char, 4> magic = kSlotMagic;
   std::uint32_t crc = 0;
-  std::uint32_t bytes = 0;  ///< Of the whole slot.
+  std::uint32_t bytes = 0;  ///< Size of the whole slot.
   std::uint32_t sequence = 0;
   std::uint32_t tile = 0;
   std::uint32_t revision = 0;

@@ -164,7 +164,7 @@ class JobTable {
 
   /// Returns the number of the tenant's unfinished jobs.
   core::Result<int> unfinished_of(std::string_view tenant);
-  /// How long ended jobs are kept, and how many; 0: no limit.
+  /// Maximum age and number of ended jobs that are kept; 0: no limit.
   struct Retention {
     double seconds = 0;
     std::int64_t count = 0;

@@ -43,7 +43,7 @@ class SceneTable {
   core::Result<std::vector<SceneRow>> list_scenes(const Access& access,
                                                   std::optional<std::int64_t> before, int limit);
 
-  /// What remove_scene() would drop.
+  /// Effects of remove_scene().
   struct Removal {
     bool of_all =
         false;  ///< The references of all tenants, otherwise only the requesting tenant's.

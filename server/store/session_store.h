@@ -43,7 +43,7 @@ class SessionStore {
 
   Database& database_;
   mutable core::Mutex mutex_;
-  std::map<std::string, Entry> entries_ GUARDED_BY(mutex_);  ///< By the cookie's hash.
+  std::map<std::string, Entry> entries_ GUARDED_BY(mutex_);  ///< Sessions by the cookie's hash.
 };
 
 }  // namespace server

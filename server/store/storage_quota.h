@@ -18,7 +18,7 @@ namespace server {
 
 struct StorageLimits {
   std::uint64_t total_bytes = 0;   ///< 0: limited only by the disk.
-  std::uint64_t tenant_bytes = 0;  ///< Of one tenant; 0: no limit.
+  std::uint64_t tenant_bytes = 0;  ///< Limit of one tenant; 0: no limit.
 };
 
 class StorageQuota {
@@ -80,7 +80,7 @@ class StorageQuota {
   Database& database_;
   const StorageLimits limits_;
   mutable core::Mutex mutex_;  ///< Locked before the database's lock.
-  std::map<std::string, std::uint64_t> promised_ GUARDED_BY(mutex_);  ///< By tenant.
+  std::map<std::string, std::uint64_t> promised_ GUARDED_BY(mutex_);  ///< Promised bytes by tenant.
   std::uint64_t promised_assets_ GUARDED_BY(mutex_) = 0;
 };
 

@@ -15,8 +15,8 @@
 namespace core {
 namespace {
 
-/// Weights are pooled over so many pixels to each side, without the nearest: three tiles of 32,
-/// less the middle one.
+/// Mixing weights are pooled over this many pixels on each side, excluding the nearest kWeightGap:
+/// three tiles of 32 without the middle one.
 constexpr int kWeightWindow = 48;
 constexpr int kWeightGap = 16;
 
@@ -25,7 +25,8 @@ struct Halves {
   ColorPlanes b;
 };
 
-/// Of the picture that has the share w of the plain one, without variances. distance: from it.
+/// Returns the terms of pixel i of the image with the fraction w of the plain one, without
+/// variances. distance: squared distance from the plain image.
 PixelEnergy terms_of(const Halves& plain, const Halves& filtered, std::size_t i, float w,
                      double* distance = nullptr) {
   PixelEnergy out;
@@ -50,7 +51,7 @@ PixelEnergy terms_of(const Halves& plain, const Halves& filtered, std::size_t i,
   return out;
 }
 
-/// calls at(i, x, y) for each pixel.
+/// Calls body(i, x, y) for each pixel.
 template <typename Body>
 void for_pixels(const PixelRect& rect, const Body& body) {
   std::size_t i = 0;
@@ -61,8 +62,8 @@ void for_pixels(const PixelRect& rect, const Body& body) {
   }
 }
 
-/// A B summed over the channels, pooled; with the floor it is what errors are relative to. floor:
-/// of one pixel. It reaches no farther than the gap, so that nothing of a pixel is in its own
+/// Returns the pooled sum of A B over the channels plus the floor of a pixel, which errors are
+/// divided by. The window is the gap of the weights, so that a pixel does not affect its own
 /// weight.
 std::vector<double> scales_of(const PixelRect& rect, const Halves& plain, double floor) {
   SummedArea signal(rect.width, rect.height);
@@ -98,7 +99,7 @@ Plane mixing_weights(const PixelRect& rect, const Halves& plain, const Halves& f
     const PixelRect window = window_around(x, y, kWeightWindow, rect.width, rect.height);
     const PixelRect gap = window_around(x, y, kWeightGap, rect.width, rect.height);
     const double apart = distance.sum(window) - distance.sum(gap);
-    // Nothing to choose by: the plain picture.
+    // Without pixels to judge by, keep the plain image.
     const bool is_known = window.width * window.height > gap.width * gap.height;
     const double best = apart > 0 ? 0.5 + (gain.sum(window) - gain.sum(gap)) / (2 * apart) : 0.0;
     out[i] = is_known ? static_cast<float>(std::clamp(best, 0.0, 1.0)) : 1.0F;
@@ -106,7 +107,7 @@ Plane mixing_weights(const PixelRect& rect, const Halves& plain, const Halves& f
   return out;
 }
 
-/// The sums of one picture by tiles, and its error by pixels.
+/// Sums of one image by tile, and its error by pixel.
 struct Errors {
   std::vector<TileEnergy> tiles;
   Plane plane;
@@ -153,8 +154,8 @@ Errors errors_of(const FilmSnapshot& film, std::span<const HalfPicture> halves, 
   return out;
 }
 
-/// F - I pooled around each pixel, and what the halves say of its error: half of what their own
-/// differences from F are apart, whose square is pooled once more.
+/// Fills F - I, pooled around each pixel, and its standard error, estimated from the halves: half
+/// of the difference between FA - A and FB - B, whose square is pooled once more.
 void fill_bias(const Halves& plain, const Halves& filtered, DenoisedPicture& out) {
   const PixelRect& rect = out.rect;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -202,7 +203,7 @@ std::vector<TileSums> plain_sums(const FilmSnapshot& film) {
   return out;
 }
 
-/// Features of the same surfaces without colour: coverage has none.
+/// Returns the features without colour, to denoise coverage, which has none.
 FeaturePicture colorless(const FeaturePicture& features) {
   FeaturePicture out = features;
   for (Plane& plane : out.albedo) {
@@ -216,8 +217,8 @@ FeaturePicture colorless(const FeaturePicture& features) {
   return out;
 }
 
-/// Where there is nothing as far as a filter reaches, or nothing but the model, a picture stays as
-/// it is: no denoiser's rounding shows on whatever it is put over.
+/// Keeps the original values where a filter's neighbourhood is entirely empty or entirely covered,
+/// so that rounding of the denoiser does not show in composites.
 void keep_even_places(const FilmSnapshot& film, std::span<const HalfPicture> light,
                       std::span<const HalfPicture> alpha, std::span<ColorPlanes> light_out,
                       std::span<ColorPlanes> alpha_out) {
@@ -301,7 +302,7 @@ ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) con
   ErrorInterval out = denoised_error(plain_tiles, tiles(mode), confidence);
   if (!has_intervals) {
     out.low = out.high = std::numeric_limits<double>::quiet_NaN();
-    if (!(out.relative_rmse > 0)) {  // lost in the noise, and no interval to say so
+    if (!(out.relative_rmse > 0)) {  // too small to measure, and no interval shows that
       out.relative_rmse = out.low;
     }
   }
@@ -367,7 +368,7 @@ Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* fea
 }
 
 std::uint64_t denoising_bytes(std::uint64_t pixels) {
-  // Planes of halves and of what is made of them; sums over areas; terms; and the result.
+  // Planes of the halves and their denoised versions, summed-area tables, terms and the result.
   constexpr std::uint64_t kPlaneBytes = 80 * sizeof(float);
   constexpr std::uint64_t kSumBytes = 10 * sizeof(double);
   return pixels * (kPlaneBytes + kSumBytes);

@@ -1,19 +1,19 @@
-/// DenoisedPicture: what a denoiser makes of both halves, and how wrong that is.
+/// DenoisedPicture: the denoised image of both halves, with an estimate of its error.
 ///
 /// A, B: means of the halves, independent. FA = D(A), FB = D(B), F = (FA + FB) / 2, I = (A + B)
 /// / 2. Per pixel and channel
 ///   m = ((FA - B)^2 + (FB - A)^2 - (A - B)^2) / 2 - (FA - FB)^2 / 4
 /// has the expected value of (F - mu)^2, bias included, for any denoiser and any noise:
-/// E (FA - B)^2 = E (FA - mu)^2 + Var B, since D(A) knows nothing of B, and E (A - B)^2 = Var A +
-/// Var B; a mean's square is the mean of the squares less that of half the difference. It may be
-/// negative: sums of it count, and nothing is clipped before. Source: Bitterli 2016, 5.3, without
-/// its cross-filtering, which lets A into FB.
+/// E (FA - B)^2 = E (FA - mu)^2 + Var B, since D(A) is independent of B, and E (A - B)^2 = Var A +
+/// Var B; the square of a mean is the mean of the squares minus the square of half the difference.
+/// m may be negative: only sums of it are used, and it is never clipped first. Source: Bitterli
+/// 2016, 5.3, without its cross-filtering, which would make FB depend on A.
 ///
-/// The mixed picture G = F + w (I - F) has w from m, v = (A - B)^2 / 4 and S = (F - I)^2, relative
-/// to the light around and pooled around the pixel without what is near it, so that w is fixed as
-/// far as the pixel's own samples go: w = 1/2 + (m - v) / (2 S), where (G - mu)^2 is least. As v
-/// goes to 0 so does the bias that is left: consistent. Its m is that of GA = FA + w (A - FA) and
-/// GB.
+/// The mixed image is G = F + w (I - F). w = 1/2 + (m - v) / (2 S) minimises (G - mu)^2, with v =
+/// (A - B)^2 / 4 and S = (F - I)^2. All three are divided by the light nearby and pooled around the
+/// pixel, excluding its immediate neighbourhood, so that w does not depend on the pixel's own
+/// samples. As v goes to 0, so does the remaining bias: G is consistent. Its m is that of
+/// GA = FA + w (A - FA) and GB.
 #pragma once
 
 #include <string>
@@ -30,9 +30,10 @@ struct DenoisedPicture {
   std::uint32_t revision = 0;  ///< of the film
   ColorPlanes full;            ///< F
   ColorPlanes mixed;           ///< G
-  Plane weight;                ///< w: share of the plain picture
-  /// Denoised coverage of `full` and `mixed` where the film's errors are over white: D is then that
-  /// of light and alpha, each denoised alone, before white. Else empty: the film's own counts.
+  Plane weight;                ///< w: fraction of the plain image
+  /// Denoised coverage of `full` and `mixed` if the film's errors are those over white: light and
+  /// alpha are then denoised separately and composited over white. Otherwise empty: the film's own
+  /// coverage is used.
   Plane full_alpha;
   Plane mixed_alpha;
   /// Relative error of `mixed` and `full`, pooled over kDenoisedWindow.
@@ -43,7 +44,7 @@ struct DenoisedPicture {
   std::vector<TileSums> plain_tiles;
   std::vector<TileEnergy> mixed_tiles;
   std::vector<TileEnergy> full_tiles;
-  /// Errors of neighbouring pixels are correlated: no intervals.
+  /// False: errors of neighbouring pixels are correlated, so there are no intervals.
   bool has_intervals = true;
 
   const ColorPlanes& planes(DenoiseMode mode) const {
@@ -59,33 +60,35 @@ struct DenoisedPicture {
     return mode == DenoiseMode::kFull ? full_error : mixed_error;
   }
   ErrorInterval interval(DenoiseMode mode, double confidence) const;
-  /// Of the error of this very picture, exceeded with probability alpha at most; infinite: unknown.
+  /// Returns an upper bound of the error of this image, exceeded with probability at most alpha;
+  /// infinite: unknown.
   double bound(DenoiseMode mode, double alpha) const;
   std::size_t bytes() const noexcept;
 };
 
-/// Sides of windows: 64 pixels for errors, 15 for the bias.
+/// Pixels to each side of the windows: 64 x 64 pixels for errors, 15 x 15 for the bias.
 inline constexpr int kDenoisedWindow = 32;
 inline constexpr int kBiasWindow = 7;
 
-/// A denoised picture and its maker.
+/// A denoised image and its denoiser.
 struct MadeDenoised {
   DenoisedPicture picture;
   DenoiserFacts by;
-  std::string note;  ///< why `auto` did not take the better one; empty: it did
+  std::string note;  ///< why `auto` did not use oidn; empty: it did
 };
 
 /// Pre: every pixel of the film has samples of both halves. features: null, or of the film's crop.
 Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
                              const Denoiser& denoiser, const ParallelFor& parallel);
-/// The same of halves that have been denoised. halves: A, B; filtered: FA, FB.
+/// The same for halves that are already denoised. halves: A, B; filtered: FA, FB.
 DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
                                  std::span<const ColorPlanes> filtered);
 
-/// Does every pixel have samples of both halves?
+/// Returns whether every pixel has samples of both halves.
 bool has_both_halves(const FilmSnapshot& film);
 
-/// What denoise() takes for so many pixels beside the snapshot, at most.
+/// Returns an upper bound of the memory of denoise() for an image of this size, without the
+/// snapshot.
 std::uint64_t denoising_bytes(std::uint64_t pixels);
 
 }  // namespace core

@@ -1,4 +1,4 @@
-/// Which denoiser a job asks for.
+/// Denoisers that a job can request.
 #pragma once
 
 #include <span>

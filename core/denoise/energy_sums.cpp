@@ -20,11 +20,11 @@ TileEnergy EnergySums::result() const {
   const double share = noise_ > 0 ? std::clamp(together_ / noise_, 0.0, 1.0) : 0;
   const double scale = variances_ > 0 ? 4 * noise_ / variances_ : 0;
   const double product = scale * scale * product_;
-  // Makes the variance at s = 1 the larger of product and 2 noise_squares_: of an estimate and of
-  // what it estimates, which vary alike and independently (ErrorEstimate::bound()).
+  // Makes the variance at s = 1 the larger of product and 2 noise_squares_: the estimate and the
+  // estimated quantity have the same variance and are independent (ErrorEstimate::bound()).
   const double rare = std::max(noise_squares_ - 0.5 * product, 0.0);
-  // Where few pixels carry the variance it is hardly known: widen it to that of Student's t with
-  // their number of degrees of freedom. Three are the fewest for which t has a variance.
+  // If few pixels carry most of the variance, it is poorly known: widen it to that of Student's t
+  // with their number as degrees of freedom. t has a variance from three degrees of freedom on.
   const double degrees = apart_squares_ > 0 ? std::max(apart_ * apart_ / apart_squares_, 3.0) : 3;
   TileEnergy out;
   out.energy = energy_;

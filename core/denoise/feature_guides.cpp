@@ -7,18 +7,18 @@
 namespace core {
 namespace {
 
-/// Standard deviations within which features agree; beyond three of them they do not at all.
-/// Source: Sakai 2024 (normal); its albedo is narrower, since it filters colour with light.
+/// Standard deviations of agreement between features; beyond three of them the agreement is 0.
+/// Source: Sakai 2024 (normal); its albedo is narrower, because it filters colour with light.
 constexpr float kNormalSigma = 0.1F;
 constexpr float kAlbedoSigma = 0.1F;
 constexpr float kDepthSigma = 0.02F;     ///< of the depth
 constexpr float kEmissionSigma = 0.05F;  ///< of log(1 + emission / its mean)
 
-/// Black surfaces show what their gloss reflects: no division by less than this.
+/// Added to the albedo before division: black surfaces still show glossy reflections.
 constexpr float kLeastAlbedo = 0.05F;
 
-/// Mean luminance of the emission that is there: of the features alone, since what one half says
-/// must not reach the other.
+/// Returns the mean luminance of pixels with emission: from the features only, because no
+/// information may pass from one half to the other.
 float mean_emission(const FeaturePicture& f) {
   double sum = 0;
   double count = 0;
@@ -63,7 +63,7 @@ FeatureGuides make_guides(const FeaturePicture& f) {
                       f.emission_variance[i] * emission_slope * emission_slope;
     const float sigma = kDepthSigma * f.depth_m[i];
     out.depth_tolerance[i] = sigma * sigma + f.depth_variance[i];
-    // The smaller of both differences: the other may cross an edge.
+    // Take the smaller difference: the other may cross an edge.
     const auto slope = [&](std::size_t step, bool has_before, bool has_after) {
       const float none = has_before && has_after ? 1e30F : 0;
       const float before = has_before ? std::fabs(f.depth_m[i] - f.depth_m[i - step]) : none;
@@ -80,7 +80,7 @@ FeatureGuides make_guides(const FeaturePicture& f) {
 ColorPlanes surface_colors(const FeaturePicture& f) {
   ColorPlanes out = f.albedo;
   for (std::size_t i = 0; i < f.depth_m.size(); ++i) {
-    // What shines itself, or is behind everything, has no colour to be divided by.
+    // Emitters and the background have no albedo to divide by.
     const bool is_source =
         f.depth_m[i] <= 0 || f.emission[0][i] + f.emission[1][i] + f.emission[2][i] > 0;
     for (Plane& plane : out) {

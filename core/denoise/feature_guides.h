@@ -5,10 +5,10 @@
 
 namespace core {
 
-/// What is compared between pixels: divided by their deviation.
+/// Features compared between pixels, divided by their standard deviations.
 struct FeatureGuides {
   std::array<Plane, 7> scaled;  ///< normal, albedo, emission
-  Plane variance;               ///< of these, summed
+  Plane variance;               ///< sum of the variances of `scaled`
   Plane depth;
   Plane depth_tolerance;  ///< squared
   Plane depth_slope;      ///< squared, per pixel of distance
@@ -16,7 +16,7 @@ struct FeatureGuides {
 
 FeatureGuides make_guides(const FeaturePicture& features);
 
-/// What light is divided by before it is filtered; 1 where surfaces shine themselves.
+/// Returns the colours that light is divided by before it is filtered; 1 on emitters.
 ColorPlanes surface_colors(const FeaturePicture& features);
 
 }  // namespace core

@@ -11,16 +11,16 @@
 namespace core {
 namespace {
 
-/// Pixels to each side over which variances of samples are pooled.
+/// Pixels on each side over which sample variances are pooled.
 constexpr int kSpreadWindow = 2;
-/// The neighbours' pooled variance counts as so many samples of the pixel's own: few samples say
-/// little about their variance, many are believed. Eight degrees of freedom are those of a variance
-/// that is known to a half of itself, sqrt(2 / 8), as neighbours' are. Source: Gelman et al.,
+/// The neighbours' pooled variance counts as this many samples of the pixel: few samples determine
+/// their variance poorly, many well. A variance with eight degrees of freedom has a relative error
+/// of sqrt(2 / 8), one half, about that of the neighbours as a prior. Source: Gelman et al.,
 /// Bayesian Data Analysis, 2.6 (scaled inverse chi^2).
 constexpr double kPrior = 8;
 /// Side of the blocks in which the noise between neighbouring pixels is measured.
 constexpr int kBlock = 8;
-/// Noise is measured where the picture is smoothest: in the first quarter of the blocks.
+/// Noise is measured in the smoothest quarter of the blocks.
 constexpr double kSmoothShare = 0.25;
 
 std::size_t at(int width, int x, int y) {
@@ -28,7 +28,7 @@ std::size_t at(int width, int x, int y) {
          static_cast<std::size_t>(x);
 }
 
-/// Variance of one sample of a pixel of the half, from its spread within the replicates.
+/// Variance of one sample of a pixel, from the replicates of one half.
 struct Spread {
   double squares = 0;
   double degrees = 0;
@@ -46,8 +46,8 @@ Spread spread_of(const FilmSnapshot& film, std::size_t pixel, int half) {
   return out;
 }
 
-/// The square of what a mask finds that is blind to planes, over what it is expected to be for
-/// noise of variance 1, so that smooth light does not count. Source: Immerkaer 1996.
+/// Returns the squared response of a mask that ignores planes (smooth light), divided by its
+/// expected value for noise of variance 1. Source: Immerkaer 1996.
 double rough_noise(const std::vector<double>& y, int width, int px, int py) {
   double sum = 0;
   for (int dy = -1; dy <= 1; ++dy) {
@@ -59,8 +59,8 @@ double rough_noise(const std::vector<double>& y, int width, int px, int py) {
   return sum * sum / 36;
 }
 
-/// Noise between neighbours over the variance that the samples' spread would give it: below 1 where
-/// samples are stratified. Blocks without spread have none.
+/// Returns the noise between neighbours divided by the noise expected from the sample variance:
+/// below 1 for stratified samples. Blocks without sample variance are left out.
 double noise_scale(const std::vector<double>& y, const std::vector<double>& variance, int width,
                    int height) {
   std::vector<double> ratios;
@@ -85,13 +85,14 @@ double noise_scale(const std::vector<double>& y, const std::vector<double>& vari
   const auto nth = ratios.begin() +
                    static_cast<std::ptrdiff_t>(kSmoothShare * static_cast<double>(ratios.size()));
   std::nth_element(ratios.begin(), nth, ratios.end());
-  // That quantile of a block of nothing but noise: the mask's values have 1 / 3.78 of the degrees
-  // of freedom that independent ones had (sum of the squares of its autocorrelation).
+  // Divide by this quantile for a block of pure noise: the mask's values have 1 / 3.78 of the
+  // degrees of freedom of independent ones (sum of the squares of its autocorrelation).
   const double degrees = kBlock * kBlock / 3.78;
   return *nth * degrees / chi2_quantile(kSmoothShare, degrees);
 }
 
-/// Spreads are of camera paths alone. Splats are counts, whose variance goes with the light.
+/// Adds the variance of splats: sample variances cover only camera paths. Splats are counts, whose
+/// variance is proportional to the light.
 void add_splat_noise(const std::vector<double>& y, std::vector<double>& variance, int width,
                      int height) {
   SummedArea sums(width, height);
@@ -113,7 +114,8 @@ void add_splat_noise(const std::vector<double>& y, std::vector<double>& variance
   }
 }
 
-/// Of the mean luminance, where no pixel has two samples: what neighbours differ by.
+/// Returns the variance of the mean luminance from differences between neighbours, for halves
+/// without two samples in any pixel.
 std::vector<double> variance_of_neighbours(const std::vector<double>& y, int width, int height) {
   SummedArea sums(width, height);
   for (int py = 0; py < height; ++py) {
@@ -177,7 +179,7 @@ HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part) {
   }
   const PixelRect whole = {0, 0, width, height};
   std::vector<double> variance(film.pixel_count());
-  if (degrees.sum(whole) > 0 && part == HalfPart::kLight) {  // whose spread the film keeps
+  if (degrees.sum(whole) > 0 && part == HalfPart::kLight) {  // the film has its sample variance
     const double everywhere = squares.sum(whole) / degrees.sum(whole);
     for (int py = 0; py < height; ++py) {
       for (int px = 0; px < width; ++px) {
@@ -198,7 +200,7 @@ HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part) {
   } else {
     variance = variance_of_neighbours(y, width, height);
   }
-  // Spreads are of the luminance; noise has the colour of the light around it.
+  // Variances are those of the luminance; noise has the colour of the light nearby.
   out.variance.resize(film.pixel_count());
   for (int py = 0; py < height; ++py) {
     for (int px = 0; px < width; ++px) {

@@ -1,4 +1,4 @@
-/// Denoises by the denoiser that a job asks for.
+/// Denoises with the denoiser that a job requests.
 #pragma once
 
 #include "core/denoise/denoised_picture.h"
@@ -6,7 +6,7 @@
 
 namespace core {
 
-/// type: not kNone. kAuto takes oidn where its library is, and statistical where that fails.
+/// type: not kNone. kAuto uses oidn if its library is installed, and statistical if oidn fails.
 /// Errors: kUnavailable.
 Result<MadeDenoised> denoise_with(DenoiserType type, const FilmSnapshot& film,
                                   const FeaturePicture* features, const ParallelFor& parallel);

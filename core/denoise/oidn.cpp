@@ -23,27 +23,28 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Below the server's own threads: renderers and requests come first.
+/// Lower priority than the server's threads, so that rendering and requests come first.
 constexpr int kNiceness = 5;
 constexpr std::size_t kTextMost = 4096;
 
-/// why: may come from the library; it stands in headers too.
+/// why: may come from the library; it also becomes part of HTTP headers.
 Error failed(std::string why) {
   std::replace_if(
       why.begin(), why.end(), [](char c) { return c < ' ' || c > '~'; }, ' ');
   return Error{ErrorCode::kUnavailable, "Open Image Denoise: " + why, ""};
 }
 
-/// A started helper; ended with this object.
+/// A running helper process, killed by the destructor.
 class Helper {
  public:
-  /// Null: it cannot be started.
+  /// Returns null if it cannot be started.
   static std::unique_ptr<Helper> start(const OidnOptions& options) {
     int ends[2] = {-1, -1};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
       return nullptr;
     }
-    // Made before the fork: a child of many threads may only call what is safe in signal handlers.
+    // Before the fork: the child of a multithreaded process may only call async-signal-safe
+    // functions.
     std::string verb = "denoise";
     std::string program = options.program;
     std::string folder = options.folder;
@@ -72,7 +73,7 @@ class Helper {
   Helper(const Helper&) = delete;
   Helper& operator=(const Helper&) = delete;
 
-  /// Sends or receives all of it. False: the helper is gone, or the time is over.
+  /// Sends or receives all bytes. Returns false if the helper has ended or the time is up.
   bool send(const void* from, std::size_t bytes, Clock::time_point until) const {
     return transfer(POLLOUT, bytes, until, [&](std::size_t at, std::size_t left) {
       return ::send(socket_, static_cast<const char*>(from) + at, left,

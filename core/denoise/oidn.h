@@ -1,4 +1,4 @@
-/// The denoiser of Open Image Denoise, if its library is there: in a helper process, which is this
+/// Denoises with Open Image Denoise if its library is installed: in a helper process, which is this
 /// program with the verb `denoise`.
 #pragma once
 
@@ -10,14 +10,14 @@
 namespace core {
 
 struct OidnOptions {
-  std::string program = "/proc/self/exe";  ///< is started as PROGRAM denoise FOLDER
-  std::string folder;                      ///< with libOpenImageDenoise.so.2
-  /// A helper that takes longer is ended; so much for each million pixels of a picture on top.
+  std::string program = "/proc/self/exe";  ///< started as PROGRAM denoise FOLDER
+  std::string folder;                      ///< contains libOpenImageDenoise.so.2
+  /// A helper that takes longer is killed; as much again is added per million pixels of an image.
   std::chrono::seconds patience{20};
 };
 
-/// The folder that TESSERA_OIDN names, or its `lib` if the library is there; else `oidn/lib` beside
-/// the program; empty: none is named, and no library is there.
+/// Returns the folder of TESSERA_OIDN, or its `lib` if that contains the library; without the
+/// variable, `oidn/lib` next to the program. Empty if neither is available.
 std::string find_oidn();
 
 class OidnDenoiser final : public Denoiser {

@@ -25,9 +25,9 @@ constexpr int kFloat3 = 3;
 constexpr int kBalanced = 5;
 constexpr int kOldestVersion = 20000;
 constexpr int kNewestVersion = 30000;
-/// The library works in tiles where it would take more.
+/// The library uses tiles if it would need more.
 constexpr int kMemoryMb = 3000;
-/// Mean light that the network was made for.
+/// Mean luminance that the network expects.
 constexpr float kMiddleGrey = 0.18F;
 
 struct Library {
@@ -57,7 +57,7 @@ bool find(void* handle, const char* name, Function& function) {
 
 std::string library_in(const std::string& folder) { return folder + "/libOpenImageDenoise.so.2"; }
 
-/// Empty: it is loaded.
+/// Returns an error text; empty: the library is loaded.
 std::string load(const std::string& folder, Library& l) {
   const std::string path = library_in(folder);
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -141,8 +141,8 @@ std::optional<Work> read_work(int socket) {
   return work;
 }
 
-/// What light is multiplied by: of this picture alone, since a scale of both halves would let one
-/// know of the other.
+/// Returns the factor for the input: from this image only, because a scale from both halves would
+/// make them dependent.
 float input_scale(const Picture& picture) {
   double sum = 0;
   for (std::size_t i = 0; i + 2 < picture.size(); i += 3) {
@@ -181,8 +181,7 @@ std::string filter(const Library& l, Device device, Work& work, Picture& picture
   return error_of(l, device);
 }
 
-/// The part of the library that holds the weights has a file of its own, which the first device
-/// loads.
+/// Returns the file with the weights: a separate part of the library, which the first device loads.
 std::string weights_file(const std::string& library) {
   std::string out = library;
   dl_iterate_phdr(
@@ -207,7 +206,7 @@ std::string sha256_of_file(const std::string& path) {
   return hash.hex();
 }
 
-/// Empty: the pictures are denoised. answer: what is known of the library.
+/// Returns an error text; empty: the images are denoised. answer: receives the library's facts.
 std::string denoise(const std::string& folder, Work& work, OidnAnswer& answer) {
   Library l;
   if (std::string fault = load(folder, l); !fault.empty()) {

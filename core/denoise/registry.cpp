@@ -10,11 +10,13 @@ namespace core {
 namespace {
 
 constexpr std::array kDenoisers = {
-    NamedValue<DenoiserType>{"none", DenoiserType::kNone, "Denoised pictures are refused."},
+    NamedValue<DenoiserType>{"none", DenoiserType::kNone,
+                             "No denoising: requests for denoised images are refused."},
     NamedValue<DenoiserType>{"auto", DenoiserType::kAuto,
                              "oidn where its library is installed, else statistical."},
-    NamedValue<DenoiserType>{"statistical", DenoiserType::kStatistical,
-                             "A joint filter by Welch's test; the same bits on any threads."},
+    NamedValue<DenoiserType>{
+        "statistical", DenoiserType::kStatistical,
+        "A joint filter based on Welch's test; the same bits for any number of threads."},
     NamedValue<DenoiserType>{"oidn", DenoiserType::kOidn,
                              "Intel's Open Image Denoise, a neural network, if it is installed."},
 };

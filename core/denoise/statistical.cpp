@@ -14,25 +14,26 @@
 namespace core {
 namespace {
 
-/// Pixels around that may be taken (the deviation of the weights in Sakai 2024), and side of what
-/// is compared around both.
+/// Radius of the neighbourhood (the standard deviation of the weights in Sakai 2024), and radius of
+/// the patches compared.
 constexpr int kRadius = 10;
 constexpr int kPatch = 2;
-/// Squared differences over their variance have mean 1 where nothing but noise is different, and
-/// over the 25 pixels of a patch a standard deviation of sqrt(2 / 25) = 0.28. A pixel counts fully
-/// up to the mean, less beyond, and not at all from 1 + kTolerance on.
+/// If two patches differ only by noise, the squared differences divided by their variance have mean
+/// 1 and, over the 25 pixels of a patch, a standard deviation of sqrt(2 / 25) = 0.28. The weight is
+/// 1 up to the mean, decreases above it, and is 0 from 1 + kTolerance on.
 constexpr float kTolerance = 0.5F;
-/// One pixel of a patch says at most this much, so that an event whose variance the samples did not
-/// see does not keep all of its neighbours apart: the 0.9999 quantile of chi^2_1.
+/// Maximum contribution of one pixel of a patch, so that a rare event that the sample variance
+/// missed does not separate all of its neighbours: the 0.9999 quantile of chi^2_1.
 constexpr float kMostDifference = 15;
-/// A pixel that has more than this share of the variance of all pixels around it counts less, as if
-/// it had this share: a rare event would else be a disc. What that takes from the light is seen in
-/// the bias.
+/// A pixel with more than this fraction of the variance of its neighbourhood gets less weight, as
+/// if it had this fraction: otherwise a rare event would become a disc. The lost light is part of
+/// the measured bias.
 constexpr double kMostShare = 0.02;
-/// Differences of the size of the error's floor are none that can be seen: a tenth of its root.
+/// Variance added to every pixel, as a fraction of the floor of the error: differences of a tenth
+/// of the floor's square root are invisible.
 constexpr double kInvisible = 0.01;
 
-/// Of features: beyond three standard deviations they do not agree at all.
+/// Features that differ by more than three standard deviations have agreement 0.
 constexpr float kMostDeviations2 = 9;
 
 constexpr int kTileWidth = 128;
@@ -51,12 +52,12 @@ struct Area {
   Range y;
 };
 
-/// Light without what is seen of emitters and without the colour of the surfaces, where there are
-/// features: edges of emitters are no noise.
+/// Light without visible emission and divided by the colour of the surfaces, if there are features:
+/// edges of emitters are not noise.
 struct Light {
   ColorPlanes mean;
   Plane variance;
-  Plane trust;  ///< 0 to 1: how much a pixel counts for others
+  Plane trust;  ///< weight of a pixel in the means of others, 0 to 1
 };
 
 Plane trust_in(const Plane& variance, int width, int height) {
@@ -79,7 +80,7 @@ Plane trust_in(const Plane& variance, int width, int height) {
   return out;
 }
 
-/// features: null, or with the colours of their surfaces.
+/// features: null, or with `colors` of their surfaces.
 Light light_of(const HalfPicture& half, const FeaturePicture* features, const ColorPlanes& colors) {
   Light out = {half.mean, half.variance, {}};
   double sum = 0;
@@ -106,7 +107,7 @@ Light light_of(const HalfPicture& half, const FeaturePicture* features, const Co
   return out;
 }
 
-/// A plane's part around a tile, kStride to a row.
+/// Part of a plane around a tile, kStride values per row.
 using Local = std::array<float, kArea>;
 
 struct LocalHalf {
@@ -127,13 +128,13 @@ struct Buffers {
   Local depth;
   Local depth_tolerance;
   Local depth_slope;
-  Local agreement;  ///< of the features, 0 to 1
-  Local count;      ///< 1 where they agree at all
+  Local agreement;  ///< agreement of the features, 0 to 1
+  Local count;      ///< 1 where the agreement is above 0
   Local count_rows;
   Local weight;
 };
 
-/// One tile of up to two halves.
+/// Filters one tile of up to two halves.
 class TileFilter {
  public:
   TileFilter(PixelRect tile, int width, int height)
@@ -175,7 +176,7 @@ class TileFilter {
     }
   }
 
-  /// sum / weights of the tile, into the picture.
+  /// Stores sum / weights of the tile in the image.
   void store(const LocalHalf& half, ColorPlanes& out) const {
     for (int y = tile_.y; y < tile_.y + tile_.height; ++y) {
       for (int x = tile_.x; x < tile_.x + tile_.width; ++x) {
@@ -195,7 +196,8 @@ class TileFilter {
            static_cast<std::size_t>(x - left_);
   }
 
-  /// Pairs (p, p + o): first those whose weight the tile needs, then what patches around them need.
+  /// Returns the pixels p of the pairs (p, p + o): with margin 0 those whose weights the tile
+  /// needs, with kPatch those that the patches around them need.
   Area pairs(int dx, int dy, int margin) const {
     Area a;
     a.x.first = std::max({tile_.x - std::max(dx, 0) - margin, 0, -dx});
@@ -285,7 +287,7 @@ class TileFilter {
     }
   }
 
-  /// Nothing is known beyond `area`: zeros, as wide as a patch reaches.
+  /// Sets a border of the width of a patch around `area` to 0, because nothing is known there.
   void clear_around(Local& plane, const Area& area) const {
     const auto n = static_cast<std::size_t>(area.x.last - area.x.first + 2 * kPatch);
     for (int y = area.y.first - kPatch; y < area.y.last + kPatch; ++y) {
@@ -310,7 +312,7 @@ class TileFilter {
     }
   }
 
-  /// In place: the sums over patches around the pixels of `area`.
+  /// Replaces the values in `area` by their sums over patches.
   void sum_patches(Local& plane, Local& rows, const Area& area) const {
     for (int y = area.y.first; y < area.y.last; ++y) {
       const std::size_t first = index(area.x.first - kPatch, y);
@@ -345,7 +347,7 @@ class TileFilter {
       const float* agreement = &b.agreement[first];
       float* __restrict weight = &b.weight[first];
       for (std::size_t i = 0; i < n; ++i) {
-        // A pair that disagrees may have nothing to count around it: its agreement is 0.
+        // The count around a pair without agreement may be 0; its weight is 0 anyway.
         const float mean = difference[i] / std::max(count[i], 1.0F);
         const float excess = std::max(mean - 1, 0.0F) * (1 / kTolerance);
         const float like = std::max(1 - excess, 0.0F);
@@ -354,15 +356,15 @@ class TileFilter {
     }
   }
 
-  /// Both of a pair take the other in.
+  /// Adds each pixel of a pair to the other's mean.
   void accumulate(const Local& weight, LocalHalf& half, const Area& area, int dx, int dy) const {
     const std::ptrdiff_t o = static_cast<std::ptrdiff_t>(dy) * kStride + dx;
-    // p in the tile takes p + o.
+    // Adds p + o to p in the tile.
     Area own = area;
     own.x = {std::max(area.x.first, tile_.x), std::min(area.x.last, tile_.x + tile_.width)};
     own.y = {std::max(area.y.first, tile_.y), std::min(area.y.last, tile_.y + tile_.height)};
     take(weight, half, own, o, 0);
-    // q = p + o in the tile takes p.
+    // Adds p to q = p + o in the tile.
     Area other;
     other.x = {std::max(area.x.first + dx, tile_.x),
                std::min(area.x.last + dx, tile_.x + tile_.width)};
@@ -371,7 +373,7 @@ class TileFilter {
     take(weight, half, other, -o, -o);
   }
 
-  /// Pixels of `area` take those `from` away, by the weight that lies `weight_at` away.
+  /// Adds to the pixels of `area` those at offset `from`, with the weights at offset `weight_at`.
   void take(const Local& weight, LocalHalf& half, const Area& area, std::ptrdiff_t from,
             std::ptrdiff_t weight_at) const {
     for (int y = area.y.first; y < area.y.last; ++y) {

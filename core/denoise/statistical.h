@@ -1,12 +1,11 @@
-/// The denoiser that is always there: a joint filter without anything learnt.
+/// The denoiser that is always available: a joint filter without learnt weights.
 ///
-/// A pixel is replaced by the mean of the pixels around it that have the same expected value as far
-/// as can be estimated: around both, differences are no larger than the noise of this half explains
-/// (Welch's test over a patch of both), and their surfaces agree. Where features are given, light
-/// is filtered without the colour of the surfaces, which is multiplied back afterwards. The same
-/// bits for any number of threads.
-/// Sources: Buades 2005 (patches); Rousselle 2012 (differences over their variance); Sakai 2024
-/// (membership by Welch's test).
+/// A pixel is replaced by the mean of the nearby pixels that appear to have the same expected
+/// value: the differences between the patches around both are no larger than the noise of this half
+/// explains (Welch's test), and their surfaces agree. If features are given, light is divided by
+/// the colour of the surfaces, filtered, and multiplied by it again. The result is the same, bit
+/// for bit, for any number of threads. Sources: Buades 2005 (patches); Rousselle 2012 (differences
+/// over their variance); Sakai 2024 (membership by Welch's test).
 #pragma once
 
 #include "core/denoise/denoiser.h"

@@ -9,17 +9,17 @@
 namespace core {
 namespace {
 
-/// Relative standard error of a picture's error beyond which it is called unreliable: the interval
-/// of 95 % then spans more than a factor of e.
+/// Relative standard error of an image's error above which it is marked unreliable: the 95%
+/// interval then spans more than a factor of e.
 constexpr double kUnreliable = 0.25;
 
-/// n N / (max(S, 0) + F) of a tile, and the variance of that.
+/// n N / (max(S, 0) + F) of a tile, and its variance.
 struct Weighted {
   double ratio = 0;
   double variance = 0;
 };
 
-/// energy: N, and its variance; floor: F of one pixel.
+/// energy: N with its variance; floor: F of one pixel.
 Weighted weighted(const TileSums& tile, double energy, double variance, double floor) {
   const double signal = std::max(tile.signal, 0.0);
   const double scale = signal + floor * tile.pixels;
@@ -27,8 +27,8 @@ Weighted weighted(const TileSums& tile, double energy, double variance, double f
     return {};
   }
   const double ratio = tile.pixels * energy / scale;
-  // A half has twice the variance q of the pixel, so that of A B is 4 q mu^2 + 4 q^2. Where S is
-  // noisy N is too, and in the same direction: to add both is on the safe side.
+  // A half has twice the variance q of the pixel, so A B has the variance 4 q mu^2 + 4 q^2. Where S
+  // is noisy, so is N, in the same direction: adding both variances is conservative.
   const double of_signal = 4 * (tile.noise * signal / tile.pixels + tile.noise_squares);
   return {ratio,
           (tile.pixels * static_cast<double>(tile.pixels) * variance + ratio * ratio * of_signal) /
@@ -39,7 +39,7 @@ Weighted weighted(const TileSums& tile, double floor) {
   return tile.noise > 0 ? weighted(tile, tile.noise, tile.noise_squares, floor) : Weighted{};
 }
 
-/// F of one pixel.
+/// Returns F of one pixel.
 double floor_of(std::span<const TileSums> tiles) {
   double light = 0;
   double pixels = 0;
@@ -50,7 +50,7 @@ double floor_of(std::span<const TileSums> tiles) {
   return pixels > 0 ? 3 * error_floor(light / pixels) : 0;
 }
 
-/// N / (S + F) of a denoised picture, and its standard deviation.
+/// N / (S + F) of a denoised image, and its standard deviation.
 struct SignedRatio {
   double value = 0;
   double deviation = 0;
@@ -171,8 +171,9 @@ double ErrorEstimate::bound(const Ratio& ratio, double quantile) {
   if (!ratio.valid) {
     return std::numeric_limits<double>::infinity();
   }
-  // The squared error of (A + B) / 2 spreads about its expected value as the estimate from (A - B)
-  // / 2 does, and independently: the logarithm of their ratio has twice the variance.
+  // The squared error of (A + B) / 2 has the same distribution around its expected value as the
+  // estimate from (A - B) / 2, and is independent: the logarithm of their ratio has twice the
+  // variance.
   const double deviation = std::sqrt(2.0) * ratio.log_deviation;
   return std::sqrt(ratio.value) * std::exp(0.5 * quantile * deviation);
 }

@@ -1,16 +1,17 @@
-/// ErrorEstimate: how wrong a picture still is, by the sums of its halves.
+/// ErrorEstimate: the error of an image, estimated from sums over its two halves.
 ///
-/// A tile's relative error is sqrt(N / (max(S, 0) + F)): N the sum of (A - B)^2 / 4 and S that of
-/// A B over its pixels and channels, A and B being the means of a pixel's halves; F = 3 n (0.05
-/// L)^2 the floor, n the tile's pixels whose alpha is not 0, L the mean luminance of such pixels of
-/// the picture. A picture's error is the root of the mean of that ratio over its tiles, weighted by
-/// n: the ratio of noise to signal of the average tile, whatever the exposure.
+/// The relative error of a tile is sqrt(N / (max(S, 0) + F)). N is the sum of (A - B)^2 / 4 and S
+/// that of A B over its pixels and channels, where A and B are the means of a pixel's halves. F =
+/// 3 n (0.05 L)^2 is the floor, n the number of pixels in the tile whose alpha is not 0, L the mean
+/// luminance of such pixels in the image. The error of an image is the square root of the mean of
+/// that ratio over its tiles, weighted by n: the noise-to-signal ratio of the average tile,
+/// independent of the exposure.
 ///
-/// Intervals are log-normal. The variance of N is taken to be the sum of the squares of the pixels'
-/// terms: right where rare events carry the noise, 1.5 times too much where it is Gaussian, so that
-/// some correlation of neighbours (zsobol, restir) is covered. That of S is added; it matters where
-/// errors are as large as the light. A jackknife over blocks counts the picture's own structure as
-/// noise; measured by tests/bench/run --coverage.
+/// Intervals are log-normal. The variance of N is estimated by the sum of the squares of the
+/// pixels' terms: correct if rare events dominate the noise, 1.5 times too large if it is Gaussian,
+/// which allows for some correlation of neighbours (zsobol, restir). The variance of S is added; it
+/// matters where errors are as large as the light. A jackknife over blocks is not used, because it
+/// counts the image's structure as noise. Measured by tests/bench/run --coverage.
 #pragma once
 
 #include <span>
@@ -22,15 +23,15 @@
 namespace core {
 
 /// Regulariser of the squared expected value of a pixel, one channel: noise in dark areas is
-/// measured relative to at least a twentieth of the picture's mean luminance.
+/// measured relative to at least a twentieth of the image's mean luminance.
 constexpr double error_floor(double mean_luminance) {
   constexpr double kShare = 0.05;
   return kShare * mean_luminance * kShare * mean_luminance;
 }
 
 struct ErrorInterval {
-  double relative_rmse = 0;  ///< NaN when a half is missing
-  double low = 0;            ///< of the confidence interval of what pictures like it are off by
+  double relative_rmse = 0;  ///< NaN if a half is missing
+  double low = 0;            ///< confidence interval of the error of such images
   double high = 0;
   bool unreliable = false;  ///< few pixels carry most of it
 };
@@ -42,26 +43,26 @@ struct TileEnergy {
   double variance = 0;  ///< of the energy, about the error of this image
 };
 
-/// Relative error of such a picture; the interval, from the variance of the sums, is that of what
-/// this very picture is off by. N may be negative, so it is symmetric in the square of the error
-/// and ends at 0. The floor and S are the plain picture's, so that both errors compare. tiles,
-/// energies: of the whole picture.
+/// Returns the relative error of such an image. The interval, from the variance of the sums, is
+/// that of the error of this image. N may be negative, so the interval is symmetric in the square
+/// of the error and ends at 0. The floor and S are those of the plain image, so that the two errors
+/// can be compared. tiles, energies: of the whole image.
 ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
                              double confidence);
-/// Its upper bound alone; exceeded with probability alpha at most.
+/// Returns only its upper bound, exceeded with probability at most alpha.
 double denoised_bound(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
                       double alpha);
 
-/// The same of each tile, without intervals.
+/// Returns the same for each tile, without intervals.
 std::vector<double> denoised_tile_errors(std::span<const TileSums> tiles,
                                          std::span<const TileEnergy> energies);
 
-/// Relative error of one tile of a picture; NaN when a half is missing.
+/// Returns the relative error of one tile of an image; NaN if a half is missing.
 float tile_error(const Film& film, int tile);
 
 class ErrorEstimate {
  public:
-  /// tiles: of the whole picture.
+  /// tiles: of the whole image.
   explicit ErrorEstimate(std::span<const TileSums> tiles);
   explicit ErrorEstimate(const Film& film) : ErrorEstimate(film.half_sums()) {}
 

@@ -61,7 +61,7 @@ Rgb raw_variance(const HalfValue& a, const HalfValue& b) {
   if (!has_halves(a, b)) {
     return Rgb(kNan);
   }
-  // Light of 1e20 is rare, its square overflows a float: the largest float replaces it.
+  // The square of a value above about 1e19 overflows a float: use the largest float instead.
   const auto squared_half = [](float d) {
     return std::min(0.25F * d * d, std::numeric_limits<float>::max());
   };

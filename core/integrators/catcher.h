@@ -3,15 +3,15 @@
 ///
 /// With B the radiance of the ground without the model, and the radiance with it
 /// W = B - blocked + bounced, where `blocked` is light of the lights that does not arrive and
-/// `bounced` what comes by way of the model: alpha a = blocked / B, as luminances, and the colour,
-/// premultiplied, C = W - (1 - a) B. So C + (1 - a) X is W over a ground that looks like X = B,
-/// whatever the noise, and where the model changes nothing a and C are 0 without noise: blocked
-/// light is that of the very samples that meet the model. Where the background X is known the
-/// shadow is coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel. B
-/// has a closed form: distant lights are the same everywhere on the ground, punctual ones are sums,
-/// and a smooth coat mirrors one direction of the environment. A mirrored part of the model blocks
-/// what the coat would mirror without it. Lights of the model are bounced. Source of the idea:
-/// Debevec, Rendering Synthetic Objects into Real Scenes, SIGGRAPH 1998.
+/// `bounced` the light that comes from the model: alpha a = blocked / B, as luminances, and the
+/// colour, premultiplied, C = W - (1 - a) B. So C + (1 - a) X is W over a ground that looks like X
+/// = B, whatever the noise, and where the model changes nothing a and C are 0 without noise:
+/// blocked light is that of the very samples that meet the model. Where the background X is known
+/// the shadow is coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel.
+/// B has a closed form: distant lights are the same everywhere on the ground, punctual ones are
+/// sums, and a smooth coat mirrors one direction of the environment. A mirrored part of the model
+/// blocks what the coat would mirror without it. Lights of the model are bounced. Source of the
+/// idea: Debevec, Rendering Synthetic Objects into Real Scenes, SIGGRAPH 1998.
 #pragma once
 
 #include <array>

@@ -85,7 +85,7 @@ constexpr int dimension_group(int bounce, BounceGroup group) {
   return 1 + bounce * static_cast<int>(BounceGroup::kCount) + static_cast<int>(group);
 }
 
-/// Is it the group "bsdf" of a bounce? There y and z go together.
+/// Returns whether it is the group "bsdf" of a bounce, in which y and z form a pair.
 constexpr bool is_of_bsdf(int group) {
   constexpr int kCount = static_cast<int>(BounceGroup::kCount);
   return group < (1 << 20) && (group + kCount - 1) % kCount == static_cast<int>(BounceGroup::kBsdf);

@@ -1,6 +1,6 @@
 /// MediumStack: the solids around a point, the innermost last.
 ///
-/// Leaving one takes out its newest entry, wherever it stands, so overlapping and touching solids
+/// Leaving one removes its newest entry, wherever it is, so overlapping and touching solids
 /// keep their order.
 #pragma once
 

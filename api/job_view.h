@@ -114,7 +114,7 @@ std::string asset_json(std::string_view id, std::uint64_t bytes);
 std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
                         std::span<const std::string> jobs);
 
-/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95 %
+/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95%
 /// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are omitted.
 /// The points of one run are dependent, so the interval is only a guide.
 struct Slope {
@@ -134,7 +134,7 @@ struct PixelLayer {
   std::string name;
   std::vector<double> mean;            ///< one for each channel of the layer
   std::vector<double> standard_error;  ///< NaN: unknown
-  std::vector<double> low;             ///< 95 % interval
+  std::vector<double> low;             ///< 95% interval
   std::vector<double> high;
   std::vector<std::vector<double>> halves;  ///< A and B; empty for a layer without halves
 };

@@ -109,7 +109,7 @@ const View<core::ConvergencePoint>& curve_point_view() {
 
 namespace {
 
-/// A value with its 95 % interval.
+/// A value with its 95% interval.
 const View<Slope>& slope_view() {
   static const View<Slope> kView = {
       "",

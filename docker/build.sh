@@ -3,7 +3,7 @@
 
 say() { echo "== $*" >&2; }
 
-# build DIR TARGET...: counts its steps and its seconds; the first time takes many minutes.
+# build DIR TARGET...: prints the number of steps and seconds; the first build takes many minutes.
 build() {
   say "Building $*; the steps are counted, and only the first time are they many"
   build_dir=$1
@@ -11,7 +11,7 @@ build() {
   NINJA_STATUS='[%p, step %f of %t, %e s] ' cmake --build "$build_dir" --target "$@" >&2
 }
 
-# Installs the compiler, the libraries and, if there is none new enough, Node (for the page).
+# Installs the compiler, the libraries and, unless a recent enough one is installed, Node (for the page).
 install_build_packages() {
   docker/install-packages build "$@"
   if ! node_is_new_enough; then
@@ -29,7 +29,7 @@ node_is_new_enough() {
       process.exit(a > 18 || (a === 18 && b >= 13) ? 0 : 1)'
 }
 
-# configure DIR [cmake arguments]: only when DIR is new, belongs to another place, or arguments are
+# configure DIR [cmake arguments]: only if DIR is new, was configured elsewhere, or arguments are
 # given.
 configure() {
   build_dir=$1

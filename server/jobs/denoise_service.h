@@ -3,7 +3,7 @@
 /// Pictures are cached by job and revision while there is memory, and are never part of a film.
 /// While a job renders, a picture is reused until the next one is due: after kPace, and after
 /// rendering has taken kShare times as long as denoising, so that all viewers together slow the job
-/// by at most 5 %, apart from the first one, which traces quick features that the later previews
+/// by at most 5%, apart from the first one, which traces quick features that the later previews
 /// share. Pictures of ended jobs have whole features. If the job leaves the choice, the faster
 /// denoiser makes the first preview.
 #pragma once

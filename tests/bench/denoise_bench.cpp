@@ -1,8 +1,8 @@
-// What denoising is worth, and whether its errors are true, for six scenes and each denoiser: the
-// true error of the plain picture, the denoiser's and the mixed one at 4 to 256 samples with
-// seconds and the gain at equal time; when 5 % are reached; and how often the intervals hold the
-// truth, over as many seeds as are asked for. The truth comes from a reference of many samples,
-// whose own error is taken out by its halves. Prints, never asserts.
+// Measures the gain of denoising and the quality of its error estimates, for six scenes and each
+// denoiser: the true error of the plain, the denoised and the mixed image at 4 to 256 samples, with
+// seconds and the gain at equal time; the time until 5% is reached; and the coverage of the
+// intervals over a given number of seeds. The truth is a reference with many samples, whose own
+// error is removed by means of its halves. Prints, never asserts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,16 +37,16 @@ struct Plan {
   int width = 96;
   int threads = 2;
   int reference = 8192;  ///< samples
-  std::string folder;    ///< of the references, with a slash
+  std::string folder;    ///< folder of the references, ends with a slash
 };
 
-/// Pooled over everything that is printed.
+/// Totals over all printed cells.
 struct Pooled {
   double cells = 0;
   double covered = 0;
   double least = 100;
-  double off = 0;   ///< of the cells' estimate / truth - 1, in percent
-  double size = 0;  ///< of the absolute values of that
+  double off = 0;   ///< sum of estimate / truth - 1 over the cells, in percent
+  double size = 0;  ///< sum of its absolute values
 };
 
 core::View asset_view(const Plan& plan) {
@@ -64,7 +64,7 @@ core::View asset_view(const Plan& plan) {
   return view;
 }
 
-/// A picture of many samples: the means of its independent halves, and coverage.
+/// An image with many samples: the means of its independent halves, and its coverage.
 struct Reference {
   int width = 0;
   int height = 0;
@@ -114,7 +114,7 @@ void transfer(std::fstream& file, std::vector<T>& values, bool write) {
   }
 }
 
-/// Kept in a file beside this program for later runs. Delete the files when a scene changes.
+/// Kept in a file next to this program for later runs. Delete the files when a scene changes.
 Reference reference_of(const std::string& name, const core::View& view, const Plan& plan) {
   constexpr int kReferenceSeed = 1'000'000;
   Reference out;
@@ -153,7 +153,7 @@ struct Scene {
   double feature_seconds = 0;  ///< CPU
 };
 
-/// CPU seconds of this program, and of the helpers that it waited for.
+/// Returns the CPU seconds of this program and of the helpers that it waited for.
 double cpu_seconds() {
   double out = 0;
   for (const int whose : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -185,10 +185,11 @@ struct Named {
 };
 using Denoisers = std::vector<Named>;
 
-/// Seconds of a picture and its error.
+/// Seconds and error of an image.
 using Spent = std::pair<double, double>;
 
-/// Seconds at which errors that fall like a power between the counts reach the target, in words.
+/// Returns, as text, the seconds at which the error reaches the target, if it falls as a power
+/// between the sample counts.
 std::string seconds_to_target(const std::vector<Spent>& spent) {
   const auto text = [](double seconds) {
     std::array<char, 32> out{};
@@ -220,8 +221,8 @@ void print_header(const Denoisers& denoisers) {
   std::printf("\n%s\n", rule.c_str());
 }
 
-/// The rows of a scene. Returns a row that says when the plain picture reaches the target, and the
-/// mixed one of each denoiser.
+/// Prints the rows of a scene. Returns a row with the times at which the plain image and the mixed
+/// image of each denoiser reach the target.
 std::string print_rows(const Scene& scene, const Denoisers& denoisers, const Plan& plan) {
   std::vector<Spent> plain;
   std::vector<std::vector<Spent>> mixed(denoisers.size());
@@ -239,7 +240,7 @@ std::string print_rows(const Scene& scene, const Denoisers& denoisers, const Pla
       const double more = cpu_seconds() - begin + scene.feature_seconds;
       CHECK(made);
       mixed[d].emplace_back(seconds + more, true_error(made->picture.mixed, scene.reference));
-      // In the denoiser's time the plain picture would have got more samples.
+      // In the denoiser's time the plain image would have received more samples.
       const double gain = std::pow(error / mixed[d].back().second, 2) * seconds / (seconds + more);
       std::printf(" %.2f | %.4f | %.4f | %.2f |", more,
                   true_error(made->picture.full, scene.reference), mixed[d].back().second, gain);
@@ -268,8 +269,8 @@ void print_targets(const Denoisers& denoisers, const std::vector<std::string>& r
   std::fflush(stdout);
 }
 
-/// One cell of the coverage. Errors are averaged as squares, of which the estimates are unbiased
-/// except that they end at 0.
+/// One cell of the coverage table. Errors are averaged as squares, whose estimates are unbiased
+/// except that they are clipped at 0.
 void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
                 core::DenoiseMode mode, int samples, Pooled& pooled) {
   const auto seeds = static_cast<double>(made.size());
@@ -301,7 +302,8 @@ void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
 void print_coverage(const Scene& scene, const Denoisers& denoisers, int samples, const Plan& plan,
                     Pooled& pooled) {
   std::vector<std::vector<core::MadeDenoised>> made(denoisers.size());
-  std::vector<std::vector<double>> ratios(denoisers.size());  // mixed to the better of the others
+  std::vector<std::vector<double>> ratios(
+      denoisers.size());  // mixed over the better of plain and full
   for (int seed = 1; seed <= plan.seeds; ++seed) {
     const core::FilmSnapshot film = render(scene.view, samples, seed, plan.threads).snapshot;
     const double plain = true_error(plain_planes(film), scene.reference);
@@ -340,7 +342,8 @@ int main(int argc, char** argv) {
   plan.reference = argc > 4 ? std::atoi(argv[4]) : plan.reference;
   const std::string only = argc > 5 ? argv[5] : "";  // scene instead of all
   const std::vector<int> counts = argc > 6 ? std::vector{std::atoi(argv[6])} : std::vector{32, 128};
-  // Loaded before a build that goes on meanwhile replaces it: built-in scenes hold images.
+  // Load the image module now, before a concurrent build replaces it: built-in scenes contain
+  // images.
   if (const auto codec = core::image_codec(); !codec) {
     std::fprintf(stderr, "%s\n", codec.error().message.c_str());
     return 1;

@@ -1,5 +1,5 @@
-// What the page says of renders that are not there, or not any more, and of addresses that nobody
-// meant.
+// Messages of the page for renders that do not exist or have been deleted, and for invalid
+// addresses.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { ask, desktop, launch, pictureNow, Server, submit, until, withPageOf } from './harness.mjs';
@@ -56,7 +56,7 @@ test('a render that is deleted elsewhere has no actions left', { timeout: 120_00
     for (const way of ['watched', 'used']) {
       const id = await renderOf(page);
       const watches = way === 'watched';
-      // The list must have shown it once before it is missed.
+      // The list must have shown it once before its absence means anything.
       if (watches) await until('the list', () => page.locator(`.filmstrip a[href*="${id}"]`).count());
       else await page.route('**/v1/jobs?*', (route) => route.abort());
       assert.ok((await ask(`${server.url}/v1/jobs/${id}`, { method: 'DELETE' })).ok);

@@ -1,5 +1,5 @@
-// The view in which a camera is placed: what it shows, what stands in its address, and what it
-// outlives.
+// The view in which a camera is placed: its content, its address, and its behaviour after reloads
+// and lost connections.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import {
@@ -33,7 +33,7 @@ const withPage = (hash, use) => withPageOf(browser, server, desktop, hash, use);
 const hashOf = (page) => new URL(page.url()).hash;
 const rest = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-/** Bodies of the previews that the page asks for, as they leave. */
+/** Bodies of the page's preview requests, as they are sent. */
 function previewsOf(page) {
   const asked = [];
   page.on('request', (r) => {
@@ -42,7 +42,7 @@ function previewsOf(page) {
   return asked;
 }
 
-/** Until it is known where a camera placed by hand begins. */
+/** Waits until the start position of a camera placed by hand is known. */
 const canTurn = (page) => page.waitForSelector('.compose .toolbar > .exposure input:enabled');
 
 /** Changes of the address from now on. */
@@ -72,7 +72,7 @@ test('the form and the address of a placed camera agree on the scene', { timeout
     await until('the box', async () => (await sceneOf(page)) === 'cornell-box');
     await rest(1000);
     assert.equal(hashOf(page), '#/compose/cornell-box');
-    // The scene that was chosen in the form took the place of the one before it.
+    // The scene selected in the form has replaced the previous one.
     await page.goBack();
     await page.waitForSelector('h1:text-is("Settings")');
   }),
@@ -93,7 +93,7 @@ test('a placed camera stands in the address and outlives a reload', { timeout: 1
     assert.equal(hashOf(page), link);
     await page.click('[data-testid=compose-reset]');
     await until('the address without it', () => hashOf(page) === '#/compose/cornell-box');
-    // Another link is another camera, also where the view is open.
+    // Another link selects another camera, even if the view is open.
     await page.evaluate((hash) => (location.hash = hash), link);
     await until('the pose again', () => page.isEnabled('[data-testid=compose-reset]'));
     await page.evaluate(() => (location.hash = '#/compose/cornell-box?pose=1,2,nothing'));
@@ -120,7 +120,7 @@ for (const [size, name] of [
     }),
   );
 
-/** One triangle with an orthographic camera and one that is turned upon its side. */
+/** One triangle with an orthographic camera and one that is turned on its side. */
 function filmed() {
   const files = triangleFiles();
   const document = JSON.parse(files[0].bytes.toString());
@@ -156,12 +156,12 @@ test('until it is turned the preview has the file’s own camera', filmedTest, (
     await until('the other camera', () => asked.at(-1).camera);
     assert.ok(!asked.at(-1).camera.position);
     await page.getByText('Drag to orbit').waitFor();
-    // Its 0.8 radians: it is known where turning begins.
+    // Its field of view of 0.8 radians: the start position is known.
     await page.waitForSelector('output:text-is("46°")');
     await page.locator('.stage').focus();
     await page.keyboard.press('+');
     const { camera } = await until('a pose', () => asked.at(-1).camera?.position && asked.at(-1));
-    // It was turned by 60 degrees about its axis: what was right is now above.
+    // It was rotated by 60 degrees about its axis: the right side is now at the top.
     const expected = [-Math.sqrt(0.75), 0.5, 0];
     assert.ok(
       camera.up.every((v, i) => Math.abs(v - expected[i]) < 1e-3),

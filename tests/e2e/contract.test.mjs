@@ -1,5 +1,5 @@
 // A client whose types openapi-typescript makes from /openapi.json compiles in strict mode, and
-// makes a picture.
+// renders an image.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
@@ -13,7 +13,7 @@ const modules = path.join(here, 'node_modules');
 // Below node_modules, so that its packages are found.
 const home = path.join(modules, '.contract');
 
-// The mock server has no description of itself.
+// The mock server has no OpenAPI description.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
 const server = new Server();
 before(async () => {

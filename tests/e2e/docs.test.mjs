@@ -1,5 +1,4 @@
-// The API reference at /docs: it lists what the server can do, requests can be tried, problems have
-// their anchors.
+// The API reference at /docs: it lists the operations, requests can be tried, problems have anchors.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { accessKey, desktop, launch, openPage, Server } from './harness.mjs';

@@ -1,5 +1,5 @@
-// The validator of Khronos as an oracle: what the server writes is valid, and of a file that is
-// changed in many ways, every version that the validator calls valid is a scene.
+// The Khronos validator as an oracle: files that the server writes are valid; of a file changed in
+// many ways, every version that the validator accepts loads as a scene.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import validator from 'gltf-validator';
@@ -25,7 +25,7 @@ after(() => server.stop());
 const glbOf = async (name) =>
   Buffer.from(await (await ask(`${server.url}/v1/scenes/${name}/gltf`)).arrayBuffer());
 
-/** Codes and places of what makes a GLB invalid. */
+/** Codes and locations of the errors in a GLB. */
 async function faults(glb) {
   const report = await validator.validateBytes(new Uint8Array(glb), { maxIssues: 0 });
   return report.issues.messages
@@ -73,7 +73,7 @@ test('what the validator calls valid is a scene', { skip }, async () => {
     else if (Array.isArray(object)) object.splice(Number(key), 1);
     else delete object[key];
     const file = withJson(glb, changed);
-    // It stops at some values that it does not look for, and says nothing of them then.
+    // It stops at some values that it does not check, without reporting them.
     const found = await faults(file).catch((stopped) => [String(stopped)]);
     if (found.length > 0) continue;
     valid += 1;

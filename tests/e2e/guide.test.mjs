@@ -23,8 +23,8 @@ const binary = process.env.TESSERA_BINARY && path.resolve(process.env.TESSERA_BI
 const server = new Server();
 let browser;
 /**
- * Of each chapter: title, addresses of its sections, where its links lead, its commands, its words
- * in code.
+ * For each chapter: title, anchors of its sections, targets of its links, its commands, and its
+ * words in code.
  */
 const chapters = new Map();
 
@@ -83,7 +83,7 @@ for (const [size, device] of [
     withPage(device, async (page) => {
       const top = (id) => page.locator(`#${id}`).evaluate((h) => h.getBoundingClientRect().top);
       for (const [name, { sections }] of chapters) {
-        // Not the last one, which may stand lower on a page that has ended.
+        // Not the last one, which may be lower on the screen because the page ends.
         const id = sections[1];
         await open(page, name, id);
         await until(`${name}/${id} on top`, async () => {
@@ -166,7 +166,7 @@ const helpOf = (verb) => {
 };
 const flagsIn = (text) => text.match(/(?<![\w-])--[a-z][a-z-]+/g) ?? [];
 
-// Against a server elsewhere (TESSERA_URL) there is no program to ask.
+// With a server elsewhere (TESSERA_URL) there is no program to run.
 const skip = binary ? false : 'TESSERA_BINARY does not name a program';
 
 test('every flag in the guide exists', { skip }, () => {
@@ -209,7 +209,7 @@ test(
   { skip, timeout: 300_000 },
   () => {
     const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-guide-'));
-    // In this order: the second chapter looks at the job of the first.
+    // In this order: the second chapter uses the job of the first.
     const script = ['start', 'concepts', 'integrator', 'operations', 'api']
       .flatMap((name) => chapters.get(name).commands)
       // A first key would close the server to the commands after it (tests/api/tenants_test.py).

@@ -1,7 +1,7 @@
 // A server and a browser for the page's tests.
 //
-// TESSERA_URL      a running server, and TESSERA_KEY its access key if it asks for one; else
-// TESSERA_BINARY   the program: started on a free port with a data folder of its own; else
+// TESSERA_URL      a running server, and TESSERA_KEY its access key if it requires one; else
+// TESSERA_BINARY   the program: started on a free port with a separate data folder; else
 // TESSERA_PAGE     a built page, shown by the mock server of clients/web/dev.
 // CHROMIUM         the browser; /usr/bin/chromium by default.
 import assert from 'node:assert/strict';
@@ -22,15 +22,15 @@ const axeSource = fs.readFileSync(
   'utf8',
 );
 
-/** The access key of a server elsewhere; empty: it asks for none. */
+/** The access key of a server elsewhere; empty: it requires none. */
 export const accessKey = (process.env.TESSERA_URL && process.env.TESSERA_KEY) || '';
 const bearer = accessKey ? { authorization: `Bearer ${accessKey}` } : {};
 
-/** fetch() as somebody who may. */
+/** fetch() with the access key. */
 export const ask = (url, init = {}) =>
   fetch(url, { ...init, headers: { ...init.headers, ...bearer } });
 
-/** The page's files: in the environment, or where the build leaves them. */
+/** Folder of the page's files: from the environment, or that of the build. */
 function builtPage() {
   const { TESSERA_PAGE, TESSERA_BINARY } = process.env;
   return TESSERA_PAGE ?? path.join(path.dirname(path.resolve(TESSERA_BINARY ?? '')), 'clients/web/dist');
@@ -44,9 +44,9 @@ export class Server {
   url = null;
 
   /**
-   * drawn: tiles a second of the mock server, which is used whatever the variables say; 0: as they
-   * say.
-   * key: what the program that is started asks for, whatever runs elsewhere.
+   * drawn: tiles per second of the mock server, which is then used regardless of the variables; 0:
+   * the variables decide.
+   * key: access key for the started program, regardless of a server elsewhere.
    */
   constructor({ drawn = 0, key = '' } = {}) {
     this.#drawn = drawn;
@@ -117,8 +117,8 @@ export const phone = {
 };
 
 /**
- * A page that notes what must not happen: script errors, requests to other hosts, and what the
- * server's policy forbids. prepare: called before it goes to its address.
+ * A page that records faults: script errors, requests to other hosts, and violations of the
+ * server's policy. prepare: called before it opens its address.
  */
 export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
@@ -140,7 +140,7 @@ export async function openPage(browser, server, device, hash = '', prepare = asy
   return page;
 }
 
-/** Opens a page for `use` and closes it; nothing may have happened in it that must not. */
+/** Opens a page for `use` and closes it; it must have recorded no faults. */
 export async function withPageOf(browser, server, device, hash, use) {
   const page = await openPage(browser, server, device, hash);
   try {
@@ -151,7 +151,7 @@ export async function withPageOf(browser, server, device, hash, use) {
   }
 }
 
-/** Bytes of an answer as they cross the network. */
+/** Bytes of a response as transferred. */
 export const weigh = (url) =>
   new Promise((resolve, reject) => {
     http
@@ -163,7 +163,7 @@ export const weigh = (url) =>
       .on('error', reject);
   });
 
-/** What the page breaks of WCAG 2.2 AA, a line each. */
+/** Violations of WCAG 2.2 AA in the page, one line each. */
 export async function accessibilityFaults(page) {
   // Through the debugger, because the page's own policy forbids foreign scripts.
   await page.evaluate(axeSource);
@@ -178,7 +178,7 @@ export async function accessibilityFaults(page) {
 }
 
 /**
- * What the picture shows at this moment, as text that can be compared; null before there is one.
+ * The content of the displayed image, as comparable text; null before there is one.
  */
 export const pictureNow = (page) =>
   page.evaluate(() => {
@@ -200,8 +200,7 @@ export const pictureNow = (page) =>
   });
 
 /**
- * Until check() gives what is expected, by deep equality: a page that shows one thing may be about
- * to show the next.
+ * Waits until check() deeply equals the expected value: the page may be about to change.
  */
 export async function settles(what, check, expected) {
   let last;
@@ -209,7 +208,7 @@ export async function settles(what, check, expected) {
   await until(() => `${what}: ${inspect(expected)}, not ${inspect(last)}`, agrees, 30_000);
 }
 
-/** what: a text, or a function that tells it in the end. */
+/** what: a text, or a function that returns it when the wait fails. */
 export async function until(what, check, timeoutMs = 120_000) {
   const end = Date.now() + timeoutMs;
   for (;;) {
@@ -223,13 +222,13 @@ export async function until(what, check, timeoutMs = 120_000) {
   }
 }
 
-/** A picture that is not the one before. */
+/** Waits for an image that differs from the previous one. */
 export async function isOther(page, before) {
   const now = await pictureNow(page);
   return now !== null && now.hash !== before.hash;
 }
 
-/** The scene that is chosen in the form, once there is one. */
+/** The scene selected in the form, once there is one. */
 export const sceneOf = (page) => page.inputValue('[data-testid=scene]');
 
 /** Fills in the form and presses Render. */
@@ -290,7 +289,7 @@ export function triangleGlb() {
   return glbOf(json, bin);
 }
 
-/** The same as two files, the buffer's name needing an escape in the document. */
+/** The same as two files; the buffer's name must be escaped in the document. */
 export function triangleFiles() {
   const { json, bin } = triangle('the%20buffer.bin');
   return [
@@ -335,14 +334,14 @@ export function movingGlb() {
   return glbOf(JSON.stringify(document), bin);
 }
 
-/** A panorama of one grey pixel, Radiance. */
+/** An environment map of one grey pixel, in Radiance format. */
 export const panorama = () =>
   Buffer.concat([
     Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n'),
     Buffer.from([128, 128, 128, 129]),
   ]);
 
-/** Drops files on the page as a person's hand would. files: [{name, bytes}]. */
+/** Drops files on the page like a user. files: [{name, bytes}]. */
 export async function drop(page, files) {
   const transfer = await page.evaluateHandle(
     (list) => {

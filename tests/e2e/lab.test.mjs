@@ -98,8 +98,8 @@ test(
         await until('a verdict', async () => /theory/.test(await verdict(page)));
         const fits = page.locator('[data-testid=lab-plot] .lab-fit');
         await settles('a fit of each', () => fits.count(), samplers.length);
-        // A Latin hypercube has a point in each of 256 columns; independent points leave 94 empty,
-        // give or take 5.
+        // A Latin hypercube has a point in each of 256 columns; independent points leave 94 ± 5
+        // empty.
         const columns = async (name) => {
           const run = legend.filter({ hasText: `additive, ${name}` });
           await run.click();

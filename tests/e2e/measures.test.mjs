@@ -1,4 +1,4 @@
-// Measurements beside an image: strategies of bidirectional paths, readings of a meter.
+// Measurements in addition to an image: strategies of bidirectional paths, readings of a meter.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { accessibilityFaults, ask, desktop, launch, Server, until, withPageOf } from './harness.mjs';
@@ -33,7 +33,7 @@ async function finished(request) {
   return id;
 }
 
-/** A picture from outside: TESSERA_SHOTS names a folder for it. */
+/** A screenshot, if TESSERA_SHOTS names a folder for it. */
 const shot = async (page, name) => {
   const folder = process.env.TESSERA_SHOTS;
   if (folder) await page.screenshot({ path: `${folder}/${name}.png`, fullPage: true });

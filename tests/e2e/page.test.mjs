@@ -44,7 +44,7 @@ const choose = (page, view) => page.check(`[data-testid=view-${view}]`, { force:
 const withPage = (device, use, hash) => withPageOf(browser, server, device, hash, use);
 
 let shared = null;
-/** The address of a finished render that tests only look at; rendered once for all of them. */
+/** The address of a finished render that tests do not change; rendered once for all of them. */
 const renderedOnce = () =>
   (shared ??= (async () => {
     const body = {
@@ -122,7 +122,7 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
     for (const view of ['error', 'tile-error', 'variance', 'samples']) {
       await choose(page, view);
       await page.waitForSelector('[data-testid=legend]');
-      // They show numbers, not light.
+      // They show numbers, not colours.
       for (const id of ['exposure', 'tone'])
         await settles(id, () => page.isDisabled(`[data-testid=${id}]`), true);
       const hash = await until(`the ${view} view`, async () => {
@@ -138,7 +138,7 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
         return image?.dataset.layer === name && image.complete && image.naturalWidth === 480;
       }, layer);
     }
-    // The scene is 0.55 m deep, and its camera stands before it.
+    // The scene is 0.55 m deep, and its camera is in front of it.
     const [, near, far] = /Black is ([\d.]+) m, white ([\d.]+) m/.exec(
       await page.textContent('.layer-note'),
     );
@@ -223,7 +223,7 @@ test(
       await until('the model in the list', async () =>
         /^[0-9a-f]{64}$/.test(await sceneOf(page)),
       );
-      // The model can be looked at from all sides at once.
+      // The model can be viewed from all sides immediately.
       await page.waitForURL(/#\/compose\/[0-9a-f]{64}$/);
       await submit(page, { samples: 8 });
       await page.waitForSelector('.job-title h1:text-is("triangle")');
@@ -297,7 +297,7 @@ test('a job can be paused, resumed and cancelled', { timeout: 300_000 }, () =>
     await until('the resume', async () => /Rendering/.test(await text(page, 'state')));
     await page.click('[data-testid=cancel]');
     await until('the end', async () => /Cancelled/.test(await text(page, 'state')));
-    // The server extends what has finished, nothing else.
+    // The server extends only finished jobs.
     await settles('no more', () => page.getByTestId('extend').count(), 0);
   }),
 );

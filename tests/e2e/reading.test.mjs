@@ -1,4 +1,4 @@
-// Text that can be read: nothing on any view is smaller than 13 px, on a desktop and on a phone.
+// Readable text: nothing in any view is smaller than 13 px, on a desktop and on a phone.
 // With TESSERA_SHOTS, a folder, each view is also saved as an image.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -40,7 +40,7 @@ after(async () => {
   await server.stop();
 });
 
-/** Text as it is drawn: "11.2 px: the text", without raised and lowered characters. */
+/** Displayed text as "11.2 px: the text", without superscripts and subscripts. */
 const smallTexts = (page) =>
   page.evaluate((smallest) => {
     const found = new Set();

@@ -1,5 +1,5 @@
-// "Use again" and Render make the same job: every member of a job request, each at another value
-// than its default, comes back.
+// "Use again" and Render make the same job: every member of a job request, each with a value
+// other than its default, is restored.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import {
@@ -31,7 +31,7 @@ after(async () => {
 
 const film = { width: 24, height: 16 };
 const common = { name: 'again', film, stop: { samples_per_pixel: 2 } };
-/** Jobs that have every member of the schema between them. */
+/** Jobs that together have every member of the schema. */
 const requests = {
   'a polished sweep through a lens': {
     ...common,
@@ -262,7 +262,7 @@ test('a setting that is changed in the form leaves those around it as they were'
       ['rim', spec.environment.intensity],
     );
     assert.deepEqual([changed.camera, changed.film], [spec.camera, spec.film]);
-    // Another camera keeps the lens; members of another integrator are not those of this one.
+    // Another camera keeps the lens; members of another integrator are dropped.
     await page.goto(`${server.url}/#/jobs/${job.id}`);
     await page.click('[data-testid=use-again]');
     await page.getByLabel('Camera', { exact: true }).selectOption('camera');

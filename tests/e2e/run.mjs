@@ -1,6 +1,6 @@
 // Runs the test files two at a time (most of a test is waiting): node run.mjs [PATTERN...], where
-// PATTERN picks files whose name contains it. Left to itself, Node runs one file fewer at a time
-// than it sees cores.
+// PATTERN selects files whose name contains it. By default Node runs as many files at a time as
+// there are cores, minus one.
 import fs from 'node:fs';
 import path from 'node:path';
 import { run } from 'node:test';

@@ -34,7 +34,7 @@ after(async () => {
 
 const stateOf = (page) => page.textContent('[data-testid=series-state]');
 
-/** Chooses so many views of small pictures and presses Render. */
+/** Selects this number of views, with small images, and presses Render. */
 async function submitSeries(page, views) {
   await until('scenes in the list', () => sceneOf(page));
   await page.selectOption('[data-testid=scene]', 'glass');
@@ -109,7 +109,7 @@ test('the settings of a render are shown, used again and written for other place
     assert.match(await settings.textContent(), /integrator max depth5/);
     await settings.locator('summary').click();
     const text = page.getByTestId('text');
-    // The request that is shown makes the same job.
+    // The displayed request creates the same job.
     assert.deepEqual((await post(JSON.parse(await text.textContent()))).spec, job.spec);
     for (const [kind, words] of [
       ['curl', /^curl http.*Ann'\\''s glass/s],
@@ -250,7 +250,7 @@ for (const [name, device] of [
       await page.fill('[data-testid=position-y]', '1.25');
       await page.fill('[data-testid=fov]', '30');
       assert.deepEqual(await accessibilityFaults(page), []);
-      // What it will take stands beside the button before it is pressed.
+      // The estimated cost is shown next to the button before it is pressed.
       await until('an estimate', async () =>
         /^About .* on an idle server/.test(await page.textContent('[data-testid=cost]')),
       );
@@ -363,7 +363,7 @@ test('a scene is chosen from images, and a render is seen before its tiles come'
     await page.click('[data-scene="many-lights"]');
     await settles('the scene', () => sceneOf(page), 'many-lights');
     await settles('the list', () => page.locator('dialog[open]').count(), 0);
-    // Tiles are kept back: the server's image is there all the same.
+    // Tiles are withheld: the server's image is shown all the same.
     const held = [];
     let holds = true;
     await page.route(/\/tiles/, (way) => (holds ? void held.push(way) : way.continue()));
@@ -371,11 +371,11 @@ test('a scene is chosen from images, and a render is seen before its tiles come'
     const look = page.getByTestId('first-look');
     await look.waitFor();
     assert.equal(await look.evaluate((image) => image.decode().then(() => image.naturalWidth)), 48);
-    // Without alpha there is a format that is made faster.
+    // Without alpha a faster format is used.
     assert.match(await look.getAttribute('src'), /image\.jpg/);
     await until('a question for tiles', () => held.length > 0);
     holds = false;
-    // A question that the page has given up meanwhile is asked again.
+    // A request that the page has abandoned meanwhile is sent again.
     for (const way of held) await way.continue().catch(() => undefined);
     await settles('tiles instead', () => look.count(), 0);
   });

@@ -20,7 +20,7 @@ import {
 
 const server = new Server();
 let browser;
-/** From the start of the program until it answers. */
+/** Seconds from the start of the program until it responds. */
 let startMs = 0;
 // The mock server makes no batches.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
@@ -120,7 +120,7 @@ for (const [name, device] of [
     const begin = Date.now();
     const page = await openPage(browser, server, device, '#/jobs', async (fresh) => {
       if (full) return;
-      // What the page asks for, but small.
+      // The page's requests, but with small images.
       await fresh.route(/\/v1\/(jobs|batches)(\?dry_run=1)?$/, async (way) => {
         if (way.request().method() !== 'POST') return way.continue();
         const body = way.request().postDataJSON();
@@ -183,7 +183,7 @@ for (const [name, device] of [
     assert.equal(new Set(entries).size, 36);
     for (const variant of ['red', 'green', 'blue'])
       assert.equal(entries.filter((entry) => entry.includes(variant)).length, 12);
-    // Of each PNG: its size, and colours with alpha (type 6).
+    // Each PNG has the right size and colours with alpha (type 6).
     const head = zip.indexOf('IHDR');
     assert.deepEqual(
       [zip.readUInt32BE(head + 4), zip.readUInt32BE(head + 8), zip[head + 13]],

@@ -76,10 +76,10 @@ test('a camera in motion is shown in whole pictures', { timeout: 300_000 }, () =
     page.on('response', (r) => {
       if (r.request().method() !== 'POST' || !/\/v1\/jobs$/.test(r.url())) return;
       asked.push(r.request().postDataJSON());
-      // A page that closes takes the answers under way with it.
+      // Closing a page aborts its pending responses.
       jobs.push(r.json().then(({ id }) => id).catch(() => null));
     });
-    // Those that give way to a newer one before they are whole end as cancelled.
+    // Those superseded by a newer one before they are complete end as cancelled.
     const whole = async () => {
       const states = jobs.slice(-40).map(async (id) => {
         const job = await ask(`${server.url}/v1/jobs/${await id}`);
@@ -97,13 +97,13 @@ test('a camera in motion is shown in whole pictures', { timeout: 300_000 }, () =
     const cameras = new Set(asked.map((job) => JSON.stringify(job.camera)));
     assert.ok(cameras.size >= 5, `${cameras.size} cameras`);
     assert.equal(new Set(asked.map((job) => job.preview_key)).size, 1);
-    // The camera that rests gets the fine picture.
+    // When the camera rests, the page requests the full image.
     await until('the fine picture', () => asked.at(-1).stop.samples_per_pixel > 2);
   }),
 );
 
 let pair = null;
-/** Two finished renders that tests only look at, of 8 and of 32 samples. */
+/** Two finished renders that tests do not change, with 8 and 32 samples. */
 const renderedPair = () =>
   (pair ??= Promise.all(
     [8, 32].map(async (samples) => {
@@ -157,7 +157,7 @@ for (const [name, device] of [
         await until('the number', async () => /FLIP\s*[\d.]/.test(await figures.textContent()));
         const box = await figures.boundingBox();
         assert.ok(box.width <= page.viewportSize().width);
-        // What stands there is what the server says.
+        // The displayed text is that of the server.
         const asked = await ask(`${server.url}/v1/comparisons`, {
           method: 'POST',
           headers: { 'content-type': 'application/json' },
@@ -189,7 +189,7 @@ test('an error older than the picture tells its samples, and two points make no 
       await route.fulfill({ json: { points, slope: { value: -1, low: null, high: null } } });
     });
     await renderOf(page, 'cornell-box', 8);
-    await page.getByTestId('denoise').uncheck();  // The denoised picture has an error of its own.
+    await page.getByTestId('denoise').uncheck();  // The denoised image has a separate error.
     await page.getByTestId('error-age').waitFor();
     assert.match(await page.textContent('[data-testid=error]'), /% at 2 samples, [\d.]+% to/);
     await page.waitForSelector('.plot svg');
@@ -273,7 +273,7 @@ test('names and states are looked for among all renders of the server', { timeou
     await more.click();
     await found(85, /^hay/);
     assert.equal(await more.count(), 0);
-    // The list is asked for again and again; what was added stays.
+    // The list is requested repeatedly; added entries stay.
     const again = () => page.waitForResponse((r) => /name=hay/.test(r.url()) && r.ok());
     await again();
     await again();
@@ -310,7 +310,7 @@ for (const [name, device] of [
       await add(`wide ${tag}`, 48);
       for (let i = 0; i < 42; ++i) await add(`new ${tag} ${i}`);
       const wider = await add(`wider ${tag}`, 48);
-      // The newest of one size are there to begin with, not those that do not fit.
+      // Initially the newest of one size are selected, not those that do not match.
       await page.goto(`${server.url}/#/compare`);
       await page.reload();
       await page.waitForSelector('[data-testid=wipe]');
@@ -350,7 +350,7 @@ const problem = (status, title) => ({
   contentType: 'application/problem+json',
   body: JSON.stringify({ title, status }),
 });
-/** What a server may answer, and what the page says then. */
+/** Possible responses of a server, and the page's messages for them. */
 const states = [
   {
     name: 'loading',
@@ -403,7 +403,7 @@ test('every state of the server is told, and can be read by all', { timeout: 300
     const [place, words] = says;
     await until(name, async () => words.test(await page.textContent(place)));
     assert.deepEqual(await accessibilityFaults(page), [], name);
-    // It comes to itself when the server does.
+    // It recovers when the server does.
     if (name === 'offline') {
       await page.unroute(address);
       await until('the newest render', () => pictureNow(page));
@@ -414,7 +414,7 @@ test('every state of the server is told, and can be read by all', { timeout: 300
   await ask(`${server.url}/v1/jobs/${id}/cancel`, { method: 'POST' });
 });
 
-/** No request is answered, and that is known before the page has drawn itself once. */
+/** No request succeeds, and the page knows it before it is first drawn. */
 function refuseAtOnce() {
   const fetch = globalThis.fetch;
   globalThis.fetch = (...all) =>
@@ -476,7 +476,7 @@ function countDraws() {
   };
 }
 
-// What it takes in time, `tests/bench/run --page` says.
+// `tests/bench/run --page` measures the time.
 test('tiles are drawn in animation frames, and each alone', { timeout: 300_000 }, async () => {
   const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(countDraws));
   try {

@@ -60,7 +60,7 @@ core::View zoo() {
   return view;
 }
 
-// Fewer than 50 variants in two scenes, each with a KS test and the minimum of 16 p-values; 0.1 %
+// Fewer than 50 variants in two scenes, each with a KS test and the minimum of 16 p-values; 0.1%
 // over all of them (Sidak). The null comparison is one of them. gloss: excludes the strategies that
 // ignore the BSDF. Their samples of a narrow lobe are so rare and so large that means of 16 images
 // are far from normal; irradiance_test.cpp and furnace_test.cpp test them.
@@ -146,7 +146,7 @@ TEST(Agreement, DetectsThreePercentMoreLightInBidirectionalIntegrators) {
   }
 }
 
-// The planted fault must be detected: emission that is 3 % too strong.
+// The planted fault must be detected: emission that is 3% too strong.
 TEST(Agreement, DetectsThreePercentMoreLight) {
   core::View view = box();
   const Blocks reference = blocks_of(view, 1000, 64);

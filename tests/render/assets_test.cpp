@@ -227,7 +227,7 @@ TEST_F(Assets, BoxVertexColorsShowsTheColorsOfItsCorners) {
     const Vec3 at = m.point(p.positions[i]);
     if (at.z > 0.49F && m.normal(p.normals[i]).z > 0.9F) {
       const Rgb seen = front.at(at.x * 0.97F, at.y * 0.97F).albedo;
-      // The albedo is the colour reduced by the 4 % specular reflection, plus that reflection:
+      // The albedo is the colour reduced by the 4% specular reflection, plus that reflection:
       // within 0.1.
       const Rgb factor = scene.materials[0].base_color;
       EXPECT_NEAR(seen.r, factor.r * p.colors[i].x, 0.1F);

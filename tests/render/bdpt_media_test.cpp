@@ -1,5 +1,5 @@
-// Bidirectional path tracing in media that scatter (truths 11 and 19): the same pictures as path,
-// of milk behind boundaries with and without refraction, and of fog.
+// Bidirectional path tracing in scattering media (truths 11 and 19) gives the same images as path:
+// milk behind boundaries with and without refraction, and fog.
 #include <array>
 
 #include "tests/render/agreement.h"
@@ -26,7 +26,7 @@ core::View of(core::SceneDescription scene) {
   return view;
 }
 
-/// The Cornell box with a ball of this medium before its blocks.
+/// The Cornell box with a ball of this medium in front of its blocks.
 core::View ball_in_box(core::MaterialDescription medium) {
   core::SceneDescription scene = test_support::cornell();
   const auto material = static_cast<int>(scene.materials.size());
@@ -36,8 +36,8 @@ core::View ball_in_box(core::MaterialDescription medium) {
   return of(std::move(scene));
 }
 
-/// The same ball on a floor under a sky that is brighter on one side: behind a boundary that
-/// refracts, paths find skies but not small lamps.
+/// The same ball on a floor under a sky that is brighter on one side: behind a refracting boundary
+/// paths find skies, but not small emitters.
 core::View ball_under_sky(core::MaterialDescription medium) {
   core::View view =
       of(test_support::scene_of({test_support::lambert({0.7F, 0.5F, 0.3F}), std::move(medium)},
@@ -48,7 +48,7 @@ core::View ball_under_sky(core::MaterialDescription medium) {
   return view;
 }
 
-/// The Cornell box and a point light in fog that thins with height.
+/// The Cornell box with a point light in fog whose density decreases with height.
 core::View fog_in_box(Rgb scattering) {
   core::SceneDescription scene = test_support::cornell();
   core::PunctualLightDescription point;
@@ -71,7 +71,7 @@ core::MaterialDescription wax() {
 struct Case {
   const char* name;
   core::View view;
-  int samples;  ///< of either integrator
+  int samples;  ///< of each integrator
 };
 std::vector<Case> cases() {
   return {{"milk without a boundary", ball_in_box(milk(0.9F, 0.2F, 0.3F)), 64},
@@ -83,8 +83,8 @@ std::vector<Case> cases() {
 
 constexpr int kChannels = 3;
 
-// Three channels of 16 blocks, and a KS test each; 0.1 % over all of them.
-TEST(BdptMedia, PicturesAreThoseOfPath) {
+// Three channels of 16 blocks, one KS test each; 0.1% over all of them.
+TEST(BdptMedia, ImagesAreThoseOfPath) {
   const std::vector<Case> all = cases();
   const int tests = 2 * kChannels * static_cast<int>(all.size());
   const double level_ks = test_support::sidak(0.001, tests);
@@ -103,7 +103,7 @@ TEST(BdptMedia, PicturesAreThoseOfPath) {
   }
 }
 
-TEST(BdptMedia, ATenthMoreScatteringIsSeen) {
+TEST(BdptMedia, DetectsTenPercentMoreScattering) {
   const Case c = {"", fog_in_box(Rgb(1)), 64};
   const Blocks reference = blocks_of(c.view, 1000, 2 * c.samples);
   core::View view = fog_in_box(Rgb(1.1F));
@@ -113,7 +113,7 @@ TEST(BdptMedia, ATenthMoreScatteringIsSeen) {
 }
 
 // Truth 11.
-TEST(BdptMedia, MilkThatLosesNothingCannotBeSeen) {
+TEST(BdptMedia, LosslessMilkIsInvisible) {
   for (const float ior : {1.0F, 1.3F}) {
     core::MaterialDescription m = milk(1, 0.5F, 0.4F, ior);
     core::View view =

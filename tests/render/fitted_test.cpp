@@ -155,7 +155,7 @@ class Paths {
 
 struct Controls {
   Moments right;
-  Moments wrong;  ///< with the density of light samples 2 % too large
+  Moments wrong;  ///< with the density of light samples 2% too large
 };
 
 Controls controls(const View& view, int samples) {
@@ -172,7 +172,7 @@ Controls controls(const View& view, int samples) {
   return out;
 }
 
-// z above 4.5 in any of eight: false alarm 6e-5. With densities that are 2 % off, the test rejects
+// z above 4.5 in any of eight: false alarm 6e-5. With densities that are 2% off, the test rejects
 // all of those of optimal weights.
 TEST(Fitted, ControlsOfOptimalWeightsHaveMeanZero) {
   View split = zoo();
@@ -334,7 +334,7 @@ TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
 }
 
 // At most 1.02 of the balance heuristic's variance; here over 2048 pixels, where the ratio has a
-// standard error of 4 %, so the limit is three standard errors above 1.02.
+// standard error of 4%, so the limit is three standard errors above 1.02.
 TEST(Fitted, OptimalWeightsAreNoWorseThanTheBalanceHeuristic) {
   for (const bool wall : {false, true}) {
     const double truth = wall ? kHalf : kOpen;

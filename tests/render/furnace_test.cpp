@@ -106,7 +106,7 @@ TEST(WhiteFurnace, LosslessBallsAreInvisible) {
     EXPECT_NEAR(all.mean, 1, l.cap + 4 * all.standard_error()) << what;
     EXPECT_LT(all.standard_error(), 5e-3) << what;
     // No pixel exceeds 1 by more than noise and the tolerance of the tables. 19 x 400 pixels,
-    // Student's t with 31 degrees of freedom beyond 7: a false alarm in 0.03 % of such tests.
+    // Student's t with 31 degrees of freedom beyond 7: a false alarm in 0.03% of such tests.
     for (const test_support::Moments& pixel : pixels) {
       EXPECT_LT(pixel.mean, 1 + l.cap + 7 * pixel.standard_error() + 1e-5) << what;
     }

@@ -79,7 +79,7 @@ TEST(GltfMaterials, DielectricIsFourPercentOverItsDiffuseBase) {
     const double f = schlick(0.04, half_cos(wide(wi)));
     const double specular = f * specular_along_normal(wide(wi), 0.36, 0.36);
     for (int c = 0; c < 3; ++c) {
-      // fresnel_mix; the energy-conserving coupling by albedos differs from it by up to 6 % of the
+      // fresnel_mix; the energy-conserving coupling by albedos differs from it by up to 6% of the
       // base.
       const double expected = (specular + (1 - f) * static_cast<double>(m.base_color[c]) / kPi) *
                               static_cast<double>(wi.z);
@@ -244,7 +244,7 @@ TEST(GltfMaterials, SheenIsCharlieOverAReducedBase) {
 }
 
 TEST(GltfMaterials, IridescenceFactorOrThicknessZeroIsNoFilm) {
-  // In closed form: a smooth black dielectric of index 1.5 under a white sky returns 4 %.
+  // In closed form: a smooth black dielectric of index 1.5 under a white sky returns 4%.
   const auto sky = test_support::constant_sky({1, 1, 1});
   const auto returned = [&sky](float factor, float thickness_nm) {
     core::MaterialDescription m;

@@ -72,7 +72,7 @@ Terminator lit_from_the_side(int stacks, bool flat) {
 TEST(GltfTerminator, CoarseBallIsShadedLikeASphere) {
   // 8 stacks: facets of 22.5 degrees. Their horizons would cut off the light where the cosine is
   // below sin(11 degrees) at a corner, 0.2 and more along a diagonal; interpolated normals of a
-  // chord are right within 1 %.
+  // chord are right within 1%.
   const Terminator round = lit_from_the_side(8, false);
   EXPECT_LT(round.error, 0.012);
   EXPECT_GT(round.darkest, 0.9);

@@ -260,7 +260,7 @@ TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
     low += std::pow(seen.progress.error.low, 2);
     high += std::pow(seen.progress.error.high, 2);
   }
-  // The floor of the definition adds less than 1 % to the signal of an image as bright as white.
+  // The floor of the definition adds less than 1% to the signal of an image as bright as white.
   EXPECT_GT(squares, 0.9 * low);
   EXPECT_LT(squares, 1.1 * high);
   EXPECT_LT(high, 9 * squares) << "the interval is not trivially wide";

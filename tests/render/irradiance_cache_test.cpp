@@ -161,7 +161,7 @@ Difference against_path(core::View view, const char* integrator, int samples) {
   return out;
 }
 
-// Blocks of 16 pixels: their noise is 1 %. The allowed interpolation error is a quarter of a part
+// Blocks of 16 pixels: their noise is 1%. The allowed interpolation error is a quarter of a part
 // of the light, and gradients remove most of it.
 TEST(IrradianceCaching, AgreesWithPathTracing) {
   core::View view = glossy_box();

@@ -244,7 +244,7 @@ double mean_under_a_pane(double share) {
 }
 
 // Three means at 4 standard errors, a chance of 2e-4, plus 1e-5 for the midpoint rule and float
-// rounding. Light tracing estimates a mean to 1 %; a range evaluated at the pane, at a quarter of
+// rounding. Light tracing estimates a mean to 1%; a range evaluated at the pane, at a quarter of
 // the distance, would make it 1.7 times as bright.
 TEST(Punctual, RangeEndsAtTheFirstScatteringSurface) {
   core::View view = under_a_pane();

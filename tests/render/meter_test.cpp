@@ -155,7 +155,7 @@ double coverage(double width) {
   return static_cast<double>(held) / kMeters;
 }
 
-// The fraction of 800 is binomial with a standard deviation of 0.8 %: chance leaves 93 to 97 % in 1
+// The fraction of 800 is binomial with a standard deviation of 0.8%: chance leaves 93 to 97% in 1
 // of 100, with this seed never.
 TEST(Meter, IntervalsContainTheTruthInNinetyFivePercent) {
   EXPECT_NEAR(coverage(1), 0.95, 0.02);

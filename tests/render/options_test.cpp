@@ -1,6 +1,6 @@
 // Options of the estimators in whole images: settings that must have no effect give identical bits,
 // the others have their intended effect, and means are unchanged. The sensitivity of the z-tests is
-// shown by agreement_test.cpp (3 % more light) and by the planted faults below.
+// shown by agreement_test.cpp (3% more light) and by the planted faults below.
 #include <cmath>
 #include <vector>
 
@@ -231,7 +231,7 @@ double lamps_truth() {
   return sum / 3.14159265358979;
 }
 
-// 0.1 % false alarms in total: z below 4 is 6e-5.
+// 0.1% false alarms in total: z below 4 is 6e-5.
 TEST(ResampledLights, HaveTheMeanOfTheLight) {
   const Moments m = lamps(Fault::kNone, 1000000);
   EXPECT_LT(std::fabs(m.z(lamps_truth())), 4) << m.mean << " for " << lamps_truth();

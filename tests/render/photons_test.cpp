@@ -149,7 +149,7 @@ TEST(PhotonMapping, ClosedSphereHasRadianceOne) {
       view.settings.max_depth = depth;
       const Picture picture = test_support::render(view, 8);
       const double truth = 1 - std::pow(0.5, depth + 1);
-      // Facets tilted by up to 7.5 degrees: areas within a disk are off by less than 1 %.
+      // Facets tilted by up to 7.5 degrees: areas within a disk are off by less than 1%.
       EXPECT_NEAR(static_cast<double>(picture.mean().g), truth, 0.01 * truth)
           << mode.integrator << " " << mode.final_gather << " at depth " << depth;
     }

@@ -146,7 +146,7 @@ View shared(View view, const Sharing& sharing) {
 constexpr std::array kSharing = {Sharing{1, 4, 1}, Sharing{3, 5, 1}, Sharing{2, 8, 1},
                                  Sharing{1, 1, 8}, Sharing{1, 3, 4}, Sharing{2, 5, 2}};
 
-/// 0.1 % false alarms over all images and blocks of the six comparisons with each kind (Sidak).
+/// 0.1% false alarms over all images and blocks of the six comparisons with each kind (Sidak).
 void expect_agreement(const View& view, int samples, double error) {
   const double level =
       test_support::sidak(0.001, 6 * static_cast<int>(kSharing.size() * (kBlocks + 1)));
@@ -180,7 +180,7 @@ TEST(SharedLights, AgreesWithTheLightTreeWhereNeighboursCannotSeeAnEmitter) {
   expect_agreement(edges(1), 512, 0.003);
 }
 
-// The planted fault must be detected: emission that is 2 % too strong.
+// The planted fault must be detected: emission that is 2% too strong.
 TEST(SharedLights, DetectsTwoPercentMoreLight) {
   const Blocks reference = blocks_of(edges(1), 512);
   EXPECT_LT(compare(blocks_of(shared(edges(1.02F), {1, 4, 1}), 512), reference).picture, 1e-4);
@@ -281,7 +281,7 @@ double row_truth() {
   return sum;
 }
 
-// 0.1 % false alarms in total.
+// 0.1% false alarms in total.
 TEST(SharedSamples, HaveTheMeanOfTheLight) {
   const Moments m = row_of_points(Fault::kNone, 150000);
   EXPECT_LT(std::fabs(m.z(row_truth())), 4) << m.mean << " for " << row_truth();

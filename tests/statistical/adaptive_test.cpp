@@ -50,7 +50,7 @@ void feed(Moments& half, const Draw& draw, Random& random, int count) {
   }
 }
 
-/// Samples that a pixel needs for a standard error of 10 % of its mean, estimated from `seen`; 32
+/// Samples that a pixel needs for a standard error of 10% of its mean, estimated from `seen`; 32
 /// to 1024.
 int needed(const Moments& seen) {
   const double target = 0.1 * std::max(std::fabs(seen.mean), 1e-9);
@@ -108,7 +108,7 @@ Moments runs_of(Rule rule, const Draw& draw, int runs) {
   return out;
 }
 
-// Simulated with 200,000 trials, for events of 2 %: -48, -71, -51 %, +.2, +.4, -49 %. Rules without
+// Simulated with 200,000 trials, for events of 2%: -48, -71, -51%, +.2, +.4, -49%. Rules without
 // bias stay within 4 standard errors (false alarm 6e-5 for each of four); biased rules are off by
 // tens of percent.
 TEST(StopBias, SequentialRulesUnderestimateRareEvents) {
@@ -232,15 +232,15 @@ double squared_error(AdaptiveType type, int pictures) {
 TEST(AdaptiveTypes, AllocateSamplesWhereTheNoiseIs) {
   const double none = squared_error(AdaptiveType::kNone, 2);
   EXPECT_NEAR(none, 0.25 / 256,
-              0.25 / 256 * 0.1);  // 2,048 noisy pixels: a standard deviation of 3 %
+              0.25 / 256 * 0.1);  // 2,048 noisy pixels: a standard deviation of 3%
   const double gain = none / squared_error(AdaptiveType::kPilot, 2);
   std::printf("    variance %.2f times less\n", gain);
   EXPECT_GT(gain, 2);
   EXPECT_LT(gain, 4.2);
 }
 
-// 95 % intervals of tiles, with adaptive sampling by pixels and by tiles: 60 images of 4 tiles
-// each; 240 trials, standard deviation 1.4 %: 90 % is 3.6 of them away.
+// 95% intervals of tiles, with adaptive sampling by pixels and by tiles: 60 images of 4 tiles
+// each; 240 trials, standard deviation 1.4%: 90% is 3.6 of them away.
 TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
   for (const core::Granularity granularity :
        {core::Granularity::kPixel, core::Granularity::kTile}) {

@@ -1,5 +1,5 @@
-// Comparisons of jobs that differ only in their seed have the stated false alarm rate; a gain of 1
-// % is found.
+// Comparisons of jobs that differ only in their seed have the stated false alarm rate; a gain of
+// 1% is found.
 
 #include "core/compare/comparison.h"
 
@@ -77,8 +77,8 @@ TEST_P(NullComparison, HasItsStatedFalseAlarmRate) {
   std::printf("    z variance %.3f beyond 3 %.3f %%\n", summary.z_variance.mean,
               100 * summary.share.mean);
   EXPECT_NEAR(summary.z_variance.mean, 1, 0.1);
-  // 0.27 % of 49,152 are 133; the counts of pairs vary like 12 binomials, 4 of their deviations are
-  // 0.09 %.
+  // 0.27% of 49,152 are 133; the counts of pairs vary like 12 binomials, 4 of their deviations are
+  // 0.09%.
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
   EXPECT_GT(summary.share.mean, 0.0002);
   // Binomial of 12 with 0.95: six or more misses in one of 60,000.
@@ -125,7 +125,7 @@ TEST(Comparison, LeavesOutPixelsWithoutNoiseNextToNoisyOnes) {
 }
 
 TEST(Comparison, FindsAGainOfOnePercent) {
-  // The planted fault: the same pairs with one side 1 % brighter. 4 standard deviations of the mean
+  // The planted fault: the same pairs with one side 1% brighter. 4 standard deviations of the mean
   // of 6 * 4096 values of z.
   const Summary summary = null_pairs(core::SamplerType::kSobol, 6, 64, 1.01F);
   EXPECT_GT(summary.z_mean.mean, 4 / std::sqrt(6.0 * 4096));

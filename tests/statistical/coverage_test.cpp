@@ -1,6 +1,6 @@
 // Confidence intervals of real renders: 150 renders with 150 seeds. The true value is the mean of
 // the other 149 (tests/render compares these with closed forms); its own error is 1/149 of the
-// variance. The intervals are not widened for it: the effect is 0.04 % of coverage.
+// variance. The intervals are not widened for it: the effect is 0.04% of coverage.
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -127,8 +127,8 @@ Coverage cover(core::View view, int samples,
   return out;
 }
 
-// 900 tiles: a standard deviation of 0.73 %; 92.5 and 97.5 % are 3.4 of them away: false alarm 0.07
-// % for each. 150 intervals of the error: 1.8 %; 88 % is 3.9 of them away.
+// 900 tiles: a standard deviation of 0.73%; 92.5 and 97.5% are 3.4 of them away: false alarm
+// 0.07% for each. 150 intervals of the error: 1.8%; 88% is 3.9 of them away.
 void expect_calibrated(const Coverage& c) {
   EXPECT_GE(c.tiles, 0.925);
   EXPECT_LE(c.tiles, 0.975);
@@ -175,7 +175,7 @@ TEST(Coverage, IsCalibratedWithAnEmitterInTheImage) {
 }
 
 // A small emitter reflected by a polished ball: caustics that few samples find. A tile without such
-// a sample has no information about them: its interval is too short, and 95 % falls to about 90 %.
+// a sample has no information about them: its interval is too short, and 95% falls to about 90%.
 // The estimate of the whole image remains correct.
 TEST(Coverage, OfRareCausticsIsLowByAFewPercent) {
   const Coverage c = cover(balls(core::SamplerType::kSobol, 0.35F, 0.4F), 8);

@@ -114,7 +114,7 @@ Outcome measure(const Plan& plan, int trials = 300) {
       true_error(plan), [&](std::uint64_t seed) { return draw(plan, seed); }, trials);
 }
 
-// For 300 trials a fraction of 95 % has a standard deviation of 1.26 %: below 92 % in 0.9 % of
+// For 300 trials a fraction of 95% has a standard deviation of 1.26%: below 92% in 0.9% of
 // cases; the seeds are fixed.
 constexpr double kLeastCoverage = 0.92;
 
@@ -131,8 +131,8 @@ TEST(ErrorEstimate, IntervalsCoverForGaussianNoise) {
 TEST(ErrorEstimate, IntervalsCoverForRareEvents) {
   for (const double probability : {0.02, 0.001}) {
     const Outcome o = measure(rare_events(probability));
-    // At 0.001 the error is 200 %, S of a tile has a standard error of 25 %, and its reciprocal is
-    // biased by +6 %.
+    // At 0.001 the error is 200%, S of a tile has a standard error of 25%, and its reciprocal is
+    // biased by +6%.
     EXPECT_NEAR(o.estimate.mean, o.truth, (probability < 0.01 ? 0.1 : 0.02) * o.truth);
     EXPECT_GE(o.covered, kLeastCoverage) << probability;
   }
@@ -223,8 +223,8 @@ double error_of(const FilmSnapshot& film, const Plan& plan) {
   return test_support::defined_error(pixels, plan.width, plan.height);
 }
 
-// 1,000 images each: a standard deviation of 0.7 %; bounds that hold in 95 % of them are exceeded
-// in more than 7.5 % with probability 2e-4. The planted fault, the bound of the average error of
+// 1,000 images each: a standard deviation of 0.7%; bounds that hold in 95% of them are exceeded
+// in more than 7.5% with probability 2e-4. The planted fault, the bound of the average error of
 // images, is exceeded too often.
 TEST(ErrorEstimate, ErrorRarelyExceedsItsBound) {
   constexpr int kTrials = 1000;
@@ -253,7 +253,7 @@ TEST(ErrorEstimate, FlagsTooFewEventsAsUnreliable) {
   EXPECT_GE(measure(rare_events(3e-6), 20).unreliable, 0.75);
 }
 
-// Pixels: pooled standard errors, 95 % intervals, on average over the image; 50 x 4096 pixels.
+// Pixels: pooled standard errors, 95% intervals, on average over the image; 50 x 4096 pixels.
 TEST(PixelError, IntervalsCover) {
   for (const Plan& plan : {gaussian(0.1), half_black(gaussian(0.1)), rare_events(0.02)}) {
     double inside = 0;

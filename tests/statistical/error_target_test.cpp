@@ -98,7 +98,7 @@ Targets run(core::View view, double share, double bias = 1) {
   return out;
 }
 
-// Of 40 runs that meet the target with probability 0.95, more than 5 miss it in 1.4 % of cases
+// Of 40 runs that meet the target with probability 0.95, more than 5 miss it in 1.4% of cases
 // (binomial); the seeds are fixed.
 bool is_kept(const Targets& t) { return t.runs - t.met <= 5; }
 

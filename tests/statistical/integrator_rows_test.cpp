@@ -37,7 +37,7 @@ core::View box(std::string_view integrator) {
 }
 
 /// Rendered by path for every row. Its own noise increases the variance of the difference by 16 /
-/// 1024 / 2 = 0.8 %, or three times that if a row has a third of path's variance: 0.1 to 0.3 % of
+/// 1024 / 2 = 0.8%, or three times that if a row has a third of path's variance: 0.1 to 0.3% of
 /// coverage.
 core::FilmSnapshot reference(std::string_view integrator) {
   core::View view = box("path");
@@ -142,10 +142,10 @@ class RowWithAnError : public testing::TestWithParam<const core::IntegratorEntry
 class RowWithoutAnError : public testing::TestWithParam<const core::IntegratorEntry*> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(RowWithoutAnError);
 
-// 200 intervals of the error that cover 95 %: 176 or fewer contain it with a probability of 7e-5 by
+// 200 intervals of the error that cover 95%: 176 or fewer contain it with a probability of 7e-5 by
 // the binomial distribution. Pixels: 200 x 12, which a chain may correlate within an image, so the
-// tolerance is that of 200, 95 % +- 4 standard deviations of 1.5 %. The mean of the estimate has a
-// standard error of 1 %.
+// tolerance is that of 200, 95% +- 4 standard deviations of 1.5%. The mean of the estimate has a
+// standard error of 1%.
 TEST_P(RowWithAnError, IntervalsCover) {
   const Seen seen = measure(*GetParam(), 0);
   EXPECT_GT(seen.whole.image, 0.88);
@@ -157,7 +157,7 @@ TEST_P(RowWithAnError, IntervalsCover) {
 }
 
 // The planted fault: half B contains a fifth of the samples of half A, so the estimate is a fifth
-// too low; 15 images determine it to 2 %.
+// too low; 15 images determine it to 2%.
 TEST_P(RowWithAnError, DetectsHalvesThatShareSamples) {
   EXPECT_LT(measure(*GetParam(), 0.2, 15).ratio, 0.9);
 }

@@ -196,14 +196,15 @@ TEST(LabVerdict, DoesNotConfirmASlopeItCannotDetermine) {
   for (const auto slope : {&root, &linear}) {
     const core::lab::Outcome vague = judged(slope, {64, 128}, 12);
     EXPECT_EQ(vague.verdict, Verdict::kUndecided) << vague.explanation;
-    EXPECT_NE(vague.explanation.find("too uncertain for a verdict"), std::string::npos) << vague.explanation;
+    EXPECT_NE(vague.explanation.find("too uncertain for a verdict"), std::string::npos)
+        << vague.explanation;
   }
   EXPECT_EQ(judged(&root, {64, 1024}, 64).verdict, Verdict::kAgrees);
   EXPECT_EQ(judged(&linear, {64, 1024}, 64).verdict, Verdict::kDiffers);
 }
 
 TEST(LabVerdict, HasItsStatedFalseAlarmRate) {
-  // Two checks of 0.1 % each, that of the slope with an additional tolerance: 500 runs alarm at
+  // Two checks of 0.1% each, that of the slope with an additional tolerance: 500 runs alarm at
   // most 1 time on average, more than 5 times with probability 0.0006 (Poisson).
   const Experiment experiment = planted(&half, &root);
   int alarms = 0;
@@ -224,8 +225,8 @@ TEST(LabFit, FitsTheLineThroughExactPoints) {
 }
 
 TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
-  // Errors of 32 normal replicates at four n, 2,000 times: the 95 % interval contains -0.5 in 95 %
-  // of them; binomial standard error 0.5 %, five of them allowed, and 1 % for the delta method.
+  // Errors of 32 normal replicates at four n, 2,000 times: the 95% interval contains -0.5 in 95%
+  // of them; binomial standard error 0.5%, five of them allowed, and 1% for the delta method.
   test_support::Random random(5);
   int covered = 0;
   constexpr int kRuns = 2000;
@@ -258,7 +259,7 @@ TEST(LabVerdict, KeepsItsStatedErrorRateWithFewReplicates) {
                  ? 1
                  : 0;
   }
-  EXPECT_LE(wrong, 9);  // more than 9 have a chance of 5e-5 at 0.2 %
+  EXPECT_LE(wrong, 9);  // more than 9 have a chance of 5e-5 at 0.2%
   for (int replicates = 2; replicates < 8; ++replicates) {
     EXPECT_EQ(run_all(setup, {.n = {16, 64}, .replicates = replicates}).outcome.verdict,
               Verdict::kUndecided);

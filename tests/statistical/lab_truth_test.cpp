@@ -66,7 +66,7 @@ TEST(LabTruth, ExpectedValuesMatchTheClosedForms) {
 }
 
 /// Variance of a single evaluation from 4,096 replicates of 64: its relative standard error is at
-/// most sqrt((k - 1) / 4096), k the kurtosis of the mean, below 3.2 here, so 2.3 %; five of them.
+/// most sqrt((k - 1) / 4096), k the kurtosis of the mean, below 3.2 here, so 2.3%; five of them.
 void expect_variance(const Setup& setup, double variance) {
   constexpr std::int64_t kN = 64;
   const Point point = one_n(setup, kN, 4096);
@@ -125,8 +125,8 @@ TEST(LabTruth, ControlVariateIsExactWithoutOcclusion) {
 }
 
 TEST(LabTruth, RegressionOnItsOwnSamplesHasTheIndependentlyMeasuredBias) {
-  // Computed independently: +3.7 % and -28 % at N = 8. 20,000 replicates: standard errors 0.13 %
-  // and 1.2 %, four of them.
+  // Computed independently: +3.7% and -28% at N = 8. 20,000 replicates: standard errors 0.13%
+  // and 1.2%, four of them.
   for (const auto& [integrand, bias, reach] :
        {std::array{0.0, 0.037, 0.006}, std::array{1.0, -0.28, 0.05}}) {
     double sum = 0;
@@ -140,7 +140,7 @@ TEST(LabTruth, RegressionOnItsOwnSamplesHasTheIndependentlyMeasuredBias) {
 
 TEST(LabTruth, StopRulesHaveTheIndependentlyMeasuredBias) {
   // Simulated independently with 200,000 trials; here 65,536: the standard error of a mean is below
-  // 1 %, five of them. Pilots of cross-half have 32 samples in each half here.
+  // 1%, five of them. Pilots of cross-half have 32 samples in each half here.
   const auto bias = [](std::string_view rule, double distribution) {
     return one_n(setup_of("stopping-bias", rule, {{"distribution", distribution}}), 1024, 64).mean -
            1;
@@ -188,7 +188,7 @@ TEST(LabTruth, ReuseReducesTheErrorOfAFrame) {
 
 TEST(LabTruth, UnbiasedEstimatorsAreUnbiasedWithEverySampler) {
   // All estimators of bias "none", with every sampler they accept, z-tests by Student's t at the
-  // Sidak level of 0.1 % in total.
+  // Sidak level of 0.1% in total.
   struct Case {
     LabSetup setup;
     Point point;
@@ -232,7 +232,7 @@ TEST(LabTruth, EstimatorsLabelledBiasedAreBiased) {
 
 TEST(LabTruth, SlopesOfEverySamplerMatchTheory) {
   // Every estimator and sampler for which theory gives a slope; a false "differs" has a chance of
-  // 0.2 % each.
+  // 0.2% each.
   int compared = 0;
   for (const char* name :
        {"pi", "quadrature-d", "samplers-2d", "samplers-4d", "ppm-1d", "antithetic"}) {

@@ -122,7 +122,7 @@ TEST(Slopes, OfLatinHypercubesDependOnOneDimensionalTerms) {
 
 // Owen 1997: for every integrand, the variance of a Latin hypercube of n points is at most n / (n -
 // 1) times that of n independent ones. Tested for an integrand without one-dimensional terms; the
-// variance of 2,000 sets has a standard error of 3.2 %.
+// variance of 2,000 sets has a standard error of 3.2%.
 TEST(LatinHypercube, IsAtMostSlightlyWorseThanIndependentPoints) {
   test_support::Moments means;
   constexpr std::uint32_t kSize = 16;

@@ -140,7 +140,7 @@ Coverage cover(std::vector<core::FilmSnapshot> films) {
     }
   }
   const double truth = test_support::defined_error(test_support::truth_of(films), kWidth, kHeight);
-  // 97.5 % quantiles of Student's t; a block has 64 squares with one degree of freedom each, or
+  // 97.5% quantiles of Student's t; a block has 64 squares with one degree of freedom each, or
   // replicates - 1.
   const double t_summed = 1.998;
   const double t_replicate = replicates == 8 ? 2.365 : 12.71;
@@ -182,8 +182,8 @@ Coverage cover(std::vector<core::FilmSnapshot> films) {
 
 Coverage cover(const core::View& view, int samples) { return cover(rendered(view, samples, 40)); }
 
-/// 1,280 blocks: a standard deviation of 0.61 %, limits 3.3 of them away: false alarm 0.1 % for
-/// each. The error of the true value is 2.2 % / sqrt(pixels), plus that of 39 renders.
+/// 1,280 blocks: a standard deviation of 0.61%, limits 3.3 of them away: false alarm 0.1% for
+/// each. The error of the true value is 2.2% / sqrt(pixels), plus that of 39 renders.
 void expect_calibrated(double blocks, const Coverage& c) {
   EXPECT_GE(blocks, 0.93);
   EXPECT_LE(blocks, 0.97);
@@ -208,7 +208,7 @@ TEST(SamplerCoverage, HoldsForEverySamplerWithIndependentPixels) {
 }
 
 // The pilot stream decides at the end of the first epoch, the image continues to the end of the
-// second. 16 renders of six samplers: 3,072 blocks in total, a standard deviation of 0.39 %, limits
+// second. 16 renders of six samplers: 3,072 blocks in total, a standard deviation of 0.39%, limits
 // 5 of them away. The limits of the pixels include the effect of few decisions on all pixels of a
 // render.
 TEST(SamplerCoverage, HoldsForEverySamplerWithAdaptiveSampling) {
@@ -269,8 +269,8 @@ TEST(SamplerCoverage, HoldsForTemporalReuse) {
 
 /// Coefficients of a control variate are fitted to one half and applied to the other: each half
 /// learns from its partner, and still their errors must be independent. 6,400 blocks: a standard
-/// deviation of 0.27 %; limits of 93 and 97 % are 7 of them away, for pooling is not exact. The
-/// standard error of the ratio of estimated to true error is 0.2 %.
+/// deviation of 0.27%; limits of 93 and 97% are 7 of them away, for pooling is not exact. The
+/// standard error of the ratio of estimated to true error is 0.2%.
 void expect_independent_halves(core::View view) {
   auto films = rendered(std::move(view), 16, 200);
   const Coverage c = cover(films);

@@ -407,9 +407,9 @@ TEST(TimeLeft, FollowsThePaceWithAnInterval) {
   EXPECT_NEAR(early->high, 20, 1e-9);
 }
 
-// Passes whose times vary by 30 %: intervals of two standard errors cover the rest of the job in
+// Passes whose times vary by 30%: intervals of two standard errors cover the rest of the job in
 // most of 500 trials. The rest also varies: 20 further passes after 10 have 0.58 of the variance of
-// the pace; 2 of sqrt(1.5) is 1.6 deviations, 89 %.
+// the pace; 2 of sqrt(1.5) is 1.6 deviations, 89%.
 TEST(TimeLeft, CoversTheRemainingTimeOfVaryingPasses) {
   test_support::Random random(3);
   const auto pass = [&random] { return 1 + 0.3 * std::clamp(random.normal(), -3.0, 3.0); };

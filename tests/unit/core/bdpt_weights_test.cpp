@@ -72,7 +72,7 @@ struct Place {
   bool is_on_floor = false;
 };
 
-/// One path, and what makes its subpaths.
+/// One path and the input of its subpaths.
 class Paths {
  public:
   Paths(Lamp lamp, bool is_orthographic, Fault fault)
@@ -296,7 +296,7 @@ TEST(BdptWeights, AddUpToOneOverTheStrategiesOfAPath) {
   }
 }
 
-TEST(BdptWeights, FreeFlightLeftOutOnOneSideIsRefused) {
+TEST(BdptWeights, DetectsFreeFlightMissingOnOneSide) {
   for (const Fault fault : {Fault::kNoFlightBack, Fault::kNoExtinction}) {
     for (const Lamp lamp : {Lamp::kPanel, Lamp::kPoint, Lamp::kSky}) {
       Paths paths(lamp, false, fault);

@@ -152,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, BsdfOf, testing::ValuesIn(test_support::bsdf_cas
                          [](const auto& c) { return c.param.name; });
 
 // A lossless surface reflects all light: 1 within the interpolation error of the tables, which is
-// 0.5 % (truth 3).
+// 0.5% (truth 3).
 TEST_P(BsdfOf, IsLosslessInAWhiteFurnace) {
   const BsdfCase& c = GetParam();
   for (const double degrees : {0.0, 30.0, 60.0, 80.0}) {

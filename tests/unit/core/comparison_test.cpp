@@ -159,14 +159,14 @@ TEST(Comparison, GaussianNoiseHasTheDistributionOfZ) {
   const auto level = [](int) { return 0.05F; };
   const auto result = compared(noisy(256, 256, 1, 1, level), noisy(256, 256, 1, 2, level));
   // 65,536 pixels; 4 standard deviations of a mean, of a variance and of a count. The
-  // transformation of t is accurate to 1 %.
+  // transformation of t is accurate to 1%.
   EXPECT_NEAR(result.z_mean, 0, 4.0 / 256);
   EXPECT_NEAR(result.z_variance, 1, 4 * std::sqrt(2.0) / 256 + 0.01);
   EXPECT_NEAR(result.z_share_above_3, 0.0027, 4 * std::sqrt(0.0027) / 256 + 0.0003);
 }
 
 TEST(Comparison, NoiseThatEndsAtAnEdgeDoesNotAlarm) {
-  // Columns with ten times the noise. If they were pooled without the variance of the samples, 5 %
+  // Columns with ten times the noise. If they were pooled without the variance of the samples, 5%
   // would exceed 3.
   const auto level = [](int x) { return x % 16 < 2 ? 0.5F : 0.05F; };
   const auto result = compared(noisy(256, 256, 1, 3, level), noisy(256, 256, 1, 4, level));

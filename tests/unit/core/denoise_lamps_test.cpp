@@ -1,4 +1,4 @@
-// What is seen of lamps is in the features: a denoiser keeps them.
+// Visible emitters are part of the features, so a denoiser keeps them.
 #include <array>
 #include <cmath>
 
@@ -13,10 +13,10 @@ namespace {
 using test_support::Random;
 
 constexpr int kSide = 64;
-constexpr int kSamples = 16;  ///< of a half
+constexpr int kSamples = 16;  ///< per half
 
-/// Small lamps on a wall, each in one pixel, of which it covers a share. Errors of these pixels,
-/// squared: of the plain picture and of the denoised one.
+/// Small emitters on a wall, each covering a fraction of one pixel. Returns the squared errors of
+/// these pixels in the plain and in the denoised image.
 std::array<double, 2> errors_at_a_lamp(bool knows_lamp) {
   constexpr double kWall = 0.3;
   constexpr double kLamp = 17;
@@ -68,12 +68,12 @@ std::array<double, 2> errors_at_a_lamp(bool knows_lamp) {
   return out;
 }
 
-TEST(StatisticalDenoiser, KeepsLampsOfLessThanAPixel) {
+TEST(StatisticalDenoiser, KeepsEmittersSmallerThanAPixel) {
   const auto [plain, denoised] = errors_at_a_lamp(true);
-  // The features have half of the samples of the picture: twice its variance, and no more than
-  // chance adds over 25 pixels (the 0.998 quantile of F with 25 and 25 degrees is 3.3).
+  // The features have half as many samples as the image: twice its variance, and over 25 pixels at
+  // most a factor of 3.3 by chance (the 0.998 quantile of F with 25 and 25 degrees of freedom).
   EXPECT_LT(denoised, 2 * 3.3 * plain);
-  const auto [same, blurred] = errors_at_a_lamp(false);  // planted: lamps are unknown
+  const auto [same, blurred] = errors_at_a_lamp(false);  // planted fault: features without emitters
   EXPECT_GT(blurred, 2 * 3.3 * same);
 }
 

@@ -1,5 +1,5 @@
-// What a denoiser got wrong, against pictures whose truth is known; the faults that such an
-// estimate must not have are planted beside it.
+// Error estimates of denoised images with a known true value; planted faults of the estimate must
+// be detected.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -23,9 +23,9 @@ using core::Plane;
 using test_support::Random;
 
 constexpr int kSide = 64;
-constexpr int kSamples = 16;  ///< of a half
+constexpr int kSamples = 16;  ///< per half
 
-/// A ramp, an edge and fine stripes: what a filter smooths well, keeps, and gets wrong.
+/// A ramp, an edge and fine stripes, which a filter smooths well, keeps, and damages.
 double truth_at(int x, int y) {
   const double ramp = 0.5 + 0.5 * x / kSide;
   const double edge = y > kSide / 2 ? 1.5 : 0.5;
@@ -33,7 +33,7 @@ double truth_at(int x, int y) {
   return ramp * edge + stripes;
 }
 
-/// Both halves of a noisy picture of it; noise(x, y): deviation of one sample over the truth.
+/// Both halves of a noisy image of it; noise(x, y): standard deviation of a sample over the truth.
 template <typename Noise>
 FilmSnapshot noisy_where(const Noise& noise, std::uint64_t seed) {
   FilmSnapshot film;
@@ -79,10 +79,10 @@ std::array<HalfPicture, 2> halves_of(const FilmSnapshot& film) {
   return {core::half_picture(film, 0), core::half_picture(film, 1)};
 }
 
-/// How estimates over many seeds compare to the truth.
+/// Comparison of estimates over many seeds with the truth.
 struct Verdict {
-  double ratio = 0;    ///< of the mean estimated square to the mean true one
-  double covered = 0;  ///< share of intervals that hold what their picture is off by
+  double ratio = 0;    ///< mean estimated squared error over the mean true one
+  double covered = 0;  ///< fraction of intervals that contain the error of their image
 };
 using MakePicture = std::function<core::DenoisedPicture(const FilmSnapshot&)>;
 
@@ -106,7 +106,7 @@ core::DenoisedPicture honest(const FilmSnapshot& film) {
   return core::denoised_picture(film, halves_of(film), filtered(halves_of(film)));
 }
 
-/// Halves and what is made of them, for estimates that are wrong.
+/// Sums m over the halves and the denoised halves, for correct and faulty estimates.
 double pooled(const FilmSnapshot& film, const std::vector<ColorPlanes>& clean,
               const std::function<double(double a, double b, double fa, double fb)>& m) {
   double sum = 0;
@@ -121,7 +121,7 @@ double honest_m(double a, double b, double fa, double fb) {
   return 0.5 * ((fa - b) * (fa - b) + (fb - a) * (fb - a) - (a - b) * (a - b)) -
          0.25 * (fa - fb) * (fa - fb);
 }
-/// Estimated over true squared error of F, over some seeds, and its standard error.
+/// Estimated over true squared error of F, mean over seeds, with its standard error.
 struct Ratio {
   double value = 0;
   double error = 0;
@@ -154,12 +154,12 @@ Ratio ratio_of(const std::function<double(double, double, double, double)>& m,
   }
   return {ratio.mean, ratio.standard_error()};
 }
-/// Within 3.3 standard errors of 1, which are small themselves: a false alarm in a thousand.
+/// Within 3.3 standard errors of 1: false alarm 0.1%. The standard errors must be small.
 void expect_true(const Ratio& ratio) {
   EXPECT_NEAR(ratio.value, 1, 3.3 * ratio.error);
   EXPECT_LT(ratio.error, 0.1);
 }
-/// Farther from 1 than the test above lets pass, and than the 5 % that an estimate may be off by.
+/// Farther from 1 than the test above allows, and by more than 5%.
 void expect_false(const Ratio& ratio) {
   EXPECT_GT(std::fabs(ratio.value - 1), std::max(5 * ratio.error, 0.05)) << ratio.value;
 }
@@ -171,22 +171,22 @@ TEST(DenoisedError, HasTheSquaredErrorAsItsExpectedValue) {
   expect_true(ratio_of(&honest_m, &honest_filter));
 }
 
-TEST(DenoisedError, AQuarterOfTheHalvesDifferenceAloneIsDetected) {
+TEST(DenoisedError, DetectsAnEstimateFromTheDifferenceOfTheHalvesOnly) {
   const auto quarter = [](double, double, double fa, double fb) {
     return 0.25 * (fa - fb) * (fa - fb);
   };
   expect_false(ratio_of(quarter, &honest_filter));
 }
 
-TEST(DenoisedError, ClippingBeforePoolingIsDetected) {
+TEST(DenoisedError, DetectsClippingBeforePooling) {
   const auto clipped = [](double a, double b, double fa, double fb) {
     return std::max(honest_m(a, b, fa, fb), 0.0);
   };
   expect_false(ratio_of(clipped, &honest_filter));
 }
 
-// Weights of A from the values of B: what is left of B's noise in FA follows B.
-TEST(DenoisedError, GuidanceOfOneHalfByTheOtherIsDetected) {
+// Weights of A from the values of B: FA then depends on B's noise.
+TEST(DenoisedError, DetectsGuidanceOfOneHalfByTheOther) {
   const auto crossed = [](const FilmSnapshot& film) {
     std::vector<ColorPlanes> out(2);
     for (std::size_t h = 0; h < 2; ++h) {
@@ -203,7 +203,7 @@ TEST(DenoisedError, GuidanceOfOneHalfByTheOtherIsDetected) {
           double weights = 0;
           for (int py = std::max(y - 3, 0); py < std::min(y + 4, kSide); ++py) {
             for (int px = std::max(x - 3, 0); px < std::min(x + 4, kSide); ++px) {
-              // Near in value to the other half's pixel.
+              // Similar in value to the other half's pixel.
               const double d = (value(px, py, h) - value(x, y, 1 - h)) / 0.1;
               const double w = std::exp(-0.5 * d * d);
               sum += w * value(px, py, h);
@@ -220,13 +220,13 @@ TEST(DenoisedError, GuidanceOfOneHalfByTheOtherIsDetected) {
   expect_false(ratio_of(&honest_m, crossed));
 }
 
-// Variances from what the halves differ by carry the noise of B into what is made of A.
-TEST(DenoisedError, VariancesFromBothHalvesAreDetected) {
+// Variances from the difference of the halves carry the noise of B into the denoised A.
+TEST(DenoisedError, DetectsVariancesFromBothHalves) {
   const auto leaking = [](const FilmSnapshot& film) {
     std::array<HalfPicture, 2> halves = halves_of(film);
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
       const double d = static_cast<double>(halves[0].mean[0][i] - halves[1].mean[0][i]);
-      // Of each half, three channels together.
+      // Variance of each half, summed over three channels.
       halves[0].variance[i] = halves[1].variance[i] = static_cast<float>(1.5 * d * d);
     }
     return filtered(halves);
@@ -234,11 +234,11 @@ TEST(DenoisedError, VariancesFromBothHalvesAreDetected) {
   expect_false(ratio_of(&honest_m, leaking));
 }
 
-// Features made of both halves carry the noise of B into FA: here the light itself is one.
-TEST(DenoisedError, FeaturesPooledWithTheHalvesAreDetected) {
+// Features from both halves carry the noise of B into FA; here the feature is the light itself.
+TEST(DenoisedError, DetectsFeaturesPooledWithTheHalves) {
   const auto with_features = [](bool is_pooled) {
     return [is_pooled](const FilmSnapshot& film) {
-      // Of a stream of its own, as noisy as the picture.
+      // From a separate stream, as noisy as the image.
       const FilmSnapshot other = noisy(kNoise, film.pixels[0].count + 1000);
       core::FeaturePicture features = core::FeaturePicture::blank(kSide, kSide);
       for (std::size_t i = 0; i < film.pixel_count(); ++i) {
@@ -257,9 +257,9 @@ TEST(DenoisedError, FeaturesPooledWithTheHalvesAreDetected) {
   expect_false(ratio_of(&honest_m, with_features(true)));
 }
 
-// With 60 seeds at two noises, 240 intervals: at 95 % fewer than 213 or more than 237 inside are
-// less likely than 0.5 %.
-TEST(DenoisedError, IntervalsHoldTheTruthAsOftenAsTheySay) {
+// 60 seeds at two noise levels give 240 intervals: if they cover 95%, fewer than 213 or more than
+// 237 contain the truth with a probability below 0.5%.
+TEST(DenoisedError, IntervalsCoverAtTheirConfidence) {
   double covered = 0;
   for (const double noise : {0.2, 0.8}) {
     for (const DenoiseMode mode : {DenoiseMode::kFull, DenoiseMode::kMixed}) {
@@ -273,7 +273,7 @@ TEST(DenoisedError, IntervalsHoldTheTruthAsOftenAsTheySay) {
   EXPECT_LE(covered, 0.99);
 }
 
-/// Means of 3 x 3 pixels.
+/// Means over 3 x 3 pixels.
 std::vector<ColorPlanes> blurred(std::span<const HalfPicture> halves) {
   std::vector<ColorPlanes> out;
   for (const HalfPicture& half : halves) {
@@ -294,8 +294,8 @@ std::vector<ColorPlanes> blurred(std::span<const HalfPicture> halves) {
   return out;
 }
 
-/// How often intervals hold where one column in 16 has nearly all of the noise. flat: with
-/// variances that do not know where.
+/// Coverage of intervals if one column in 16 has nearly all of the noise. flat: planted fault, the
+/// same variance for all pixels.
 double covered_with_noisy_columns(bool flat) {
   constexpr int kPictures = 200;
   int inside = 0;
@@ -315,20 +315,20 @@ double covered_with_noisy_columns(bool flat) {
   return static_cast<double>(inside) / kPictures;
 }
 
-// 95 % of 200 within 3.3 standard errors, a little more for the columns' neighbours, who are taken
-// to be noisy too.
-TEST(DenoisedError, NoiseAtAnEdgeCountsAtTheEdge) {
+// 95% of 200 within 3.3 standard errors; coverage is slightly higher because the columns'
+// neighbours are assumed to be noisy too.
+TEST(DenoisedError, IntervalsCoverIfFewPixelsHaveTheNoise) {
   const double covered = covered_with_noisy_columns(false);
   EXPECT_GE(covered, 0.9);
   EXPECT_LT(covered, 1);
 }
 
-TEST(DenoisedError, VariancesThatDoNotKnowWhereTheNoiseIsAreDetected) {
+TEST(DenoisedError, DetectsUniformVariancesIfFewPixelsHaveTheNoise) {
   EXPECT_LT(covered_with_noisy_columns(true), 0.85);
 }
 
-// The best weight for the very sums that judge it makes those sums too small.
-TEST(DenoisedError, WeightsThatIncludeTheOwnPixelsAreDetected) {
+// A weight that minimises the sums by which it is judged makes those sums too small.
+TEST(DenoisedError, DetectsWeightsThatIncludeThePixelItself) {
   const auto mixed = [](bool is_own) {
     return [is_own](const FilmSnapshot& film) {
       std::vector<ColorPlanes> clean = honest_filter(film);
@@ -353,7 +353,7 @@ TEST(DenoisedError, WeightsThatIncludeTheOwnPixelsAreDetected) {
   expect_false(ratio_of(&honest_m, mixed(true)));
 }
 
-TEST(DenoisedError, OfThePlainPictureIsThePlainError) {
+TEST(DenoisedError, OfThePlainImageIsThePlainError) {
   const FilmSnapshot film = noisy(0.4, 1);
   std::vector<ColorPlanes> plain(2);
   for (std::size_t h = 0; h < 2; ++h) {
@@ -363,12 +363,12 @@ TEST(DenoisedError, OfThePlainPictureIsThePlainError) {
   const core::ErrorInterval seen = picture.interval(DenoiseMode::kFull, 0.95);
   const core::ErrorInterval expected = core::ErrorEstimate(picture.plain_tiles).image(0.95);
   EXPECT_NEAR(seen.relative_rmse, expected.relative_rmse, 1e-5 * expected.relative_rmse);
-  // This very picture may be farther off, or less, than is expected of such pictures.
+  // The error of this image varies around the mean error of such images.
   EXPECT_LT(seen.low, expected.low);
   EXPECT_GT(seen.high, expected.high);
 }
 
-TEST(DenoisedPicture, MixedIsNoWorseThanTheBetterOfBothByMuch) {
+TEST(DenoisedPicture, MixedIsAtMostSlightlyWorseThanTheBetterOne) {
   for (const double noise : {0.05, 0.4, 1.6}) {
     double full = 0;
     double plain = 0;
@@ -395,16 +395,16 @@ TEST(DenoisedPicture, HalvesOfSplattedFilmsHaveNoIntervals) {
   EXPECT_GT(e.relative_rmse, 0);
   EXPECT_TRUE(std::isnan(e.low));
   EXPECT_TRUE(std::isnan(e.high));
-  core::DenoisedPicture lost = honest(film);  // its error is below what the noise lets one see
+  core::DenoisedPicture lost = honest(film);  // its error is too small to measure
   for (core::TileEnergy& tile : lost.full_tiles) {
     tile.energy = -1;
   }
   EXPECT_TRUE(std::isnan(lost.interval(DenoiseMode::kFull, 0.95).relative_rmse));
 }
 
-// The ramp's bias is 0 in its middle, that of stripes that are smoothed is not in every window;
-// both errors are what the halves say.
-TEST(DenoisedPicture, BiasOfADenoiserThatDarkensIsDetected) {
+// The denoiser multiplies everything by 0.9. The window is centred on a part of the ramp without
+// stripes, so its mean is the value of its centre.
+TEST(DenoisedPicture, DetectsTheBiasOfADarkeningDenoiser) {
   const FilmSnapshot film = noisy(0.2, 1);
   std::vector<ColorPlanes> dark = {core::half_picture(film, 0).mean,
                                    core::half_picture(film, 1).mean};
@@ -423,7 +423,7 @@ TEST(DenoisedPicture, BiasOfADenoiserThatDarkensIsDetected) {
   EXPECT_LT(static_cast<double>(picture.bias_error[0][middle]), 0.01 * mu);
 }
 
-TEST(StatisticalDenoiser, TakesNoiseOutOfWhatIsFlat) {
+TEST(StatisticalDenoiser, RemovesNoiseFromSmoothRegions) {
   double before = 0;
   double after = 0;
   const FilmSnapshot film = noisy(0.4, 1);
@@ -442,7 +442,7 @@ TEST(StatisticalDenoiser, TakesNoiseOutOfWhatIsFlat) {
 TEST(StatisticalDenoiser, GivesTheSameBitsForAnyNumberOfThreads) {
   FilmSnapshot film = noisy(0.4, 1);
   const std::array halves = halves_of(film);
-  std::vector<HalfPicture> wide;  // of several tiles
+  std::vector<HalfPicture> wide;  // larger than one tile
   for (const HalfPicture& half : halves) {
     HalfPicture big = half;
     big.width = kSide * 4;
@@ -470,7 +470,7 @@ TEST(StatisticalDenoiser, GivesTheSameBitsForAnyNumberOfThreads) {
   EXPECT_EQ(one->planes, many->planes);
 }
 
-TEST(StatisticalDenoiser, MakesOfAHalfTheSameWhateverTheOtherIs) {
+TEST(StatisticalDenoiser, DenoisesAHalfIndependentlyOfTheOther) {
   const std::array first = halves_of(noisy(0.4, 1));
   const std::array second = halves_of(noisy(0.4, 2));
   const std::array other = {first[0], second[1]};
@@ -478,8 +478,8 @@ TEST(StatisticalDenoiser, MakesOfAHalfTheSameWhateverTheOtherIs) {
   EXPECT_NE(filtered(first)[1], filtered(other)[1]);
 }
 
-// The variance is that of the mean of 16 samples, three channels together.
-TEST(HalfPicture, KnowsTheVarianceOfItsMeans) {
+// The variance is that of the mean of 16 samples, summed over three channels.
+TEST(HalfPicture, EstimatesTheVarianceOfItsMeans) {
   const FilmSnapshot film = noisy(0.4, 1);
   const HalfPicture half = core::half_picture(film, 0);
   double seen = 0;

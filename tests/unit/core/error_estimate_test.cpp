@@ -1,4 +1,4 @@
-// The error of a picture against sums made by hand.
+// The error of an image against sums computed by hand.
 #include "core/error/error_estimate.h"
 
 #include <cmath>
@@ -66,7 +66,7 @@ TEST(ErrorEstimate, IsNoiseOverSignalAndFloor) {
 
 // Tiles of 32 and 8 columns: A = 2.2, B = 1.8 and A = 0.02, B = 0. The mean luminance is (32 * 2 +
 // 8 * 0.01) / 40 = 1.602, the floor of a pixel and channel 0.0801^2.
-TEST(ErrorEstimate, IsTheMeanOverTilesByTheirPixels) {
+TEST(ErrorEstimate, IsTheMeanOverTilesWeightedByTheirPixels) {
   const auto film = film_of(40, 32, [](int x, int) {
     return x < 32 ? Halves{2.2F, 1.8F} : Halves{0.02F, 0};
   });
@@ -78,8 +78,8 @@ TEST(ErrorEstimate, IsTheMeanOverTilesByTheirPixels) {
   EXPECT_NEAR(tile_error_of(*film, 1), std::sqrt(dark), 1e-6);
 }
 
-// Half of the picture is an empty background: neither the floor nor the weights know it.
-TEST(ErrorEstimate, AnEmptyBackgroundDilutesNothing) {
+// Half of the image is an empty background, which affects neither the floor nor the weights.
+TEST(ErrorEstimate, IgnoresAnEmptyBackground) {
   const auto cut = film_of(32, 32, [](int, int y) {
     return y < 16 ? Halves{1.1F, 0.9F} : Halves{0, 0, 0};
   });
@@ -88,7 +88,7 @@ TEST(ErrorEstimate, AnEmptyBackgroundDilutesNothing) {
   EXPECT_EQ(error_of(empty), 0);
 }
 
-TEST(ErrorEstimate, DoesNotKnowTheExposure) {
+TEST(ErrorEstimate, IsIndependentOfExposure) {
   const auto noisy = [](float scale) {
     return film_of(40, 40, [scale](int x, int y) {
       const float mu = 0.05F * static_cast<float>(x);
@@ -103,8 +103,8 @@ TEST(ErrorEstimate, DoesNotKnowTheExposure) {
   EXPECT_NEAR(a.high, b.high, 1e-6);
 }
 
-// One half saw nothing: S is 0, and the floor, 0.05 of the mean luminance 0.5, remains.
-TEST(ErrorEstimate, WithoutSignalTheFloorRemains) {
+// One half is black: S is 0, and only the floor remains, 0.05 of the mean luminance 0.5.
+TEST(ErrorEstimate, WithoutSignalIsRelativeToTheFloor) {
   const auto film = film_of(32, 32, [](int, int) { return Halves{1, 0}; });
   EXPECT_NEAR(error_of(film), std::sqrt(0.25 / (0.025 * 0.025)), 1e-4);
   const auto opposite = film_of(32, 32, [](int, int) { return Halves{1.5F, -0.5F}; });
@@ -112,7 +112,7 @@ TEST(ErrorEstimate, WithoutSignalTheFloorRemains) {
       << "a negative S counts as none";
 }
 
-TEST(ErrorEstimate, OneHalfGivesNoNumber) {
+TEST(ErrorEstimate, IsUnknownWithOneHalf) {
   core::FilmSettings settings;
   settings.width = settings.height = 8;
   Film film(settings, 2);
@@ -130,7 +130,7 @@ TEST(ErrorEstimate, OneHalfGivesNoNumber) {
   EXPECT_TRUE(std::isnan(core::pixel_error(film.snapshot(), 3, 3).standard_error.r));
 }
 
-TEST(ErrorEstimate, ANoiselessPictureHasNoError) {
+TEST(ErrorEstimate, IsZeroWithoutNoise) {
   const ErrorEstimate estimate(*film_of(64, 64, [](int, int) { return Halves{2, 2}; }));
   const core::ErrorInterval e = estimate.image(0.95);
   EXPECT_EQ(e.relative_rmse, 0);
@@ -140,9 +140,9 @@ TEST(ErrorEstimate, ANoiselessPictureHasNoError) {
   EXPECT_EQ(estimate.worst_tile_bound(0.05), 0);
 }
 
-// 256 pixels of three channels with N of 3 times 1, 2, 3 and 4 by quarters: sum 192 * 10, sum of
-// squares 9 * 64 * 30. S is 300 a pixel and its variance 4 (N S / n + the sum of squares).
-TEST(ErrorEstimate, TheIntervalIsLogNormalByTheSumOfSquares) {
+// 256 pixels of three channels; N is 3 times 1, 2, 3 and 4 in the four quarters: sum 192 * 10, sum
+// of squares 9 * 64 * 30. S is 300 per pixel, its variance 4 (N S / n + the sum of squares).
+TEST(ErrorEstimate, IntervalIsLogNormalFromTheSumOfSquares) {
   const auto film = film_of(16, 16, [](int x, int y) {
     const auto noise = static_cast<float>(1 + x / 8 + y / 8 * 2);
     const float off = std::sqrt(noise);
@@ -157,13 +157,13 @@ TEST(ErrorEstimate, TheIntervalIsLogNormalByTheSumOfSquares) {
   const core::ErrorInterval e = ErrorEstimate(*film).image(0.95);
   EXPECT_NEAR(e.high / e.relative_rmse, std::exp(0.5 * 1.95996 * deviation), 1e-4);
   EXPECT_NEAR(e.relative_rmse / e.low, std::exp(0.5 * 1.95996 * deviation), 1e-4);
-  // What this very picture is off by spreads as the estimate does: twice the variance.
+  // The error of this image varies as much as the estimate does: twice the variance.
   EXPECT_NEAR(ErrorEstimate(*film).bound(0.025) / e.relative_rmse,
               std::exp(0.5 * 1.95996 * std::sqrt(2.0) * deviation), 1e-4);
 }
 
-// Of n pixels with the same noise the relative standard error is about 1 / (2 sqrt(n)).
-TEST(ErrorEstimate, IsUnreliableWhereFewPixelsCarryIt) {
+// For n pixels with the same noise the relative standard error is about 1 / (2 sqrt(n)).
+TEST(ErrorEstimate, IsUnreliableIfFewPixelsDominateIt) {
   const auto lit = [](int few) {
     return film_of(64, 64, [few](int x, int y) {
       const bool is_noisy = x / 8 + y / 8 * 8 < few && x % 8 == 3 && y % 8 == 4;
@@ -176,7 +176,7 @@ TEST(ErrorEstimate, IsUnreliableWhereFewPixelsCarryIt) {
   EXPECT_FALSE(ErrorEstimate(*lit(60)).image(0.95).unreliable);
 }
 
-TEST(ErrorEstimate, TheWorstTileIsBoundedWithAlphaDividedOverTiles) {
+TEST(ErrorEstimate, BoundOfTheWorstTileDividesAlphaAmongTiles) {
   const auto half_noisy = [](float noise) {
     return film_of(64, 32, [noise](int x, int y) {
       const float off = (x < 32 ? 0.01F : noise) * static_cast<float>(1 + (x / 8 + y / 8) % 2);
@@ -199,11 +199,11 @@ TEST(PixelError, IsPooledOverAWindow) {
   const core::PixelError at = core::pixel_error(snapshot, 7, 9);
   const double deviation = std::sqrt((24 * 0.01 + 0.36) / 25);
   EXPECT_NEAR(static_cast<double>(at.standard_error.g), deviation, 1e-6);
-  const double quantile = 2.0595;  // 97.5 % of Student's t with 25 degrees of freedom
+  const double quantile = 2.0595;  // 97.5% of Student's t with 25 degrees of freedom
   EXPECT_NEAR(static_cast<double>(at.high.g), 1 + quantile * deviation, 1e-4);
   EXPECT_NEAR(static_cast<double>(at.low.g), 1 - quantile * deviation, 1e-4);
   EXPECT_NEAR(static_cast<double>(core::pixel_error(snapshot, 2, 2).standard_error.r), 0.1, 1e-6);
-  // The plane: over the root of the window's mean A B, 24 * 0.99 and 0.64, and the floor.
+  // The layer divides by the root of the window's mean A B, 24 * 0.99 and 0.64, plus the floor.
   const auto plane = core::layer_image(snapshot, "error");
   ASSERT_TRUE(plane);
   const double signal = (24 * 0.99 + 0.64) / 25 + 0.0025;

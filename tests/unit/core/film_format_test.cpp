@@ -163,7 +163,7 @@ TEST(FilmFormat, DetectsAFlippedBit) {
   }
 }
 
-TEST(FilmFormat, RefusesAForgedHeadWithAValidChecksum) {
+TEST(FilmFormat, RefusesAForgedHeaderWithAValidChecksum) {
   const Bytes file = written(made_film());
   // Replaces every word of head and ledger by values that overflow, are negative or large.
   for (std::size_t at = 8; at < 64; at += 4) {
@@ -202,7 +202,7 @@ TEST(FilmFormat, DetectsAWrongDigestWithAValidChecksum) {
   EXPECT_NE(refusal(file).message.find("digest"), std::string::npos);
 }
 
-TEST(FilmFormat, RefusesValuesThatNoRendererMakes) {
+TEST(FilmFormat, RefusesInvalidPixelValues) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NE(refusal(written(made_film(nan))).message.find("tile 0"), std::string::npos);
   // More samples than in the ledger.

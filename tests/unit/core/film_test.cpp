@@ -106,7 +106,7 @@ TEST(Film, MeanOfEqualCountsIsExact) {
   }
 }
 
-TEST(Film, SnapshotOfARectangleHoldsItsPixels) {
+TEST(Film, SnapshotOfARectangleContainsItsPixels) {
   const FilmSettings settings = size(70, 50);
   Film film(settings, 2);
   for (int t = 0; t < film.tile_count(); ++t) {
@@ -298,7 +298,7 @@ TEST(Film, MeanAndM2MatchTheSamples) {
 }
 
 /// Truth 17: the sampled positions, with their weights, reproduce the filter. Histogram in 64 cells
-/// over the square, one axis at a time; z below 4.5 in each: false alarm 5 x 64 x 2 x 7e-6 = 0.4 %.
+/// over the square, one axis at a time; z below 4.5 in each: false alarm 5 x 64 x 2 x 7e-6 = 0.4%.
 TEST(Filter, ImpulseResponseIsTheFilter) {
   for (const auto& row : core::filters()) {
     const core::FilterSampler filter({row.value, 1.7F});
@@ -354,7 +354,7 @@ TEST(Filter, KeepsAConstantImageConstant) {
     view.settings.film.filter = {row.value, 2};
     const auto picture = test_support::render(view, 64);
     if (row.value == core::FilterType::kMitchell) {
-      // Signed weights: unbiased. |z| < 4 in each channel: 0.02 % false alarm.
+      // Signed weights: unbiased. |z| < 4 in each channel: 0.02% false alarm.
       EXPECT_LT(std::fabs(picture.mean().g - 1), 4 * picture.standard_error().g) << row.name;
       continue;
     }

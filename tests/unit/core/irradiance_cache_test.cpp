@@ -86,7 +86,7 @@ double off(Vec3 found, Vec3d truth) {
 }
 
 constexpr Vec3d kUp = {0, 0, 1};
-/// 144 rings and 455 sectors: the position of an edge is known to about a cell, 1 % of the patch's
+/// 144 rings and 455 sectors: the position of an edge is known to about a cell, 1% of the patch's
 /// width; errors along the edge average out.
 constexpr double kCells = 0.02;
 

@@ -389,7 +389,7 @@ std::vector<std::string> strategies_of(int bounce) {
   return all;
 }
 
-TEST(StrategyShares, InFogAddUpToTheBounceAndBouncesToThePicture) {
+TEST(StrategyShares, InFogAddUpToTheBounceAndBouncesToTheImage) {
   const std::vector<std::string> bounces = {"bounce:0", "bounce:1", "bounce:2", "bounce:3",
                                             "bounce:4-"};
   std::vector<std::string> all = bounces;

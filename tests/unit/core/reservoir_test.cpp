@@ -38,7 +38,7 @@ double chosen_p(double stretch) {
   return test_support::chi2(observed, expected).p_value;
 }
 
-// 0.1 % false alarms, fixed seed.
+// 0.1% false alarms, fixed seed.
 TEST(WeightedReservoir, SelectsItemsInProportionToTheirWeights) { EXPECT_GT(chosen_p(1), 1e-3); }
 TEST(WeightedReservoir, DetectsNumbersThatAreNotUniform) { EXPECT_LT(chosen_p(0.99), 1e-3); }
 

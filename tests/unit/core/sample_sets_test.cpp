@@ -89,7 +89,7 @@ TEST(Permutation, IsOneToOneForEveryCount) {
   }
 }
 
-// Any two images of two elements have equal probability. 1 % over all nine tests.
+// Any two images of two elements have equal probability. 1% over all nine tests.
 TEST(Permutation, ImagesOfTwoElementsAreUniform) {
   for (const std::uint32_t n : {5U, 16U, 25U}) {
     for (const std::uint32_t other : {1U, 2U, n - 1}) {
@@ -294,7 +294,7 @@ bool is_net(const std::vector<Point>& set, std::size_t first = 0) {
   return true;
 }
 
-TEST(Zsobol, EveryAlignedBlockOfPixelsHoldsOneNet) {
+TEST(Zsobol, EveryAlignedBlockOfPixelsIsOneNet) {
   for (const int side : {1, 2, 4, 8, 16, 32}) {
     for (int k = 0; k < 4; ++k) {
       const int group = k % 3;
@@ -342,14 +342,14 @@ TEST(Antithetic, LinearFunctionsAreExactAndSymmetricOnesHaveTwiceTheVariance) {
     const auto pair = points(sampler, at, i % 2, kBsdf, 0, 2);
     directions.add((pair[0][1] + pair[1][1]) / 2);
   }
-  // 200,000 values: the standard error of a variance is 0.4 % (its fourth moment is at most 3.5
+  // 200,000 values: the standard error of a variance is 0.4% (its fourth moment is at most 3.5
   // times its square); 4 of that.
   EXPECT_NEAR(exponential.variance() / 0.0039125, 1, 0.016);
   EXPECT_NEAR(symmetric.variance() / (1.0 / 180), 1, 0.016);
   EXPECT_NEAR(directions.variance() / (1.0 / 24), 1, 0.02) << "independent numbers for directions";
 }
 
-// 2,000 runs of 64 pairs: 95 % have a standard deviation of 0.5 %. Treating the numbers of a pair
+// 2,000 runs of 64 pairs: 95% have a standard deviation of 0.5%. Treating the numbers of a pair
 // as independent gives intervals 5.6 times too wide.
 TEST(Antithetic, PairCountsAsOneSample) {
   int covered = 0;

@@ -166,7 +166,7 @@ double correlation(SamplerType type,
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));  // N(0,1)
 }
 
-// |z| < 4.5: false alarm 7e-6 per comparison, 192 comparisons: 0.13 %. zsobol correlates its
+// |z| < 4.5: false alarm 7e-6 per comparison, 192 comparisons: 0.13%. zsobol correlates its
 // neighbours on purpose: for it the pixels are from two tiles.
 TEST(PathSampler, NumbersOfAReplicateAreIndependentOfTheOthers) {
   constexpr int kSamples = 200;  // several whole sets of every type
@@ -268,7 +268,7 @@ double uniformity(const core::NamedValue<SamplerType>& entry, int d0, int d1, in
   return test_support::chi2(observed, expected).p_value;
 }
 
-// 8 samplers, 6 pairs of dimensions, 3 groups: 1 % over all 144 tests.
+// 8 samplers, 6 pairs of dimensions, 3 groups: 1% over all 144 tests.
 TEST(PathSampler, EveryPairOfNumbersIsUniform) {
   const double level = test_support::sidak(0.01, 144);
   for (const auto& entry : core::samplers()) {
@@ -315,7 +315,7 @@ double correlation_of_errors(SamplerType type,
   return xy / std::sqrt(xx * yy) * std::sqrt(static_cast<double>(kPairs));
 }
 
-// The assumption of error intervals. 16 comparisons: false alarm 0.01 %. zsobol shows that
+// The assumption of error intervals. 16 comparisons: false alarm 0.01%. zsobol shows that
 // correlation is detected.
 TEST(PathSampler, ErrorsOfReplicatesAndOfPixelsAreIndependent) {
   const auto neighbours = [](int i) { return std::pair(2 * i, 2 * i + 1); };

@@ -159,7 +159,7 @@ double wide_sun_p(float rotation_degrees, core::SkyDensity density, float too_mu
 }
 
 TEST(EnvironmentSun, SamplesFollowTheDensity) {
-  constexpr double kLevel = 0.0005;  // 0.1 % over both
+  constexpr double kLevel = 0.0005;  // 0.1% over both
   EXPECT_GT(wide_sun_p(77, core::SkyDensity::kRadiance, 1), kLevel);
   EXPECT_GT(wide_sun_p(77, core::SkyDensity::kCompensated, 1), kLevel);
   EXPECT_LT(wide_sun_p(77, core::SkyDensity::kRadiance, 1.05F), kLevel);  // a planted fault

@@ -79,7 +79,7 @@ std::vector<int> numbers(int end) {
   return out;
 }
 
-TEST(GroupsOfPaths, HoldEverySampleOfEveryPixelOnce) {
+TEST(GroupsOfPaths, ContainEverySampleOfEveryPixelOnce) {
   for (const int history : {1, 2, 3}) {
     const core::FillRule rule = {.replicates = 4, .step = 2 * history, .history = history};
     TileState state = tile(4);

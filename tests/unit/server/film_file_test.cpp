@@ -97,7 +97,7 @@ TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
   EXPECT_EQ(again.cpu_seconds(), of_samples + 3);
 }
 
-TEST(FilmFile, ReadsAHeadOfTheFirstVersion) {
+TEST(FilmFile, ReadsAHeaderOfTheFirstVersion) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
   const std::string digest = write_two(path).second;

@@ -28,7 +28,7 @@ async function renderOf(page) {
   return new URL(page.url()).hash.split('/').pop();
 }
 
-test('a malformed address is one of a render that is not here', () =>
+test('a malformed address is reported as an unknown render', () =>
   withPage('#/jobs/%zz', async (page) => {
     await page.waitForSelector('h1:text-is("This render does not exist.")');
     await page.evaluate(() => (location.hash = '#/compose/%E0%A4?pose=%'));
@@ -37,7 +37,7 @@ test('a malformed address is one of a render that is not here', () =>
     await page.waitForSelector('main h1');
   }));
 
-test('a comparison says which side is not here', { timeout: 120_000 }, () =>
+test('a comparison names the side that does not exist', { timeout: 120_000 }, () =>
   withPage('', async (page) => {
     const id = await renderOf(page);
     await page.evaluate(() => (location.hash = '#/compare/nosuch/none'));
@@ -50,7 +50,7 @@ test('a comparison says which side is not here', { timeout: 120_000 }, () =>
   }),
 );
 
-test('a render that is deleted elsewhere has no actions left', { timeout: 120_000 }, () =>
+test('a render deleted elsewhere offers no actions', { timeout: 120_000 }, () =>
   withPage('', async (page) => {
     const gone = () => page.getByText('This render no longer exists.').waitFor();
     for (const way of ['watched', 'used']) {

@@ -78,7 +78,7 @@ test('the form and the address of a placed camera agree on the scene', { timeout
   }),
 );
 
-test('a placed camera stands in the address and outlives a reload', { timeout: 120_000 }, () =>
+test('the address stores a placed camera, which survives a reload', { timeout: 120_000 }, () =>
   withPage('#/compose/cornell-box', async (page) => {
     await until('the preview', () => pictureNow(page));
     assert.ok(!/pose=/.test(hashOf(page)));
@@ -105,7 +105,7 @@ for (const [size, name] of [
   ['5', 'square'],
   ['9', 'portrait'],
 ])
-  test(`a ${name} preview is shown whole`, { timeout: 120_000 }, () =>
+  test(`a ${name} preview is shown completely`, { timeout: 120_000 }, () =>
     withPage('#/compose/cornell-box', async (page) => {
       await until('the preview', () => pictureNow(page));
       await page.selectOption('[data-testid=size]', size);
@@ -139,7 +139,7 @@ function filmed() {
 const readsModels = process.env.TESSERA_URL || process.env.TESSERA_BINARY;
 const filmedTest = { timeout: 120_000, skip: readsModels ? false : 'the mock server reads no model' };
 
-test('until it is turned the preview has the file’s own camera', filmedTest, () =>
+test('the preview uses the file’s camera until it is rotated', filmedTest, () =>
   withPage('', async (page) => {
     const asked = previewsOf(page);
     await drop(page, filmed());
@@ -171,7 +171,7 @@ test('until it is turned the preview has the file’s own camera', filmedTest, (
 );
 
 test(
-  'the preview comes back with the server',
+  'the preview recovers when the server returns',
   {
     timeout: 300_000,
     skip: server.canRestart ? false : 'a server elsewhere (TESSERA_URL) cannot be restarted from here',

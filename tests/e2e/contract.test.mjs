@@ -30,7 +30,7 @@ const run = (program, ...flags) =>
     encoding: 'utf8',
   });
 
-test('a client with generated types makes a picture and uploads a scene', { skip }, async () => {
+test('a client with generated types renders an image and uploads a scene', { skip }, async () => {
   const document = await (await ask(`${server.url}/openapi.json`)).text();
   fs.writeFileSync(path.join(home, 'openapi.json'), document);
   fs.copyFileSync(path.join(here, 'contract_tour.ts'), path.join(home, 'tour.ts'));

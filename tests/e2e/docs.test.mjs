@@ -1,4 +1,4 @@
-// The API reference at /docs: it lists the operations, requests can be tried, problems have anchors.
+// The API reference at /docs lists the operations; requests can be tried, problems have anchors.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { accessKey, desktop, launch, openPage, Server } from './harness.mjs';
@@ -51,7 +51,7 @@ test('a request can be tried with a key', { skip, timeout: 300_000 }, () =>
   }),
 );
 
-test('every operation of the document is there', { skip, timeout: 300_000 }, () =>
+test('every operation of the document is listed', { skip, timeout: 300_000 }, () =>
   withDocs('', async (page) => {
     const { paths } = await (await fetch(`${server.url}/openapi.json`)).json();
     const ids = Object.values(paths).flatMap((methods) =>
@@ -82,7 +82,7 @@ test('code that scrolls can be reached by keyboard', { skip, timeout: 300_000 },
   }),
 );
 
-test('the type of a problem leads to its meaning', { skip, timeout: 300_000 }, async () => {
+test('the type of a problem links to its description', { skip, timeout: 300_000 }, async () => {
   const { type, title } = await (
     await fetch(`${server.url}/v1/jobs/nothing`, { headers: { authorization: `Bearer ${key}` } })
   ).json();

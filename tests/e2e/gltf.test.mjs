@@ -59,7 +59,7 @@ function placesOf(value, found = []) {
   return found;
 }
 
-test('what the validator calls valid is a scene', { skip }, async () => {
+test('every file that the validator accepts is a scene', { skip }, async () => {
   const glb = await glbOf('cornell-box');
   const document = JSON.parse(glb.subarray(20, 20 + glb.readUInt32LE(12)).toString());
   const count = placesOf(document).length;

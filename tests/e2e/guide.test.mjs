@@ -96,7 +96,7 @@ for (const [size, device] of [
   );
 }
 
-test('the contents lead through the guide', { timeout: 300_000 }, () =>
+test('the table of contents opens every chapter', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await page.getByRole('link', { name: 'Guide', exact: true }).click();
     const list = page.getByRole('navigation', { name: 'Chapters' });
@@ -118,7 +118,7 @@ test('the contents lead through the guide', { timeout: 300_000 }, () =>
   }),
 );
 
-test('every link of the guide leads somewhere', async () => {
+test('every link of the guide has a target', async () => {
   const { experiments } = await (await ask(`${server.url}/v1/server`)).json();
   const visited = new Set();
   for (const [name, { links, sections }] of chapters) {
@@ -205,7 +205,7 @@ test('every flag in the guide exists', { skip }, () => {
 });
 
 test(
-  'the curl commands of the guide work as they stand',
+  'the curl commands of the guide work unchanged',
   { skip, timeout: 300_000 },
   () => {
     const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'tessera-guide-'));
@@ -230,7 +230,7 @@ test(
   },
 );
 
-test('the page with its guide weighs less than 500 KB, and its chapters come when asked for', () =>
+test('the page is smaller than 500 KB, and chapters of the guide are loaded on demand', () =>
   withPage(desktop, async (page) => {
     const asked = new Set();
     page.on('request', (request) => {

@@ -83,7 +83,7 @@ test('an experiment runs from its link, is plotted, compared and saved', { timeo
 );
 
 test(
-  'all samplers are compared, and the legend says whose points are shown',
+  'all samplers are compared, and the legend names the sampler whose points are shown',
   { timeout: 300_000 },
   () =>
     withPage(
@@ -131,7 +131,7 @@ test(
 );
 
 test(
-  'a long run can be cancelled, and what is refused is told at its field',
+  'a long run can be cancelled, and a refused value is reported at its field',
   { timeout: 300_000 },
   () =>
     withPage(desktop, '#/lab/pi?n=16,100000000&replicates=9', async (page) => {

@@ -39,7 +39,7 @@ const shot = async (page, name) => {
   if (folder) await page.screenshot({ path: `${folder}/${name}.png`, fullPage: true });
 };
 
-test('strategies stand by the length of their paths, with and without weights', async () => {
+test('strategies are arranged by path length, with and without weights', async () => {
   const kept = ['0,2', '1,2', '2,1', '0,3', '1,3', '2,2', '3,1'];
   const id = await finished({
     film: {
@@ -74,7 +74,7 @@ test('strategies stand by the length of their paths, with and without weights', 
   });
 });
 
-test('readings of a meter stand beside the image as the server has them', async () => {
+test('readings of a meter are shown next to the image, as the server reports them', async () => {
   const point = (x) => ({ position: [x, 0.01, 0.2], normal: [0, 1, 0] });
   const id = await finished({
     film: { width: 64, height: 64 },

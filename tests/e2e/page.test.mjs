@@ -65,7 +65,7 @@ const renderedOnce = () =>
 const withRender = async (device, use) => withPage(device, use, await renderedOnce());
 
 test(
-  'a click on Render shows a picture that changes while it converges',
+  'Render shows an image that changes while it converges',
   { timeout: 300_000 },
   () =>
     withPage(desktop, async (page) => {
@@ -82,7 +82,7 @@ test(
     }),
 );
 
-test('on a phone, too, the new picture is what one sees', { timeout: 300_000 }, () =>
+test('on a phone the new image is in view', { timeout: 300_000 }, () =>
   withPage(phone, async (page) => {
     await submit(page, { scene: 'cornell-box', samples: 8 });
     await until('the picture', () => pictureNow(page));
@@ -95,7 +95,7 @@ test('on a phone, too, the new picture is what one sees', { timeout: 300_000 }, 
   }),
 );
 
-test('tiles bring means alone until somebody looks at errors', { timeout: 300_000 }, () =>
+test('tiles contain only means until errors are viewed', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     const asked = [];
     page.on('request', (request) => {
@@ -115,7 +115,7 @@ test('tiles bring means alone until somebody looks at errors', { timeout: 300_00
   }),
 );
 
-test('the measuring views show other pictures, each with a legend', { timeout: 300_000 }, () =>
+test('each measuring view shows a different image with a legend', { timeout: 300_000 }, () =>
   withRender(desktop, async (page) => {
     await finished(page);
     const seen = new Set([(await until('the picture', () => pictureNow(page))).hash]);
@@ -146,7 +146,7 @@ test('the measuring views show other pictures, each with a legend', { timeout: 3
   }),
 );
 
-test('exposure changes the plain picture without a question, the denoised one with one', { timeout: 300_000 }, () =>
+test('exposure changes the plain image without a request, the denoised one with one', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'cornell-box', samples: 8 });
     await finished(page);
@@ -198,7 +198,7 @@ test('the PNG can be downloaded', { timeout: 300_000 }, () =>
   }),
 );
 
-test('a GLB that is dropped on the page can be rendered', { timeout: 300_000 }, () =>
+test('a GLB dropped on the page can be rendered', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await drop(page, [{ name: 'triangle.glb', bytes: triangleGlb() }]);
     await until('the model in the list', async () =>
@@ -211,7 +211,7 @@ test('a GLB that is dropped on the page can be rendered', { timeout: 300_000 }, 
 );
 
 test(
-  'a glTF document is sent with the files it names, and missing ones are named',
+  'a glTF document is uploaded with its files, and missing ones are reported',
   { timeout: 300_000 },
   () =>
     withPage(desktop, async (page) => {
@@ -231,7 +231,7 @@ test(
     }),
 );
 
-test('a model and a panorama are taken together, and what is left out is named', () =>
+test('a model and an environment map are accepted together, and ignored files are reported', () =>
   withPage(desktop, async (page) => {
     await drop(page, [
       { name: 'sky.hdr', bytes: panorama() },
@@ -249,7 +249,7 @@ test('a model and a panorama are taken together, and what is left out is named',
   }),
 );
 
-test('a file that is dropped during an upload is sent after it, under its own name', () =>
+test('a file dropped during an upload is uploaded after it, under its own name', () =>
   withPage(desktop, async (page) => {
     const sent = [];
     await page.route(/\/v1\/(scenes|assets)/, async (way) => {
@@ -268,7 +268,7 @@ test('a file that is dropped during an upload is sent after it, under its own na
   }),
 );
 
-test('a file that is no model is refused with the reason', () =>
+test('a file that is not a model is refused with the reason', () =>
   withPage(desktop, async (page) => {
     await drop(page, [{ name: 'broken.glb', bytes: Buffer.from('this is no model') }]);
     await page.waitForSelector('.drop-zone .wrong');
@@ -302,7 +302,7 @@ test('a job can be paused, resumed and cancelled', { timeout: 300_000 }, () =>
   }),
 );
 
-test('only a second press deletes a render', { timeout: 300_000 }, () =>
+test('deleting a render needs a second press', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'furnace', samples: 8 });
     await finished(page);
@@ -318,7 +318,7 @@ test('only a second press deletes a render', { timeout: 300_000 }, () =>
   }),
 );
 
-test('a pixel that is clicked tells its value and interval', { timeout: 300_000 }, () =>
+test('clicking a pixel shows its value and interval', { timeout: 300_000 }, () =>
   withRender(desktop, async (page) => {
     await finished(page);
     await until('the picture', () => pictureNow(page));
@@ -346,7 +346,7 @@ test('a pixel that is clicked tells its value and interval', { timeout: 300_000 
   }),
 );
 
-test('what is measured stands beside or right below the picture', { timeout: 300_000 }, () =>
+test('measurements are next to the image or directly below it', { timeout: 300_000 }, () =>
   withRender({ ...desktop, viewport: { width: 1280, height: 800 } }, async (page) => {
     await finished(page);
     const inSight = (id) =>
@@ -370,7 +370,7 @@ test('what is measured stands beside or right below the picture', { timeout: 300
   }),
 );
 
-test('the address of a job opens it, and an unknown one says so', { timeout: 300_000 }, () =>
+test('the address of a job opens it, and an unknown one is reported', { timeout: 300_000 }, () =>
   withRender(desktop, async (page) => {
     await until('the picture', () => pictureNow(page));
     await page.goto(`${server.url}/#/jobs/00000000-0000-4000-8000-000000000000`);
@@ -408,7 +408,7 @@ for (const [name, device] of [
 
 // The mock server knows no keys.
 if (accessKey || process.env.TESSERA_BINARY)
-  test('a server with a key is locked until it is typed, or comes with the address', async () => {
+  test('a server with a key is locked until the key is typed or is in the address', async () => {
     const key = accessKey || 'tessera-key-of-the-browser-test';
     const locked = accessKey ? server : new Server({ key });
     try {
@@ -447,7 +447,7 @@ if (accessKey || process.env.TESSERA_BINARY)
 const ownsServer = !process.env.TESSERA_URL && Boolean(process.env.TESSERA_BINARY);
 
 test(
-  'the page outlives a restart of the server',
+  'the page survives a restart of the server',
   {
     timeout: 300_000,
     skip: ownsServer ? false : 'a server elsewhere (TESSERA_URL) cannot be restarted from here',

@@ -185,7 +185,7 @@ const at = (value, path) =>
     .split('/')
     .reduce((inner, key) => inner?.[key], value);
 
-test('every member of a job request is in one of the jobs, and not at its default', {
+test('every member of a job request is in one of the jobs, with a value other than its default', {
   skip,
 }, async () => {
   const { components } = await (await ask(`${server.url}/openapi.json`)).json();
@@ -216,9 +216,11 @@ async function isMadeAgain(request) {
 }
 
 for (const [name, request] of Object.entries(requests))
-  test(`all settings come back: ${name}`, { skip, timeout: 120_000 }, () => isMadeAgain(request));
+  test(`all settings are restored: ${name}`, { skip, timeout: 120_000 }, () =>
+    isMadeAgain(request),
+  );
 
-test('all settings come back: files of one\'s own', { skip, timeout: 120_000 }, async () => {
+test('all settings are restored: uploaded files', { skip, timeout: 120_000 }, async () => {
   const upload = async (path, type, body) => {
     const init = { method: 'POST', headers: { 'content-type': type }, body };
     return (await (await ask(`${server.url}${path}`, init)).json()).id;
@@ -228,7 +230,7 @@ test('all settings come back: files of one\'s own', { skip, timeout: 120_000 }, 
   await isMadeAgain(ownFiles(scene, asset));
 });
 
-test('a setting that is changed in the form leaves those around it as they were', {
+test('changing a setting in the form does not change others', {
   skip,
   timeout: 120_000,
 }, async () => {

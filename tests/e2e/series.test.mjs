@@ -82,7 +82,7 @@ for (const [name, device] of [
     }),
   );
 
-test('the settings of a render are shown, used again and written for other places', {
+test('the settings of a render are shown, used again and exported as commands', {
   skip,
   timeout: 300_000,
 }, async () => {
@@ -199,7 +199,7 @@ for (const [name, device] of [
     }),
   );
 
-test('what is wrong with a series is shown at its field', { skip, timeout: 120_000 }, () =>
+test('errors of a series are shown at their fields', { skip, timeout: 120_000 }, () =>
   withPageOf(browser, server, desktop, '#/jobs', async (page) => {
     await until('scenes in the list', () => sceneOf(page));
     await page.click('[data-testid=series-fields] summary');
@@ -271,7 +271,7 @@ for (const [name, device] of [
   ['desktop', desktop],
   ['phone', phone],
 ])
-  test(`two renders are told apart, and many are taken at once on a ${name}`, {
+  test(`two renders can be distinguished, and several selected at once on a ${name}`, {
     skip,
     timeout: 120_000,
   }, async () => {
@@ -338,7 +338,7 @@ for (const [name, device] of [
     });
   });
 
-test('a scene is chosen from images, and a render is seen before its tiles come', {
+test('a scene is selected by its image, and a render is shown before its tiles arrive', {
   skip,
   timeout: 120_000,
 }, async () => {

@@ -68,7 +68,7 @@ test(
     }),
 );
 
-test('a camera in motion is shown in whole pictures', { timeout: 300_000 }, () =>
+test('a moving camera is shown in complete images', { timeout: 300_000 }, () =>
   withPage(desktop, '#/compose/cornell-box', async (page) => {
     await until('a preview', async () => (await pictureNow(page))?.share === 1);
     const asked = [];
@@ -128,7 +128,7 @@ for (const [name, device] of [
   ['phone', phone],
 ]) {
   test(
-    `two renders are compared on a ${name}: wipe, difference, chance, numbers`,
+    `two renders are compared on a ${name}: wipe, difference, significance, numbers`,
     { timeout: 300_000 },
     () =>
       withPage(device, '', async (page) => {
@@ -175,7 +175,7 @@ for (const [name, device] of [
   );
 }
 
-test('an error older than the picture tells its samples, and two points make no slope', () =>
+test('an error older than the image shows its samples, and two points give no slope', () =>
   withPage(desktop, '', async (page) => {
     await page.route('**/convergence', async (route) => {
       const id = route.request().url().split('/').at(-2);
@@ -198,7 +198,7 @@ test('an error older than the picture tells its samples, and two points make no 
   }),
 );
 
-test('New leads to the form from wherever one is', { timeout: 120_000 }, () =>
+test('New opens the form from every view', { timeout: 120_000 }, () =>
   withPage(phone, '#/compose/cornell-box', async (page) => {
     const link = page.getByRole('link', { name: 'New', exact: true });
     await settles('where one is', () => link.getAttribute('aria-current'), 'page');
@@ -215,7 +215,7 @@ test('New leads to the form from wherever one is', { timeout: 120_000 }, () =>
   }),
 );
 
-test('the list of renders can be filtered and leads to each of them', { timeout: 300_000 }, () =>
+test('the list of renders can be filtered and opens each of them', { timeout: 300_000 }, () =>
   withPage(desktop, '', async (page) => {
     const id = await renderOf(page, 'furnace', 8);
     await page.goto(`${server.url}/#/jobs`);
@@ -233,7 +233,7 @@ test('the list of renders can be filtered and leads to each of them', { timeout:
   }),
 );
 
-test('names and states are looked for among all renders of the server', { timeout: 300_000 }, () =>
+test('names and states are searched in all renders of the server', { timeout: 300_000 }, () =>
   withPage(desktop, '', async (page) => {
     const tag = `needle ${Date.now()}`;
     const add = async (name) => {
@@ -289,7 +289,7 @@ for (const [name, device] of [
   ['desktop', desktop],
   ['phone', { ...phone, viewport: { width: 390, height: 700 } }],
 ]) {
-  test(`any two renders of the server can be picked on a ${name}`, { timeout: 300_000 }, () =>
+  test(`any two renders of the server can be selected on a ${name}`, { timeout: 300_000 }, () =>
     withPage(device, '', async (page) => {
       const tag = `${name} ${Date.now()}`;
       const add = async (name, width = 32) => {
@@ -389,7 +389,7 @@ const states = [
   },
 ];
 
-test('every state of the server is told, and can be read by all', { timeout: 300_000 }, async () => {
+test('every state of the server is reported accessibly', { timeout: 300_000 }, async () => {
   const light = { ...desktop, colorScheme: 'light' };
   let id = '';
   await withPage(light, '', async (page) => {
@@ -421,7 +421,7 @@ function refuseAtOnce() {
     globalThis.answered ? fetch(...all) : Promise.reject(new TypeError('refused'));
 }
 
-test('what changes before the page listens is shown', { timeout: 300_000 }, async () => {
+test('changes before the page listens are shown', { timeout: 300_000 }, async () => {
   const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(refuseAtOnce));
   try {
     await until('offline', async () =>
@@ -435,7 +435,7 @@ test('what changes before the page listens is shown', { timeout: 300_000 }, asyn
   }
 });
 
-test('the choice of colours is kept', () =>
+test('the selected colour scheme is kept', () =>
   withPage(desktop, '#/settings', async (page) => {
     await page.keyboard.press('Tab');
     await page.keyboard.press('Enter');
@@ -477,7 +477,7 @@ function countDraws() {
 }
 
 // `tests/bench/run --page` measures the time.
-test('tiles are drawn in animation frames, and each alone', { timeout: 300_000 }, async () => {
+test('tiles are drawn in animation frames, each separately', { timeout: 300_000 }, async () => {
   const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(countDraws));
   try {
     await submit(page, { scene: 'cornell-box', size: '3', samples: 4096 });
@@ -495,7 +495,7 @@ test('tiles are drawn in animation frames, and each alone', { timeout: 300_000 }
   }
 });
 
-test('tiles of the picture are coloured by the worker that renders them', { timeout: 300_000 }, () =>
+test('tiles of the image are coloured by the worker that renders them', { timeout: 300_000 }, () =>
   withPage(desktop, '', async (page) => {
     const worker = (id) => ({
       id,

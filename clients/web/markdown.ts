@@ -1,7 +1,7 @@
 import { Marked, type TokenizerAndRendererExtension, type Tokens } from 'marked';
 import type { Plugin } from 'vite';
 
-/** The part of an address that leads to a heading: its words in small letters, with hyphens. */
+/** The anchor of a heading: its words in lower case, joined by hyphens. */
 const slugOf = (text: string): string =>
   text
     .toLowerCase()
@@ -22,9 +22,8 @@ const power: TokenizerAndRendererExtension = {
 
 /**
  * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its
- * sections and its HTML in parts.
- * `# ` is the title, each `## ` a section with an address. What may be wider than a phone scrolls
- * by itself, also by key.
+ * sections and its HTML in parts. `# ` is the title, each `## ` a section with an address. Content
+ * that may be wider than a phone scrolls separately, also by keyboard.
  */
 export function markdownChapters(): Plugin {
   return {

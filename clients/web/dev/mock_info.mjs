@@ -1,4 +1,4 @@
-// What the mock server says about itself at GET /v1/server.
+// The mock server's response to GET /v1/server.
 
 export const scenes = [
   { name: 'still-life', summary: 'Tea for two by a window.' },

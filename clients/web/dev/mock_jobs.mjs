@@ -1,5 +1,4 @@
-// Jobs of the mock server: accumulate noise over a synthetic picture and keep the numbers the
-// contract names.
+// Jobs of the mock server: accumulate noise over a synthetic image and keep the numbers of the API.
 import crypto from 'node:crypto';
 import { makeNormal, makeTruth } from './mock_picture.mjs';
 import { srgb8 } from './mock_codec.mjs';
@@ -47,7 +46,7 @@ export class MockJob {
         });
       }
     }
-    // From the middle outwards, as a person looks at it.
+    // From the centre outwards.
     const mid = [this.width / 2, this.height / 2];
     this.order = [...this.tiles.keys()].sort(
       (a, b) => dist(this.tiles[a], mid) - dist(this.tiles[b], mid),

@@ -1,5 +1,5 @@
-// A synthetic scene with a known expectation and a known noise level per pixel, so that the page
-// can be developed without a renderer: every picture converges to `truth` as 1/sqrt(samples).
+// A synthetic scene with a known expected value and noise level per pixel, so that the page can be
+// developed without a renderer: every image converges to `truth` as 1/sqrt(samples).
 
 const mix = (a, b, t) => a + (b - a) * t;
 const clamp01 = (v) => Math.min(1, Math.max(0, v));
@@ -114,8 +114,8 @@ function shade(o, d, depth, warm) {
 }
 
 /**
- * camera: {position, target, fov} or null. Fills planes of one row range; called row by row to stay
- * gentle.
+ * camera: {position, target, fov} or null. Fills the planes of a range of rows; called row by row
+ * so as not to block.
  */
 export function makeTruth(width, height, camera, warm = 0) {
   const film = {

@@ -162,7 +162,7 @@ function onChange(job, what) {
   }
 }
 
-/** Newest first; a cursor is the number of those before. */
+/** Newest first; a cursor is the number of preceding jobs. */
 function jobPage(query) {
   const states = query.get('state')?.split(',');
   const name = query.get('name')?.toLowerCase() ?? '';

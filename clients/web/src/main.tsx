@@ -10,18 +10,18 @@ import { App } from './view/app';
 async function start(): Promise<void> {
   followTheme();
   render(<App />, document.getElementById('app')!);
-  // To ask for it takes tens of milliseconds: not in the task that opens the first picture.
+  // The query takes tens of milliseconds, so not in the task that opens the first image.
   setTimeout(hasGraphicsProcessor, 0);
   await useKey();
   await refresh();
-  // A link with a key may also be opened in a page that is already here.
+  // A link with a key may also be opened in a page that is already loaded.
   window.addEventListener(
     'hashchange',
     () => void useKey().then((used) => (used ? refresh() : undefined)),
   );
 }
 
-/** Exchanges `#key=...` for a cookie; servers without keys do not know the path, and need none. */
+/** Exchanges `#key=...` for a cookie; servers without keys do not have the path, and need none. */
 async function useKey(): Promise<boolean> {
   const key = takeKey();
   if (!key) return false;

@@ -1,4 +1,4 @@
-// Shows the server's own document by Swagger UI, and below it the types of problems.
+// Shows the server's OpenAPI document with Swagger UI, and below it the types of problems.
 const dark = matchMedia('(prefers-color-scheme: dark)');
 const follow = () => document.documentElement.classList.toggle('dark-mode', dark.matches);
 dark.addEventListener('change', follow);
@@ -11,14 +11,14 @@ for (const { type, status, title } of openapi['x-problem-types']) {
   row.id = type.split('#')[1];
   for (const text of [status, title, type]) row.insertCell().textContent = text;
 }
-// Who comes for a problem finds it first: what loads below does not move it.
+// A link to a problem type shows it at the top, where content that loads later does not move it.
 const meant = document.getElementById(location.hash.slice(1));
 if (meant?.closest('#problems')) {
   document.querySelector('main').prepend(document.getElementById('problems'));
   meant.classList.add('meant');
   meant.scrollIntoView();
 }
-// Long blocks of code scroll; Swagger UI leaves them out of the order of the Tab key.
+// Long blocks of code scroll; Swagger UI does not include them in the tab order.
 const blocks = '#reference pre, #reference .highlight-code > *';
 const addToTabOrder = () => {
   for (const block of document.querySelectorAll(blocks)) {

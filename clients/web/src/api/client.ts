@@ -18,7 +18,7 @@ import type {
   WorkerTiles,
 } from './types';
 
-/** The server answered, and said no. */
+/** The server refused the request. */
 export class RequestError extends Error {
   constructor(readonly problem: Problem) {
     super(problem.detail);
@@ -31,7 +31,7 @@ export class RequestError extends Error {
   }
 }
 
-/** Nobody answered. */
+/** The server did not respond. */
 export class OfflineError extends Error {
   constructor() {
     super('The server does not answer.');
@@ -49,7 +49,7 @@ const plainTitles: Record<number, string> = {
   507: 'The server has no room left.',
 };
 
-/** A refusal without a body of its own. */
+/** A refusal without a body. */
 export function plainProblem(status: number): Problem {
   const title = plainTitles[status] ?? `The server answered ${status}.`;
   return { type: 'about:blank', title, status, detail: title };
@@ -115,7 +115,7 @@ export const api = {
     query: { limit: number; cursor?: string | null; states?: JobState[] | null; name?: string },
     signal?: AbortSignal,
   ) => {
-    // Without the previews of those who place a camera.
+    // Without camera previews.
     const params = new URLSearchParams({ class: 'normal', limit: String(query.limit) });
     if (query.cursor) params.set('cursor', query.cursor);
     if (query.states) params.set('state', query.states.join());
@@ -182,7 +182,7 @@ export function imageUrl(
   return `${job(id)}/image${extension ? `.${extension}` : ''}${tail ? `?${tail}` : ''}`;
 }
 
-/** Sends bytes and reports the share that has left. fetch() cannot do that yet. */
+/** Sends bytes and reports the fraction sent. fetch() cannot do that yet. */
 export function upload<T>(
   path: string,
   body: Blob,
@@ -211,10 +211,10 @@ export function upload<T>(
   });
 }
 
-/** One sentence for a person. */
+/** One sentence for the user. */
 export function explain(error: unknown): string {
   if (error instanceof RequestError) {
-    // The server tells programs which header to send.
+    // The server's message tells programs which header to send.
     if (error.status === 401) return plainTitles[401];
     const { title, detail } = error.problem;
     return detail && detail !== title ? `${title.replace(/\.?$/, '.')} ${capital(detail)}` : title;
@@ -222,7 +222,7 @@ export function explain(error: unknown): string {
   return error instanceof Error ? error.message : String(error);
 }
 
-/** The same of a key that somebody has just brought. */
+/** The same for a key that the user has just entered. */
 export const explainKey = (error: unknown): string =>
   error instanceof RequestError && error.status === 401
     ? 'This key is not known or has expired.'

@@ -7,7 +7,7 @@ interface Listener {
 }
 
 /**
- * Runs an experiment and tells each line as it comes. Aborting the signal ends the run on the
+ * Runs an experiment and reports each line as it arrives. Aborting the signal ends the run on the
  * server.
  */
 export async function runExperiment(

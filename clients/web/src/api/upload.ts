@@ -1,7 +1,7 @@
 import { api, upload } from './client';
 import type { Scene } from './types';
 
-/** A file with its path inside what was dropped, `/` between folders. */
+/** A file with its path inside the drop, `/` between folders. */
 export interface DroppedFile {
   path: string;
   file: File;
@@ -9,13 +9,13 @@ export interface DroppedFile {
 
 export type UploadReport = (what: string, share: number) => void;
 
-/** A reason that the page found itself, before asking the server. */
+/** A reason that the page found itself, without a request. */
 export class UploadError extends Error {}
 
 const environmentPattern = /\.(hdr|exr)$/i;
 export const isEnvironment = (name: string): boolean => environmentPattern.test(name);
 
-/** All files of a drop, folders walked. Must be called inside the drop event. */
+/** All files of a drop, including those in folders. Must be called inside the drop event. */
 export async function filesOfDrop(data: DataTransfer): Promise<DroppedFile[]> {
   const entries = [...data.items].map((item) => item.webkitGetAsEntry?.() ?? null);
   const plain = [...data.files].map((file) => ({ path: file.name, file }));
@@ -47,7 +47,7 @@ async function walk(entry: FileSystemEntry, folder: string, out: DroppedFile[]):
 export const filesOfInput = (input: HTMLInputElement): DroppedFile[] =>
   [...(input.files ?? [])].map((file) => ({ path: file.webkitRelativePath || file.name, file }));
 
-/** The file that is the model among those dropped: a .glb or .zip, else the outermost .gltf. */
+/** The model among the dropped files: a .glb or .zip, else the outermost .gltf. */
 export const modelIn = (files: DroppedFile[]): DroppedFile | undefined =>
   files.find((f) => /\.(glb|zip)$/i.test(f.path)) ??
   files
@@ -55,11 +55,11 @@ export const modelIn = (files: DroppedFile[]): DroppedFile | undefined =>
     .sort((a, b) => a.path.length - b.path.length)[0];
 
 const nameCharacters = 255;
-/** What a person calls the model of a file; as long as the server takes it. */
+/** The display name of a file's model, at most as long as the server accepts. */
 const nameOf = (file: File): string =>
   [...file.name.replace(/\.\w+$/, '')].slice(0, nameCharacters).join('') || 'model';
 
-/** What became of a drop: the scene, and the files that it is made of. */
+/** The result of a drop: the scene and its files. */
 export interface SentScene {
   scene: Scene;
   used: File[];
@@ -97,7 +97,7 @@ async function uploadFolder(
   const missing: string[] = [];
   for (const uri of wanted) {
     const path = base + decodeUri(uri);
-    // A loose drop of files has no folders: fall back on the name alone.
+    // A drop of single files has no folders: fall back to the name alone.
     const hit =
       files.find((f) => f.path === path) ??
       files.find((f) => f.file.name === decodeUri(uri).split('/').pop());
@@ -124,7 +124,7 @@ async function uploadFolder(
   const ids: Record<string, string> = {};
   for (const [uri, file] of found) {
     const id = await send(file);
-    // As the document writes it, and without escapes: a server may look for either.
+    // As written in the document, and without escapes: a server may look for either.
     ids[uri] = id;
     ids[decodeUri(uri)] = id;
   }

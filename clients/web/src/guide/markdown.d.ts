@@ -3,8 +3,8 @@ declare module '*.md' {
     title: string;
     sections: { id: string; title: string }[];
     /**
-     * HTML: what stands before the first section, then each section. Made from files of this
-     * repository when the page is built; never from what a user or a server sends.
+     * HTML: the text before the first section, then each section. Made from files of this
+     * repository when the page is built; never from input of a user or a server.
      */
     parts: string[];
   };

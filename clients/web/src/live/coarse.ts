@@ -1,7 +1,7 @@
 import { problemOf, RequestError } from '../api/client';
 import { FrameParser, type TileFrame } from './frames';
 
-/** The planes of a whole picture as one frame. Tiles that are missing stay unknown (no samples). */
+/** The planes of a whole image as one frame. Missing tiles stay unknown (no samples). */
 export function assembled(tiles: TileFrame[], width: number, height: number): TileFrame {
   const hasAlpha = tiles.some((tile) => tile.hasAlpha);
   const count = hasAlpha ? 8 : 7;
@@ -21,8 +21,8 @@ export function assembled(tiles: TileFrame[], width: number, height: number): Ti
 }
 
 /**
- * The two nearest pixels of a row or column for each place of a longer one, and the share of the
- * second.
+ * The two nearest pixels of a row or column for each position of a longer one, and the weight of
+ * the second.
  */
 function neighbours(from: number, to: number): { low: number; high: number; share: number }[] {
   return Array.from({ length: to }, (_, i) => {
@@ -32,7 +32,7 @@ function neighbours(from: number, to: number): { low: number; high: number; shar
   });
 }
 
-/** The same picture with more pixels, interpolated linearly. */
+/** The same image with more pixels, interpolated linearly. */
 export function enlarged(frame: TileFrame, width: number, height: number): TileFrame {
   if (frame.width === width && frame.height === height) return frame;
   const columns = neighbours(frame.width, width);
@@ -56,7 +56,7 @@ export function enlarged(frame: TileFrame, width: number, height: number): TileF
   return { ...frame, width, height, planes };
 }
 
-/** Every tile of a job that ends soon, when it has ended. */
+/** Returns every tile of a short job when it has ended. */
 export async function tilesOf(jobId: string): Promise<TileFrame[]> {
   const response = await fetch(`/v1/jobs/${jobId}/tiles?after=0`, {
     headers: { accept: 'application/vnd.tessera.tiles' },

@@ -2,7 +2,7 @@ import { LiveFilm } from './film';
 
 export type Measure = 'difference' | 'z';
 
-/** What the page itself can say about two films, from their float tiles. */
+/** The page's own comparison of two films, from their float tiles. */
 export interface Figures {
   mse: number;
   relmse: number;
@@ -11,13 +11,13 @@ export interface Figures {
 }
 
 const sliceMs = 6;
-/** Pixels between two looks at the clock. */
+/** Pixels between two checks of the clock. */
 const runPixels = 512;
 
 /**
- * A film whose `tileError` holds, per pixel, the relative difference of two films or how many
- * standard errors they are apart (both pooled over 5 x 5 pixels). Works for a few milliseconds at a
- * time and lets the page breathe in between.
+ * A film whose `tileError` contains, per pixel, the relative difference of two films or their
+ * distance in standard errors (both pooled over 5 x 5 pixels). Works for a few milliseconds at a
+ * time and yields to the page in between.
  */
 export async function compareFilms(
   a: LiveFilm,
@@ -76,8 +76,7 @@ function subtract(a: LiveFilm, b: LiveFilm, out: LiveFilm, pixel: number, figure
 }
 
 /**
- * The mean of n correlated differences has the variance mean(v) at most: z is never shown too
- * large.
+ * The mean of n correlated differences has at most the variance mean(v), so z is never too large.
  */
 function zCorrelated(variance: number[], mean: number[]): number {
   return zIndependent(variance, mean, 1);
@@ -90,7 +89,7 @@ function zIndependent(variance: number[], mean: number[], count: number): number
   return spread > 0 ? Math.abs(difference) / spread : difference === 0 ? 0 : NaN;
 }
 
-/** Waits for other tasks when a slice is over, and not at all before. */
+/** Yields to other tasks when a time slice is over, not before. */
 function makePause(signal: AbortSignal): () => Promise<void> | undefined {
   let until = performance.now() + sliceMs;
   return () => {

@@ -1,6 +1,6 @@
 /**
- * Server-sent events out of text chunks, after the WHATWG rules; comments are reported as life
- * signs only.
+ * Parses server-sent events from text chunks by the WHATWG rules; comments are reported only as
+ * signs of life.
  */
 export interface ServerEvent {
   type: string;

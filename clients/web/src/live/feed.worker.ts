@@ -1,9 +1,8 @@
 /**
- * Keeps the two streams of one job open (events and tiles), off the main thread.
- *
- * Events are read with fetch, not EventSource: so pings are seen (a stream that is silent for
- * longer than `silenceMs` is dead, as after a laptop's sleep), status codes can be read, and
- * `Last-Event-ID` is ours to send.
+ * Keeps the two streams of one job open (events and tiles), off the main thread. Events are read
+ * with fetch, not EventSource, so that pings are seen (a stream that is silent for longer than
+ * `silenceMs` is dead, as after a laptop's sleep), status codes can be read, and the page sends
+ * `Last-Event-ID` itself.
  */
 import { EventParser, type ServerEvent } from './event_parser';
 import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
@@ -26,7 +25,7 @@ class Feed {
   private lastEventId: string | null = null;
   private revision = 0;
   private link: LinkState | null = null;
-  /** When to come back to a server that has too many viewers; it says so itself. */
+  /** When to reconnect to a server with too many viewers, as stated by the server. */
   private retryMs = overloadedMs;
   private readonly address: string;
 
@@ -38,10 +37,7 @@ class Feed {
     this.address = `/v1/jobs/${encodeURIComponent(jobId)}`;
   }
 
-  /**
-   * A fresh start asks for every tile: while nobody listened, a restarted server may count
-   * revisions anew.
-   */
+  /** A new start requests every tile: meanwhile a restarted server may have reset its revisions. */
   start(): void {
     this.abort = new AbortController();
     this.revision = 0;
@@ -59,7 +55,7 @@ class Feed {
     post({ type: 'link', state, problem });
   }
 
-  /** Opens the event stream again and again until the job has ended or is gone. */
+  /** Reopens the event stream until the job has ended or has been deleted. */
   private async runEvents(signal: AbortSignal): Promise<void> {
     this.setLink('connecting');
     for (let attempt = 0; !signal.aborted; ++attempt) {
@@ -67,7 +63,7 @@ class Feed {
       const outcome = await this.readEvents(signal).catch(() => 'lost' as const);
       if (signal.aborted || outcome === 'done') return;
       if (outcome !== 'overloaded') this.setLink('reconnecting');
-      // A stream that breaks at once is no reason to come back at once.
+      // Do not reconnect immediately after a stream that broke immediately.
       if (Date.now() - began > steadyMs) attempt = 0;
       await delay(outcome === 'overloaded' ? this.retryMs : backoff(attempt), signal);
     }
@@ -148,7 +144,8 @@ class Feed {
   private async runTiles(signal: AbortSignal): Promise<void> {
     for (let attempt = 0; !signal.aborted; ++attempt) {
       const ended = await this.readTiles(signal, () => (attempt = 0)).catch(() => {
-        // After a restart revisions may count from an older checkpoint: ask for every tile again.
+        // After a restart revisions may continue from an older checkpoint: request every tile
+        // again.
         this.revision = 0;
         return false;
       });
@@ -184,7 +181,7 @@ class Feed {
   }
 }
 
-/** Aborts a request that shows no sign of life for `silenceMs`. */
+/** Aborts a request that is silent for `silenceMs`. */
 class Watchdog {
   private readonly own = new AbortController();
   private timer = 0;

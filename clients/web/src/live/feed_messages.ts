@@ -10,7 +10,7 @@ export type LinkState =
   | 'gone'
   | 'refused';
 
-/** What is sent of a tile: its mean, or variance and sample count too. */
+/** Planes of a tile: only its mean, or variance and sample count too. */
 export type TilePlanes = 'mean' | 'all';
 
 export type ToFeed =
@@ -19,7 +19,7 @@ export type ToFeed =
   | { type: 'wake' }
   | { type: 'close' };
 
-/** What a `progress` or `state` event changes in the job. */
+/** The job's members that a `progress` or `state` event changes. */
 export type JobPatch = Partial<Job>;
 
 export type FromFeed =

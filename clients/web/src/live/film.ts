@@ -8,25 +8,25 @@ export interface Rect {
 }
 
 /**
- * Pixels a page keeps as floats (28 bytes each); larger pictures are shown through the server's
- * encoder.
+ * Maximum number of pixels that a page keeps as floats (28 bytes each); larger images are encoded
+ * by the server.
  */
 export const maxLivePixels = 12_000_000;
 
-/** The float planes of one picture, filled tile by tile. Nothing here is clipped or encoded. */
+/** The float planes of one image, filled tile by tile. Nothing here is clipped or encoded. */
 export class LiveFilm {
   readonly rgb: Float32Array;
   readonly variance: Float32Array;
-  /** Above 0 where there are any; how many, and their variance, only with all planes. */
+  /** Above 0 where there are samples; their number and variance only with all planes. */
   readonly samples: Float32Array;
-  /** Relative error of the tile a pixel is in; in a film made from others, the value to show. */
+  /** Relative error of the pixel's tile; in a film computed from others, the value to show. */
   readonly tileError: Float32Array;
   alpha: Float32Array | null = null;
   correlated = false;
   tilesSeen = 0;
-  /** Grows with every tile; lets a reader know that something changed. */
+  /** Increases with every tile, so that readers notice changes. */
   version = 0;
-  /** Sum of the luminance over the pixels that are seen and not transparent, and their number. */
+  /** Sum of the luminance over the known pixels that are not transparent, and their number. */
   private light = 0;
   private opaque = 0;
   private readonly listeners = new Set<(rect: Rect) => void>();
@@ -85,9 +85,9 @@ export class LiveFilm {
   }
 
   /**
-   * Relative error of each pixel of a rectangle: the root of noise over signal and floor, over the
-   * channels. Half means A and B have the mean m and the variance v = (A - B)^2 / 4, so A B is
-   * m^2 - v. The floor is that of the server: a twentieth of the picture's mean luminance.
+   * Relative error of each pixel of a rectangle: the root of noise over signal plus floor, over the
+   * channels. Half means A and B have the mean m and the variance v = (A - B)^2 / 4, so A B is m^2
+   * - v. The floor is that of the server: a twentieth of the image's mean luminance.
    */
   relativeError(rect: Rect, out: Float32Array): void {
     const floor = this.opaque > 0 ? 3 * (0.05 * (this.light / this.opaque)) ** 2 : 0;
@@ -98,10 +98,9 @@ export class LiveFilm {
   }
 
   /**
-   * A figure for each pixel of a rectangle from averages over a window of 5 x 5 pixels: variance,
-   * mean and A B of the halves, summed over the channels. NaN where nothing is known. The arrays
-   * that `figure` gets are reused; count is
-   * the number of pixels in the window.
+   * Computes a value for each pixel of a rectangle from averages over a window of 5 x 5 pixels:
+   * variance, mean and A B of the halves, summed over the channels. NaN where nothing is known. The
+   * arrays passed to `figure` are reused; count is the number of pixels in the window.
    */
   pooled(
     rect: Rect,
@@ -113,7 +112,7 @@ export class LiveFilm {
     const x1 = Math.min(this.width, rect.x + rect.width + radius);
     const columns = x1 - x0;
     const bottom = this.height - 1;
-    // Sums over the rows of the window first, for every column; then over its columns.
+    // First sums over the rows of the window, for every column; then over its columns.
     const sums = new Float32Array(columns * stride);
     const variance = [0, 0, 0];
     const mean = [0, 0, 0];
@@ -149,10 +148,10 @@ export class LiveFilm {
   }
 }
 
-/** Of a column's sums: variance and mean of three channels, A B of all, pixels. */
+/** Number of sums per column: variance and mean of three channels, A B of all, pixels. */
 const stride = 8;
 
-/** Means over the columns from..to; gives the number of known pixels and their mean A B. */
+/** Means over the columns from..to; returns the number of known pixels and their mean A B. */
 function average(
   sums: Float32Array,
   from: number,

@@ -10,10 +10,10 @@ export interface TileFrame {
   width: number;
   height: number;
   end: boolean;
-  /** Errors of neighbouring pixels hang together: variances do not add up over a block. */
+  /** Errors of neighbouring pixels are correlated: variances do not add up over a block. */
   correlated: boolean;
   hasAlpha: boolean;
-  /** Planes r g b and, if hasAlpha, alpha; no others. */
+  /** Only planes r g b and, if hasAlpha, alpha. */
   meanOnly: boolean;
   /** Relative error of the tile; NaN when unknown. */
   error: number;
@@ -47,9 +47,7 @@ function fromHalves(bytes: Uint8Array): Float32Array {
   return out;
 }
 
-/**
- * Feeds on chunks of any size; gives every complete frame once. Throws on bytes that are no frame.
- */
+/** Accepts chunks of any size and returns every complete frame once. Throws on invalid bytes. */
 export class FrameParser {
   private pending = new Uint8Array(1 << 16);
   private used = 0;

@@ -1,6 +1,6 @@
 /**
- * Colours of the measuring views. Lightness grows with the value, so that they read in grey and for
- * all eyes.
+ * Colours of the measuring views. Lightness increases with the value, so that they are readable in
+ * grey and with any colour vision.
  */
 
 type Stop = [number, number, number];

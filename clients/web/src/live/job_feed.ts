@@ -11,16 +11,15 @@ export interface FeedState {
   link: LinkState;
   problem: Problem | null;
   film: LiveFilm | null;
-  /** Too many pixels for floats in the page: the server's encoder shows the picture. */
+  /** Too many pixels for floats in the page: the server encodes the image. */
   tooLarge: boolean;
 }
 
 const sleepAfterMs = 20_000;
 
 /**
- * One job as the page sees it: its record, kept fresh by events, and its film, kept fresh by tiles.
- * While the page is hidden the streams are closed, because a browser has few connections for each
- * host.
+ * One job in the page: its record, kept current by events, and its film, kept current by tiles.
+ * While the page is hidden the streams are closed, because a browser has few connections per host.
  */
 export class JobFeed {
   state: FeedState = { job: null, link: 'connecting', problem: null, film: null, tooLarge: false };
@@ -29,9 +28,9 @@ export class JobFeed {
   private readonly tileListeners = new Set<(rect: Rect) => void>();
   private sleepTimer = 0;
   private asleep = false;
-  /** Takes the word to the listeners back; null when there is none on its way. */
+  /** Cancels the pending notification of listeners; null if there is none. */
   private unsaid: (() => void) | null = null;
-  /** Tiles that came before the record which tells the size of the film. */
+  /** Tiles that arrived before the record with the size of the film. */
   private early: TileFrame[] = [];
 
   constructor(
@@ -55,7 +54,7 @@ export class JobFeed {
     return () => this.tileListeners.delete(listener);
   }
 
-  /** After an operation whose answer is the job. A job that was extended streams again. */
+  /** After an operation that returned the job. An extended job streams again. */
   adopt(job: Job): void {
     const revived = this.state.job && isFinal(this.state.job.state) && !isFinal(job.state);
     this.set({ job });
@@ -63,8 +62,8 @@ export class JobFeed {
   }
 
   /**
-   * The record as stored: at the end the last word, with digest and final figures; later, whether
-   * it is still there.
+   * The stored record: at the end with digest and final numbers; later, to see whether it still
+   * exists.
    */
   async check(): Promise<void> {
     try {
@@ -78,7 +77,7 @@ export class JobFeed {
     }
   }
 
-  /** Variances and sample counts are on their way from now on: more than four times the bytes. */
+  /** Variances and sample counts are streamed from now on: more than four times the bytes. */
   wantAllPlanes(): void {
     if (this.planes === 'all') return;
     this.planes = 'all';
@@ -108,7 +107,7 @@ export class JobFeed {
     const first = film.tilesSeen === 0;
     film.apply(tile);
     for (const listener of this.tileListeners) listener(tile);
-    // The picture listens to the film itself; the rest of the page only needs to know that there is
+    // The image listens to the film itself; the rest of the page only needs to know that there is
     // one.
     if (first) this.notify();
   }
@@ -159,7 +158,7 @@ export class JobFeed {
           : undefined;
       }
       case 'link':
-        // No stream for now: the record at least.
+        // No stream for now: read at least the record.
         if (message.state === 'overloaded') void this.check();
         return this.set({ link: message.state, problem: message.problem ?? this.state.problem });
       case 'complete':

@@ -2,7 +2,7 @@ import type { Rect } from './film';
 import { ramps, type Ramp } from './heat';
 import { toBytes, toneGlsl, toneMaps, type ToneMap } from './tone';
 
-/** How float values become light on the screen. */
+/** Conversion of float values to display colours. */
 export interface Look {
   kind: 'colour' | 'scalar';
   exposure: number;
@@ -13,13 +13,13 @@ export interface Look {
   ramp: Ramp;
 }
 
-/** Takes values (RGBA floats, row by row; alpha 0 = nothing known) and shows them. */
+/** Shows values (RGBA floats, row by row; alpha 0: unknown). */
 export interface Painter {
   readonly kind: 'webgl' | '2d';
   upload(rect: Rect, values: Float32Array, look: Look): void;
   /** Ends a batch of uploads. */
   draw(look: Look): void;
-  /** True if a changed look needs every value again. */
+  /** True if a changed display setting needs every value again. */
   readonly bakesLook: boolean;
   dispose(): void;
 }
@@ -44,9 +44,9 @@ export function makePainter(canvas: HTMLCanvasElement, onLost: () => void): Pain
 let graphicsProcessor: boolean | null = null;
 
 /**
- * WebGL made by the processor is many times slower than our own loop over the changed tiles: it
- * redraws the whole picture each time and blocks the page while doing so. Browsers do not always
- * admit it when asked to fail on a major performance caveat, but the renderer's name tells.
+ * WebGL emulated on the CPU is many times slower than our own loop over the changed tiles: it
+ * redraws the whole image each time and blocks the page. Browsers do not always report it when
+ * asked to fail on a major performance caveat, but the renderer's name reveals it.
  */
 export function hasGraphicsProcessor(): boolean {
   graphicsProcessor ??= ((): boolean => {
@@ -62,9 +62,7 @@ export function hasGraphicsProcessor(): boolean {
   return graphicsProcessor;
 }
 
-/**
- * `localStorage["tessera.painter"]` pins one of the two, for tests and for odd graphics drivers.
- */
+/** `localStorage["tessera.painter"]` selects one of the two, for tests and for faulty drivers. */
 function readWish(): string | null {
   try {
     return localStorage.getItem('tessera.painter');
@@ -86,7 +84,7 @@ class CanvasPainter implements Painter {
 
   constructor(canvas: HTMLCanvasElement) {
     this.context = canvas.getContext('2d', { willReadFrequently: true })!;
-    // Browsers give a canvas its memory when it is first drawn on and looked at.
+    // Browsers allocate a canvas's memory when it is first drawn and shown.
     this.context.clearRect(0, 0, 1, 1);
     this.context.getImageData(0, 0, 1, 1);
   }
@@ -237,7 +235,7 @@ class GlPainter implements Painter {
   }
 
   dispose(): void {
-    // The canvas may live on with its context; the film's texture is what weighs.
+    // The canvas may keep its context; the film's texture uses the memory.
     this.gl.deleteTexture(this.filmTexture);
   }
 }

@@ -4,14 +4,14 @@ import { takeTurn, turnsWait } from './turns';
 
 export type Plane = 'picture' | 'error' | 'tile-error' | 'variance' | 'samples';
 
-/** Half a tile: the shorter a piece of work, the better the budget is kept on a slow processor. */
+/** Half a tile: shorter pieces of work keep the budget better on slow processors. */
 const cell = 16;
 const frameBudgetMs = 8;
-/** How long a picture steps back while other parts of the page wait for their turn. */
+/** Maximum time for which an image waits for other parts of the page. */
 const patienceMs = 250;
 
 /**
- * Pictures that have something to paint. One does in each frame: a changed canvas is copied as a
+ * Images with pending work. One paints in each frame, because a changed canvas is copied as a
  * whole.
  */
 const due = new Set<Picture>();
@@ -35,9 +35,9 @@ function paintNext(time: number): void {
 }
 
 /**
- * Shows one plane of a film on a canvas. Tiles that changed wait in a set and are turned into
- * pixels inside animation frames, for at most `frameBudgetMs` each, so that the page never stalls
- * however many tiles arrive. A cell is begun in every frame, however little is left.
+ * Shows one plane of a film on a canvas. Changed tiles wait in a set and are converted to pixels
+ * inside animation frames, for at most `frameBudgetMs` each, so that the page never stalls, however
+ * many tiles arrive. Each frame converts at least one cell.
  */
 export class Picture {
   private painter: Painter | null = null;
@@ -45,12 +45,12 @@ export class Picture {
   private readonly columns: number;
   private readonly rows: number;
   private readonly urgent = new Set<number>();
-  /** Cells whose error window reaches into a changed neighbour. */
+  /** Cells whose error window overlaps a changed neighbour. */
   private readonly later = new Set<number>();
   private readonly values = new Float32Array(cell * cell * 4);
   private readonly errors = new Float32Array(cell * cell);
   private readonly unlisten: () => void;
-  /** Takes back the turn in which the painter is made. */
+  /** Cancels the pending creation of the painter. */
   private readonly unmade: () => void;
 
   constructor(
@@ -62,10 +62,10 @@ export class Picture {
     canvas.height = film.height;
     this.columns = Math.ceil(film.width / cell);
     this.rows = Math.ceil(film.height / cell);
-    // Out of sight it costs nothing; several would come into sight in one frame otherwise.
+    // Hidden images cost nothing; otherwise several would become visible in one frame.
     canvas.style.visibility = 'hidden';
     this.unlisten = film.onChange((rect) => this.mark(rect));
-    // The memory of a large canvas takes its time.
+    // Allocating a large canvas takes time.
     this.unmade = takeTurn(() => this.restore());
   }
 
@@ -91,7 +91,7 @@ export class Picture {
   }
 
   private markAll(): void {
-    // Of an empty film nothing is to be seen.
+    // An empty film shows nothing.
     if (!this.film.tilesSeen) return;
     for (let i = 0; i < this.columns * this.rows; ++i) this.urgent.add(i);
     this.schedule();
@@ -117,7 +117,7 @@ export class Picture {
     if (this.painter) schedule(this);
   }
 
-  /** For the schedule above alone, in an animation frame. */
+  /** Only for the schedule above, in an animation frame. */
   paint(): void {
     const { painter } = this;
     if (!painter) return;

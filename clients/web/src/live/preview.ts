@@ -6,22 +6,22 @@ import { LiveFilm } from './film';
 
 export type PreviewState = 'starting' | 'live' | 'waiting' | 'unavailable' | 'failed';
 
-/** Sides of the fine picture over those of the coarse one. */
+/** Size of the fine image relative to the coarse one, per side. */
 const divisors = [1, 2, 4, 8];
 const coarseMs = { least: 35, most: 90 };
 const waitMs = { first: 400, most: 6000 };
 
-/** The same request may well succeed later: nobody answered, or nobody had time. */
+/** The same request may succeed later: the server did not respond or was busy. */
 const passes = (error: unknown): boolean =>
   error instanceof OfflineError ||
   (error instanceof RequestError && [429, 502, 503, 504].includes(error.status));
 
 /**
- * Small pictures of class `preview` for a camera that moves. Each is made in two steps: a coarse
- * one with few samples, shown when it is whole and as small as this server needs to answer at once;
- * then, if the camera rests, a fine one whose tiles go over it as they converge. The newest request
- * wins, both here (one coarse picture is on its way at most, the last wish waits) and on the server
- * (all share one `preview_key`). A wish that nobody answers stays until somebody does.
+ * Small images of class `preview` for a moving camera. Each is rendered in two steps: a coarse one
+ * with few samples, shown when it is complete and small enough for an immediate response; then, if
+ * the camera rests, a fine one whose tiles are drawn over it as they converge. The newest request
+ * wins, both here (at most one coarse image is in progress, and the last request waits) and on the
+ * server (all share one `preview_key`). An unanswered request waits until the server responds.
  */
 export class Preview {
   readonly film: LiveFilm;
@@ -30,7 +30,7 @@ export class Preview {
   private readonly key = `page-${Math.random().toString(36).slice(2, 12)}`;
   private readonly worker: Worker;
   private wish: Record<string, unknown> | null = null;
-  /** What is shown, or on its way. */
+  /** The displayed image, or the one in progress. */
   private last: Record<string, unknown> | null = null;
   private endWait: (() => void) | null = null;
   private busy = false;
@@ -48,7 +48,7 @@ export class Preview {
     this.worker.onmessage = (e: MessageEvent<FromFeed>) => {
       if (e.data.type === 'tile') this.film.apply(e.data.tile);
       if (e.data.type === 'job') this.sayIfFailed(e.data.job);
-      // A server that was started again knows nothing of the fine picture.
+      // A restarted server does not know the fine image.
       if (e.data.type === 'link' && e.data.state === 'gone' && !this.busy && this.last)
         this.show(this.last);
     };
@@ -60,7 +60,7 @@ export class Preview {
     void this.work();
   }
 
-  /** The server is back: what waits is asked at once. */
+  /** The server is back: sends the waiting request immediately. */
   wake(): void {
     this.endWait?.();
   }
@@ -86,7 +86,7 @@ export class Preview {
         failures = 0;
       } catch (error) {
         if (passes(error)) {
-          // A newer wish takes its place.
+          // A newer request replaces it.
           this.wish ??= request;
           this.say('waiting', error instanceof RequestError ? explain(error) : '');
           await this.wait(failures++);
@@ -114,14 +114,14 @@ export class Preview {
   }
 
   private async coarse(request: Record<string, unknown>): Promise<void> {
-    // The fine picture of an older camera would be drawn over this one.
+    // Otherwise the fine image of an older camera would be drawn over this one.
     this.post({ type: 'close' });
     const began = performance.now();
     const width = Math.max(8, Math.round(this.film.width / divisors[this.divisor]));
     const height = Math.max(8, Math.round(this.film.height / divisors[this.divisor]));
     const job = await this.submit(request, { width, height }, 2);
     const tiles = await tilesOf(job.id).catch((error: unknown) => {
-      // A server that was started again has forgotten the job; a stream that breaks is a TypeError.
+      // A restarted server does not know the job; a broken stream is a TypeError.
       const lost =
         error instanceof RequestError ? error.status === 404 : error instanceof TypeError;
       throw lost ? new OfflineError() : error;
@@ -139,7 +139,7 @@ export class Preview {
     this.post({ type: 'open', jobId: job.id, tiles: true, planes: 'mean' });
   }
 
-  /** Fewer pixels when an answer took too long, more when there is time for four times as many. */
+  /** Fewer pixels if a response took too long, more if there is time for four times as many. */
   private adapt(tookMs: number): void {
     if (tookMs > coarseMs.most) this.divisor = Math.min(divisors.length - 1, this.divisor + 1);
     else if (tookMs < coarseMs.least) this.divisor = Math.max(0, this.divisor - 1);

@@ -1,4 +1,4 @@
-/** Linear Rec.709 to encoded sRGB, on the CPU and as GLSL; the two say the same. */
+/** Linear Rec.709 to encoded sRGB, on the CPU and in GLSL, with equal results. */
 
 export const toneMaps = ['srgb', 'linear', 'aces', 'agx', 'khronos-neutral'] as const;
 export type ToneMap = (typeof toneMaps)[number];

@@ -1,12 +1,12 @@
 const waiting: (() => void)[] = [];
 let running = false;
 
-/** True while calls wait for their turn: who has time should leave it to them. */
+/** True while calls wait for their turn: work that can wait should yield to them. */
 export const turnsWait = (): boolean => running;
 
 /**
- * One call after each frame, so that each has a task of its own with its own layout: many small
- * changes at once never block the page. Gives a function that takes the call back.
+ * Runs one call after each frame, so that each has a separate task with its own layout: many small
+ * changes at once never block the page. Returns a function that cancels the call.
  */
 export function takeTurn(call: () => void): () => void {
   waiting.push(call);
@@ -31,7 +31,7 @@ function next(): void {
   }
 }
 
-/** Frames do not come in a hidden page; then a timer has to do. */
+/** A hidden page has no frames; then a timer is used. */
 function afterFrame(call: () => void): void {
   let called = false;
   const once = (): void => {

@@ -1,4 +1,4 @@
-/** Numbers as a person reads them. A missing number is a dash. */
+/** Numbers for display. A missing number is a dash. */
 
 const dash = '–';
 const known = (v: number | null | undefined): v is number =>
@@ -19,12 +19,12 @@ export function number(v: number | null | undefined, digits = 3): string {
 export function percent(v: number | null | undefined): string {
   if (!known(v)) return dash;
   const p = 100 * v;
-  if (p > 10_000) return 'over 10000%'; // a hundred times the light: how much more says nothing
+  if (p > 10_000) return 'over 10000%'; // over 100 times the light: the factor is meaningless
   const digits = p >= 99.95 ? 0 : p >= 9.995 ? 1 : 2;
   return `${p >= 0.0995 ? p.toFixed(digits) : p.toPrecision(2)}%`;
 }
 
-/** How much is done, rounded down: the last percent is not told before it is there. */
+/** Progress, rounded down: 100% is not shown before the end. */
 export function doneShare(fraction: number): string {
   const p = 100 * fraction;
   if (p <= 0) return '0%';
@@ -32,7 +32,10 @@ export function doneShare(fraction: number): string {
   return p < 10 ? `${(Math.floor(10 * p) / 10).toFixed(1)}%` : `${Math.floor(p)}%`;
 }
 
-/** A value and the half width of its interval, both to the digits that the interval leaves. */
+/**
+ * A value and the half width of its interval, both rounded to the digits that the interval
+ * supports.
+ */
 export function measured(value: number, half: number): [string, string] {
   const decimals = 1 - Math.floor(Math.log10(half));
   if (!(half > 0) || decimals > 5 || half >= 100) return [number(value, 4), number(half, 2)];
@@ -89,7 +92,7 @@ export function ago(iso: string | null | undefined): string {
   return new Date(iso).toLocaleDateString('en', { day: 'numeric', month: 'short' });
 }
 
-/** How a relative error looks to somebody who watches the picture. */
+/** A description of how an image with this relative error looks. */
 export function errorInWords(error: number | null | undefined): string {
   if (!known(error)) return 'Too few samples to estimate.';
   if (error > 0.3) return 'Very noisy: good enough to check composition.';

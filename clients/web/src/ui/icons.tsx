@@ -1,4 +1,4 @@
-/** Line icons on a 20 px grid; always beside text or in a labelled button. */
+/** Line icons on a 20 px grid; always next to text or in a labelled button. */
 const paths = {
   plus: 'M10 4v12M4 10h12',
   pause: 'M7 4.5v11M13 4.5v11',

@@ -3,8 +3,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { takeTurn } from '../live/turns';
 
 /**
- * Children that are made in a task of their own soon after: a view that opens in parts never blocks
- * the page.
+ * Children created in a separate task soon after: a view that opens in parts never blocks the page.
  */
 export function Later({ children }: { children: ComponentChildren }) {
   const [there, setThere] = useState(false);
@@ -13,8 +12,8 @@ export function Later({ children }: { children: ComponentChildren }) {
 }
 
 /**
- * How many of so many parts are drawn: `step` more in each turn, so that a long list never blocks
- * the page. Another `whole` begins anew.
+ * The number of parts to draw: `step` more in each turn, so that a long list never blocks the page.
+ * Restarts if `whole` changes.
  */
 export function useGrowing(length: number, step: number, whole = ''): number {
   const [grown, setGrown] = useState({ whole, drawn: step });

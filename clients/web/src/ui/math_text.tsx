@@ -1,11 +1,11 @@
 import type { ComponentChildren } from 'preact';
 
-// `code`, x^2 and n^(−1/2), and x_k: a subscript stands at a single letter, so that names_of_things
-// stay.
+// `code`, x^2 and n^(−1/2), and x_k: a subscript follows a single letter, so that names_of_things
+// are unchanged.
 const marks =
   /`([^`]+)`|\^\(([^)]*)\)|\^([\p{L}\p{N}]+)|(^|[^\p{L}\p{M}\p{N}_])(\p{L}\p{M}*)_([\p{L}\p{N}]+)/gu;
 
-/** Plain text with the marks of formulas, set as such. */
+/** Plain text with formula markup, typeset. */
 export function MathText({ text }: { text: string }) {
   const parts: ComponentChildren[] = [];
   let end = 0;

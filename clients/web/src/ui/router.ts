@@ -13,7 +13,7 @@ export type Route = (
   | { view: 'settings' }
 ) & { query: string };
 
-/** Anybody may type an address: a part with a broken escape stands for itself. */
+/** Addresses can be typed: a part with an invalid escape is used as it is. */
 function decoded(part: string): string {
   try {
     return decodeURIComponent(part);
@@ -49,7 +49,7 @@ window.addEventListener('hashchange', () => {
   const before = placeOf(route.get());
   const next = parse(location.hash);
   route.set(next);
-  // Another view begins at its top; the guide goes to its sections by itself.
+  // Other views start at their top; the guide scrolls to its sections itself.
   if (placeOf(next) !== before && next.view !== 'guide') window.scrollTo(0, 0);
 });
 
@@ -57,23 +57,17 @@ export function go(path: string): void {
   location.hash = path;
 }
 
-/** The same, instead of the present address: no step of its own in the history. */
+/** The same, replacing the current address: adds no history entry. */
 export function goInstead(path: string): void {
   history.replaceState(null, '', `#${path}`);
   route.set(parse(location.hash));
 }
 
-/**
- * A choice that stands in the address after the view, as in `#/jobs/ID?show=error`; empty without
- * one.
- */
+/** A parameter in the address after the view, as in `#/jobs/ID?show=error`; empty if absent. */
 export const choiceIn = (at: Route, name: string): string =>
   new URLSearchParams(at.query).get(name) ?? '';
 
-/**
- * Keeps a choice in the address, so that a link leads back to it. It is no step of its own in the
- * history.
- */
+/** Keeps a parameter in the address, so that a link restores it. It adds no history entry. */
 export function keepChoice(name: string, value: string): void {
   const [hash = '', query = ''] = location.hash.split('?', 2);
   const params = new URLSearchParams(query);
@@ -84,7 +78,7 @@ export function keepChoice(name: string, value: string): void {
   route.set(parse(location.hash));
 }
 
-/** Takes `#key=...` out of the address at once, so that it is not bookmarked or shared. */
+/** Removes `#key=...` from the address immediately, so that it is not bookmarked or shared. */
 export function takeKey(): string | null {
   const key = /^#key=(.+)$/.exec(location.hash)?.[1];
   if (!key) return null;

@@ -4,13 +4,13 @@ import type { Job, Server } from '../api/types';
 import { persistent, Store } from './store';
 import { toneMaps, type ToneMap } from '../live/tone';
 
-/** What the whole page knows about the server. */
+/** State of the server, shared by the whole page. */
 export type Connection = 'connecting' | 'online' | 'offline' | 'locked';
 
 export const connection = new Store<Connection>('connecting');
 export const serverInfo = new Store<Server | null>(null);
 export const jobs = new Store<Job[] | null>(null);
-/** Where the page of jobs after those begins; null after the last. */
+/** Cursor of the next page of jobs; null after the last. */
 export const jobsNext = new Store<string | null>(null);
 export const pageSize = 40;
 
@@ -27,7 +27,7 @@ export interface Display {
   showTiles: boolean;
   /** Tiles that workers render, in the colours of the workers. */
   showWorkers?: boolean;
-  /** The denoised picture over the plain one, from `split` of the width on. */
+  /** The denoised image over the plain one, from the fraction `split` of the width on. */
   denoised?: boolean;
   split?: number;
 }
@@ -61,7 +61,9 @@ export const sayError = (error: unknown): void => say(explain(error), 'error');
 let listTimer = 0;
 let failures = 0;
 
-/** Asks for server and jobs now, and keeps asking: often while something runs, rarely otherwise. */
+/**
+ * Requests server and jobs now and then regularly: often while something runs, otherwise rarely.
+ */
 export async function refresh(): Promise<void> {
   clearTimeout(listTimer);
   try {
@@ -69,7 +71,7 @@ export async function refresh(): Promise<void> {
     const page = await api.jobs({ limit: pageSize });
     jobsNext.set(page.next);
     jobs.set(page.jobs);
-    // A server that was away may have come back as another build.
+    // After an outage the server may have another build.
     if (connection.get() === 'offline') serverInfo.set(await api.server());
     connection.set('online');
     failures = 0;

@@ -25,14 +25,14 @@ export function useStore<T>(store: Store<T>): T {
   const [, again] = useReducer<number, void>((n) => n + 1, 0);
   const drawn = store.get();
   useEffect(() => {
-    // It may have changed after it was drawn, before anybody listened.
+    // It may have changed between drawing and subscribing.
     if (!Object.is(store.get(), drawn)) again();
     return store.subscribe(() => again());
   }, [store]);
   return drawn;
 }
 
-/** A store that outlives the page, in localStorage where that is allowed. */
+/** A store that persists in localStorage, where that is allowed. */
 export function persistent<T>(
   key: string,
   initial: T,

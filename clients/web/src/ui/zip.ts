@@ -1,11 +1,11 @@
-/** Zip archives of files that are compressed already: entries are stored as they are. */
+/** Zip archives of already compressed files: entries are stored uncompressed. */
 
 const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
   for (let bit = 0; bit < 8; ++bit) n = n & 1 ? 0xedb88320 ^ (n >>> 1) : n >>> 1;
   return n;
 });
 
-/** CRC-32 of ISO 3309, which zip (APPNOTE 4.4.7) takes. */
+/** CRC-32 of ISO 3309, as used by zip (APPNOTE 4.4.7). */
 export function crc32(bytes: Uint8Array): number {
   let crc = 0xffffffff;
   for (const byte of bytes) crc = crcTable[(crc ^ byte) & 0xff] ^ (crc >>> 8);
@@ -64,7 +64,7 @@ export function zipOf(files: { name: string; bytes: Uint8Array }[]): Blob {
   return new Blob([...parts, ...directory, end] as BlobPart[], { type: 'application/zip' });
 }
 
-/** Names that no two files share: "glass.png", "glass 2.png". */
+/** Makes names unique: "glass.png", "glass 2.png". */
 export function distinct(names: string[], extension: string): string[] {
   const seen = new Set<string>();
   return names.map((name) => {

@@ -5,10 +5,10 @@ import { Field, NumberInput, refusalsAt } from './field';
 import { change, form, refusals, type FormValues } from './form_model';
 import { isAnimated, sceneDetails } from './scene_source';
 
-/** An entry of the server's lists; where only its name is known, the rest is left out. */
+/** An entry of the server's lists; if only its name is known, the rest is omitted. */
 type Choice = Pick<TypeInfo, 'type'> & Partial<TypeInfo>;
 
-/** An option's own name is its last part; what is not unbiased says so. */
+/** An option's name is its last part; a bias is stated. */
 const choiceLabel = (c: Choice): string => {
   const name = c.type.slice(c.type.lastIndexOf('.') + 1);
   return c.bias && c.bias !== 'none' ? `${name} (${c.bias})` : name;
@@ -18,7 +18,7 @@ const named = (names: string[] | undefined): Choice[] => (names ?? []).map((type
 interface ChoiceFieldProps {
   label: string;
   pointer: string;
-  /** What the empty choice means, in words. */
+  /** Description of the empty choice. */
   standard: string;
   value: string;
   choices: Choice[];
@@ -56,7 +56,7 @@ const groupLabels: Record<string, string> = {
 };
 
 /**
- * Every other switch that the server lists, grouped by the part of its name before the last dot.
+ * All other options that the server lists, grouped by the part of their name before the last dot.
  */
 function OptionFields({ info, v }: { info: Server | null; v: FormValues }) {
   const groups = new Map<string, Choice[]>();
@@ -83,7 +83,7 @@ function OptionFields({ info, v }: { info: Server | null; v: FormValues }) {
   );
 }
 
-/** What few need; made when it is opened. */
+/** Rarely needed settings; created when opened. */
 export function AdvancedFields({ info }: { info: Server | null }) {
   const items = useStore(refusals);
   const [open, setOpen] = useState(false);
@@ -100,7 +100,7 @@ export function AdvancedFields({ info }: { info: Server | null }) {
       '/seed',
       '/priority',
     ]).length > 0;
-  // A refusal inside the folded part must be seen.
+  // A refusal inside the collapsed part must be visible.
   useEffect(() => {
     if (wrong) setOpen(true);
   }, [wrong]);
@@ -209,7 +209,7 @@ function AdvancedBody({ info }: { info: Server | null }) {
   );
 }
 
-/** When in the animation the image is taken, and for how long. */
+/** Time in the animation, and exposure time. */
 function TimeFields({ v }: { v: FormValues }) {
   return (
     <>

@@ -31,7 +31,7 @@ import { SubmitForm } from './submit_form';
 const nextTheme: Record<Theme, Theme> = { auto: 'dark', dark: 'light', light: 'auto' };
 const themeNames: Record<Theme, string> = { auto: 'system', dark: 'dark', light: 'light' };
 
-/** Views that do without the form. */
+/** Views without the form. */
 const isBare = (view: Route['view']): boolean =>
   ['settings', 'lab', 'compare', 'guide'].includes(view);
 
@@ -41,7 +41,7 @@ function toForm(): void {
   form?.querySelector('select')?.focus({ preventScroll: true });
 }
 
-/** To the start and its form, wherever one is. */
+/** Opens the start page with its form, from any view. */
 function toNew(): void {
   if (route.get().view === 'home') return toForm();
   window.addEventListener('hashchange', () => requestAnimationFrame(toForm), { once: true });
@@ -70,7 +70,7 @@ function TopBar({ current }: { current: Route['view'] }) {
           href="#/"
           aria-current={at('home') ?? at('compose')}
           onClick={(e) => {
-            // Another tab is the browser's.
+            // Opening in another tab is left to the browser.
             if (e.ctrlKey || e.metaKey || e.shiftKey) return;
             e.preventDefault();
             toNew();
@@ -115,7 +115,7 @@ function TopBar({ current }: { current: Route['view'] }) {
   );
 }
 
-/** The whole window takes drops; the veil says so while something hovers. */
+/** The whole window accepts drops; an overlay says so during a drag. */
 function DropVeil() {
   const [over, setOver] = useState(false);
   useEffect(() => {
@@ -171,8 +171,8 @@ function Toast() {
 }
 
 /**
- * At `/`: the newest running job, else the newest of all. Once chosen it stays, until the person
- * goes on.
+ * At `/`: the newest running job, else the newest of all. Once selected it stays until the user
+ * navigates.
  */
 function useHomeJob(active: boolean): string | null | undefined {
   const list = useStore(jobs);
@@ -181,7 +181,7 @@ function useHomeJob(active: boolean): string | null | undefined {
     (all.find((j) => !isFinal(j.state)) ?? all[0])?.id ?? null;
   useEffect(() => {
     if (!active || !list) return;
-    // A list of all renders without the chosen one: it was deleted.
+    // The list of all renders lacks the selected one: it was deleted.
     const deleted = list.length < pageSize && !list.some((j) => j.id === chosen);
     if (!chosen || deleted) setChosen(pick(list));
   }, [active, list, chosen]);
@@ -198,7 +198,7 @@ function Empty() {
         {Array.from({ length: 60 }, (_, i) => {
           const x = i % 10,
             y = Math.floor(i / 10);
-          // Order grows to the right, as a picture does out of noise.
+          // Order increases to the right, as an image converges from noise.
           const noise = Math.abs(Math.sin(i * 12.9898) * 43758.5453) % 1;
           return (
             <rect
@@ -225,7 +225,7 @@ function Empty() {
 function Centre({ at }: { at: Route }) {
   const link = useStore(connection);
   const home = useHomeJob(at.view === 'home');
-  // To be read also by those who have no key yet.
+  // Also readable without a key.
   if (at.view === 'guide') return <GuideView chapter={at.chapter} section={at.section} />;
   if (link === 'locked')
     return (

@@ -1,7 +1,7 @@
 /**
- * The colour of a glowing body as "#rrggbb" (sRGB, the strongest channel full), 1667 to 25000 K.
- * Chromaticity after Kim et al., US patent 7024034, to about 0.001 in x and y; what Rec.709 cannot
- * hold is clipped.
+ * The colour of a black body as "#rrggbb" (sRGB, largest channel at maximum), 1667 to 25000 K.
+ * Chromaticity after Kim et al., US patent 7024034, to about 0.001 in x and y; colours outside
+ * Rec.709 are clipped.
  */
 export function blackbodyColour(kelvin: number): string {
   const t = 1000 / kelvin;

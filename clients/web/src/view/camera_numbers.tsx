@@ -4,16 +4,16 @@ import { poseOf, type Orbit } from './orbit';
 
 const axes = ['x', 'y', 'z'] as const;
 
-/** To tenths of a millimetre: as many digits as a field shows. */
+/** To tenths of a millimetre, the digits that a field shows. */
 const short = (v: number): number => Number(v.toFixed(4));
 
-/** A pose and a crop as numbers, for those who have them from elsewhere. */
+/** A pose and a crop entered as numbers. */
 export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Orbit | null }) {
   const pose = values.pose ?? (orbit && poseOf(orbit));
   if (!pose) return null;
   const place = (part: 'position' | 'target', axis: number, value: number): void => {
     const next: Pose = { ...pose, [part]: pose[part].map((v, i) => (i === axis ? value : v)) };
-    // A camera at its own target looks nowhere.
+    // A camera at its target has no direction.
     if (next.position.some((v, i) => v !== next.target[i])) change({ pose: next });
   };
   const { width, height } = values;

@@ -11,7 +11,7 @@ import { sceneTitle } from './job_words';
 /** Requests at a time: browsers open six connections to a host, and the page needs some. */
 const atOnce = 3;
 
-/** All of them, a few at a time; the first failure is thrown when those under way have ended. */
+/** Runs all, a few at a time; the first failure is thrown when those in progress have ended. */
 async function forAll<T, R>(items: T[], work: (item: T) => Promise<R>): Promise<R[]> {
   const out: R[] = [];
   let next = 0;
@@ -49,7 +49,7 @@ interface ChosenJobsProps {
   onDone: () => void;
 }
 
-/** What can be done with many renders at once. Each button says how many of them it is for. */
+/** Actions for several renders at once. Each button shows the number it applies to. */
 export function ChosenJobs({ list, chosen, onChoose, onDone }: ChosenJobsProps) {
   const [busy, setBusy] = useState(false);
   const [sure, setSure] = useState(false);

@@ -3,7 +3,7 @@ import { serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { linesOf, requestFor } from './request_texts';
 
-/** What a name says, and nothing of the image. */
+/** Settings that do not affect the image. */
 const besides = /^(name|labels|priority|retention_seconds)\b/;
 
 /** Settings in which two jobs differ: name, A, B; null: left at the default. */

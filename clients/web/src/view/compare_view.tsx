@@ -58,7 +58,7 @@ function FilmCanvas({
 }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const picture = useRef<Picture | null>(null);
-  // In a film made from two others the value to show stands where a film has its tiles' errors.
+  // In a film computed from two others, the value to show is stored in place of tile errors.
   const shown = plane === 'value' ? 'tile-error' : plane;
   useLayoutEffect(() => {
     picture.current = new Picture(canvas.current!, film, look);
@@ -80,8 +80,8 @@ interface Difference {
 }
 
 /**
- * Difference film and figures of two jobs, renewed while either still renders; measure null: not
- * wanted.
+ * Difference film and statistics of two jobs, updated while either still renders; measure null: not
+ * needed.
  */
 function useDifference(a: FeedState, b: FeedState, measure: Measure | null): Difference | null {
   const [result, setResult] = useState<Difference | null>(null);
@@ -116,11 +116,11 @@ function useDifference(a: FeedState, b: FeedState, measure: Measure | null): Dif
 interface Asked {
   found: Comparison | null;
   trouble: string;
-  /** The server works on it. */
+  /** The server is computing it. */
   pending: boolean;
 }
 
-/** The server's own numbers, for two jobs that have ended; asked again when one of them went on. */
+/** The server's numbers for two ended jobs; requested again if one of them is continued. */
 function useComparison(a: Job | null, b: Job | null): Asked {
   const ready = Boolean(a && b && isFinal(a.state) && isFinal(b.state));
   const nothing = { found: null, trouble: '', pending: ready };
@@ -142,7 +142,7 @@ function useComparison(a: Job | null, b: Job | null): Asked {
   return asked;
 }
 
-/** Which side is which, over its own part of the picture. */
+/** Labels of the sides, each over its part of the image. */
 function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: number }) {
   const samples = job?.progress?.samples_per_pixel?.mean;
   const error = job?.error?.relative_rmse;
@@ -160,7 +160,7 @@ function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: 
   );
 }
 
-/** Those that are asked for; else the newest two of one size, else the newest two. */
+/** The requested jobs; else the newest two of the same size, else the newest two. */
 function pairOf(list: Job[], a: string, b: string): [string | undefined, string | undefined] {
   const there = list.filter((j) => (j.revision ?? 0) > 0);
   const partner = (job: Job | undefined): Job | undefined =>
@@ -174,7 +174,7 @@ export function CompareView({ a, b }: { a: string; b: string }) {
   const list = useStore(jobs);
   const asked = `${a}/${b}`;
   const kept = useRef({ asked: '', pair: pairOf([], '', '') });
-  // Two that are on the screen stay there, whatever is rendered meanwhile.
+  // The displayed pair stays, even if new jobs are rendered.
   if (kept.current.asked !== asked || !kept.current.pair[1])
     kept.current = { asked, pair: pairOf(list ?? [], a, b) };
   const [first, second] = kept.current.pair;
@@ -199,7 +199,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
   const shown = useStore(display);
   const { found: server, trouble, pending } = useComparison(left.job, right.job);
   const measure = view === 'difference' || view === 'z' ? view : null;
-  // The server has better figures than the page, but of jobs that have ended only.
+  // The server has better statistics than the page, but only for ended jobs.
   const figuresOnly = server || pending ? null : 'difference';
   const difference = useDifference(left, right, measure ?? figuresOnly);
   const size = left.job?.spec.film;
@@ -345,7 +345,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
   );
 }
 
-/** Which side is not there, and why; one that is there waits. */
+/** Names the side that does not exist, and why; a side that exists is shown as waiting. */
 function Missing({ left, right }: { left: FeedState; right: FeedState }) {
   const sides = [
     { name: 'A', missing: absence(left) },

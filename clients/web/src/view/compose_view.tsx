@@ -28,10 +28,7 @@ import { LightControls } from './toolbar';
 import { lookOf } from './view_modes';
 
 const previewPixels = 384 * 216;
-/**
- * Members of a job that a preview sets itself, or that change how soon a picture is clear but not
- * the picture.
- */
+/** Members of a job that a preview sets itself, or that affect only how fast an image converges. */
 const elsewhere = [
   'film',
   'stop',
@@ -48,7 +45,7 @@ const elsewhere = [
   'retention_seconds',
 ];
 
-/** A small film of the shape that the form asks for. */
+/** A small film with the aspect ratio of the form. */
 function previewSize(width: number, height: number): { width: number; height: number } {
   const scale = Math.min(1, Math.sqrt(previewPixels / (width * height)));
   return {
@@ -60,13 +57,16 @@ function previewSize(width: number, height: number): { width: number; height: nu
 interface Start {
   orbit: Orbit;
   /**
-   * The camera of the file that it stands for is none that can be turned: what is placed by hand
-   * has perspective.
+   * True if it replaces a camera of the file that cannot be rotated: a camera placed by hand has
+   * perspective.
    */
   flat: boolean;
 }
 
-/** From the camera that the form names, else the scene's first. Rejects when nobody answers. */
+/**
+ * From the camera selected in the form, else the scene's first. Rejects if the server does not
+ * respond.
+ */
 async function startOf({ scene, camera, width, height }: FormValues): Promise<Start> {
   const info = await api.scene(scene).catch((error: unknown): Scene | null => {
     if (error instanceof RequestError) return null;
@@ -106,13 +106,10 @@ function useStart(values: FormValues): Start | null {
 
 const addressAfterMs = 300;
 
-/**
- * The form and the address name the same scene and camera: whichever of them changes, the other
- * follows.
- */
+/** The form and the address name the same scene and camera: if one changes, the other follows. */
 function useAddress(scene: string, values: FormValues): void {
   const linked = choiceIn(useStore(route), 'pose');
-  /** What went from the form to the address need not come back. */
+  /** A change that went from the form to the address need not be applied again. */
   const written = useRef('');
   useEffect(() => {
     if (form.get().scene !== scene) chooseScene(scene);
@@ -123,14 +120,14 @@ function useAddress(scene: string, values: FormValues): void {
     if (pose) change({ pose });
   }, [scene, linked]);
   useEffect(() => {
-    // As they are now: an address that changed in the same redraw has just been put into the form.
+    // Use current values: an address that changed in the same redraw is already in the form.
     const at = route.get();
     const now = form.get().scene;
     if (at.view === 'compose' && now && now !== at.scene) goInstead(`/compose/${now}`);
   }, [values.scene]);
   const kept = values.pose ? textOf(values.pose) : '';
   useEffect(() => {
-    // Browsers take an address amiss that changes with every move.
+    // Browsers limit how often an address may change.
     const timer = setTimeout(() => {
       const at = route.get();
       if (at.view !== 'compose' || at.scene !== values.scene || choiceIn(at, 'pose') === kept)
@@ -146,7 +143,7 @@ const hints = matchMedia('(hover: none)').matches
   ? 'Drag with one finger to orbit, two to pan; pinch to zoom.'
   : 'Drag to orbit, Shift-drag to pan, scroll or pinch to zoom.';
 
-/** The camera is the form's own while it is placed: the Render button uses it at any moment. */
+/** The camera belongs to the form while it is placed: the Render button can use it at any time. */
 export function ComposeView({ scene }: { scene: string }) {
   const values = useStore(form);
   useAddress(scene, values);
@@ -223,10 +220,10 @@ export function ComposeView({ scene }: { scene: string }) {
   );
 }
 
-/** Stops up and down that the slider of the strength covers. */
+/** Range of the strength slider in stops, up and down. */
 const strengthStops = 5;
 
-/** The environment is turned and dimmed where its effect is seen. */
+/** Rotates and dims the environment where the effect is visible. */
 function EnvironmentSliders({ values: v }: { values: FormValues }) {
   const degrees = ((((v.environmentRotation + 180) % 360) + 360) % 360) - 180;
   return (
@@ -268,7 +265,7 @@ function EnvironmentSliders({ values: v }: { values: FormValues }) {
 
 interface ViewfinderProps {
   values: FormValues;
-  /** Null until it is known where a camera placed by hand begins. */
+  /** Null until the start position of a camera placed by hand is known. */
   orbit: Orbit | null;
   onOrbit: (orbit: Orbit) => void;
   cropping: boolean;
@@ -297,8 +294,8 @@ function Viewfinder({ values, orbit, onOrbit, cropping }: ViewfinderProps) {
   }, [size.width, size.height]);
   useEffect(() => picture.current?.show('picture', look), [look.exposure, look.tone]);
 
-  // Everything of the form that changes the picture renews the preview. The camera, too, is what a
-  // render would get: the file's own until it is turned.
+  // Every change in the form that affects the image updates the preview. The camera is also that of
+  // the render: the file's own until it is rotated.
   const request = requestOf(values);
   for (const key of elsewhere) delete request[key];
   const wish = JSON.stringify(request);
@@ -312,7 +309,7 @@ function Viewfinder({ values, orbit, onOrbit, cropping }: ViewfinderProps) {
   useEffect(() => {
     if (link === 'online') preview.current?.wake();
   }, [link]);
-  // The preview is often the first to know that the server is away, or back.
+  // The preview is often the first to notice that the server is gone, or back.
   useEffect(() => {
     if ((state === 'waiting' && link === 'online') || (state === 'live' && link === 'offline'))
       void refresh();
@@ -366,7 +363,7 @@ function useOrbitControls(
     const element = box.current!;
     const apply = (change: (o: Orbit) => Orbit): void => {
       if (!live.current.orbit) return;
-      // Several moves may come before the next redraw: each builds on the last.
+      // Several moves may happen before the next redraw: each builds on the last.
       live.current.orbit = change(live.current.orbit);
       live.current.onOrbit(live.current.orbit);
     };

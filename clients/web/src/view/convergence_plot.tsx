@@ -13,15 +13,15 @@ const margin = { left: 54, right: 12, top: 10, bottom: 30 };
 const xOf = (p: ConvergencePoint, axis: Axis): number =>
   axis === 'samples' ? p.samples_per_pixel : p.elapsed_seconds;
 
-/** Through two points there is always a line: it says nothing yet. */
+/** Two points always form a line, which means nothing yet. */
 const fitFrom = 3;
 
-/** What is to come, by the slope that the server fitted and from the newest point on. */
+/** The forecast, from the newest point on with the slope that the server fitted. */
 interface Forecast {
-  /** The error at so many samples or seconds. */
+  /** The error at this number of samples or seconds. */
   at: (x: number) => number;
   /**
-   * Samples or seconds until the error is below this; at least and at most, by the slope's
+   * Samples or seconds until the error is below this; lower and upper limit from the slope's
    * interval.
    */
   whenBelow: (error: number) => { value: number; low: number | null; high: number | null };
@@ -29,7 +29,7 @@ interface Forecast {
 
 function forecast(last: Known, slope: Convergence['slope'] | null, axis: Axis): Forecast | null {
   const value = slope?.value;
-  // A curve that hardly falls says nothing about a time that can be told.
+  // A curve that hardly falls gives no useful time.
   if (value == null || value > -0.05) return null;
   const here = xOf(last, axis);
   const reach = (error: number, s: number | null | undefined): number | null =>
@@ -46,7 +46,7 @@ function forecast(last: Known, slope: Convergence['slope'] | null, axis: Axis): 
 
 const roundErrors = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
 
-/** The target while it is not met; without one the next two round errors. */
+/** The target, unless it is met; without one, the next two round errors. */
 function nextErrors(job: Job, now: number): number[] {
   const target = job.spec.stop?.relative_error;
   return target && target < now
@@ -54,7 +54,7 @@ function nextErrors(job: Job, now: number): number[] {
     : roundErrors.filter((error) => error < 0.95 * now).slice(0, 2);
 }
 
-/** How long the next errors will take, in samples and in seconds from now. */
+/** Samples and seconds from now until the next errors are reached. */
 function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Known }) {
   const samples = forecast(last, data.slope, 'samples');
   const seconds = forecast(last, data.slope, 'seconds');
@@ -71,7 +71,7 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
     };
   });
   if (!rows.length) return null;
-  // The job ends when the bound of its error is at the target, later than the estimate: the server
+  // The job ends when the bound of its error meets the target, later than the estimate: the server
   // knows when.
   const p = job.progress;
   if (rows[0].error === job.spec.stop?.relative_error && p?.eta_seconds != null && p.fraction > 0) {
@@ -109,8 +109,8 @@ function decades(low: number, high: number): number[] {
 }
 
 /**
- * Of the box; 0 before it is known, and then it is told in a turn of its own: a curve is much to
- * draw.
+ * Width of the box; 0 until it is known, which is reported in a separate task, because drawing a
+ * curve takes time.
  */
 function useWidth(): [{ current: HTMLDivElement | null }, number] {
   const box = useRef<HTMLDivElement>(null);
@@ -211,7 +211,7 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
   const x1 = Math.max(xOf(last, axis), Math.min(reach ?? 0, xOf(last, axis) * 30), x0 * 2) * 1.05;
   const lows = points.map((p) => p.low ?? p.relative_rmse).filter((v) => v > 0),
     highs = points.map((p) => p.high ?? p.relative_rmse);
-  // Intervals of the first passes may reach from nothing to any size: the band is cut there.
+  // Intervals of the first passes may be arbitrarily wide: the band is clipped.
   const errors = points.map((p) => p.relative_rmse);
   const lowest = Math.max(Math.min(...lows), Math.min(...errors) / 10);
   const y0 = Math.min(target ?? Infinity, lowest) * 0.8,

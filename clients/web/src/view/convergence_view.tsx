@@ -18,7 +18,7 @@ import {
 } from './lab_axes';
 import { save, svgText } from './lab_model';
 
-/** As many as have colours of their own. */
+/** The number of distinct colours. */
 export const curvesAtMost = 8;
 
 const lookMs = 2000;
@@ -53,7 +53,7 @@ async function curveOf(id: string, signal: AbortSignal): Promise<Curve> {
 
 const titleOf = (job: Job): string => `${sceneTitle(job)} (${job.id.slice(0, 4)})`;
 
-/** The curves of all that can be read, renewed until all have ended; and why one cannot. */
+/** The curves of all readable jobs, updated until all have ended; and why one cannot be read. */
 function useCurves(ids: string[]): { curves: Curve[] | null; faults: string[] } {
   const [state, setState] = useState<{ curves: Curve[] | null; faults: string[] }>({
     curves: null,
@@ -82,11 +82,11 @@ function useCurves(ids: string[]): { curves: Curve[] | null; faults: string[] } 
   return state;
 }
 
-/** A cell of a table with commas between cells: quoted where it has to be (RFC 4180). */
+/** A CSV cell, quoted if necessary (RFC 4180). */
 const cell = (text: string): string =>
   /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 
-/** All curves in one table, a point a line. */
+/** All curves in one table, one line per point. */
 export function tableOf(curves: Curve[]): string {
   const lines = curves.flatMap((c) =>
     c.points.map((p) =>
@@ -188,13 +188,13 @@ export function ConvergenceView({ ids }: { ids: string[] }) {
   );
 }
 
-/** The intervals, where they say something: first passes may have none that ends. */
+/** The intervals, if finite: those of the first passes may be unbounded. */
 function bandOf(points: Known[], line: (list: Known[], error: (p: Known) => number) => string) {
   const known = points.filter((p) => p.low && p.high && p.high < 10 * p.low);
   return `${line(known, (p) => p.high!)} ${line([...known].reverse(), (p) => p.low!)}`;
 }
 
-/** As people read it: 10%, not 10⁻¹. */
+/** As a percentage: 10%, not 10⁻¹. */
 const percentOf = (exponent: number): string => `${Number((10 ** (exponent + 2)).toPrecision(1))}%`;
 
 function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: number }) {

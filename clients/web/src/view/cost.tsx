@@ -6,14 +6,14 @@ import { serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { check, form, requestOf } from './form_model';
 
-/** After the last change: an estimate takes the server up to half a second. */
+/** Delay after the last change: an estimate takes the server up to half a second. */
 const restMs = 900;
 
 type Answer = { estimate: DryRun['estimate'] } | { refused: string };
 
 /**
- * What the render in the form will cost, by a dry run on the server. active: somebody is at the
- * form; images: of a series.
+ * The cost of the render in the form, estimated by a dry run on the server. active: the form is in
+ * use; images: number in a series.
  */
 export function Cost({ active, images }: { active: boolean; images: number }) {
   const values = useStore(form);
@@ -36,7 +36,7 @@ export function Cost({ active, images }: { active: boolean; images: number }) {
       abort.abort();
     };
   }, [text]);
-  // An estimate of other settings is none.
+  // Discard an estimate for other settings.
   const answer = found?.text === text ? found.answer : null;
   return (
     <p class="cost hint" role="status" data-testid="cost">

@@ -9,12 +9,12 @@ interface Corner {
 const between = (v: number, high: number): number => Math.max(0, Math.min(high, Math.round(v)));
 
 /**
- * The crop over the preview, in pixels of the image. drawing: the pointer draws a new one; else it
- * goes through to the camera.
+ * The crop over the preview, in pixels of the image. drawing: the pointer draws a new one;
+ * otherwise it moves the camera.
  */
 export function CropLayer({ values, drawing }: { values: FormValues; drawing: boolean }) {
   const svg = useRef<SVGSVGElement>(null);
-  /** Where the pointer went down. Moves may come before the next redraw. */
+  /** Position of the pointer when pressed. Moves may happen before the next redraw. */
   const from = useRef<Corner | null>(null);
   const { width, height } = values;
   const at = (e: PointerEvent): Corner => {

@@ -5,7 +5,7 @@ import type { Job } from '../api/types';
 import { display, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 
-/** What the server said about the denoised picture that is shown. */
+/** The server's information about the displayed denoised image. */
 export interface DenoisedError {
   value: number;
   low: number | null;
@@ -13,7 +13,7 @@ export interface DenoisedError {
   denoiser: string;
 }
 
-/** Is the denoised picture wanted, and may there be one? */
+/** Whether the denoised image is selected and available. */
 export function useDenoised(job: Job | null): boolean {
   const shown = useStore(display);
   const offered = useStore(serverInfo)?.layers;
@@ -39,9 +39,9 @@ function errorIn(headers: Headers): DenoisedError | null {
   };
 }
 
-/** The server makes no new one more often than that while the job renders. */
+/** Minimum interval of new ones while the job renders. */
 const paceMs = 2000;
-/** How long exposure and tone have to rest before the picture is asked for again. */
+/** Delay after changes of exposure and tone curve before the image is requested again. */
 const restMs = 250;
 
 interface DenoisedImageProps {
@@ -49,7 +49,7 @@ interface DenoisedImageProps {
   onError: (error: DenoisedError | null) => void;
 }
 
-/** The denoised picture as the server makes it, renewed as the film grows. */
+/** The denoised image from the server, updated as the film grows. */
 export function DenoisedImage({ job, onError }: DenoisedImageProps) {
   const look = useStore(display);
   const [url, setUrl] = useState('');
@@ -106,7 +106,7 @@ export function DenoisedImage({ job, onError }: DenoisedImageProps) {
   ) : null;
 }
 
-/** The switch, and the slider that opens the plain picture from the left. */
+/** The switch, and the slider that reveals the plain image from the left. */
 export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: boolean }) {
   const shown = useStore(display);
   const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;

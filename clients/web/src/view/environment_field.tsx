@@ -215,7 +215,7 @@ function SunFields() {
   );
 }
 
-/** What is behind the model and below it. */
+/** Background and ground of the model. */
 function StageFields() {
   const v = useStore(form);
   return (

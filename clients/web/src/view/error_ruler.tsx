@@ -4,28 +4,26 @@ import { count, errorInWords, percent } from '../ui/format';
 import type { DenoisedError } from './denoised_image';
 import { errorRange } from './view_modes';
 
-/** So many times the samples make an error that was taken with fewer out of date. */
+/** An error is outdated if the image has this many times its samples. */
 const staleFrom = 1.25;
 
 /**
- * How many samples the picture had when its error was found, if it has clearly more by now; null
- * otherwise.
+ * The number of samples at which the error was estimated, if the image has clearly more now;
+ * otherwise null.
  */
 function samplesThen(job: Job, points: ConvergencePoint[]): number | null {
   const now = job.progress?.samples_per_pixel?.mean;
   const last = points[points.length - 1];
   const value = job.error?.relative_rmse;
   if (!now || !last?.relative_rmse || value == null) return null;
-  // The curve is asked for now and then: the error may be newer than its end.
+  // The curve is requested occasionally: the error may be newer than its end.
   const same = Math.abs(value / last.relative_rmse - 1) < 1e-6;
   return same && now > staleFrom * last.samples_per_pixel ? last.samples_per_pixel : null;
 }
 
 /**
- * The page's signature: how wrong the picture still is, on a logarithmic scale from noise (left) to
- * clean (right).
- * The scale's colours are those of the error picture. Ghost marks are earlier estimates; the bar is
- * the interval.
+ * The error of the image on a logarithmic scale, from noise (left) to clean (right). The colours
+ * are those of the error view. Faint marks are earlier estimates; the bar is the interval.
  */
 export function ErrorRuler({
   job: plain,
@@ -34,7 +32,7 @@ export function ErrorRuler({
 }: {
   job: Job;
   points: ConvergencePoint[];
-  /** Of the denoised picture, where that is shown. */
+  /** Error of the denoised image, if that is shown. */
   denoised?: DenoisedError | null;
 }) {
   const job = denoised ? shownAs(plain, denoised) : plain;
@@ -77,10 +75,10 @@ export function ErrorRuler({
   );
 }
 
-/** The error cannot be told from 0 yet: only its upper end says something. */
+/** The error cannot be distinguished from 0 yet: only its upper end is meaningful. */
 const isOpen = (denoised: DenoisedError): boolean => denoised.low === 0 && denoised.high !== null;
 
-/** The job with the error of what is seen in place of the plain picture's. */
+/** The job with the error of the displayed image in place of the plain one's. */
 function shownAs(job: Job, denoised: DenoisedError): Job {
   const { low, high } = denoised;
   const value = isOpen(denoised) ? high : denoised.value;
@@ -88,7 +86,7 @@ function shownAs(job: Job, denoised: DenoisedError): Job {
   return { ...job, error: { ...error, bias: 'none', unreliable: false } } as Job;
 }
 
-/** A denoised picture has no grain to speak of. */
+/** A denoised image has no visible grain. */
 function wordsFor(error: ErrorEstimate | null | undefined, isDenoised: boolean): string {
   if (error?.bias && error.bias !== 'none') {
     return `This method is ${error.bias}: the error may be larger than shown.`;
@@ -105,7 +103,7 @@ function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   const place = (v: number): number =>
     (100 * Math.log(range.high / v)) / Math.log(range.high / range.low);
   const at = (v: number): number => Math.min(100, Math.max(0, place(v)));
-  // The colours stand where the error picture has them, whatever the range.
+  // The colours match those of the error view for any range.
   const [clean, noisy] = [100 - place(errorRange.low), 100 - place(errorRange.high)];
   const bar =
     value != null && error?.low != null && error.high != null
@@ -141,10 +139,7 @@ function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   );
 }
 
-/**
- * 100 % to 0.1 %; further by decades when the picture or its target is better, or the picture
- * worse.
- */
+/** 100% to 0.1%; extended by decades if the image or its target is better, or the image worse. */
 function rangeFor(job: Job, target: number | null): { low: number; high: number } {
   const best = Math.min(job.error?.low ?? 1, target ?? 1);
   let low = 0.001;

@@ -11,7 +11,7 @@ export const refusalsAt = (items: FieldError[], pointers: string[]): FieldError[
 
 interface FieldProps {
   label: string;
-  /** JSON pointers of the request that this field stands for. */
+  /** JSON pointers of the request's members that this field sets. */
   pointers: string[];
   hint?: ComponentChildren;
   children: (attributes: {
@@ -21,7 +21,7 @@ interface FieldProps {
   }) => ComponentChildren;
 }
 
-/** A labelled control with its explanation and what the server refused about it. */
+/** A labelled control with its explanation and the server's refusals. */
 export function Field({ label, pointers, hint, children }: FieldProps) {
   const id = useId();
   const wrong = refusalsAt(useStore(refusals), pointers);
@@ -55,7 +55,7 @@ interface NumberProps {
   [attribute: string]: unknown;
 }
 
-/** A number field that lets one type freely and only passes on what is a number. */
+/** A number field that allows free typing and passes on only numbers. */
 export function NumberInput({ value, onValue, ...rest }: NumberProps) {
   return (
     <input

@@ -1,7 +1,7 @@
 import type { LiveFilm } from '../live/film';
 import type { Range } from './view_modes';
 
-/** At most this many pixels are looked at for a range or an exposure. */
+/** Maximum number of pixels read for a range or an exposure. */
 const looks = 20_000;
 
 const luminance = (film: LiveFilm, pixel: number): number =>
@@ -11,7 +11,7 @@ const luminance = (film: LiveFilm, pixel: number): number =>
 
 function sampled(film: LiveFilm, value: (pixel: number) => number): number[] {
   const pixels = film.width * film.height;
-  // A step without a common factor with usual widths, so that the looks do not line up in columns.
+  // A step without a common factor with usual widths, so that the pixels do not line up in columns.
   const step = Math.max(1, Math.floor(pixels / looks) | 1);
   const out: number[] = [];
   for (let i = 0; i < pixels; i += step) {
@@ -26,8 +26,8 @@ const quantile = (sorted: number[], q: number): number =>
   sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
 
 /**
- * Stops that put the picture's middle at a middle grey without pushing its bright end far over
- * white.
+ * Exposure in stops that maps the image's median to middle grey without clipping its highlights
+ * much.
  */
 export function autoExposure(film: LiveFilm): number {
   const values = sampled(film, (i) => luminance(film, i));
@@ -38,7 +38,7 @@ export function autoExposure(film: LiveFilm): number {
   return Math.round(10 * Math.max(-8, Math.min(8, Math.min(middle, bright)))) / 10;
 }
 
-/** Whole decades around the variances in sight. */
+/** Whole decades around the visible variances. */
 export function varianceRange(film: LiveFilm): Range {
   const values = sampled(
     film,
@@ -52,13 +52,13 @@ export function varianceRange(film: LiveFilm): Range {
 export function samplesRange(film: LiveFilm): Range {
   const values = sampled(film, (i) => film.samples[i]);
   if (!values.length) return { low: 1, high: 2 };
-  // At least a factor of two, so that a pass in progress does not look like a great difference.
+  // At least a factor of two, so that a pass in progress does not look like a large difference.
   const high = Math.max(2, values[values.length - 1]);
   return { low: Math.max(1, Math.min(values[0], high / 2)), high };
 }
 
 /**
- * Both halves of the pixels around one: per channel their values, and the two of the pixel itself.
+ * Both halves of the surrounding pixels: their values per channel, and the two of the pixel itself.
  */
 export interface Halves {
   pixels: number;

@@ -6,7 +6,7 @@ import { Thumbnail } from './thumbnail';
 
 const atOnce = 6;
 
-/** The newest jobs as a strip under the picture. */
+/** The newest jobs as a strip below the image. */
 export function Filmstrip({ current }: { current: string | null }) {
   const list = useStore(jobs);
   const drawn = useGrowing(Math.min(24, list?.length ?? 0), atOnce);

@@ -7,14 +7,14 @@ import { display } from '../ui/server_state';
 const tileSide = 32;
 
 /**
- * The image as the server encodes it, there with one small answer; tiles take its place, and when
- * all are there it goes. What is rendered only now has none.
+ * The image encoded by the server, available with one small response; tiles replace it, and it is
+ * removed when all have arrived. A job that has just started has none.
  */
 export function FirstLook({ job, film }: { job: Job; film: LiveFilm | null }) {
   const [src] = useState(() => {
     if (!job.revision || (film && film.tilesSeen > 0)) return '';
     const { exposure, tone: tonemap } = display.get();
-    // JPEG is made in a quarter of WebP's time; only WebP has alpha, in a tenth of PNG's bytes.
+    // JPEG is encoded in a quarter of WebP's time; WebP has alpha, with a tenth of PNG's bytes.
     const isOpaque = job.spec.background?.type !== 'transparent';
     return imageUrl(job.id, isOpaque ? 'jpg' : 'webp', { exposure, tonemap });
   });

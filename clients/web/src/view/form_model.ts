@@ -3,7 +3,7 @@ import type { FieldError } from '../api/types';
 import { Store } from '../ui/store';
 import { withReused, type Reused } from './reused_settings';
 
-/** Presets of the server come between; the rest is made here. */
+/** Presets that the server generates; the page builds the other modes' requests. */
 export const presets = ['studio', 'tent', 'rim'] as const;
 export type Preset = (typeof presets)[number];
 export type EnvironmentMode = 'scene' | Preset | 'sun' | 'colour' | 'file' | 'none';
@@ -15,12 +15,12 @@ export type Ground = 'none' | 'catcher' | 'sweep';
 export interface Pose {
   position: [number, number, number];
   target: [number, number, number];
-  /** Left out where the camera is level. */
+  /** Omitted if the camera is level. */
   up?: [number, number, number];
   verticalFovDegrees: number;
 }
 
-/** Edges of the part that is rendered, as shares of the image: it keeps when the size changes. */
+/** Edges of the rendered part, as fractions of the image: unchanged when the size changes. */
 export interface Crop {
   left: number;
   top: number;
@@ -63,7 +63,7 @@ export interface FormValues {
   environmentColour: string;
   environmentIntensity: number;
   environmentRotation: number;
-  /** Degrees, and a time in UTC as the browser's field has it. */
+  /** Degrees, and a UTC time in the format of the browser's field. */
   sunLatitude: number;
   sunLongitude: number;
   sunTime: string;
@@ -81,15 +81,15 @@ export interface FormValues {
   filter: string;
   seed: number;
   priority: number;
-  /** Of a series; 1: one picture. */
+  /** Number of views in a series; 1: one image. */
   views: number;
   allVariants: boolean;
-  /** Of an animation; 1: a still image. */
+  /** Number of frames of an animation; 1: a still image. */
   frames: number;
   framesPerSecond: number;
-  /** Chosen switches of the estimation: group to option name. */
+  /** Selected estimator options: group to option name. */
   options: Record<string, string>;
-  /** Of the render whose settings were put into the form. */
+  /** Settings of the render that was used to fill in the form. */
   reused: Reused | null;
 }
 
@@ -146,7 +146,7 @@ export const initial: FormValues = {
 export const form = new Store<FormValues>(initial);
 export const change = (patch: Partial<FormValues>): void => form.set({ ...form.get(), ...patch });
 
-/** What the server refused, by JSON pointer; the empty pointer is the request as a whole. */
+/** The server's refusals by JSON pointer; the empty pointer is the request as a whole. */
 export const refusals = new Store<FieldError[]>([]);
 
 export const sizePresets = [
@@ -171,8 +171,8 @@ export function requestOf(v: FormValues, offered: Offered = []): Record<string, 
 }
 
 /**
- * The request that the form's fields make; members at their defaults are left out, so that the
- * server's defaults hold.
+ * The request from the form's fields; members with default values are omitted, so that the server's
+ * defaults apply.
  */
 export function formRequest(v: FormValues, offered: Offered = []): Record<string, unknown> {
   const stop: Record<string, number> = {};
@@ -234,7 +234,7 @@ export function cropPixels({ crop, width, height }: FormValues): PixelRect | nul
   };
 }
 
-/** Null: that is the whole image. What reaches beyond it is cut. */
+/** Null: the whole image. Parts beyond it are clipped. */
 export function cropOf(rect: PixelRect, width: number, height: number): Crop | null {
   const share = (v: number, size: number): number => Math.max(0, Math.min(size, v)) / size;
   const crop = {
@@ -246,7 +246,9 @@ export function cropOf(rect: PixelRect, width: number, height: number): Crop | n
   return crop.left || crop.top || crop.right < 1 || crop.bottom < 1 ? crop : null;
 }
 
-/** RFC 7396 merge patch, in place; null would remove what is not there and is left out. */
+/**
+ * RFC 7396 merge patch, in place; nulls are skipped, because they would only remove absent members.
+ */
 function merge(target: Record<string, unknown>, patch: unknown): void {
   for (const [key, value] of Object.entries((patch ?? {}) as Record<string, unknown>)) {
     if (value === null) continue;
@@ -306,7 +308,7 @@ export function linearOf(hex: string): number[] {
 
 const round = (v: number): number => Number(v.toPrecision(7));
 
-/** Faults that need no server. */
+/** Errors that the page can detect itself. */
 export function check(v: FormValues): FieldError[] {
   const out: FieldError[] = [];
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
@@ -321,7 +323,7 @@ export function check(v: FormValues): FieldError[] {
 }
 
 export function refusalsOf(error: unknown): FieldError[] {
-  // What a missing key is about is no part of the request.
+  // A missing key is not related to a member of the request.
   if (!(error instanceof RequestError) || error.status === 401) return [];
   return error.errors.length
     ? error.errors

@@ -9,7 +9,7 @@ import {
 } from './form_model';
 import { holds, usualSettings } from './request_texts';
 
-/** "#rrggbb" of a colour in linear Rec.709, as near as eight bits are. */
+/** "#rrggbb" of a colour in linear Rec.709, rounded to eight bits. */
 function hexOf(linear: number[]): string {
   const channel = (v: number): string => {
     const clipped = Math.min(1, Math.max(0, v));
@@ -66,7 +66,7 @@ function stageOf(spec: Job['spec']): Partial<FormValues> {
   };
 }
 
-/** Switches of the estimation that the job has and the usual settings do not. */
+/** Estimator options of the job that differ from the usual settings. */
 function optionsOf(job: Job, info: Server | null): Record<string, string> {
   const usual = usualSettings(job, info);
   const chosen: Record<string, string> = {};

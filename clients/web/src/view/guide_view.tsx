@@ -5,7 +5,7 @@ import { go } from '../ui/router';
 
 type Chapter = (typeof import('*.md'))['default'];
 
-/** In the order of reading. Each is a file of its own, fetched when it is opened. */
+/** In reading order. Each is a separate file, fetched when opened. */
 const chapters: { name: string; title: string; load: () => Promise<{ default: Chapter }> }[] = [
   { name: 'start', title: 'Getting started', load: () => import('../guide/start.md') },
   {
@@ -39,7 +39,7 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
   const article = useRef<HTMLElement>(null);
   const parts = shown?.parts ?? [];
   const drawn = useGrowing(parts.length, 1, chosen?.name);
-  // A section comes to the top only when there is enough after it.
+  // A section can scroll to the top only if enough follows it.
   const there = !section || drawn >= parts.length;
 
   const showSection = (): void => {
@@ -57,7 +57,7 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
   useEffect(() => {
     if (there) showSection();
   }, [shown, section, there]);
-  // A link to where the address already is changes nothing that would be told.
+  // A link to the current address triggers no event.
   const again = (event: Event): void => {
     const link = (event.target as Element).closest('a');
     if (link && link.getAttribute('href') === location.hash) showSection();
@@ -132,7 +132,7 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
 }
 
 function Part({ html }: { html: string }) {
-  // Commands that are copied speak to this server.
+  // Copied commands use this server.
   const local = html.replace(/S=http:\/\/127\.0\.0\.1:8080/g, `S=${location.origin}`);
   return <div dangerouslySetInnerHTML={{ __html: local }} />;
 }

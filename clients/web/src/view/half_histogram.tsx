@@ -7,7 +7,7 @@ const height = 56;
 const bins = 30;
 const channels = ['r', 'g', 'b'] as const;
 
-/** Counts per bin; what lies outside is in the first or last one. */
+/** Counts per bin; values outside are in the first or last one. */
 function binned(values: number[], low: number, high: number): number[] {
   const counts = new Array<number>(bins).fill(0);
   for (const v of values) {
@@ -27,7 +27,7 @@ function outline(counts: number[], top: number): string {
   return `0,${height} ${points.join(' ')} ${width},${height}`;
 }
 
-/** The middle 98 % of all values, a little wider: one firefly must not flatten the rest. */
+/** The middle 98% of all values, slightly widened: a single firefly must not compress the rest. */
 function rangeOf(halves: Halves): { low: number; high: number } {
   const all = halves.values.flat().sort((a, b) => a - b);
   const low = all[Math.floor(0.01 * all.length)];
@@ -37,8 +37,8 @@ function rangeOf(halves: Halves): { low: number; high: number } {
 }
 
 /**
- * How the two independent halves of the pixel and of its neighbours are spread: one histogram for
- * each channel, with the pixel's own halves as marks.
+ * Distribution of the two independent halves of the pixel and its neighbours: one histogram per
+ * channel, with the pixel's own halves as marks.
  */
 export function HalfHistogram({ film, x, y }: { film: LiveFilm; x: number; y: number }) {
   const halves = halvesAround(film, x, y);

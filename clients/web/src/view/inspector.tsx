@@ -15,8 +15,8 @@ import type { Probe } from './stage';
 const asList = (v: (number | null)[] | undefined): number[] => (v ?? []).map((x) => x ?? NaN);
 
 /**
- * The server's word on one pixel; asked for when the probe rests, and again while a pinned pixel
- * changes.
+ * The server's values of one pixel; requested when the pointer rests, and again while a pinned
+ * pixel changes.
  */
 function usePixel(job: Job, probe: Probe | null): Pixel | null {
   const [report, setReport] = useState<Pixel | null>(null);

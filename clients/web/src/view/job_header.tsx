@@ -13,8 +13,8 @@ import { Menu } from './menu';
 import { sceneTitle, stateLabel } from './job_words';
 
 /**
- * shown: encoded for the eye, with the page's exposure and tone curve; the others are the film's
- * own floats.
+ * shown: encoded for display, with the page's exposure and tone curve; the others contain the
+ * film's floats.
  */
 const formatNotes: Record<string, { note: string; shown?: boolean }> = {
   png: { note: '8 bit, as shown here', shown: true },
@@ -59,7 +59,7 @@ interface Extension {
   stop: ExtendRequest['stop'];
 }
 
-/** What "more" means for a job that has ended, from what it has. */
+/** Offered extensions of an ended job, based on its current values. */
 function extensions(job: Job, mostSamples: number): Extension[] {
   const samples = job.progress?.samples_per_pixel?.mean ?? 0;
   const error = job.error?.relative_rmse;
@@ -110,7 +110,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
   const copyLink = async (): Promise<void> => {
     const { query } = route.get();
     const link = location.href.replace(/#.*/, `#/jobs/${job.id}${query && `?${query}`}`);
-    // Over plain HTTP browsers keep the clipboard to themselves: then the link is shown.
+    // Over plain HTTP browsers deny access to the clipboard: then the link is shown.
     const copied = await navigator.clipboard?.writeText(link).then(
       () => true,
       () => false,
@@ -260,7 +260,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
   );
 }
 
-/** Nothing brings back what is deleted, so it takes a second press. */
+/** Deleting cannot be undone, so it needs a second press. */
 function DeleteButton({ onDelete }: { onDelete: () => void }) {
   const [asked, setAsked] = useState(false);
   useEffect(() => {

@@ -7,7 +7,7 @@ import { useStore } from '../ui/store';
 const typingMs = 250;
 const isId = (text: string): boolean => /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/i.test(text);
 
-/** One page of what the server finds. Who types a whole id wants that job, whatever its name. */
+/** One page of the server's results. A complete id finds that job, whatever its name. */
 async function ask(
   states: JobState[] | null,
   text: string,
@@ -25,24 +25,24 @@ async function ask(
 interface Pages {
   key: string;
   first: Job[];
-  /** Those of further pages. */
+  /** Jobs of further pages. */
   rest: Job[];
   next: string | null;
 }
 
-/** A newer first page before those that are there: who left it for the page after is kept. */
+/** Puts a newer first page in front of the loaded jobs; those pushed to the next page are kept. */
 function renewed(old: Pages, page: Page): Pages {
   if (!old.rest.length) return { ...old, first: page.jobs, next: page.next };
   const there = new Set(page.jobs.map((j) => j.id));
   const known = [...old.first, ...old.rest];
-  // Those after the last one of the page, in the server's order: what is before it and not on the
-  // page is gone.
+  // Jobs after the last one of the page, in the server's order; those before it that are not on the
+  // page no longer exist.
   const last = known.map((j) => there.has(j.id)).lastIndexOf(true);
   const rest = page.next ? known.slice(last + 1) : [];
   return { ...old, first: page.jobs, rest, next: page.next && old.next };
 }
 
-/** With the page after. What the first page pushed out of itself may be on it again. */
+/** Adds the next page, which may repeat jobs that the first page pushed out. */
 function joined(old: Pages, page: Page): Pages {
   const there = new Set([...old.first, ...old.rest].map((j) => j.id));
   return {
@@ -54,15 +54,18 @@ function joined(old: Pages, page: Page): Pages {
 
 interface JobList {
   list: Job[];
-  /** False until the answer to the present question is there; the list is that of the last one. */
+  /**
+   * False until the response to the current query has arrived; until then the list is that of the
+   * previous one.
+   */
   settled: boolean;
   more: boolean;
   load: () => void;
 }
 
 /**
- * Jobs of the server in these states (null: all) with this part of their name, asked anew as they
- * go on.
+ * Jobs of the server in these states (null: all) whose names contain this text, requested again as
+ * they progress.
  */
 export function useJobList(states: JobState[] | null, text: string): JobList {
   const newest = useStore(jobs);
@@ -79,7 +82,7 @@ export function useJobList(states: JobState[] | null, text: string): JobList {
       );
     const typed = askedKey.current !== key;
     askedKey.current = key;
-    // All of them are asked for by the whole page anyway.
+    // The page requests all of them anyway.
     if (!states && !text) {
       if (newest) take({ jobs: newest, next: jobsNext.get() });
       return;

@@ -15,7 +15,7 @@ export const sizeText = ({ spec: { film } }: Job): string => `${film.width} × $
 export const sameSize = (a: Job, b: Job): boolean =>
   a.spec.film.width === b.spec.film.width && a.spec.film.height === b.spec.film.height;
 
-/** What tells one from another comes first: where the list is narrow, the rest is cut off. */
+/** Distinguishing parts come first: a narrow list truncates the rest. */
 function factsOf(job: Job): string {
   const error = job.error?.relative_rmse;
   return [
@@ -30,7 +30,7 @@ function factsOf(job: Job): string {
 }
 
 /**
- * One of all renders of the server that have a picture. job: the chosen one, as soon as it is
+ * Selects one of all renders of the server that have an image. job: the selected one, once it is
  * known.
  */
 export function JobPick({
@@ -43,7 +43,7 @@ export function JobPick({
   label: string;
   id: string;
   job: Job | null;
-  /** The one it is to be laid over. */
+  /** The render with which it is compared. */
   beside: Job | null;
   onValue: (id: string) => void;
 }) {

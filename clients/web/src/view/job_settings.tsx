@@ -9,7 +9,7 @@ import { poseOnOrbit } from './orbit';
 import { sceneName } from './scene_source';
 import { linesOf, requestFor, textKinds, textOf, type TextKind } from './request_texts';
 
-/** What a render was asked for: to read, to use again, to take elsewhere. */
+/** The settings of a render: to read, to use again, to export. */
 export function JobSettings({ job }: { job: Job }) {
   const info = useStore(serverInfo);
   const request = requestFor(job, info);
@@ -53,7 +53,7 @@ async function reuse(job: Job, info: Server | null): Promise<void> {
   if (stop.deadline && Date.parse(stop.deadline) < Date.now()) delete stop.deadline;
   change({ ...values, reused: { request, form: formRequest(values, info?.options) } });
   say('The form has the settings of this render.');
-  // On a phone the form is below the picture.
+  // On a phone the form is below the image.
   if (matchMedia('(max-width: 799px)').matches)
     document.getElementById('new')?.scrollIntoView({ block: 'start' });
 }
@@ -62,7 +62,7 @@ function Elsewhere({ request }: { request: Record<string, unknown> }) {
   const [kind, setKind] = useState<TextKind>('json');
   const text = textOf(kind, request, location.origin);
   const copy = async (): Promise<void> => {
-    // Over plain HTTP browsers keep the clipboard to themselves; the text can be selected.
+    // Over plain HTTP browsers deny access to the clipboard; the text can be selected.
     const copied = await navigator.clipboard?.writeText(text).then(
       () => true,
       () => false,

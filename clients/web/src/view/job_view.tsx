@@ -24,7 +24,9 @@ import { StrategyPyramid } from './strategy_pyramid';
 import { Toolbar } from './toolbar';
 import { modeNamed, needsAllPlanes, type Mode } from './view_modes';
 
-/** Opens the job's feed while the component is there and redraws it when the feed changes. */
+/**
+ * Keeps the job's feed open while the component is mounted, and redraws it when the feed changes.
+ */
 export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
   const [, again] = useReducer<number, void>((n) => n + 1, 0);
   const holder = useRef<JobFeed | null>(null);
@@ -51,7 +53,7 @@ export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
 /** A render that failed before its first tile has nothing to measure. */
 const shows = (job: Job): boolean => job.state !== 'failed' || (job.revision ?? 0) > 0;
 
-/** A job that has ended has no stream any more, but leaves the list when somebody deletes it. */
+/** An ended job has no stream, but disappears from the list when it is deleted. */
 function useListWatch(feed: JobFeed): void {
   const list = useStore(jobs);
   const listed = useRef('');
@@ -67,7 +69,7 @@ function useListWatch(feed: JobFeed): void {
 const askEveryMs = 2000;
 
 /**
- * The error over time. While the job renders, asked for when new tiles came, at most every two
+ * The error over time. While the job renders it is requested after new tiles, at most every two
  * seconds.
  */
 function useConvergence(job: Job | null): Convergence | null {
@@ -103,7 +105,7 @@ function probeIn(at: Route): Probe | null {
   return y ? { x: Number(x), y: Number(y), pinned: true } : null;
 }
 
-/** The pixel that is looked at. One that is kept stands in the address, too. */
+/** The inspected pixel. A pinned one is also in the address. */
 function useProbe(jobId: string): [Probe | null, (probe: Probe | null) => void] {
   const [probe, setProbe] = useState<Probe | null>(() => probeIn(route.get()));
   const first = useRef(true);
@@ -113,7 +115,7 @@ function useProbe(jobId: string): [Probe | null, (probe: Probe | null) => void] 
   }, [jobId]);
   const kept = probe?.pinned ? `${probe.x},${probe.y}` : '';
   useEffect(() => {
-    // Browsers take an address amiss that changes as fast as a key repeats.
+    // Browsers limit how often an address may change, and keys repeat faster.
     const timer = setTimeout(() => {
       if (choiceIn(route.get(), 'pixel') !== kept) keepChoice('pixel', kept);
     }, 300);
@@ -137,7 +139,7 @@ export function JobView({ jobId }: { jobId: string }) {
   const convergence = useConvergence(job);
   const [denoised, setDenoised] = useState<DenoisedError | null>(null);
   useListWatch(feed);
-  // The stream is often the first to know that the server is back.
+  // The stream is often the first to notice that the server is back.
   useEffect(() => {
     if (link === 'live' && connection.get() === 'offline') void refresh();
   }, [link]);

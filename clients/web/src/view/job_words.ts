@@ -38,7 +38,7 @@ export const shortState = (job: Job): string =>
       ? percent(job.error?.relative_rmse)
       : labels[job.state];
 
-/** Why there is nothing to show of a job; null while there is hope, or something. */
+/** Why a job has nothing to show; null if it has, or still may. */
 export function absence({ job, link, problem }: FeedState): { title: string; why: string } | null {
   if (job) return null;
   if (link === 'gone')

@@ -35,7 +35,7 @@ export function JobsPage() {
   const narrowed = filter !== 'all' || text.trim() !== '';
   useEffect(() => void refresh(), []);
   useEffect(() => {
-    // Browsers take an address amiss that changes as fast as a key repeats.
+    // Browsers limit how often an address may change, and keys repeat faster.
     const timer = setTimeout(() => {
       if (choiceIn(route.get(), 'find') !== text) keepChoice('find', text);
     }, 300);
@@ -126,7 +126,7 @@ export function JobsPage() {
 
 interface JobCardProps {
   job: Job;
-  /** Null: none can be chosen now. */
+  /** Null: none can be selected now. */
   chosen: boolean | null;
   onChoose: (chosen: boolean) => void;
 }

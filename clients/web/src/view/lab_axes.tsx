@@ -9,7 +9,7 @@ export interface Series {
   slot: number;
   estimator: string;
   sampler: string;
-  /** How many points are to come in all. */
+  /** Total number of points expected. */
   asked: number;
   points: LabPoint[];
   outcome: LabOutcome | null;
@@ -20,7 +20,7 @@ export const slots = 2 * colours;
 export const inkOf = (s: Series): string => `lab-series-${s.slot % colours}`;
 export const labelOf = (s: Series): string => `${s.estimator}, ${s.sampler}`;
 
-/** The mark of a run: a disk, or a diamond once the colours are used up. */
+/** The mark of a run: a disk, or a diamond if all colours are in use. */
 export function Mark({ series, x, y, children }: MarkProps) {
   if (series.slot < colours)
     return (
@@ -50,13 +50,13 @@ export interface Axis {
   high: number;
 }
 
-/** Where the value lies in the drawing. */
+/** Position of the value in the drawing. */
 export const across = (width: number, { low, high }: Axis, value: number): number =>
   margin.left + ((width - margin.left - margin.right) * (value - low)) / (high - low);
 export const up = ({ low, high }: Axis, value: number): number =>
   height - margin.bottom - ((height - margin.top - margin.bottom) * (value - low)) / (high - low);
 
-/** Whole decades that hold all values: exponents of ten. */
+/** Whole decades that contain all values: exponents of ten. */
 export function decades(values: number[]): Axis {
   const logs = values.map(Math.log10);
   const low = Math.floor(Math.min(...logs) + 1e-9);
@@ -132,7 +132,7 @@ export function Frame({ width, x, ticks, name, across: axis }: FrameProps) {
   );
 }
 
-/** The width of a box, followed as it changes. */
+/** The width of a box, updated as it changes. */
 export function useWidth(): [{ current: HTMLDivElement | null }, number] {
   const box = useRef<HTMLDivElement>(null);
   const [width, setWidth] = useState(600);

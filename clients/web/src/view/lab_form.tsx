@@ -8,7 +8,7 @@ import type { LabForm } from './lab_model';
 
 interface RowProps {
   label: string;
-  /** Of the request. */
+  /** JSON pointer of the request. */
   pointer: string;
   hint: string;
   wrong: FieldError[];
@@ -62,7 +62,7 @@ interface ChoicesProps {
   onChange: (part: Partial<LabForm>) => void;
 }
 
-/** What can be chosen of a run. */
+/** Settings of a run. */
 export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
   const estimator = experiment.estimators.find((e) => e.name === form.estimator);
   return (

@@ -1,6 +1,6 @@
 import type { Experiment, LabOutcome, LabPoint, LabRequest } from '../api/types';
 
-/** What the form of an experiment holds; n as text, for lists are typed. */
+/** Content of an experiment's form; n is text, because lists are typed. */
 export interface LabForm {
   estimator: string;
   sampler: string;
@@ -26,7 +26,7 @@ const wholeNumber = (text: string | null, otherwise: number): number => {
   return text !== null && text !== '' && Number.isInteger(value) ? value : otherwise;
 };
 
-/** The form that a link names; what it does not name, or names wrongly, is the default. */
+/** The form described by a link; missing or invalid values are the defaults. */
 export function formOfQuery(e: Experiment, query: string): LabForm {
   const form = defaultForm(e);
   const given = new URLSearchParams(query);
@@ -45,7 +45,7 @@ export function formOfQuery(e: Experiment, query: string): LabForm {
   return form;
 }
 
-/** The address of this form: only what differs from the defaults. */
+/** The address of this form, with only the values that differ from the defaults. */
 export function linkOf(e: Experiment, form: LabForm): string {
   const standard = defaultForm(e);
   const query = new URLSearchParams();
@@ -72,7 +72,7 @@ export function requestOf(e: Experiment, form: LabForm): Required<LabRequest> {
   };
 }
 
-/** The same on the command line, without a server: only what differs from the defaults. */
+/** The same for the command line, without a server. */
 export function commandOf(e: Experiment, form: LabForm): string {
   const standard = defaultForm(e);
   const words = ['tessera', 'lab', e.name];
@@ -92,7 +92,7 @@ export function curlOf(e: Experiment, form: LabForm): string {
   return `curl -N ${location.origin}/v1/lab/runs -H 'Content-Type: application/json' -d '${body}'`;
 }
 
-/** A run as it is kept in files. */
+/** A run as saved in files. */
 export interface KeptRun {
   estimator: string;
   sampler: string;
@@ -100,7 +100,7 @@ export interface KeptRun {
   outcome: LabOutcome | null;
 }
 
-/** All curves in one table, a point a line. */
+/** All curves in one table, one line per point. */
 export function csvOf(runs: KeptRun[]): string {
   const lines = runs.flatMap((run) =>
     run.points.map((p) =>
@@ -110,7 +110,7 @@ export function csvOf(runs: KeptRun[]): string {
   return ['estimator,sampler,n,mean,rmse,standard_error,cost,seconds', ...lines, ''].join('\n');
 }
 
-/** The lines that the server sent, each with the run that it belongs to. */
+/** The lines sent by the server, each with its run. */
 export function linesOf(runs: KeptRun[]): string {
   return runs
     .flatMap(({ estimator, sampler, points, outcome }) =>
@@ -140,7 +140,7 @@ const carried = [
   'font-family',
 ];
 
-/** The drawing as a file of its own: what the page's style says is written into each element. */
+/** The drawing as a separate file: the page's styles are copied into each element. */
 export function svgText(drawing: SVGSVGElement): string {
   const copy = drawing.cloneNode(true) as SVGSVGElement;
   const from = drawing.querySelectorAll<SVGElement>('*');
@@ -150,7 +150,7 @@ export function svgText(drawing: SVGSVGElement): string {
     for (const name of carried) element.setAttribute(name, style.getPropertyValue(name));
   });
   copy.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
-  // Not by its attribute: the page's policy allows no style that stands in markup.
+  // Not as an attribute: the page's policy forbids inline styles.
   copy.style.background = getComputedStyle(document.body).backgroundColor;
   return new XMLSerializer().serializeToString(copy);
 }

@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks';
 const axes = ['x', 'y', 'z', 'w'];
 const side = 260;
 
-/** The first points of a sampler; of four dimensions any two. */
+/** The first points of a sampler, in any two of its four dimensions. */
 export function PatternPlot({ pattern, label }: { pattern: number[][]; label: string }) {
   const [pair, setPair] = useState<[number, number]>([0, 1]);
   const dimensions = pattern[0]?.length ?? 2;

@@ -18,13 +18,13 @@ import {
 
 interface PlotProps {
   series: Series[];
-  /** The run in front. */
+  /** The selected run. */
   shown: Series;
   unit: string;
   width: number;
 }
 
-/** RMSE over n, both logarithmic: every run with its fitted line, and dashed what theory says. */
+/** RMSE over n, both logarithmic: every run with its fitted line, and a dashed line for theory. */
 export function ErrorPlot({ series, shown, unit, width }: PlotProps) {
   const measured = series
     .map((s) => ({ ...s, points: s.points.filter((p) => p.rmse > 0) }))
@@ -74,7 +74,7 @@ export function ErrorPlot({ series, shown, unit, width }: PlotProps) {
             series={s}
             px={px}
             py={py}
-            // Of many runs the theory of one: the others have theirs in the legend.
+            // With many runs only the theory of one is drawn: the others are in the legend.
             theory={measured.length <= 3 || s.id === shown.id}
           />
         ))}
@@ -132,8 +132,8 @@ function Lines({ series, px, py, theory }: LinesProps) {
 }
 
 /**
- * Means over n with two standard errors to each side, against the exact value: bias is what stays
- * off it.
+ * Means over n with two standard errors on each side, and the exact value: a remaining distance is
+ * bias.
  */
 export function MeanPlot({ series, shown, unit, width }: PlotProps) {
   const measured = series.filter((s) => s.points.length > 0);
@@ -189,7 +189,7 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
       {measured.map((s, i) => (
         <g key={s.id} class={`${inkOf(s)}${s.id === shown.id ? '' : ' lab-behind'}`}>
           {s.points.map((p) => {
-            // Side by side, for they are about the same.
+            // Side by side, because they are nearly equal.
             const at = across(width, x, Math.log10(p.n)) + step * (i - (measured.length - 1) / 2);
             return (
               <g key={p.n_asked}>
@@ -215,7 +215,7 @@ export function MeanPlot({ series, shown, unit, width }: PlotProps) {
   );
 }
 
-/** How far apart runs stand at one n, so that they stay away from those of the next. */
+/** Distance between runs at one n, small enough to separate them from those of the next. */
 function beside(places: number[], runs: number): number {
   const sorted = [...places].sort((a, b) => a - b);
   const gaps = sorted.slice(1).map((at, i) => at - sorted[i]);

@@ -12,7 +12,7 @@ interface PlotsProps {
   unit: string;
 }
 
-/** The runs as a picture: their errors, or their means. */
+/** The plot of the runs: their errors, or their means. */
 export function Plots({ series, shown, unit }: PlotsProps) {
   const [box, width] = useWidth();
   const [plot, setPlot] = useState<'error' | 'mean'>('error');
@@ -46,7 +46,7 @@ interface LegendProps {
   onShow: (id: number) => void;
 }
 
-/** The runs in the plot; the one chosen is told about below it. */
+/** The runs in the plot; the selected one is described below it. */
 export function Legend({ series, shown, onShow }: LegendProps) {
   return (
     <ul class="lab-legend" aria-label="Runs in the plot">
@@ -130,7 +130,7 @@ export function Table({ series }: { series: Series }) {
   );
 }
 
-/** What the experiment is about. */
+/** Description of the experiment. */
 export function Lesson({ experiment }: { experiment: Experiment }) {
   return (
     <header class="bench-text">
@@ -164,7 +164,7 @@ export function Lesson({ experiment }: { experiment: Experiment }) {
   );
 }
 
-/** The same run for a terminal. */
+/** The command for the same run. */
 export function Elsewhere({ experiment, form }: { experiment: Experiment; form: LabForm }) {
   return (
     <details class="lab-elsewhere">

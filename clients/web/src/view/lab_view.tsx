@@ -143,7 +143,7 @@ function useRuns(experiment: Experiment) {
   };
 }
 
-/** One experiment: what it is about, its form, its runs. */
+/** One experiment: its description, its form, its runs. */
 function Bench({ experiment, query }: { experiment: Experiment; query: string }) {
   const [form, setForm] = useState<LabForm>(() => formOfQuery(experiment, query));
   const runs = useRuns(experiment);
@@ -157,7 +157,7 @@ function Bench({ experiment, query }: { experiment: Experiment; query: string })
     history.replaceState(null, '', linkOf(experiment, next));
   };
   const run = (forms: LabForm[]): void => {
-    // Where the page is one column the result is below the form.
+    // In a single column the result is below the form.
     if (matchMedia('(max-width: 1099px)').matches)
       result.current?.scrollIntoView({ block: 'start' });
     void runs.run(forms);
@@ -261,7 +261,7 @@ interface FilesProps {
   children: ComponentChildren;
 }
 
-/** What can be kept of the runs in the plot. */
+/** Downloads of the runs in the plot. */
 function Files({ experiment, series, drawing, children }: FilesProps) {
   const runs = series.filter((s) => s.points.length > 0);
   const parts = runs.length === 1 ? [runs[0].estimator, runs[0].sampler] : [`${runs.length}-runs`];

@@ -18,7 +18,7 @@ function ticks(look: Look): number[] {
 
 export type Unit = 'percent' | 'count' | 'number';
 
-/** Ticks below 0.01 are whole or threefold decades. */
+/** Ticks below 0.01 are at 1 and 3 times powers of ten. */
 function powerOfTen(v: number): string {
   const exponent = Math.floor(Math.log10(v) + 1e-6);
   const factor = Math.round(v / 10 ** exponent);
@@ -50,7 +50,7 @@ function RampLegend({ meaning, ramp, marks }: RampLegendProps) {
       <div class="legend-ramp" style={{ backgroundImage: rampCss(ramp) }} aria-hidden="true" />
       <div class="legend-ticks">
         {marks.map(({ at, text }) => {
-          // At the ends of the ramp they stand inside, not across its edge.
+          // At the ends of the ramp they are inside its edge.
           const shift = at < 5 ? 0 : at > 95 ? -100 : -50;
           return (
             <span key={at} style={{ left: `${at}%`, translate: `${shift}% 0` }}>
@@ -72,7 +72,7 @@ export function Legend({ look, meaning, unit }: { look: Look; meaning: string; u
   return <RampLegend meaning={meaning} ramp={look.ramp} marks={marks} />;
 }
 
-/** Of the server's map, whose scale is linear. */
+/** For the server's map, whose scale is linear. */
 export function FlipLegend({ meaning }: { meaning: string }) {
   const marks = [0, 0.25, 0.5, 0.75, 1].map((v) => ({ at: 100 * v, text: number(v) }));
   return <RampLegend meaning={meaning} ramp="flip" marks={marks} />;

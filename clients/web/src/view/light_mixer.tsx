@@ -10,7 +10,7 @@ const weights = new Store<Record<string, number>>({});
 const keyOf = (job: Job, layer: string): string => `${job.id} ${layer}`;
 const sharesOf = (job: Job): string[] => (job.spec.film.layers ?? []).filter(isShare);
 
-/** As `mix` at the picture's address has them. */
+/** In the format of `mix` in the image's address. */
 export function useMix(job: Job): string {
   const set = useStore(weights);
   return sharesOf(job)
@@ -18,7 +18,7 @@ export function useMix(job: Job): string {
     .join(',');
 }
 
-/** A slider for each share of the light: what the lamps would look like dimmed or turned up. */
+/** A slider for each light share: shows the lights dimmed or brightened. */
 export function LightMixer({ job }: { job: Job }) {
   const set = useStore(weights);
   const turn = (layer: string, weight: number): void =>

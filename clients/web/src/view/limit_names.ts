@@ -1,6 +1,6 @@
 import { exact } from '../ui/format';
 
-/** Where the server's own name says too little; the others are their words. */
+/** Names of limits whose identifier is unclear; the others use the words of their identifier. */
 const plain: Record<string, string> = {
   body_bytes: 'JSON of a request',
   json_depth: 'Levels of nested JSON',
@@ -58,7 +58,7 @@ export function limitName(name: string): string {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-/** Every digit, for who runs into a limit wants to know by how much. */
+/** All digits, because exact values matter at a limit. */
 export function limitText(name: string, value: unknown): string {
   if (typeof value !== 'number') return JSON.stringify(value);
   if (value === 0 && name.endsWith('_of_a_key')) return 'no limit';

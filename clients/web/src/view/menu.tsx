@@ -1,7 +1,10 @@
 import type { ComponentChildren } from 'preact';
 import { useEffect, useRef, useState } from 'preact/hooks';
 
-/** A button that opens a small panel; closes on Escape, on a choice and on a click elsewhere. */
+/**
+ * A button that opens a small panel, which closes on Escape, on a selection and on a click
+ * elsewhere.
+ */
 export function Menu({
   label,
   children,

@@ -17,13 +17,13 @@ function useReadings(job: Job): MeterReading[] {
     api
       .meter(id, abort.signal)
       .then(({ points }) => setReadings(points))
-      .catch(() => undefined); // The next revision asks again.
+      .catch(() => undefined); // Requested again at the next revision.
     return () => abort.abort();
   }, [id, state, revision]);
   return readings;
 }
 
-/** What the job's meter has measured: irradiance and illuminance with their 95% intervals. */
+/** Readings of the job's meter: irradiance and illuminance with their 95% intervals. */
 export function MeterTable({ job }: { job: Job }) {
   const readings = useReadings(job);
   if (!readings.length) return null;

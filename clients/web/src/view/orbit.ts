@@ -4,8 +4,8 @@ import type { Pose } from './form_model';
 type Triple = [number, number, number];
 
 /**
- * A camera on a sphere around the point it looks at. Angles in radians; azimuth 0 looks along -z,
- * and roll turns the camera's right and up towards each other, counter-clockwise as it sees them.
+ * A camera on a sphere around its target. Angles in radians; azimuth 0 looks along -z, and roll
+ * rotates the camera's right and up axes counter-clockwise as seen by the camera.
  */
 export interface Orbit {
   target: Triple;
@@ -18,10 +18,10 @@ export interface Orbit {
 
 const maxElevation = Math.PI / 2 - 0.01;
 const startFov = 45;
-/** A camera that is turned by less is level. */
+/** A camera with a smaller roll is level. */
 const leastRoll = 1e-4;
 
-/** From the target to the camera, and what is right and up for one that is level. */
+/** Direction from the target to the camera, and right and up of a level camera. */
 function axesOf(o: Pick<Orbit, 'azimuth' | 'elevation'>): Record<'back' | 'right' | 'up', Triple> {
   const [sin, cos] = [Math.sin(o.azimuth), Math.cos(o.azimuth)];
   const [rise, flat] = [Math.sin(o.elevation), Math.cos(o.elevation)];
@@ -34,7 +34,7 @@ function axesOf(o: Pick<Orbit, 'azimuth' | 'elevation'>): Record<'back' | 'right
 
 const dot = (a: Triple, b: Triple): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/** Angles of a camera that has `back` behind it and `up` above; both of any length. */
+/** Angles of a camera with these back and up vectors, of any length. */
 function anglesOf(back: Triple, up: Triple | undefined) {
   const azimuth = Math.atan2(back[0], back[2]);
   const elevation = Math.atan2(back[1], Math.hypot(back[0], back[2]));
@@ -43,7 +43,7 @@ function anglesOf(back: Triple, up: Triple | undefined) {
   return { azimuth, elevation, roll: Math.abs(roll) < leastRoll ? 0 : roll };
 }
 
-/** As the server frames a scene without a camera. */
+/** The server's view of a scene without a camera. */
 export function framed(bounds: Scene['bounds'], aspect: number, fovDegrees = startFov): Orbit {
   const low = bounds?.min ?? [-1, -1, -1];
   const high = bounds?.max ?? [1, 1, 1];
@@ -62,7 +62,7 @@ export function framed(bounds: Scene['bounds'], aspect: number, fovDegrees = sta
   };
 }
 
-/** The pose that `camera.orbit` of a job stands for in a scene of these bounds. */
+/** The pose of a job's `camera.orbit` in a scene with these bounds. */
 export function poseOnOrbit(
   { camera, film }: Pick<JobSpec, 'camera' | 'film'>,
   bounds: Scene['bounds'],
@@ -80,9 +80,9 @@ export function poseOnOrbit(
 }
 
 /**
- * Starts where a camera stands; it turns around the point on its axis that is nearest to the
- * scene's centre. An orthographic one has no field of view: instead of it stands a perspective one
- * that sees the whole scene from there.
+ * Starts at a camera's pose; the target is the point on its axis nearest to the scene's centre. An
+ * orthographic camera has no field of view: it is replaced by a perspective one that shows the
+ * whole scene from there.
  */
 export function fromCamera(
   camera: SceneCamera | undefined,
@@ -116,7 +116,7 @@ export function fromPose(pose: Pose): Orbit {
   };
 }
 
-/** Right and up as the camera sees them, in the axes of one that is level. */
+/** Right and up of the camera, in the axes of a level one. */
 const leveled = (o: Orbit, right: number, up: number): [number, number] => [
   right * Math.cos(o.roll) - up * Math.sin(o.roll),
   right * Math.sin(o.roll) + up * Math.cos(o.roll),
@@ -125,7 +125,7 @@ const leveled = (o: Orbit, right: number, up: number): [number, number] => [
 export function poseOf(o: Orbit): Pose {
   const { back, right, up } = axesOf(o);
   const exact = (v: number): number => Number(v.toPrecision(7));
-  // One that looks straight up or down has no level.
+  // A camera that looks straight up or down has no horizon.
   const steep = Math.abs(o.elevation) > maxElevation;
   const [x, y] = leveled(o, 0, 1);
   return {
@@ -136,11 +136,11 @@ export function poseOf(o: Orbit): Pose {
   };
 }
 
-/** A pose as it stands in an address. */
+/** A pose in the format of an address. */
 export const textOf = ({ position, target, verticalFovDegrees, up }: Pose): string =>
   [...position, ...target, verticalFovDegrees, ...(up ?? [])].join(',');
 
-/** Null: that is no pose. */
+/** Null if it is not a pose. */
 export function poseIn(text: string): Pose | null {
   const [px, py, pz, tx, ty, tz, verticalFovDegrees, ...up] = text.split(',').map(Number);
   const known = [px, py, pz, tx, ty, tz, verticalFovDegrees, ...up].every(Number.isFinite);
@@ -154,7 +154,7 @@ export function poseIn(text: string): Pose | null {
   };
 }
 
-/** Turns the camera to its right and up around the target, radians. */
+/** Rotates the camera to its right and up around the target, in radians. */
 export function turned(o: Orbit, right: number, up: number): Orbit {
   const [azimuth, elevation] = leveled(o, right, up);
   const next = Math.max(-maxElevation, Math.min(maxElevation, o.elevation + elevation));
@@ -167,7 +167,7 @@ export const nearer = (o: Orbit, factor: number): Orbit => ({
 });
 
 /**
- * Moves camera and target together; right and up in shares of the picture's height at the target.
+ * Moves camera and target together; right and up as fractions of the image's height at the target.
  */
 export function shifted(o: Orbit, right: number, up: number): Orbit {
   const height = 2 * o.distance * Math.tan((o.fovDegrees * Math.PI) / 360);

@@ -17,7 +17,7 @@ function merged(target: unknown, patch: unknown): unknown {
   return out;
 }
 
-/** What `value` says otherwise than `usual`. */
+/** Members of `value` that differ from `usual`. */
 function difference(value: Members, usual: Members): Members {
   const out: Members = {};
   for (const [key, own] of Object.entries(value)) {
@@ -29,7 +29,7 @@ function difference(value: Members, usual: Members): Members {
   return out;
 }
 
-/** Is `value` as a merge patch with `part` leaves it? null takes a member away. */
+/** Whether the merge patch `part` leaves `value` unchanged. null removes a member. */
 export const holds = (value: unknown, part: unknown): boolean =>
   part === null
     ? (value ?? null) === null
@@ -37,20 +37,20 @@ export const holds = (value: unknown, part: unknown): boolean =>
       ? isMembers(value) && Object.entries(part).every(([key, own]) => holds(value[key], own))
       : same(value, part);
 
-/** What is in force for the job's integrator where a request says nothing. */
+/** Effective defaults for the job's integrator. */
 export function usualSettings(job: Job, info: Server | null): Members {
   const row = info?.integrators.find((i) => i.type === job.spec.integrator.type);
   return merged(info?.defaults ?? {}, row?.defaults ?? {}) as Members;
 }
 
 /**
- * The request that makes the same job: what differs from the server's defaults, and what would
- * depend on the rest of the request.
+ * The request that creates the same job: members that differ from the server's defaults, and those
+ * whose defaults depend on the rest of the request.
  */
 export function requestFor(job: Job, info: Server | null): Members {
   const spec = job.spec as unknown as Members;
   const out = difference(spec, usualSettings(job, info));
-  // Given rules replace the usual ones together, and an error target asks for adaptive sampling.
+  // Given rules replace all default ones, and an error target enables adaptive sampling.
   out.stop = Object.fromEntries(
     Object.entries(job.spec.stop).filter(([, value]) => value !== null),
   );
@@ -71,7 +71,7 @@ export function linesOf(request: Members, prefix = ''): [string, string][] {
 
 const quoted = (text: string): string => `'${text.replace(/'/g, "'\\''")}'`;
 
-/** As Python writes it. */
+/** In Python syntax. */
 function python(value: unknown, indent = ''): string {
   if (value === null) return 'None';
   if (typeof value === 'boolean') return value ? 'True' : 'False';
@@ -92,7 +92,7 @@ export const textKinds: Record<TextKind, string> = {
   python: 'Python',
 };
 
-/** The same job in other places. server: its address. */
+/** The same job for other clients. server: its address. */
 export function textOf(kind: TextKind, request: Members, server: string): string {
   const json = JSON.stringify(request, null, 2);
   if (kind === 'json') return json;

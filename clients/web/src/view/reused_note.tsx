@@ -29,7 +29,7 @@ function useDefaults(active: boolean): Map<string, string> {
     fetch('/openapi.json')
       .then((answer) => answer.json())
       .then((d) => setDefaults(new Map(defaultsOf(d.components.schemas.JobRequest))))
-      .catch(() => undefined); // Then settings at their default are listed, too.
+      .catch(() => undefined); // In that case settings with default values are listed, too.
   }, [active]);
   return defaults;
 }

@@ -1,6 +1,6 @@
 import { isMembers, linesOf, same, type Members } from './request_texts';
 
-/** Settings of an earlier render, beneath those of the form. */
+/** Settings of an earlier render that the form overrides. */
 export interface Reused {
   /** The request of the earlier render. */
   request: Members;
@@ -40,15 +40,15 @@ function changed(own: Members, before: Members, now: Members): Members {
 const pose = ({ vertical_fov_degrees: _, ...rest }: Members): Members => rest;
 
 /**
- * The request of a form that was filled in from an earlier render: members that the form has no
- * field for, and those whose field is unchanged, are the earlier render's own. now: the request
- * that the form alone would make.
+ * The request of a form that was filled in from an earlier render: members without a field in the
+ * form, and those whose field is unchanged, are taken from the earlier render. now: the form's own
+ * request.
  */
 export function withReused({ request, form }: Reused, now: Members): Members {
   const out = changed(request, form, now);
   const [before, camera] = [membersOf(form.camera), membersOf(now.camera)];
   if (!same(before, camera)) {
-    // A camera that is set in the form is in perspective.
+    // A camera set in the form has perspective.
     const { type: _, orthographic_height: __, ...kept } = membersOf(out.camera);
     if (!same(pose(before), pose(camera))) delete kept.orbit;
     if (Object.keys(kept).length) out.camera = kept;
@@ -61,7 +61,7 @@ export function withReused({ request, form }: Reused, now: Members): Members {
   return out;
 }
 
-/** What goes with the new scene: its cameras and measured points are others. */
+/** Settings that depend on the scene: cameras and meter points. */
 export function forAnotherScene(reused: Reused | null): Reused | null {
   if (!reused) return null;
   const without = ({ camera: _, meter: __, ...rest }: Members): Members => rest;

@@ -5,7 +5,7 @@ import { useStore } from '../ui/store';
 import { form } from './form_model';
 import { chooseScene, models, sceneName } from './scene_source';
 
-/** Of a model: the newest render that shows it; of a built-in scene: an image of the page. */
+/** For a model, the newest render that shows it; for a built-in scene, an image of the page. */
 function pictureOf(scene: string, builtIn: boolean): string | null {
   if (builtIn) return `/scenes/${encodeURIComponent(scene)}.jpg`;
   const shown = jobs.get()?.find((j) => j.spec.scene === scene && (j.revision ?? 0) > 0);
@@ -26,7 +26,7 @@ function Thumb({ scene, builtIn }: { scene: string; builtIn: boolean }) {
   );
 }
 
-/** The chosen scene as it looks; a press shows all of them. */
+/** An image of the selected scene; a press shows all scenes. */
 export function SceneGallery() {
   const { scene } = useStore(form);
   const info = useStore(serverInfo);

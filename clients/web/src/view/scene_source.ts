@@ -14,37 +14,34 @@ import { persistent, Store } from '../ui/store';
 import { change, form, refusals } from './form_model';
 import { forAnotherScene } from './reused_settings';
 
-/** Models sent from this page or found on the server; the newest first. */
+/** Models uploaded from this page or found on the server, newest first. */
 export const models = new Store<Scene[]>([]);
 export const sending = new Store<{ what: string; share: number } | null>(null);
 export const sendFault = new Store<string | null>(null);
-/** What of the last drop was not taken. */
+/** Files of the last drop that were ignored. */
 export const sendNote = new Store<string | null>(null);
 export const sceneDetails = new Store<Scene | null>(null);
 export const isAnimated = (scene: Scene | null): boolean => (scene?.animations ?? []).length > 0;
 
 const isNames = (v: unknown): v is Record<string, string> =>
   typeof v === 'object' && v !== null && Object.values(v).every((n) => typeof n === 'string');
-/** Models are known by a hash; the names of the files they came from are kept in this browser. */
+/** Models are identified by a hash; the names of their files are stored in this browser. */
 const fileNames = persistent<Record<string, string>>('tessera.names', {}, isNames);
 
 export const isModel = (scene: string): boolean => /^[0-9a-f]{64}$/.test(scene);
 
-/**
- * What a person calls a scene: its built-in name, the file it came from, or its name inside the
- * file.
- */
+/** The display name of a scene: its built-in name, its file, or its name inside the file. */
 export function sceneName(scene: string): string {
   if (!isModel(scene)) return scene;
   const own = models.get().find((m) => m.id === scene)?.name;
   return fileNames.get()[scene] || own || `Model ${scene.slice(0, 8)}`;
 }
 
-/** Ends when the last drop so far has been sent. */
+/** Resolves when all drops so far have been uploaded. */
 let lastDrop: Promise<void> = Promise.resolve();
 let drops = 0;
 
-/** Takes what was dropped or picked, after what was dropped before it. */
+/** Accepts dropped or selected files, after earlier drops. */
 export function take(files: DroppedFile[]): Promise<void> {
   if (!files.length) return lastDrop;
   if (drops) say(`${files[0].file.name} is next.`);
@@ -54,7 +51,7 @@ export function take(files: DroppedFile[]): Promise<void> {
   return lastDrop;
 }
 
-/** Sends a model, an environment, or one of each. The rest is named. */
+/** Uploads a model, an environment map, or one of each. Other files are reported. */
 async function send(files: DroppedFile[]): Promise<void> {
   sendNote.set(null);
   const report = (what: string, share: number): void => sending.set({ what, share });
@@ -74,11 +71,11 @@ async function send(files: DroppedFile[]): Promise<void> {
     used.push(panorama.file);
     await attempt(() => takePanorama(panorama.file, report));
   }
-  // Without a panorama it is said that there is no model, either.
+  // Without an environment map the missing model is reported, too.
   if (modelIn(files) || !panorama) await attempt(() => takeModel(files, used, report));
   sending.set(null);
   const left = faults.length ? '' : leftOut(files, used);
-  // What was refused of a drop before this one is still to be read.
+  // Messages about an earlier drop stay visible.
   if (faults.length) sendFault.set([sendFault.get(), ...faults].filter(Boolean).join(' '));
   if (left) sendNote.set(left);
   if (news.length) say([...news, left].join(' ').trim());
@@ -103,8 +100,7 @@ async function takeModel(
   fileNames.set({ ...fileNames.get(), [scene.id]: name });
   models.set([scene, ...models.get().filter((m) => m.id !== scene.id)]);
   chooseScene(scene.id);
-  // What a person wants next is to look at it; where there is no form, they are about something
-  // else.
+  // Next the user will want to view it; without a form the user is busy elsewhere.
   if (['home', 'job', 'jobs', 'compose'].includes(route.get().view)) go(`/compose/${scene.id}`);
   return `${name} is ready to render.`;
 }
@@ -125,7 +121,7 @@ const bringsLight = (scene: Scene): boolean =>
 const namedAtMost = 3;
 
 /**
- * Names files that nothing was made of; of a folder only models and panoramas, for it may hold
+ * Reports ignored files; for a folder only models and environment maps, because it may contain
  * anything.
  */
 function leftOut(files: DroppedFile[], used: File[]): string {

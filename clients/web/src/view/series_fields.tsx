@@ -9,7 +9,7 @@ const framesAtMost = 1000;
 const whole = (value: number, most: number): number =>
   Math.max(1, Math.min(most, Math.round(value)));
 
-/** Many pictures of one model: views around it, all of its variants, frames of its animation. */
+/** Many images of one model: views around it, all of its variants, frames of its animation. */
 export function SeriesFields() {
   const v = useStore(form);
   const scene = useStore(sceneDetails);

@@ -1,14 +1,14 @@
 import type { FormValues } from './form_model';
 import { fromPose } from './orbit';
 
-/** What POST /v1/batches takes. */
+/** The request of POST /v1/batches. */
 export interface SeriesRequest {
   template: Record<string, unknown>;
   matrix: Record<string, unknown[]>;
   name: string;
 }
 
-/** Of views around a model that nobody has placed a camera for, as model-viewer looks at first. */
+/** Polar angle of views around a model without a placed camera, the default of model-viewer. */
 const usualPhi = 75;
 
 const hundredths = (degrees: number): number => Math.round(degrees * 100) / 100;
@@ -17,7 +17,7 @@ const hundredths = (degrees: number): number => Math.round(degrees * 100) / 100;
 export const turntable = (views: number, from = 0): number[] =>
   Array.from({ length: views }, (_, i) => hundredths((from + (i * 360) / views) % 360));
 
-/** Is more than one picture asked for? */
+/** Whether more than one image is requested. */
 export const picturesOf = (v: FormValues, variants: string[]): number =>
   Math.max(1, v.views) *
   Math.max(1, v.frames) *
@@ -29,7 +29,7 @@ const micro = (seconds: number): number => Math.round(seconds * 1e6) / 1e6;
 export const frameTimes = (v: FormValues): number[] =>
   Array.from({ length: v.frames }, (_, i) => micro((v.timeSeconds ?? 0) + i / v.framesPerSecond));
 
-/** A camera without its place. */
+/** A camera without its position. */
 function lensOf(camera: unknown): Record<string, unknown> {
   const lens = { ...(camera as Record<string, unknown> | undefined) };
   for (const key of ['name', 'index', 'position', 'target', 'up', 'orbit']) delete lens[key];
@@ -37,8 +37,8 @@ function lensOf(camera: unknown): Record<string, unknown> {
 }
 
 /**
- * The jobs of a series: all views of each variant at each time. request: of one picture. A camera
- * that was placed by hand keeps its height and distance.
+ * The jobs of a series: all views of each variant at each time. request: that of one image. A
+ * camera placed by hand keeps its height and distance.
  */
 export function seriesOf(
   v: FormValues,
@@ -71,7 +71,7 @@ export function seriesOf(
     matrix.time_seconds = frameTimes(v);
     parts.push('{time_seconds} s');
   }
-  // Braces would be read as places of values.
+  // Braces would be parsed as placeholders.
   const title = v.name.replace(/[{}]/g, '');
   return { template, matrix, name: [title, ...parts].filter(Boolean).join(' ') };
 }

@@ -21,7 +21,7 @@ const stateWords: Record<BatchSummary['state'], string> = {
   finished: 'Finished',
 };
 
-/** The series as it is, asked for again until it ends; or why there is none. */
+/** The current state of the series, requested until it ends; or why it does not exist. */
 function useSeries(id: string) {
   const [batch, setBatch] = useState<Batch | null>(null);
   const [fault, setFault] = useState('');
@@ -52,13 +52,13 @@ function useSeries(id: string) {
   return { batch, fault, renew: () => ask((n) => n + 1) };
 }
 
-/** The pattern of its names without the placeholders and what separates them. */
+/** The pattern of its names without the placeholders and their separators. */
 const titleOf = ({ name }: Batch): string =>
   name
     .replace(/[\s\-_.,·]*\{[^}]*\}( s\b)?[\s\-_.,·]*/g, ' ')
     .trim();
 
-/** A job of the series, for what all have in common. */
+/** A job of the series, for the settings that all share. */
 function useFirstJob(batch: Batch): Job | null {
   const [job, setJob] = useState<Job | null>(null);
   const id = batch.jobs[0]?.id;
@@ -73,7 +73,7 @@ function useFirstJob(batch: Batch): Job | null {
   return job;
 }
 
-/** May its images be denoised, and shall they be? */
+/** Whether its images can be denoised, and whether that is selected. */
 function useDenoising(first: Job | null): { may: boolean; denoise: 'mixed' | 'off' } {
   const wanted = useStore(display).denoised !== false;
   const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
@@ -149,7 +149,7 @@ function Series({ batch, fault, onChange }: SeriesProps) {
   );
 }
 
-/** How to make a video: the server has no encoder, the command line uses ffmpeg. */
+/** Instructions for a video: the server has no encoder, the command line uses ffmpeg. */
 function VideoCommand({ id, denoise }: { id: string; denoise: string }) {
   const command =
     `tessera batch ${id} --video turn.mp4 --fps 12` +
@@ -178,7 +178,7 @@ interface ActionsProps {
 
 function SeriesActions({ batch, denoising: { may, denoise }, onChange }: ActionsProps) {
   const [format, setFormat] = useState<string>('png');
-  // EXR is for those who want every layer, which a denoised one has not.
+  // EXR contains every layer, which a denoised image does not have.
   const hasLayers = format === 'exr';
   const [sure, setSure] = useState(false);
   const [busy, setBusy] = useState(false);
@@ -280,7 +280,7 @@ const wordsOf = (value: unknown): string =>
       : String(value);
 
 function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
-  // Values that its name does not tell.
+  // Values that are not part of its name.
   const values = Object.values(job.values)
     .map(wordsOf)
     .filter((value) => !job.name.includes(value))
@@ -313,7 +313,7 @@ function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
 
 const listed = 6;
 
-/** Links to the newest series; nothing where there is none. */
+/** Links to the newest series; nothing if there is none. */
 export function SeriesLinks() {
   const [batches, setBatches] = useState<BatchSummary[]>([]);
   useEffect(() => {

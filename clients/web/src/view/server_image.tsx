@@ -10,7 +10,8 @@ import { useMix } from './light_mixer';
 import { isLayer, isShare, jobModes, layerModes, type Mode } from './view_modes';
 
 /**
- * The newest revision, taken up now and then while the film grows; at once where `view` changes.
+ * The newest revision, updated occasionally while the film grows, and immediately if `view`
+ * changes.
  */
 export function useRevision(job: Job, large: boolean, view: string): number {
   const [revision, setRevision] = useState(job.revision ?? 0);
@@ -29,11 +30,11 @@ export function useRevision(job: Job, large: boolean, view: string): number {
 interface Shown {
   mode: Mode;
   url: string;
-  /** Values that are black and white, for layers of data. */
+  /** Values shown as black and white, for data layers. */
   range: [number, number] | null;
 }
 
-/** The picture at an address; the one before stays until the next has come. */
+/** The image at an address; the previous one stays until the next has arrived. */
 function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
   const [shown, setShown] = useState<Shown | 'missing' | null>(null);
   useEffect(() => {
@@ -54,7 +55,7 @@ function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
   return shown;
 }
 
-/** Of nominal white. */
+/** Luminous efficacy of nominal white. */
 const lumensPerWatt = 683;
 
 const ranges: Partial<Record<Mode, string>> = {
@@ -89,7 +90,7 @@ function FalseColours() {
 }
 
 /**
- * A layer, or a picture beyond the page's memory, as the server encodes it; renewed as the film
+ * A layer, or an image too large for the page's memory, encoded by the server; updated as the film
  * grows.
  */
 export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {

@@ -38,7 +38,7 @@ function meaningOf(mode: Mode, correlated: boolean): string {
 
 const sameRange = (a: Range, b: Range): boolean => a.low === b.low && a.high === b.high;
 
-/** Ranges of the measuring ramps, looked up now and then while the film changes. */
+/** Ranges of the colour ramps, updated occasionally while the film changes. */
 function useRanges(state: FeedState, mode: Mode) {
   const [ranges, setRanges] = useState({
     variance: { low: 1e-6, high: 1 },
@@ -158,7 +158,7 @@ function ProbeMark({ probe, view }: { probe: Probe; view: Viewport }) {
   );
 }
 
-/** States in which there is nothing to look at yet, or nothing more to come. */
+/** States without an image yet, or without further updates. */
 function StageNotice({ state }: { state: FeedState }) {
   const job = state.job!;
   const empty = !state.tooLarge && !job.revision && !(state.film && state.film.tilesSeen > 0);

@@ -1,7 +1,7 @@
 import type { Job } from '../api/types';
 import { bytes, count, duration, number } from '../ui/format';
 
-/** The light that was chosen where none was asked for: worth knowing, but nothing is wrong. */
+/** The lighting chosen by default: useful to know, but not a problem. */
 const isChoice = (text: string): boolean => text.startsWith('No environment was given');
 
 export function Statistics({ job }: { job: Job }) {

@@ -10,11 +10,11 @@ const thumbPx = 160;
 
 interface Row {
   vertices: number;
-  /** From fewest vertices of the light to most; null: a strategy that the job does not keep. */
+  /** From fewest light vertices to most; null: a strategy that the job does not record. */
   cells: (Strategy | null)[];
 }
 
-/** A row for each number of vertices, so that those of one length stand side by side. */
+/** A row for each number of vertices, so that paths of one length are side by side. */
 function rowsOf(strategies: Strategy[]): Row[] {
   const lengths = [...new Set(strategies.map(({ s, t }) => s + t))].sort((a, b) => a - b);
   return lengths.map((vertices) => ({
@@ -27,8 +27,8 @@ function rowsOf(strategies: Strategy[]): Row[] {
 }
 
 /**
- * The strategies of bidirectional path tracing that a job keeps, by the number of vertices of their
- * paths. Source of the drawing: Veach 1997, figure 10.2.
+ * The strategies of bidirectional path tracing that a job records, by the number of path vertices.
+ * Source of the drawing: Veach 1997, figure 10.2.
  */
 export function StrategyPyramid({
   job,

@@ -340,7 +340,7 @@ export function SubmitForm() {
   const uploading = useStore(sending);
   const items = useStore(refusals);
   const [busy, setBusy] = useState(false);
-  /** Somebody is at the form. */
+  /** The form is in use. */
   const [near, setNear] = useState(false);
   const values = useStore(form);
   const variants = useStore(sceneDetails)?.variants ?? [];
@@ -350,7 +350,7 @@ export function SubmitForm() {
   const submit = async (event: Event): Promise<void> => {
     event.preventDefault();
     const values = { ...form.get() };
-    // A hash says little in a list that others read.
+    // A hash is not a useful name in a shared list.
     if (!values.name && isModel(values.scene)) values.name = sceneName(values.scene);
     const faults = check(values);
     refusals.set(faults);
@@ -369,7 +369,7 @@ export function SubmitForm() {
       }
       void refresh();
     } catch (error) {
-      // Of a series the template is what the form says.
+      // In a series the template is the form's request.
       const found = refusalsOf(error).map((r) => ({
         ...r,
         pointer: r.pointer.replace(/^\/template(?=\/)/, ''),

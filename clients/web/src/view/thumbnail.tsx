@@ -4,8 +4,8 @@ import { isFinal } from '../api/states';
 import type { Job } from '../api/types';
 
 /**
- * A small picture of a job; renewed every few seconds while it renders, kept in view until the next
- * has come.
+ * A small image of a job; updated every few seconds while it renders, and shown until the next has
+ * arrived.
  */
 export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {
   const [revision, setRevision] = useState(job.revision ?? 0);

@@ -5,12 +5,12 @@ import type { JobFeed } from '../live/job_feed';
 const lifeMs = 420;
 const most = 160;
 /**
- * Outlines need no more pixels than this; clearing and composing a large canvas would cost more
- * than the picture.
+ * Outlines need no more pixels than this; clearing and compositing a large canvas would cost more
+ * than the image.
  */
 const mostWidth = 960;
 
-/** Outlines that fade where tiles have just arrived. Nothing runs while nothing arrives. */
+/** Outlines of tiles that have just arrived, which fade. Idle while no tiles arrive. */
 export function TileFlashes({
   feed,
   width,

@@ -28,7 +28,7 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   ];
   const row = useRef<HTMLFieldSetElement>(null);
   useEffect(() => {
-    // Where the row is wider than a phone, the chosen one may be out of sight.
+    // If the row is wider than a phone, the selected one may be out of view.
     const { current } = row;
     const chosen = current?.querySelector<HTMLElement>('.mode-on');
     if (!current || !chosen || current.scrollWidth <= current.clientWidth) return;
@@ -63,7 +63,7 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   );
 }
 
-/** Exposure and tone curve: applied to the floats in the page, without asking the server. */
+/** Exposure and tone curve: applied to the floats in the page, without a request. */
 export function LightControls({ film, disabled }: { film: LiveFilm | null; disabled: boolean }) {
   const shown = useStore(display);
   const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });

@@ -2,10 +2,9 @@ import type { Look } from '../live/painter';
 import type { Plane } from '../live/picture';
 import type { Display } from '../ui/server_state';
 
-/** What the stage shows: a plane of the live film, or a layer that the server encodes. */
-/** A share of the light that the job was asked to keep. */
+/** A light share that the job records. */
 export type Share = `bounce:${string}` | `light:${string}` | `st:${string}` | 'irradiance';
-/** What the pixels show, of the labels that the job was asked to keep. */
+/** Labels that the job records. */
 export type Label =
   | 'object'
   | 'instance'
@@ -15,12 +14,13 @@ export type Label =
   | 'uv'
   | 'cryptomatte:object'
   | 'cryptomatte:material';
+/** A plane of the live film, or a layer encoded by the server. */
 export type Mode = Plane | 'albedo' | 'normal' | 'depth' | 'denoise_bias' | 'mix' | Share | Label;
 
 export interface ModeInfo {
   mode: Mode;
   label: string;
-  /** One sentence: how to read it. */
+  /** One sentence on how to read it. */
   meaning: string;
 }
 
@@ -81,7 +81,7 @@ export const isLabel = (name: string): name is Label => labelModes.some((m) => m
 
 export const isShare = (name: string): name is Share =>
   /^(bounce|light|st):./.test(name) || name === 'irradiance';
-/** Is it a part of the picture, so that it has a place in the mix? */
+/** Whether it is a part of the image and thus of the mix. */
 export const isPart = (name: string): boolean =>
   isShare(name) && name !== 'irradiance' && !name.endsWith(':unweighted');
 
@@ -127,7 +127,7 @@ function shareMode(name: Share): ModeInfo {
   };
 }
 
-/** Views of the shares that a job keeps. */
+/** Views of the shares that a job records. */
 export const shareModes = (layers: readonly string[]): ModeInfo[] =>
   layers.filter(isShare).map(shareMode);
 
@@ -136,7 +136,7 @@ const mixMode: ModeInfo = {
   label: 'Mix',
   meaning: 'Sum of the shares of the light, each turned up or down.',
 };
-/** Of the layers that a job keeps: labels, shares, and their sum where there are several. */
+/** Views of the recorded layers: labels, shares, and the sum of several shares. */
 export const jobModes = (layers: readonly string[]): ModeInfo[] => {
   const shares = shareModes(layers);
   const labels = labelModes.filter((m) => layers.includes(m.mode));
@@ -164,7 +164,7 @@ export const needsAllPlanes = (mode: Mode): boolean =>
   mode === 'error' || mode === 'variance' || mode === 'samples';
 export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
 
-/** Ends of the error ramp; the ruler under the picture has the same ones. */
+/** Ends of the error ramp, shared by the ruler below the image. */
 export const errorRange = { low: 0.001, high: 1 };
 
 export interface Range {

@@ -27,7 +27,7 @@ const maxScale = 40;
 
 /**
  * Fit, zoom and pan of a film inside a box, by wheel, drag, pinch and keys. A move without a button
- * asks for onPoint(x, y, false); a click or an arrow key for onPoint(x, y, true).
+ * calls onPoint(x, y, false), a click or an arrow key onPoint(x, y, true).
  */
 export function useViewport(
   box: RefObject<HTMLElement>,
@@ -41,7 +41,7 @@ export function useViewport(
   useLayoutEffect(() => {
     const element = box.current!;
     const read = (): void => setSize({ width: element.clientWidth, height: element.clientHeight });
-    // Its first call comes before the first paint; to read the size here would lay out the page in
+    // Its first call comes before the first paint; reading the size here would force a layout in
     // between.
     const observer = new ResizeObserver(read);
     observer.observe(element);

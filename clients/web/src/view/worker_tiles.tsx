@@ -3,10 +3,10 @@ import { api } from '../api/client';
 import type { WorkerTile } from '../api/types';
 
 const lookEveryMs = 1000;
-/** As of TileFlashes: rectangles need no more pixels. */
+/** As in TileFlashes: rectangles need no more pixels. */
 const mostWidth = 960;
 
-/** A colour for each worker, the same wherever it is named: the FNV-1a hash of its id as a hue. */
+/** A colour for each worker, the same in all places: the FNV-1a hash of its id as a hue. */
 export function workerColour(id: string, opacity = 1): string {
   let hash = 0x811c9dc5;
   for (const c of id) hash = Math.imul(hash ^ c.charCodeAt(0), 0x01000193);
@@ -44,7 +44,7 @@ export function WorkerTiles({
         const { tiles } = await api.workerTiles(job, leaving.signal);
         if (canvas.current) draw(canvas.current, scale, tiles);
       } catch {
-        // The rest of the page says what is wrong with the server.
+        // Other parts of the page report problems of the server.
         if (canvas.current) draw(canvas.current, scale, []);
       }
     };

@@ -9,7 +9,7 @@ import { workerColour } from './worker_tiles';
 const lookEveryMs = 2000;
 const columns = ['Worker', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Faults'];
 
-/** Machines that render parts of this server's pictures; nothing where there are none. */
+/** Machines that render parts of this server's images; nothing if there are none. */
 export function WorkersCard() {
   const [workers, setWorkers] = useState<Machine[]>([]);
   const shown = useStore(display);
@@ -19,7 +19,7 @@ export function WorkersCard() {
       try {
         setWorkers((await api.workers(leaving.signal)).workers);
       } catch {
-        setWorkers([]); // The rest of the page says what is wrong with the server.
+        setWorkers([]); // Other parts of the page report problems of the server.
       }
     };
     void look();

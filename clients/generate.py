@@ -3,8 +3,8 @@
 
     clients/generate.py SOURCE [--check]
 
-SOURCE: the address of a running server, or a file that holds its /openapi.json. --check writes
-nothing and exits 1, with the names, if a file is not what would be written. Standard library only.
+SOURCE: the address of a running server, or a file with its /openapi.json. --check writes nothing,
+lists the files that would change, and exits 1 if there are any. Standard library only.
 """
 
 import json
@@ -20,7 +20,7 @@ MODELS = HERE / "python/src/tessera/models.py"
 VERSION = HERE / "python/src/tessera/_version.py"
 WIDTH = 100
 PREFIX = "#/components/schemas/"
-# In these the names come from registries that differ between builds: any text is allowed.
+# Their names come from registries that differ between builds, so any text is allowed.
 OPEN_NAMES = {"JobRequest", "JobPatch", "ExtendRequest", "JobSpec", "JobDefaults", "LabRequest"}
 
 
@@ -39,7 +39,7 @@ def is_record(schema):
 
 
 class Language:
-    """What both languages write the same way. `names_are_open`: enumerations are any text."""
+    """Code shared by both languages. `names_are_open`: enumerations accept any text."""
 
     def __init__(self, schemas):
         self.schemas = schemas
@@ -170,7 +170,7 @@ class Python(Language):
         return [part for name in path for part in name.split("_")]
 
     def record(self, name, schema, path):
-        """A TypedDict. Members that are words of the language go into a base of another syntax."""
+        """A TypedDict. Members that are keywords go into a base class of another syntax."""
         required = schema.get("required", [])
         base, text, words_of_python = "TypedDict", "", []
         for member, inner in schema["properties"].items():

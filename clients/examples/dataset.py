@@ -1,9 +1,10 @@
-"""A data set: labelled images of a scene from random places in random light, as a COCO folder.
+"""A data set: labelled images of a scene from random positions in random light, as a COCO folder.
 
     python dataset.py [SCENE] [--count N] [--size WxH] [--samples N] [--seed N] [--out FOLDER]
 
-SCENE: built-in name or a .glb, .gltf or .zip file. Every image has exact masks, boxes (of what is
-seen, and of all of it) and the camera; see annotations/instances.json and panoptic.json.
+SCENE: built-in name or a .glb, .gltf or .zip file. Every image has exact masks, boxes (of the
+visible part, and of the whole object) and the camera; see annotations/instances.json and
+panoptic.json.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ AT_A_TIME = 8
 
 
 def chance(numbers: random.Random, options: argparse.Namespace) -> JobOptions:
-    """A camera around the scene that looks at its middle, and a sky of some colour."""
+    """A camera around the scene that looks at its centre, and a sky of a random colour."""
     width, height = (int(side) for side in options.size.split("x"))
     return {
         "camera": {

@@ -1,9 +1,9 @@
-"""Renders until the image is good enough, and tells how it comes along.
+"""Renders until the image meets an error target, and reports the progress.
 
     python error_target.py [SCENE] [--error 0.05] [--out PICTURE.png]
 
 The job stops when its relative error is at most the target with the stated confidence, so the
-interval of the last line lies below the target.
+interval in the last line is below the target.
 """
 
 from __future__ import annotations

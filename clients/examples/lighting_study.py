@@ -1,11 +1,11 @@
-"""A lighting study: the light that a luminaire gives to a desk, read from pixels.
+"""A lighting study: illuminance of a desk under a luminaire, read from pixels.
 
     python lighting_study.py [--heights 1.5 2.5] [--samples N]
 
-A white Lambertian plane shows the irradiance E as the radiance L = E / pi, so the mean of a pixel
-times pi is a reading, and so is its interval. (An irradiance meter, which needs no white plane, is
-not part of this build.) The luminaire is a rectangle of constant luminance, for which the
-illuminance has a closed form; the last column shows it.
+A white Lambertian plane shows the irradiance E as the radiance L = E / pi, so pi times the mean of
+a pixel is a reading, and pi times its interval the interval of the reading. (An irradiance meter,
+`meter` in a job, needs no white plane.) The luminaire is a rectangle of constant luminance, for
+which the illuminance has a closed form; the last column shows it.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from tessera import Client, Job
 
 from simple_glb import Glb
 
-DESK_M = 4.0  # side of the plane, and of what the camera sees
+DESK_M = 4.0  # side of the plane, and of the camera's view
 LAMP_M = (1.2, 0.3)  # along x and z
 LUMINANCE = 1000.0  # cd/m^2, which is one W/(sr m^2) here
 PIXELS = 64
-POINTS_M = (0.03125, 0.53125, 1.03125, 1.53125)  # centres of pixels, from the middle along x
+POINTS_M = (0.03125, 0.53125, 1.03125, 1.53125)  # centres of pixels, from the centre along x
 
 
 def room(height_m: float) -> bytes:
-    """A desk at y = 0, a luminaire that shines down on it, and a camera that sees it as a map."""
+    """A desk at y = 0, a luminaire above it, and a camera that views the desk from above."""
     glb = Glb()
     white = glb.add_material(
         "white",

@@ -1,4 +1,4 @@
-"""The product of the examples, made by code: a vase in four glazes, and a studio to light it."""
+"""The product of the examples, made by code: a vase in four glazes, and studio lighting."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GLAZES = {
 
 
 def vase() -> bytes:
-    """A surface of revolution, 30 cm high, whose primitive names a material for each variant."""
+    """A surface of revolution, 30 cm high, whose primitive has a material for each variant."""
     rings, around = 48, 64
     height = np.linspace(0, 0.3, rings)
     radius = 0.06 + 0.03 * np.sin(height * 20) * (1 - height)

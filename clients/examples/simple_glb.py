@@ -1,4 +1,4 @@
-"""Writes small GLB files by hand: what the examples need to make their own scenes, and no more."""
+"""Writes small GLB files: just enough for the examples to create their own scenes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 
 class Glb:
-    """A glTF document that grows. `document` may be changed freely before bytes() is called."""
+    """A glTF document being built. `document` may be changed freely before bytes() is called."""
 
     def __init__(self) -> None:
         self.binary = b""
@@ -24,12 +24,12 @@ class Glb:
             self.document[name] = []
 
     def add(self, kind: str, item: dict[str, Any]) -> int:
-        """Appends to a list of the document; the index."""
+        """Appends to a list of the document; returns the index."""
         self.document.setdefault(kind, []).append(item)
         return len(self.document[kind]) - 1
 
     def add_node(self, **members: Any) -> int:
-        """A node at the top of the scene."""
+        """Adds a node at the top level of the scene."""
         index = self.add("nodes", members)
         self.document["scenes"][0]["nodes"].append(index)
         return index

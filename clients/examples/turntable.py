@@ -1,10 +1,10 @@
-"""A turntable: the same scene from all around, as a batch of jobs.
+"""A turntable: views of a scene from all sides, as a batch of jobs.
 
     python turntable.py [SCENE] [--frames N] [--size WxH] [--out FOLDER]
 
 SCENE: built-in name or a .glb, .gltf or .zip file; without it a vase in a studio. All frames are
 submitted at once; the server renders them in order, and each is saved when it has ended. Running it
-again renders nothing that is there already: the jobs are found by their labels.
+again renders no existing frame again: the jobs are found by their labels.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ FOV_DEGREES = 40.0
 
 
 def camera(scene: Scene, angle: float, aspect: float) -> dict[str, object]:
-    """Looks at the middle from `angle` (radians around the y axis) and a little above."""
+    """Looks at the centre from `angle` (radians around the y axis) and slightly above."""
     if scene.bounds is None:
         raise SystemExit("the scene is empty")
     low, high = scene.bounds
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
     half = math.radians(FOV_DEGREES) / 2
-    half = min(half, math.atan(math.tan(half) * aspect))  # the narrower side has to hold it
+    half = min(half, math.atan(math.tan(half) * aspect))  # it must fit the narrower side
     away = np.array([math.sin(angle), 0.35, math.cos(angle)])
     eye = middle + away / np.linalg.norm(away) * radius / math.sin(half)
     return {
@@ -58,7 +58,7 @@ async def frame(
             "seconds": options.seconds,
         }
         if light:
-            # It shines on the product and reflects in it, but the background stays transparent.
+            # It lights the product and reflects in it, but the background stays transparent.
             request["environment"] = {"asset": light, "visible": False}
         job = await client.submit(scene, **request)
     await job.wait()
@@ -68,7 +68,7 @@ async def frame(
 
 
 async def main() -> None:
-    parser = argparse.ArgumentParser(description="Renders a scene from all around.")
+    parser = argparse.ArgumentParser(description="Renders a scene from all sides.")
     parser.add_argument("scene", nargs="?")
     parser.add_argument("--frames", type=int, default=12)
     parser.add_argument("--size", default="320x240")

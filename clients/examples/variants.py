@@ -2,8 +2,8 @@
 
     python variants.py [SCENE] [--out SHEET.png]
 
-Without SCENE a vase in four glazes is made here. The variants share one upload and one seed, so
-nothing but the material differs between the images.
+Without SCENE it uses a vase in four glazes. The variants share one upload and one seed, so the
+images differ only in their materials.
 """
 
 from __future__ import annotations

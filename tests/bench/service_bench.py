@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Figures of the service: start-up, time to the first picture, overhead. Prints, never asserts.
+"""Measures the service: start-up, time to the first image, overhead. Prints, never asserts.
 
 usage: service_bench.py BINARY [--short]
 """
@@ -17,7 +17,7 @@ TILE_HEADER = struct.Struct("<4sIIHHHHIfI")
 
 
 class Server:
-    """The real binary on a free port, with a data directory of its own."""
+    """The real binary on a free port, with a separate data directory."""
 
     def __init__(self, binary, data=None):
         self.data = data or tempfile.TemporaryDirectory()
@@ -81,8 +81,8 @@ def first_pass_seconds(server):
 
 
 def denoised_seconds(server):
-    """POST until the first denoised picture is read, asking as often as the page; the CPU seconds
-    of the server in that time; and the share of the minute after it in which more were made."""
+    """Time from POST to the first denoised image, requested as often as by the page; CPU seconds of
+    the server in that time; and the fraction of the following minute spent on further ones."""
     start = time.monotonic()
     start_cpu = server.cpu_seconds()
     job = server.request("POST", "/v1/jobs", {

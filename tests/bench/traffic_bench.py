@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Figures of the service under traffic: small GETs, many streams, a large upload, a long list.
+"""Measures the service under traffic: small GETs, many streams, a large upload, a long list.
 Prints, never asserts.
 
 usage: traffic_bench.py BINARY HTTP_LOAD

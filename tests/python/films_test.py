@@ -103,7 +103,7 @@ def flip(a, b, pixels_per_degree=67):
 
 
 def student_t_975(degrees):
-    """97.5 % quantile, to 1e-5 from 15 degrees of freedom on (Abramowitz and Stegun, 26.7.5)."""
+    """97.5% quantile, to 1e-5 from 15 degrees of freedom on (Abramowitz and Stegun, 26.7.5)."""
     z = 1.959963984540054
     terms = (
         z,

@@ -47,7 +47,7 @@ class Engine:
         }
         if has_media:
             # Its depth counts scatterings in media, the job's only those at surfaces: such jobs
-            # have to be so deep that no light is left there.
+            # must be so deep that no light remains there.
             scene["integrator"] = {"type": "volpath", "max_depth": -1}
         if job["environment"]:
             # Row 0 at the top and the image's centre at +x: Mitsuba has its centre at +z.

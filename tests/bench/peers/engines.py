@@ -51,7 +51,7 @@ class Broken(Exception):
 
 
 class Worker:
-    """An engine's process. Its own output goes to a file."""
+    """An engine's process. Its output goes to a file."""
 
     def __init__(self, kind, log):
         command, variables = command_of(kind)

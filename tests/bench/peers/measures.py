@@ -8,7 +8,7 @@ import numpy as np
 REGULARIZER = 0.01
 WORST_SHARE = 0.001
 
-# Student's t, 97.5 % quantile, for 1 to 30 degrees of freedom (NIST/SEMATECH e-Handbook,
+# Student's t, 97.5% quantile, for 1 to 30 degrees of freedom (NIST/SEMATECH e-Handbook,
 # 1.3.6.7.2); beyond: normal.
 T_QUANTILES = (
     12.706,
@@ -45,7 +45,7 @@ T_QUANTILES = (
 
 
 def interval(values):
-    """Mean and the half width of its 95 % interval; for a single value the half width is unknown.
+    """Mean and the half width of its 95% interval; for a single value the half width is unknown.
     """
     values = [float(v) for v in values]
     mean = statistics.fmean(values)
@@ -57,7 +57,7 @@ def interval(values):
 
 
 def ratio_interval(over, under):
-    """Geometric mean of over[i] / under[i] with its 95 % interval, for interleaved runs.
+    """Geometric mean of over[i] / under[i] with its 95% interval, for interleaved runs.
 
     Unknown (nan) if a value is not above 0, which happens for errors below the noise of their
     reference.
@@ -97,7 +97,7 @@ def relative_mse(errors):
 
 
 def without_worst(errors):
-    """The mean without the worst 0.1 % of pixels."""
+    """The mean without the worst 0.1% of pixels."""
     flat = np.sort(np.asarray(errors).ravel())
     return float(flat[:len(flat) - math.ceil(WORST_SHARE * len(flat))].mean())
 

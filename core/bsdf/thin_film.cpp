@@ -46,7 +46,7 @@ float all_orders(float a, float phase) {
 
 Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb base_f0,
                       Rgb wavelengths_nm) noexcept {
-  // The index of a film of vanishing thickness goes to that of air.
+  // As the thickness of a film tends to 0, its index tends to that of air.
   const float t = clamp01(thickness_nm / 30.0F);
   const float n1 = 1 + (film_ior - 1) * (t * t * (3 - 2 * t));
   const float sin2 = (1 - cos_outer * cos_outer) / (n1 * n1);

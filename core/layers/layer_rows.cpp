@@ -140,7 +140,7 @@ void write_denoised_with_alpha(const DenoisedLook& look, std::size_t i, float* o
   write_denoised(look, i, out);
   out[3] = look.picture->alpha(look.mode)[i];
 }
-/// Coverage is that of the plain picture, unless it was denoised too.
+/// Coverage is that of the plain image, unless it was denoised too.
 void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
                           std::span<float> out) {
   if (!look.picture->alpha(look.mode).empty()) {

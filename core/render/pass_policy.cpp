@@ -13,8 +13,8 @@ namespace {
 /// estimate. Between looks errors fall by 6 to 13%: before the last two looks the error is too far
 /// away, and those two see nearly the same samples.
 constexpr int kLooksAtRisk = 2;
-/// Per octave of samples: denoising takes as long as some samples of the image, so more looks would
-/// cost more than they save.
+/// Per octave of samples: denoising takes as long as some samples of the image, so more checks
+/// would cost more than they save.
 constexpr int kDenoisedLooks = 2;
 /// No error target ends a job earlier: fewer samples miss rare light.
 constexpr int kSamplesBeforeErrorStop = 4;

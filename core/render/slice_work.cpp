@@ -34,7 +34,7 @@ auto arrays_of(Tile& s) {
 constexpr std::size_t kTileArrays =
     std::tuple_size_v<decltype(arrays_of(std::declval<TileState&>()))>;
 
-/// Calls visit(array) for each of them.
+/// Calls visit(array) for each array of a tile.
 template <typename Tile, typename Visit>
 void visit_arrays(Tile& tile, const Visit& visit) {
   std::apply([&](auto&... values) { (visit(values), ...); }, arrays_of(tile));
@@ -93,7 +93,7 @@ void append(std::string& bytes, const Value* values, std::size_t count) {
   bytes.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
 }
 
-/// No sample has come into the tile: all values of its arrays are those they begin with.
+/// Returns whether the tile has no samples yet: all its arrays have their initial values.
 bool is_new(const TileState& s) {
   return s.samples == 0 && s.pilot_samples == 0 && s.plan.empty() && s.pilot.empty() &&
          s.fit.empty();
@@ -121,7 +121,7 @@ std::array<std::uint32_t, kTileArrays> array_sizes(const TileState& s, WorkPart 
 class Reader {
  public:
   explicit Reader(std::string_view rest) : rest_(rest) {}
-  /// False: there is not as much.
+  /// Returns false if fewer bytes are left.
   template <typename Value>
   bool take(Value* values, std::size_t count) {
     const std::size_t bytes = count * sizeof(Value);
@@ -148,7 +148,7 @@ class Reader {
   std::string_view rest_;
 };
 
-/// Reads the tile's arrays. Returns false if there is not as much.
+/// Reads the tile's arrays. Returns false if the data ends before their end.
 bool take_arrays(Reader& reader, const SliceHead& slice, TileState& s) {
   bool whole = true;
   std::size_t i = 0;
@@ -338,7 +338,7 @@ void WorkWriter::add(const SliceWork& work) {
                            work.meter.rejected_samples,
                            work.meter.rays,
                            work.meter.cpu_seconds};
-  if (bytes_.size() == sizeof(Head)) {  // Others are as large; sums of splats are in the first.
+  if (bytes_.size() == sizeof(Head)) {  // Other slices are as large; only the first has splat sums.
     std::size_t bytes = sizeof slice + work.meter.sums.size() * sizeof(MeterSum);
     visit_written(s, part_, [&](const auto& values, std::size_t size) {
       bytes += is_left_out ? 0 : size * sizeof(values[0]);
@@ -453,7 +453,7 @@ std::uint64_t result_bytes_max(const Film& film, std::size_t slices) {
 
 std::string content_digest(std::vector<SliceWork> done) {
   for (SliceWork& each : done) {
-    // Rays of photons count for the worker that traces them, which may be another one.
+    // Photon rays are counted by the worker that traces them, which may differ.
     each.state.cpu_seconds = each.light.cpu_seconds = each.meter.cpu_seconds = 0;
     each.state.rays = 0;
   }

@@ -307,7 +307,7 @@ class MaterialReader {
     }
   }
 
-  /// Values agree that differ by no more than rounding to two decimals.
+  /// Values agree if they differ by no more than rounding to two decimals.
   void warn_of_contradiction(const char* extension_name, float theirs, float ours,
                              const char* which) {
     if (std::fabs(theirs - ours) > 0.005F) {
@@ -318,7 +318,7 @@ class MaterialReader {
     }
   }
 
-  /// A texture lies on the surface; what scatters is inside.
+  /// Textures apply to surfaces, and the medium is inside.
   void warn_of_scatter_texture(const tinygltf::Value& e) {
     if (e.Has("multiscatterColorTexture")) {
       warn("multiscatterColorTexture is ignored in volumes; only multiscatterColorFactor is used");

@@ -234,7 +234,7 @@ class SchemaWalk {
                                                            ", " + number_text(member.max) + "]"));
     }
     if (!member.one_of.empty() && !is_one_of(shown(value), member.one_of)) {
-      return invalid(where, shown(value) + " is none of " + list_of(member.one_of));
+      return invalid(where, shown(value) + " is not one of " + list_of(member.one_of));
     }
     return ok_status();
   }
@@ -245,7 +245,7 @@ class SchemaWalk {
       return invalid(where, shown(value) + " is not a string");
     }
     if (!member.one_of.empty() && !is_one_of(value.get_ref<const std::string&>(), member.one_of)) {
-      return invalid(where, shown(value) + " is none of " + list_of(member.one_of));
+      return invalid(where, shown(value) + " is not one of " + list_of(member.one_of));
     }
     return ok_status();
   }

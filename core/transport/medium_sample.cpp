@@ -7,7 +7,7 @@
 namespace core {
 namespace {
 
-/// Probabilities of picking the channels by what the path carries.
+/// Returns the probabilities of selecting each channel, from the path's throughput.
 Rgb channel_probs(Rgb beta) noexcept {
   const Rgb size = {std::fabs(beta.r), std::fabs(beta.g), std::fabs(beta.b)};
   const float sum = size.r + size.g + size.b;

@@ -63,13 +63,13 @@ inline MediumSample sample_medium(const PathState& path, const Medium* solid,
 /// Scatters at `point` in a medium: the next direction by its phase function, u in [0,1).
 void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) noexcept;
 
-/// Fills the auxiliary layers at a path's first event, which is to scatter in a medium.
-/// direction: unit, of the path as it arrives.
+/// Fills the auxiliary layers at a path's first event, a scattering event in a medium.
+/// direction: unit direction of the arriving path.
 void record_first_scattering(PathSample& out, const MediumSample& sample, Vec3 direction) noexcept;
 
-/// Scatterings in media do not count as bounces, for milk has hundreds where a room has two; there
-/// are at most so many for each bounce that max_depth allows. At an albedo of 0.99, which loses
-/// half of the light in 69 scatterings, roulette ends nearly all paths before.
+/// Maximum number of scattering events in media for each bounce that max_depth allows. They do not
+/// count as bounces, because milk has hundreds where a room has two. At an albedo of 0.99, which
+/// loses half of the light in 69 events, Russian roulette ends nearly all paths earlier.
 inline constexpr int kMediumScatterings = 64;
 
 }  // namespace core

@@ -71,7 +71,7 @@ SpectralBsdf SpectralColors::bsdf(const SceneData& scene, const PathState& path,
   if (material.is_volume) {
     at.ior = relative_ior(path.media, material, s.front);
     if (!(at.ior == Rgb(at.ior.r))) {
-      // All colours of wavelengths are equally long: what the path carries of each is what counts.
+      // The colours of all wavelengths have the same norm, so only the path's throughput matters.
       const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};
       const float sum = size.r + size.g + size.b;
       at.prob = sum > 0 ? size / sum : at.prob;

@@ -88,7 +88,7 @@ Response create(const RouteContext& context, Request& request) {
   if (!is_scene && !is_zip && !is_any && type != "application/json") {
     return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "\"" + type +
-                            "\" is none of model/gltf-binary, model/gltf+json, "
+                            "\" is not one of model/gltf-binary, model/gltf+json, "
                             "application/zip, application/octet-stream, application/json");
   }
   auto upload = read_body(context, request);

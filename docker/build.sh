@@ -11,7 +11,7 @@ build() {
   NINJA_STATUS='[%p, step %f of %t, %e s] ' cmake --build "$build_dir" --target "$@" >&2
 }
 
-# Installs the compiler, the libraries and, unless a recent enough one is installed, Node (for the page).
+# Installs the compiler, the libraries and, for the page, Node, unless a recent one is installed.
 install_build_packages() {
   docker/install-packages build "$@"
   if ! node_is_new_enough; then

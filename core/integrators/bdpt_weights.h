@@ -46,7 +46,7 @@ class BdptWeights {
     return {0, here.vc * squared(cosine)};
   }
 
-  // MIS weights of strategies. flight_depth: optical depth of scattering media along the connection.
+  // MIS weights. flight_depth: optical depth of scattering media along the connection.
 
   /// s = 0 where the path leaves the scene.
   double background(const Subpath& path) const noexcept;

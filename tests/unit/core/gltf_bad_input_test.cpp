@@ -24,8 +24,7 @@ TEST(GltfBadInput, InputThatIsNeitherGlbNorJsonIsReportedWithoutItsBytes) {
             "the glTF JSON cannot be read: it is not JSON from byte 12 (line 2, column 12) on");
   EXPECT_EQ(said("{"),
             "the glTF JSON cannot be read: it is not JSON from byte 1 (line 1, column 2) on");
-  EXPECT_EQ(said("{\"a\": 1e999}"),
-            "the glTF JSON cannot be read: a number is out of range");
+  EXPECT_EQ(said("{\"a\": 1e999}"), "the glTF JSON cannot be read: a number is out of range");
 }
 
 TEST(GltfBadInput, SkipsAByteOrderMark) { EXPECT_TRUE(load_json("\xEF\xBB\xBF{" + kAsset + "}")); }

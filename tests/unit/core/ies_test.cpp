@@ -220,8 +220,7 @@ TEST(IesFile, ReportsErrorsWithTheirPosition) {
     return text;
   };
   EXPECT_EQ(message(""), "no line starts with TILT: not an IES LM-63 file");
-  EXPECT_EQ(message("solid cube\nfacet"),
-            "no line starts with TILT: not an IES LM-63 file");
+  EXPECT_EQ(message("solid cube\nfacet"), "no line starts with TILT: not an IES LM-63 file");
   EXPECT_EQ(message("TILT=NONE"), "the file ends before the number of lamps");
   EXPECT_EQ(message(changed("3 2 1 2", "3 2 4 2")),
             "line 5: the photometric type is 4, outside of [1, 3]");

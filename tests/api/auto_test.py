@@ -19,7 +19,7 @@ class Auto(ApiTest):
         self.assertIn(chosen, ("path", "bdpt"))
         said = [w for w in job["warnings"] if w.startswith("integrator.type:")]
         self.assertEqual(len(said), 1)
-        self.assertIn(f"it is '{chosen}', since", said[0])
+        self.assertIn(f"chose '{chosen}', since", said[0])
         named = self.server.render(body(chosen))
         self.assertEqual(job["film_digest"], named["film_digest"])
         other = self.server.render(body("bdpt" if chosen == "path" else "path"))

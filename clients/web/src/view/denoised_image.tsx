@@ -115,7 +115,7 @@ export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: 
   const on = shown.denoised !== false;
   return (
     <div class="denoise">
-      <label title="The denoised image, mixed with the plain one where that is better">
+      <label title="The denoised image, blended with the plain one where that is better">
         <input
           type="checkbox"
           checked={on}

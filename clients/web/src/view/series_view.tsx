@@ -225,7 +225,7 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
       {may && !hasLayers && (
         <label
           class="check"
-          title="The denoised images, mixed with the plain ones where those are better"
+          title="The denoised images, blended with the plain ones where those are better"
         >
           <input
             type="checkbox"

@@ -123,7 +123,7 @@ function shareMode(name: Share): ModeInfo {
   return {
     mode: name,
     label: `Bounce ${count}${more && '+'}`,
-    meaning: `Light of paths with ${count}${more} scatterings: 0 is emitted, 1 direct light.`,
+    meaning: `Light of paths with ${count}${more} scattering events: 0 is emitted, 1 direct light.`,
   };
 }
 

@@ -36,6 +36,8 @@ DEPTH = 6  # maximum number of scattering events
 # With media, whose events Mitsuba counts: walls of an albedo of 0.8 keep 1e-6 of the light.
 DEEP = 64
 THREADS = 2
+# Pixels of a side of the image, of which each block has a quarter. Paths in media are long.
+SIDE, SIDE_OF_MEDIA = 48, 24
 
 
 def write_map(path):
@@ -100,7 +102,7 @@ def milk_in_box(path):
     white = b.material((0.73, 0.73, 0.73), specular=0)
     lamp = b.material((0, 0, 0), specular=0, emission=(12, 12, 12))
     wax = b.material((1, 1, 1), roughness=0, glass=True, ior=1,
-                     medium=(0.2, (0.8, 0.4, 0.1), (0.9, 0.7, 0.5), 0.4))
+                     medium=(0.5, (0.8, 0.4, 0.1), (0.9, 0.7, 0.5), 0.4))
     b.node(b.mesh(scenes.quad((0, 0, 1), (1, 0, 0), (0, 0, -1), white),
                   scenes.quad((0, 0, 0), (1, 0, 0), (0, 1, 0), white),
                   scenes.quad((0, 0, 1), (0, 0, -1), (0, 1, 0), white),
@@ -116,7 +118,7 @@ def milk_under_map(path):
     b = scenes.Builder()
     floor = b.material((0.6, 0.5, 0.4), specular=0)
     milk = b.material((1, 1, 1), roughness=0, glass=True, ior=1.33,
-                      medium=(0.15, (0.4, 0.35, 0.3), (0.9, 0.85, 0.7), 0.6))
+                      medium=(0.5, (0.4, 0.35, 0.3), (0.9, 0.85, 0.7), 0.6))
     b.node(b.mesh(scenes.quad((-6, 0, 6), (12, 0, 0), (0, 0, -12), floor)))
     b.node(b.mesh(scenes.ball(milk)), translation=[0, 0.5, 0], scale=[0.5, 0.5, 0.5])
     return b.save(path, (0.3, 2.2, 1.6), (0, 0.3, 0), math.radians(30))
@@ -214,16 +216,17 @@ def measure(case, options, folder):
     import engines
 
     name, scene, environment, depth, points = case
-    job = {"scene": scene, "environment": environment, "sky": None, "width": options.size,
-           "height": options.size, "depth": depth, "threads": THREADS, "folder": folder,
+    side = SIDE_OF_MEDIA if depth == DEEP else SIDE
+    job = {"scene": scene, "environment": environment, "sky": None, "width": side,
+           "height": side, "depth": depth, "threads": THREADS, "folder": folder,
            "binary": os.path.abspath(options.binary)}
     theirs = Renderer(engines.MITSUBA_SCALAR, job, folder)
-    pictures = blocks(theirs.pictures(options), options.block)
+    pictures = blocks(theirs.pictures(options), side // 4)
     readings = theirs.readings(points, options)
     theirs.close()
     for integrator in ("path", "bdpt"):
         ours = Renderer(engines.KINDS[0], {**job, "integrator": integrator}, folder)
-        yield f"{name}, {integrator}", blocks(ours.pictures(options), options.block), pictures
+        yield f"{name}, {integrator}", blocks(ours.pictures(options), side // 4), pictures
         if integrator == "path":
             yield f"{name}, meter", ours.readings(points, options), readings
         ours.close()
@@ -236,8 +239,8 @@ def main(words):
     parser.add_argument("--short", action="store_true", help="a quarter of the samples")
     parser.add_argument("--scene", default="", help="only scenes whose names begin so")
     options = parser.parse_args(words)
-    options.seeds, options.size, options.block = 16, 48, 12
-    options.samples, options.meter_samples = (64, 4096) if options.short else (256, 16384)
+    options.seeds = 16
+    options.samples, options.meter_samples = (64, 16384) if options.short else (256, 65536)
 
     results = []
     with tempfile.TemporaryDirectory() as folder:

@@ -39,6 +39,39 @@ struct VisitedVertices {
   void operator()(Subpath& path, const Vertex& at) { visit(path, at); }
 };
 
+/// Keeps all vertices and calls visit(path, vertex).
+template <typename Visit>
+struct KeptVisitedVertices : KeptVertices {
+  Visit visit;
+  void operator()(Subpath& path, const Vertex& at) { visit(path, at); }
+};
+
+/// Passes the splat of a vertex on to `to`.
+class VertexSplat final : public CameraSplats {
+ public:
+  VertexSplat(const CameraSplats& film, StrategyLights& to, const Vertex& vertex)
+      : film_(film), to_(to), strategy_{vertex.length() + 1, 1} {}
+  const Camera& camera() const noexcept override { return film_.camera(); }
+  bool reaches(Vec2 film_px) const noexcept override { return film_.reaches(film_px); }
+  void add(Vec2 film_px, Rgb value) noexcept override { to_.splat(strategy_, film_px, value); }
+
+ private:
+  const CameraSplats& film_;
+  StrategyLights& to_;
+  SubpathLengths strategy_;
+};
+
+/// Memory for the vertices of light subpaths. Most fit into the buffer.
+class VertexMemory {
+ public:
+  std::pmr::list<Vertex> vertices() { return std::pmr::list<Vertex>(&memory_); }
+
+ private:
+  static constexpr std::size_t kBuffer = std::size_t{16} << 10U;
+  std::array<std::byte, kBuffer> buffer_;
+  std::pmr::monotonic_buffer_resource memory_{buffer_.data(), buffer_.size()};
+};
+
 }  // namespace
 
 BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
@@ -102,7 +135,8 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
 }
 
 template <typename Visit>
-void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const noexcept {
+void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& strategies,
+                                           Visit& visit) const noexcept {
   const EmissionSample light = start_light_path(path, emission_);
   const float first_size = throughput_size(path.beta);
   PathVertex met;
@@ -134,8 +168,11 @@ void BidirectionalPathTracer::follow_light(Subpath& path, Visit& visit) const no
     }
     const int depth = path.depth;
     if (!extend(path, vertex, TransportMode::kImportance) || path.scatterings() > max_depth_ ||
-        !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
-                           throughput_size(path.beta) / first_size)) {
+        !strategies.has_light_vertices(path.bounces() + 2)) {
+      return;
+    }
+    if (!strategies.only && !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
+                                               throughput_size(path.beta) / first_size)) {
       return;
     }
   }
@@ -193,12 +230,15 @@ void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint6
   Subpath path{start_path({}, sampler, rays)};
   path.fog = fog_ ? &*fog_ : nullptr;
   VisitedVertices<decltype(to_camera)> visited{to_camera};
-  follow_light(path, visited);
+  follow_light(path, {}, visited);
 }
 
 void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
                                      const LightOrigin& from) const noexcept {
   path.out.radiance += found.value;
+  if (path.lights != nullptr) {
+    path.lights->add(from.strategy, found.value);
+  }
   if (!path.shares.empty() && !is_black(found.value)) {
     ledger_.each(from, [&](std::size_t share, bool is_weighted) {
       path.shares[share] += is_weighted ? found.value : found.unweighted();
@@ -306,20 +346,25 @@ Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
 }
 
 template <typename LightVertices>
-void BidirectionalPathTracer::follow_camera(CameraSubpath& path,
+void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategies& strategies,
                                             const LightVertices& light_vertices) const noexcept {
   PathVertex met;
   MediumSample sample;
   std::optional<Vertex> place;
   while (true) {
     const Event event = next_event(path, met, sample);
+    const bool may_meet_light = strategies.has(0, path.bounces() + 2);
     if (event == Event::kEscape) {
-      add_background(path);
+      if (may_meet_light) {
+        add_background(path);
+      }
       return;
     }
     if (event == Event::kSurface) {
       if (scene_.materials[met.point.material].factors.unlit) {
-        add_unlit(path, met);
+        if (may_meet_light) {
+          add_unlit(path, met);
+        }
         return;
       }
       surface_event(scene_, path, met);
@@ -333,7 +378,9 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path,
       if (!path.out.hit) {
         record_first_surface(path.out, met, vertex.bsdf().albedo());
       }
-      add_emission(path, vertex);
+      if (may_meet_light) {
+        add_emission(path, vertex);
+      }
     } else if (!path.out.hit) {
       record_first_scattering(path.out, sample, path.ray.direction);
     }
@@ -342,11 +389,12 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path,
       return;
     }
     if (can_scatter && vertex.has_spread()) {
-      if (!lights_.empty()) {
+      if (!lights_.empty() && strategies.has(1, vertex.length() + 1)) {
         add_light_sample(path, vertex);
       }
       for (const Vertex& from_light : light_vertices) {
-        if (is_allowed(vertex.surfaces + from_light.surfaces,
+        if (strategies.has(from_light.length() + 1, vertex.length() + 1) &&
+            is_allowed(vertex.surfaces + from_light.surfaces,
                        vertex.in_media + from_light.in_media) &&
             from_light.has_spread()) {
           credit(path, connection(path, vertex, from_light),
@@ -359,6 +407,10 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path,
     vertex.surface.light_normal = vertex.light_normal();
     const int depth = path.depth;
     if (!extend(path, vertex, TransportMode::kRadiance) || path.scatterings() > max_depth_ ||
+        !strategies.has_camera_vertices(path.bounces() + 2)) {
+      return;
+    }
+    if (!strategies.only &&
         !survives_roulette(path, path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
                            continuation_probability(path))) {
       return;
@@ -369,21 +421,48 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path,
 PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera_ray,
                                                  const PathSampler& sampler, std::uint64_t& rays,
                                                  std::span<Rgb> shares) const noexcept {
-  // The vertices of most light subpaths fit into the buffer; longer subpaths allocate memory.
-  constexpr std::size_t kBuffer = std::size_t{16} << 10U;
-  std::array<std::byte, kBuffer> buffer;
-  std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
-  KeptVertices light{std::pmr::list<Vertex>(&memory)};
+  VertexMemory memory;
+  KeptVertices light{memory.vertices()};
   Subpath light_path{start_path({}, sampler.branch(1, 2), rays)};
   light_path.fog = fog_ ? &*fog_ : nullptr;
-  follow_light(light_path, light);
+  follow_light(light_path, {}, light);
 
   CameraSubpath path{{start_path(camera_ray, sampler, rays)}, {}, shares};
   path.fog = light_path.fog;
   path.last.origin = path.ray.origin;
   path.sums = weights_.from_camera(path.ray);
-  follow_camera(path, light.vertices);
+  follow_camera(path, {}, light.vertices);
   return path.out;
+}
+
+void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
+                                               const Strategies& strategies, std::uint64_t& rays,
+                                               const CameraSplats& film,
+                                               StrategyLights& out) const noexcept {
+  const auto to_camera = [&](Subpath& path, const Vertex& at) {
+    if (strategies.has(at.length() + 1, 1)) {
+      VertexSplat splats(film, out, at);
+      splat(path, at, splats);
+    }
+  };
+  VertexMemory memory;
+  KeptVisitedVertices<decltype(to_camera)> light{{memory.vertices()}, to_camera};
+  if (strategies.has_light_vertices(2)) {
+    Subpath path{start_path({}, from.from_light, rays)};
+    path.fog = fog_ ? &*fog_ : nullptr;
+    follow_light(path, strategies, light);
+    const int reached = light.vertices.empty() ? 1 : light.vertices.back().length() + 1;
+    if (strategies.only && reached < strategies.only->light) {
+      return;
+    }
+  }
+  if (strategies.has_camera_vertices(2)) {
+    CameraSubpath path{{start_path(from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
+    path.fog = fog_ ? &*fog_ : nullptr;
+    path.last.origin = path.ray.origin;
+    path.sums = weights_.from_camera(path.ray);
+    follow_camera(path, strategies, light.vertices);
+  }
 }
 
 std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input) {

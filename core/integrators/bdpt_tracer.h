@@ -24,6 +24,24 @@
 
 namespace core {
 
+/// The strategies to trace: all of them, with Russian roulette, or a single one without.
+struct Strategies {
+  std::optional<SubpathLengths> only{};
+
+  bool has(int light, int camera) const noexcept {
+    return !only || (only->light == light && only->camera == camera);
+  }
+  bool has_light_vertices(int count) const noexcept { return !only || count <= only->light; }
+  bool has_camera_vertices(int count) const noexcept { return !only || count <= only->camera; }
+};
+
+/// The start of a camera subpath and the numbers of both subpaths.
+struct SubpathPair {
+  Camera::CameraRay camera_ray;
+  PathSampler from_camera;
+  PathSampler from_light;
+};
+
 class BidirectionalPathTracer final : public Integrator {
  public:
   explicit BidirectionalPathTracer(const IntegratorInput& input)
@@ -48,6 +66,10 @@ class BidirectionalPathTracer final : public Integrator {
                           std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
   void trace_light(const PathSampler& sampler, std::uint64_t& rays,
                    CameraSplats& splats) const noexcept override;
+  /// Adds the contributions of strategies to `out`. Unlike trace() and trace_light(), strategies
+  /// with t = 1 use the same light subpath as the others. film: decides which splats are needed.
+  void trace_strategies(const SubpathPair& from, const Strategies& strategies, std::uint64_t& rays,
+                        const CameraSplats& film, StrategyLights& out) const noexcept;
 
  private:
   enum class Event { kEscape, kSurface, kMedium };
@@ -56,9 +78,10 @@ class BidirectionalPathTracer final : public Integrator {
   Event next_event(Subpath& path, PathVertex& met, MediumSample& sample) const noexcept;
   /// Follows a light subpath and calls visit(path, vertex) for each of its vertices.
   template <typename Visit>
-  void follow_light(Subpath& path, Visit& visit) const noexcept;
+  void follow_light(Subpath& path, const Strategies& strategies, Visit& visit) const noexcept;
   template <typename LightVertices>
-  void follow_camera(CameraSubpath& path, const LightVertices& light_vertices) const noexcept;
+  void follow_camera(CameraSubpath& path, const Strategies& strategies,
+                     const LightVertices& light_vertices) const noexcept;
   bool extend(Subpath& path, const Vertex& vertex, TransportMode mode) const noexcept;
   /// Returns whether a path may have this many scattering events.
   bool is_allowed(int surfaces, int in_media) const noexcept {

@@ -39,10 +39,21 @@ struct Found {
   Rgb unweighted() const noexcept { return weight > 0 ? value / weight : Rgb{}; }
 };
 
+/// Receives the weighted contributions of strategies.
+class StrategyLights {
+ public:
+  virtual ~StrategyLights() = default;
+  /// t > 1: adds to the pixel of the camera subpath.
+  virtual void add(SubpathLengths strategy, Rgb value) noexcept = 0;
+  /// t = 1: as CameraSplats::add().
+  virtual void splat(SubpathLengths strategy, Vec2 film_px, Rgb value) noexcept = 0;
+};
+
 /// The camera subpath.
 struct CameraSubpath : Subpath {
   PathSample out{};
-  std::span<Rgb> shares{};  ///< light shares; empty if none are recorded
+  std::span<Rgb> shares{};           ///< light shares; empty if none are recorded
+  StrategyLights* lights = nullptr;  ///< null: none
 };
 
 /// A surface that a subpath has hit, or a point at which it scatters in a medium.

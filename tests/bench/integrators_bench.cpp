@@ -4,8 +4,8 @@
 // relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
 // sixteen times the time and another seed: sppm for the pool, whose underwater light no connection
 // finds, bdpt for the others. `without 1 %`: the same without the worst hundredth of the pixels,
-// for images whose error is in a few bright points. Sample counts follow from the cost of two and
-// of six samples.
+// for images whose error is in a few bright points. With several seeds, both are medians over them.
+// Sample counts follow from the cost of two and of six samples.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -27,6 +27,7 @@ struct Plan {
   int width = 96;
   int height = 54;
   double seconds = 4;
+  int seeds = 1;
   std::string scene;  ///< empty: all
   std::string only;   ///< integrators with this prefix
   std::string sheet;  ///< JPEG file for all images; empty: none
@@ -100,6 +101,11 @@ double mean(const std::vector<double>& sorted, double share) {
   return sum / static_cast<double>(count);
 }
 
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
 /// Prints a scene's table and returns its images, the reference last.
 std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
   const core::View view = view_of(one.scene, plan);
@@ -112,10 +118,17 @@ std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
     if (row.name == "direct" || row.name.rfind(plan.only, 0) != 0) {
       continue;  // `direct` renders a different image
     }
-    const Run run = render(view, row.name, plan.seconds, 1);
-    const std::vector<double> sorted = errors(run, reference);
+    Run run;
+    std::vector<double> all;
+    std::vector<double> most;
+    for (int seed = 1; seed <= plan.seeds; ++seed) {
+      run = render(view, row.name, plan.seconds, static_cast<std::uint64_t>(seed));
+      const std::vector<double> sorted = errors(run, reference);
+      all.push_back(mean(sorted, 1));
+      most.push_back(mean(sorted, 0.99));
+    }
     std::printf("%-14s%10d%10.1f%12.5f%14.5f\n", std::string(row.name).c_str(), run.samples,
-                run.cpu_seconds, mean(sorted, 1), mean(sorted, 0.99));
+                run.cpu_seconds, median(all), median(most));
     std::fflush(stdout);
     images.push_back(run.pixels);
   }
@@ -156,13 +169,15 @@ void write_sheet(const std::vector<std::vector<std::vector<core::Rgb>>>& rows, c
 
 }  // namespace
 
-// [--seconds N] [--scene NAME] [--only NAME] [--size WxH] [--sheet FILE]
+// [--seconds N] [--seeds N] [--scene NAME] [--only NAME] [--size WxH] [--sheet FILE]
 int main(int argc, char** argv) {
   Plan plan;
   for (int i = 1; i < argc; i += 2) {
     const std::string_view flag = argv[i];
     if (flag == "--seconds" && i + 1 < argc) {
       plan.seconds = std::stod(argv[i + 1]);
+    } else if (flag == "--seeds" && i + 1 < argc) {
+      plan.seeds = std::max(1, std::stoi(argv[i + 1]));
     } else if (flag == "--scene" && i + 1 < argc) {
       plan.scene = argv[i + 1];
     } else if (flag == "--only" && i + 1 < argc) {
@@ -173,8 +188,8 @@ int main(int argc, char** argv) {
                std::sscanf(argv[i + 1], "%dx%d", &plan.width, &plan.height) == 2) {
     } else {
       std::fprintf(stderr,
-                   "usage: integrators_bench [--seconds N] [--scene NAME] [--only NAME] "
-                   "[--size WxH] [--sheet FILE]\n");
+                   "usage: integrators_bench [--seconds N] [--seeds N] [--scene NAME] "
+                   "[--only NAME] [--size WxH] [--sheet FILE]\n");
       return 2;
     }
   }

@@ -90,6 +90,23 @@ TEST(Agreement, AllOptionsAgreeOnGlossyMaterials) { expect_agreement(zoo(), 16, 
 /// pixels.
 constexpr int kLightSide = 16;
 
+/// The box behind a thin pane that half transmits, without a change of direction, and half
+/// scatters.
+core::View pane() {
+  core::SceneDescription scene = test_support::cornell();
+  core::MaterialDescription half;
+  half.metallic = 0;
+  half.roughness = 0;
+  half.transmission = 0.5F;
+  half.double_sided = true;
+  scene.meshes[0].primitives.push_back(test_support::quad(
+      {0, 0.1F, 0.5F}, {1, 0, 0}, {0, 0.7F, 0.3F}, static_cast<int>(scene.materials.size())));
+  scene.materials.push_back(half);
+  core::View view = box();
+  view.scene = test_support::build(std::move(scene));
+  return view;
+}
+
 /// A scene and the options that make means of 16 images normal in it. Path tracing finds caustics
 /// only by chance.
 struct LightPaths {
@@ -105,6 +122,7 @@ std::vector<LightPaths> light_path_scenes() {
   std::vector<LightPaths> scenes = {{"box", box(), 128},
                                     {"thin lens", lens, 128},
                                     {"glossy things", glossy, 128},
+                                    {"half clear pane", pane(), 128},
                                     {"caustic", test_support::caustic(), 512}};
   for (LightPaths& scene : scenes) {
     scene.view.settings.film.width = scene.view.settings.film.height = kLightSide;

@@ -958,7 +958,7 @@ export interface ErrorEstimate {
   low: number | null;
   /** Upper end of the interval. */
   high: number | null;
-  /** Of the interval. */
+  /** Confidence level of the interval. */
   confidence: number;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
@@ -1090,7 +1090,7 @@ export interface DryRun {
     seconds_low: number;
     /** Upper end of the interval. */
     seconds_high: number;
-    /** Of the interval. */
+    /** Confidence level of the interval. */
     confidence: number;
     cpu_seconds: number;
     /** Estimated samples per pixel required. */
@@ -1160,9 +1160,9 @@ export interface TileEvent {
   y: number;
   width: number;
   height: number;
-  /** Of the image. */
+  /** Revision of the image. */
   revision: number;
-  /** Per pixel. */
+  /** Samples per pixel. */
   samples: number;
   /** Relative error of the tile; null: unknown. */
   error: number | null;
@@ -1313,9 +1313,9 @@ export interface Convergence {
 export interface PixelLayer {
   mean: (number | null)[];
   standard_error: (number | null)[];
-  /** Of the 95% interval. */
+  /** Lower bounds of the 95% interval. */
   low: (number | null)[];
-  /** Of the 95% interval. */
+  /** Upper bounds of the 95% interval. */
   high: (number | null)[];
   /** Halves A and B; null if the layer has none. */
   halves: ((number | null)[])[] | null;
@@ -1326,7 +1326,7 @@ export interface Pixel {
   x: number;
   y: number;
   samples: number;
-  /** By name. */
+  /** Layers by name. */
   layers: Record<string, PixelLayer>;
 }
 
@@ -1929,17 +1929,17 @@ export interface Experiment {
     bias: 'none' | 'consistent' | 'biased';
     summary: string;
   })[];
-  /** Default. */
+  /** Default estimator. */
   estimator: string;
   /** Samplers that it supports. */
   samplers: string[];
-  /** Default. */
+  /** Default sampler. */
   sampler: string;
-  /** Default. */
+  /** Default values of n. */
   n: number[];
   /** Unit of n. */
   unit: string;
-  /** Default. */
+  /** Default number of replicates. */
   replicates: number;
   params: {
     name: string;
@@ -1995,7 +1995,7 @@ export interface Server {
   }[];
   /** Experiments of the laboratory. */
   experiments: Experiment[];
-  /** Of glTF. */
+  /** Supported glTF extensions. */
   extensions: string[];
 }
 
@@ -2011,15 +2011,15 @@ export interface Drain {
 
 /** Results for one n. */
 export interface LabPoint {
-  /** In force. */
+  /** Samples per trial, after rounding. */
   n: number;
-  /** As in the request. */
+  /** The requested n, before rounding. */
   n_asked: number;
   /** Mean of the replicates. */
   mean: number;
   /** Root mean square error of the replicates. */
   rmse: number;
-  /** Of the mean. */
+  /** Standard error of the mean. */
   standard_error: number;
   /** Mean work of a replicate; n unless the experiment counts it. */
   cost: number;
@@ -2148,7 +2148,7 @@ export interface KeyList {
 
 /** Usage of tenants: all for the operator and admins, otherwise only the key's own. */
 export interface Usage {
-  /** By name. */
+  /** Sorted by name. */
   tenants: {
     /** Empty: the operator. */
     tenant: string;
@@ -2338,10 +2338,10 @@ export interface BatchRequest {
 
 /** A job of a batch. */
 export interface BatchJob {
-  /** Of the job. */
+  /** Id of the job. */
   id: string;
   name: string;
-  /** Of the job. */
+  /** State of the job. */
   state: string;
   fraction: number;
   /** Values that the matrix assigned to it. */

@@ -216,6 +216,7 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
   }
   if (!keys_.is_needed()) {
     request.access = access_of(Holder{});
+    request.is_of_worker = scope == "worker";
     return std::nullopt;
   }
   auto holder = holder_of(request);
@@ -230,8 +231,9 @@ std::optional<Response> Guard::authorize(Request& request, std::string_view scop
         request, core::ErrorCode::kForbidden,
         "the key '" + holder->id + "' lacks the scope '" + std::string(scope) + "'");
   }
+  request.is_of_worker = scope == "worker";
   // Workers send as many requests as they finish units.
-  return scope == "worker" ? std::nullopt : count(request, *holder);
+  return request.is_of_worker ? std::nullopt : count(request, *holder);
 }
 
 std::optional<Response> Guard::count(const Request& request, const Holder& holder) {

@@ -28,7 +28,7 @@ class Guard {
 
   /// Returns 421 for a wrong Host, 403 for a foreign Origin or a scope that the key lacks, 401
   /// without a key, 429 for too many requests; else empty, and sets request.principal to the key's
-  /// id and request.access to its rights.
+  /// id, request.access to its rights, and request.is_of_worker.
   std::optional<Response> check(Request& request);
   /// Adds the browser security headers, CORS headers for origins that the operator named, and the
   /// key's remaining rate. Responses to requests with a key are marked as not for shared caches.

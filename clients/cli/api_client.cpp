@@ -1,5 +1,6 @@
 #include "clients/cli/api_client.h"
 
+#include <charconv>
 #include <utility>
 
 #include <httplib.h>
@@ -62,7 +63,13 @@ ErrorCode code_of_status(int status) {
       return ErrorCode::kNotFound;
     case 409:
       return ErrorCode::kConflict;
+    case 408:
+    case 429:
+    case 500:
+    case 502:
     case 503:
+    case 504:
+    case 507:
       return ErrorCode::kUnavailable;
     default:
       return ErrorCode::kInvalidArgument;
@@ -117,6 +124,7 @@ struct ApiClient::Impl {
   }
   httplib::Client http;
   std::string prefix;
+  Last last;
 };
 
 ApiClient::ApiClient(std::string url, std::unique_ptr<Impl> impl)
@@ -141,7 +149,7 @@ namespace {
 
 Error unreachable(const std::string& url, httplib::Error error) {
   if (error == httplib::Error::Write) {
-    return Error{ErrorCode::kTooLarge,
+    return Error{ErrorCode::kUnavailable,
                  "the server at " + url +
                      " closed the connection while data was sent to it; the file may be larger "
                      "than it accepts (\"limits\" of GET /v1/server)",
@@ -154,7 +162,15 @@ Error unreachable(const std::string& url, httplib::Error error) {
                ""};
 }
 
-core::Result<Reply> finish(const std::string& url, const httplib::Result& result) {
+core::Result<Reply> finish(const std::string& url, const httplib::Result& result,
+                           ApiClient::Last& last) {
+  last = {};
+  if (result) {
+    last.status = result->status;
+    // A date, which is also allowed, counts as 0.
+    const std::string pause = result->get_header_value("Retry-After");
+    std::from_chars(pause.data(), pause.data() + pause.size(), last.retry_after_seconds);
+  }
   if (!result) {
     return unreachable(url, result.error());
   }
@@ -168,29 +184,32 @@ core::Result<Reply> finish(const std::string& url, const httplib::Result& result
 }  // namespace
 
 core::Result<Reply> ApiClient::get(const std::string& path, const Headers& headers) {
-  return finish(url_, impl_->http.Get(impl_->prefix + path, to_httplib(headers)));
+  return finish(url_, impl_->http.Get(impl_->prefix + path, to_httplib(headers)), impl_->last);
 }
 
 core::Result<Reply> ApiClient::post(const std::string& path, std::string_view body,
                                     const std::string& content_type, const Headers& headers) {
-  return finish(url_, impl_->http.Post(impl_->prefix + path, to_httplib(headers), body.data(),
-                                       body.size(), content_type));
+  return finish(url_,
+                impl_->http.Post(impl_->prefix + path, to_httplib(headers), body.data(),
+                                 body.size(), content_type),
+                impl_->last);
 }
 
 core::Result<Reply> ApiClient::put(const std::string& path, std::string_view body,
                                    const std::string& content_type) {
-  return finish(url_,
-                impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type));
+  return finish(url_, impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type),
+                impl_->last);
 }
 
 core::Result<Reply> ApiClient::patch(const std::string& path, std::string_view body,
                                      const std::string& content_type) {
   return finish(url_,
-                impl_->http.Patch(impl_->prefix + path, body.data(), body.size(), content_type));
+                impl_->http.Patch(impl_->prefix + path, body.data(), body.size(), content_type),
+                impl_->last);
 }
 
 core::Result<Reply> ApiClient::remove(const std::string& path) {
-  return finish(url_, impl_->http.Delete(impl_->prefix + path));
+  return finish(url_, impl_->http.Delete(impl_->prefix + path), impl_->last);
 }
 
 core::Result<int> ApiClient::head(const std::string& path) {
@@ -233,6 +252,8 @@ core::Result<int> ApiClient::stream(const std::string& path, const Headers& head
   }
   return int{failure.status};
 }
+
+const ApiClient::Last& ApiClient::last() const noexcept { return impl_->last; }
 
 void ApiClient::stop() { impl_->http.stop(); }
 

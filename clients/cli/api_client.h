@@ -42,7 +42,15 @@ class ApiClient {
 
   using Headers = std::multimap<std::string, std::string>;
 
+  /// The latest response of get(), post(), put(), patch() or remove().
+  struct Last {
+    int status = 0;               ///< 0: none came
+    int retry_after_seconds = 0;  ///< Retry-After
+  };
+  const Last& last() const noexcept;
+
   /// Sends a request. 2xx is success; every other status is an Error. path starts with '/'.
+  /// Errors: kUnavailable if a retry may help: no response, or 408, 429, 500, 502, 503, 504, 507.
   core::Result<Reply> get(const std::string& path, const Headers& headers = {});
   core::Result<Reply> post(const std::string& path, std::string_view body,
                            const std::string& content_type, const Headers& headers = {});

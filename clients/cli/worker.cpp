@@ -1,4 +1,5 @@
 // `tessera worker`: renders units of a server's jobs, which it takes from the server's queue.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -18,6 +19,7 @@
 #include <pthread.h>
 
 #include "clients/cli/command.h"
+#include "clients/cli/patience.h"
 #include "clients/cli/worker_jobs.h"
 #include "core/accel/arithmetic.h"
 #include "core/base/build_id.h"
@@ -32,8 +34,7 @@ using core::ErrorCode;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// Wait before a busy or unreachable server is asked again: short compared to units of seconds, and
-/// few requests for a loaded server.
+/// Wait before an unreachable server gets the next report: short compared to units of seconds.
 constexpr std::chrono::milliseconds kAskAgain{200};
 /// How long an idle thread waits for the broker; also the delay with which it notices a stop.
 constexpr std::chrono::milliseconds kPull{500};
@@ -81,14 +82,20 @@ std::string default_cache() {
 struct Held {
   std::string name;
   const queue::UnitPuller::Unit* unit = nullptr;
-  clockid_t clock{};     ///< CPU time that shows progress: of the process while the job is loaded,
-                         ///< then of the thread
+  clockid_t clock{};     ///< Time that shows progress: CPU time of the process while the job is
+                         ///< loaded, then of the thread; real time while the result is sent, which
+                         ///< may wait for the network or for the server's memory
   double start = 0;      ///< of that clock
   double spent = 0;      ///< before the clock was switched
   double reported = -1;  ///< as last reported
   std::stop_source stop;
 
   double progress() const { return spent + seconds_of(clock) - start; }
+  void switch_to(clockid_t next) {
+    spent = progress();
+    clock = next;
+    start = seconds_of(clock);
+  }
 };
 
 class Worker {
@@ -116,12 +123,15 @@ class Worker {
     return made ? *std::move(made) : nullptr;  // The flags have checked the address.
   }
   void work();
-  void do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server);
+  /// pauses: after failed requests for leases.
+  void do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server, Pauses& pauses);
+  /// The server may have leased the unit even if it did not answer.
+  void return_unit(const queue::UnitPuller::Unit& unit, ApiClient& server);
   /// Errors: why the unit is returned.
   core::Result<std::string> render(Held& held, const std::string& input, ApiClient& server);
-  /// Errors: kCancelled if it was stopped before the server's response; why the server refuses the
-  /// result.
-  core::Status deliver(const Held& held, const std::string& result, ApiClient& server);
+  /// Errors: kUnavailable if it was stopped before the server's response; why the server refuses
+  /// the result.
+  core::Status deliver(Held& held, const std::string& result, ApiClient& server);
   void hand_back(const std::string& name, const std::string& fault, ApiClient& server) const;
   /// Returns the time until the next report.
   double report(ApiClient& server);
@@ -135,7 +145,8 @@ class Worker {
   WorkerJobs jobs_;
   std::atomic<bool> is_suitable_ = false;
   std::atomic<bool> is_draining_ = false;
-  std::string told_;  ///< the latest complaint; used by the reporting thread
+  std::stop_source drained_;  ///< of is_draining_, for threads that wait to ask again
+  std::string told_;          ///< the latest complaint; used by the reporting thread
   std::mutex mutex_;
   std::vector<Held*> held_;                // guarded by mutex_
   Clock::time_point busy_ = Clock::now();  // guarded by mutex_
@@ -199,18 +210,32 @@ double Worker::report(ApiClient& server) {
 void Worker::work() {
   const Server server = connect();
   queue::UnitPuller puller(link_);
+  Pauses pauses;
   while (!is_draining_) {
     if (!is_suitable_) {
       std::this_thread::sleep_for(kTick);
       continue;
     }
     if (const auto unit = puller.next(kPull)) {
-      do_unit(*unit, *server);
+      do_unit(*unit, *server, pauses);
     }
   }
 }
 
-void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
+void Worker::return_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
+  bool is_held = false;  // by another thread, which got the name in an earlier message
+  {
+    const std::lock_guard lock(mutex_);
+    is_held = std::any_of(held_.begin(), held_.end(),
+                          [&](const Held* held) { return held->name == unit.name(); });
+  }
+  if (!is_held && server.last().status != 503) {
+    hand_back(unit.name(), "", server);
+  }
+  unit.hand_back();
+}
+
+void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server, Pauses& pauses) {
   if (is_draining_) {
     unit.hand_back();
     return;
@@ -218,10 +243,12 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server) {
   const auto input = server.post("/v1/work/units/" + unit.name() + "/lease",
                                  json{{"worker", id_}}.dump(), "application/json");
   if (!input && input.error().code == ErrorCode::kUnavailable) {
-    unit.hand_back();
-    std::this_thread::sleep_for(kAskAgain);
+    const std::chrono::milliseconds pause = pauses.next(server.last());
+    return_unit(unit, server);
+    wait(pause, drained_.get_token());
     return;
   }
+  pauses.reset();
   if (!input) {  // It is done, or another worker holds it.
     unit.done();
     return;
@@ -256,15 +283,16 @@ core::Result<std::string> Worker::render(Held& held, const std::string& input, A
     if (!work) {
       return work.error();
     }
-    const auto renderer = jobs_.renderer(held.name.substr(0, held.name.find('.')), server);
+    const auto renderer =
+        jobs_.renderer(held.name.substr(0, held.name.find('.')), server, held.stop.get_token());
     if (!renderer) {
       return renderer.error();
     }
     {
+      clockid_t own{};
+      pthread_getcpuclockid(pthread_self(), &own);
       const std::lock_guard lock(mutex_);
-      held.spent = held.progress();
-      pthread_getcpuclockid(pthread_self(), &held.clock);
-      held.start = seconds_of(held.clock);
+      held.switch_to(own);
     }
     if (!(*renderer)->render(*work, held.stop.get_token())) {
       return Error{ErrorCode::kCancelled, "stopped", ""};
@@ -275,20 +303,19 @@ core::Result<std::string> Worker::render(Held& held, const std::string& input, A
   }
 }
 
-core::Status Worker::deliver(const Held& held, const std::string& result, ApiClient& server) {
-  while (!held.stop.stop_requested()) {
-    const auto put = server.put("/v1/work/units/" + held.name + "/results/" + id_, result,
-                                "application/octet-stream");
-    if (put || put.error().code == ErrorCode::kNotFound ||
-        put.error().code == ErrorCode::kConflict) {
-      return core::ok_status();  // The result is in the film, or no longer needed.
-    }
-    if (put.error().code != ErrorCode::kUnavailable) {
-      return put.error();
-    }
-    std::this_thread::sleep_for(kAskAgain);
+core::Status Worker::deliver(Held& held, const std::string& result, ApiClient& server) {
+  {
+    const std::lock_guard lock(mutex_);
+    held.switch_to(CLOCK_MONOTONIC);
   }
-  return Error{ErrorCode::kCancelled, "stopped", ""};
+  const auto put = keep_trying(server, held.stop.get_token(), [&] {
+    return server.put("/v1/work/units/" + held.name + "/results/" + id_, result,
+                      "application/octet-stream");
+  });
+  // 404 and 409: the result is in the film, perhaps by an earlier attempt, or no longer needed.
+  const bool is_taken =
+      put || put.error().code == ErrorCode::kNotFound || put.error().code == ErrorCode::kConflict;
+  return is_taken ? core::ok_status() : core::Status(put.error());
 }
 
 void Worker::hand_back(const std::string& name, const std::string& fault, ApiClient& server) const {
@@ -327,6 +354,7 @@ int Worker::run(const sigset_t& signals) {
     constexpr timespec kWait{.tv_sec = 0, .tv_nsec = std::chrono::nanoseconds(kTick).count()};
     const bool is_told = sigtimedwait(&signals, nullptr, &kWait) > 0;
     if ((is_told || is_idle()) && !is_draining_.exchange(true)) {
+      drained_.request_stop();
       end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                std::chrono::duration<double>(flags_.grace_seconds));
       next = Clock::now();

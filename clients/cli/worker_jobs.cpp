@@ -12,6 +12,7 @@
 
 #include "api/job_spec.h"
 #include "clients/cli/files.h"
+#include "clients/cli/patience.h"
 #include "clients/cli/render_job.h"
 #include "core/image_io/image_io.h"
 #include "core/lights/made_environment.h"
@@ -41,19 +42,21 @@ core::SharedBytes shared(const std::string& text) {
 }  // namespace
 
 core::Result<std::string> WorkerJobs::file(const std::string& job, const std::string& id,
-                                           ApiClient& server) {
+                                           ApiClient& server, const std::stop_token& stop) {
   const fs::path path = fs::path(options_.folder) / id;
   if (auto kept = read_file(path.string()); kept && sha256_hex(*kept) == id) {
     std::error_code ignored;  // On failure the file is only removed earlier.
     fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
     return kept;
   }
-  auto reply = server.get("/v1/work/jobs/" + job + "/files/" + id);
+  auto reply = keep_trying(server, stop, [&]() -> core::Result<Reply> {
+    auto got = server.get("/v1/work/jobs/" + job + "/files/" + id);
+    return !got || sha256_hex(got->body) == id
+               ? std::move(got)
+               : Error{ErrorCode::kUnavailable, "the file arrived damaged", id};
+  });
   if (!reply) {
     return reply.error();
-  }
-  if (sha256_hex(reply->body) != id) {
-    return Error{ErrorCode::kUnavailable, "the file arrived damaged", id};
   }
   std::error_code code;
   fs::create_directories(options_.folder, code);
@@ -97,8 +100,8 @@ void WorkerJobs::keep_within_bounds(const fs::path& newest) const {
   }
 }
 
-core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std::string& job,
-                                                                       ApiClient& server) {
+core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(
+    const std::string& job, ApiClient& server, const std::stop_token& stop) {
   const core::MutexLock lock(mutex_);
   const auto found = std::find_if(loaded_.begin(), loaded_.end(),
                                   [&job](const Loaded& each) { return each.job == job; });
@@ -106,7 +109,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
     loaded_.splice(loaded_.begin(), loaded_, found);
     return found->renderer;
   }
-  const auto reply = server.get("/v1/work/jobs/" + job);
+  const auto reply = keep_trying(server, stop, [&] { return server.get("/v1/work/jobs/" + job); });
   if (!reply) {
     return reply.error();
   }
@@ -122,7 +125,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   const api::JobSpec& spec = parsed->spec;
   std::map<std::string, core::SharedBytes> files;
   for (const auto& each : inputs["files"].items()) {
-    auto content = file(job, each.value().get<std::string>(), server);
+    auto content = file(job, each.value().get<std::string>(), server, stop);
     if (!content) {
       return content.error();
     }
@@ -172,7 +175,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(const std
   } else if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
     std::optional<core::Image> image;
     if (spec.environment_asset) {
-      const auto content = file(job, *spec.environment_asset, server);
+      const auto content = file(job, *spec.environment_asset, server, stop);
       if (!content) {
         return content.error();
       }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <list>
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include "clients/cli/api_client.h"
@@ -28,15 +29,18 @@ class WorkerJobs {
 
   /// Loads the job if necessary; one at a time. Errors: kNotFound when none of its units is open
   /// any more; kUnavailable when the server does not answer; those of loading.
+  /// stop: do not try failed requests again.
   core::Result<std::shared_ptr<core::UnitRenderer>> renderer(const std::string& job,
-                                                             ApiClient& server);
+                                                             ApiClient& server,
+                                                             const std::stop_token& stop);
 
  private:
   struct Loaded {
     std::string job;
     std::shared_ptr<core::UnitRenderer> renderer;
   };
-  core::Result<std::string> file(const std::string& job, const std::string& id, ApiClient& server);
+  core::Result<std::string> file(const std::string& job, const std::string& id, ApiClient& server,
+                                 const std::stop_token& stop);
   void keep_within_bounds(const std::filesystem::path& newest) const;
 
   const Options options_;

@@ -272,7 +272,8 @@ Response Connection::make_response(Request& request, const ParsedHead& parsed, R
     }
   }
   is_known_ = is_known_ || !request.principal_name.empty();
-  if (match.route == nullptr || !match.route->is_probe) {
+  // All workers of a farm may share a key; only max_connections limits them.
+  if (!request.is_of_worker && (match.route == nullptr || !match.route->is_probe)) {
     const bool has_key = !request.principal.empty();
     *request.place = context_.requests.try_enter(has_key ? request.principal
                                                          : address_group(request.remote_addr));

@@ -57,8 +57,8 @@ struct HttpLimits {
   /// the oldest are closed.
   int max_waiting = 1024;
   int max_waiting_of_address = 256;  ///< The same for one address that has presented no key.
-  /// Requests in progress of one key, or of one address without a key, excluding streams; 429
-  /// beyond.
+  /// Requests in progress of one key, or of one address without a key, excluding streams and
+  /// requests of workers; 429 beyond.
   int max_requests_of_client = 512;
   int backlog = 4096;  ///< Connections not yet accepted; the system may lower it.
 };

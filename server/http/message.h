@@ -95,6 +95,7 @@ struct Request {
   std::string principal;              ///< Id of the caller's key; filled by the before-hook.
   std::string principal_name = {};    ///< Display name of the key; filled by the before-hook.
   Access access = {};                 ///< Rights of the caller; filled by the before-hook.
+  bool is_of_worker = false;          ///< `tessera worker` sent it; filled by the before-hook.
   std::string body;                   ///< The whole body, on routes with BodyPolicy::json.
   BodyReader* body_reader = nullptr;  ///< Set on routes with BodyPolicy::stream.
   /// Set by the server; called by stop_token().

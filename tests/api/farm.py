@@ -11,6 +11,7 @@ import re
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import tempfile
 import threading
@@ -90,6 +91,8 @@ class Proxy(http.server.ThreadingHTTPServer):
         protocol_version = "HTTP/1.1"
 
         def forward(self):
+            if self.server.refuses(self):
+                return
             body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
             if "/results/" in self.path:
                 body = self.server.changed(body)
@@ -110,10 +113,83 @@ class Proxy(http.server.ThreadingHTTPServer):
             self.wfile.write(content)
             link.close()
 
+        def refuse(self, status, **headers):
+            self.rfile.read(int(self.headers.get("Content-Length", 0)))
+            self.send_response(status)
+            for name, value in headers.items():
+                self.send_header(name.replace("_", "-"), value)
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+
         do_GET = do_POST = do_PUT = forward
 
         def log_message(self, *_):
             pass
+
+
+    def refuses(self, handler):
+        """Answers the request itself if it is to fail; returns whether it has."""
+        return False
+
+    def changed(self, result):
+        return result
+
+
+class FlakyProxy(Proxy):
+    """Fails the first attempts of each request: with each status, and by a cut connection."""
+
+    def __init__(self, server_port, *statuses, of=""):
+        self.failures = [*statuses, "cut"]
+        self.part_of_path = of
+        self.failed = {}
+        super().__init__(server_port)
+
+    def refuses(self, handler):
+        if handler.path.startswith("/v1/workers/") or self.part_of_path not in handler.path:
+            return False
+        tried = self.failed.get(handler.path, 0)
+        if tried == len(self.failures):
+            return False
+        self.failed[handler.path] = tried + 1
+        failure = self.failures[tried]
+        if failure == "cut":
+            handler.rfile.read(1000 if "/results/" in handler.path else 0)
+            handler.close_connection = True
+            handler.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER,
+                                          struct.pack("ii", 1, 0))  # resets the connection
+            handler.connection.close()
+        else:
+            handler.refuse(failure)
+        return True
+
+
+class BusyOnceProxy(Proxy):
+    """Answers the first request for each input with 429; records the time of each attempt."""
+
+    def __init__(self, server_port, retry_after):
+        self.retry_after = retry_after
+        self.times = {}
+        super().__init__(server_port)
+
+    def refuses(self, handler):
+        times = self.times.setdefault(handler.path, [])
+        times.append(time.monotonic())
+        is_first = handler.command == "GET" and len(times) == 1
+        if is_first:
+            handler.refuse(429, Retry_After=str(self.retry_after))
+        return is_first
+
+
+class SlowProxy(Proxy):
+    """Holds each result back for that time, as a server does that has no memory for it."""
+
+    def __init__(self, server_port, seconds):
+        self.seconds = seconds
+        super().__init__(server_port)
+
+    def changed(self, result):
+        time.sleep(self.seconds)
+        return result
 
 
 class LyingProxy(Proxy):

@@ -15,10 +15,13 @@ import unittest
 import nats_keys
 from farm import (
     Broker,
+    BusyOnceProxy,
     BusyProxy,
     Farm,
+    FlakyProxy,
     HandWorker,
     LyingProxy,
+    SlowProxy,
     clean_environ,
     free_port,
     request_report,
@@ -309,6 +312,58 @@ class WorkersTest(FarmTest):
         farm.wait_for_worker(slow.id, lambda w: w["state"] == "idle", "its return")
         self.assertEqual(slow.stop(), 0)
         self.assertEqual((slow.complaints, farm.listed()[slow.id]["faults"]), ("", 0))
+
+
+class TroubleTest(FarmTest):
+    """The way to the coordinator fails now and then."""
+
+    def worker_behind(self, proxy, farm, *flags):
+        self.addCleanup(proxy.server_close)
+        self.addCleanup(proxy.shutdown)
+        return farm.add_worker(*flags, port=proxy.server_address[1])
+
+    def check_without_faults(self, farm, worker, scene="cornell-box"):
+        body = job_body(scene, 1)
+        job = farm.server.submit(body)
+        self.check_film(farm, job["id"], body)
+        self.assertEqual(farm.listed()[worker.id]["faults"], 0)
+        self.assertEqual(worker.stop(), 0)
+        self.assertEqual(worker.complaints, "")
+
+    def test_failures_that_may_pass_are_no_faults(self):
+        for failures in ((408, 429), (500, 502), (503, 504), (507,)):
+            with self.subTest(failures=failures):
+                farm = self.farm(lease=600)
+                proxy = FlakyProxy(farm.server.port, *failures)
+                worker = self.worker_behind(proxy, farm)
+                self.check_without_faults(farm, worker)
+                for part in ("/v1/work/jobs/", "/lease", "/results/"):
+                    tried = [n for path, n in proxy.failed.items() if part in path]
+                    self.assertEqual(max(tried, default=0), len(failures) + 1, proxy.failed)
+
+    def test_waits_as_long_as_the_server_asks(self):
+        farm = self.farm(lease=600)
+        proxy = BusyOnceProxy(farm.server.port, retry_after=2)
+        worker = self.worker_behind(proxy, farm)
+        self.check_without_faults(farm, worker)
+        tried = [times for path, times in proxy.times.items() if "/v1/work/jobs/" in path]
+        self.assertGreater(len(tried), 0)
+        for times in tried:
+            self.assertGreaterEqual(times[1] - times[0], 2)
+
+    def test_result_that_waits_longer_than_the_lease_is_no_fault(self):
+        farm = self.farm(lease=1)
+        worker = self.worker_behind(SlowProxy(farm.server.port, 3), farm)
+        self.check_without_faults(farm, worker)
+
+    def test_refused_request_is_a_fault(self):
+        farm = self.farm(lease=600)
+        proxy = FlakyProxy(farm.server.port, 413, of="/results/")
+        worker = self.worker_behind(proxy, farm)
+        body = job_body(samples=4)
+        job = farm.server.submit(body)
+        farm.wait_for_worker(worker.id, lambda w: w["faults"] > 0, "the fault")
+        self.check_film(farm, job["id"], body)
 
 
 class VerifyTest(FarmTest):

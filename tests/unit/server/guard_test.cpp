@@ -1,6 +1,7 @@
 #include "server/guard.h"
 
 #include <memory>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -71,6 +72,21 @@ TEST(Guard, AcceptsLoopbackAndConfiguredHosts) {
   for (const char* host :
        {"evil.example", "", "localhost.evil.example", "127.0.0.1.nip.example:8080"}) {
     EXPECT_EQ(status_of(guard, request("GET", "/v1/jobs", host)), 421) << host;
+  }
+}
+
+TEST(Guard, MarksRequestsOfWorkers) {
+  Config config;
+  for (const char* key : {"", "secret"}) {
+    config.key = key;
+    const Guard guard(config);
+    for (const auto& [method, route, is_of_worker] :
+         {std::tuple("PUT", "/v1/workers/{id}", true), std::tuple("GET", "/v1/workers", false)}) {
+      Request asked = request(method, route);
+      asked.headers.set("Authorization", std::string("Bearer ") + key);
+      EXPECT_FALSE(guard.check(asked)) << route;
+      EXPECT_EQ(asked.is_of_worker, is_of_worker) << route;
+    }
   }
 }
 

@@ -172,6 +172,21 @@ TEST(HttpFlood, LimitsRequestsOfOneAddressExceptProbes) {
   EXPECT_EQ(Client(server).exchange(get("/echo/a")).status, 200);
 }
 
+TEST(HttpFlood, DoesNotLimitRequestsOfWorkers) {
+  HttpLimits limits = patient_limits();
+  limits.max_requests_of_client = 1;
+  Door door;
+  TestServer server({{.method = "GET", .pattern = "/door", .handler = door.handler()}}, limits);
+  const std::string of_worker = "GET /door HTTP/1.1\r\nHost: x\r\nX-Worker: 1\r\n\r\n";
+  const auto busy = connect(server, 4, of_worker);
+  door.wait_for(4);
+  EXPECT_EQ(Client(server).exchange(get("/echo/a")).status, 200);
+  door.open();
+  for (const auto& client : busy) {
+    EXPECT_EQ(client->receive().status, 200);
+  }
+}
+
 TEST(HttpFlood, StreamDoesNotCountAsARequest) {
   HttpLimits limits = patient_limits();
   limits.max_requests_of_client = 1;

@@ -92,6 +92,7 @@ TestServer::TestServer(std::vector<Route> more_routes, HttpLimits limits, int st
     if (request.header("X-Deny")) {
       return problem_response(401, "no key", request.path);
     }
+    request.is_of_worker = request.header("X-Worker").has_value();
     return std::nullopt;
   };
   options.hooks.after = [this](const Request& request, const Outcome& outcome) {

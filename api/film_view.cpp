@@ -147,13 +147,17 @@ std::vector<std::string> film_differences(const JobSpec& first, const JobSpec& o
   return differences;
 }
 
-std::string arithmetic_of(std::string_view build_json) {
+std::string text_of_build(std::string_view build_json, const char* name) {
   if (build_json.empty()) {
     return {};
   }
   const Parsed<Json> build = parse_json(build_json, limits::kBodyBytes);
-  const Json* name = build && build->is_object() ? member(*build, "arithmetic") : nullptr;
-  return name != nullptr && name->is_string() ? name->get<std::string>() : std::string();
+  const Json* text = build && build->is_object() ? member(*build, name) : nullptr;
+  return text != nullptr && text->is_string() ? text->get<std::string>() : std::string();
+}
+
+std::string arithmetic_of(std::string_view build_json) {
+  return text_of_build(build_json, "arithmetic");
 }
 
 std::string ledger_words(const core::SampleLedger& ledger) {

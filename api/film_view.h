@@ -36,6 +36,8 @@ Parsed<FilmOrigin> parse_film_text(std::string_view text);
 /// and stop rules may differ.
 std::vector<std::string> film_differences(const JobSpec& first, const JobSpec& other);
 
+/// Returns the text of that member of `build`, for example "id"; empty if there is none.
+std::string text_of_build(std::string_view build_json, const char* name);
 /// Returns the arithmetic class in `build`; empty if there is none.
 std::string arithmetic_of(std::string_view build_json);
 

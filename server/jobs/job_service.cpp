@@ -49,10 +49,10 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       films_({table_, data_, quota_, memory_, log_, parts.metrics, journal_, index_},
              options.film_cache_bytes),
       builder_({scenes_, data_, log_, book_, journal_, films_}, options.samples_max,
-               options.arithmetic),
+               options.arithmetic, options.build),
       scheduler_(threads_or_machine(options.threads)),
       life_({data_, quota_, log_, parts.metrics, book_, journal_, films_, builder_, scheduler_},
-            options.checkpoint_seconds, options.build),
+            options.checkpoint_seconds),
       upkeep_([this](const std::stop_token& stop) { upkeep(stop); }) {
   memory_.add_reclaimer([this] { return films_.drop_unused() || book_.forget_oldest_preview(); });
   if (options_.queue) {

@@ -23,10 +23,9 @@ Error already_final() {
 
 }  // namespace
 
-LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds, std::string build)
+LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds)
     : parts_(parts),
       checkpoint_seconds_(checkpoint_seconds),
-      build_(std::move(build)),
       loaders_(2),
       preview_loaders_(1),
       savers_(2) {}
@@ -120,6 +119,7 @@ void LifeCycle::start(const JobPointer& job, const std::shared_ptr<RenderRun>& r
         record.view.progress = run->task().progress();
         record.view.peak_bytes = run->peak_bytes();
         record.view.split_count = run->task().renderer().measured_split_count();
+        record.view.build = parts_.builder.build_text();
         return {};
       },
       {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& record) {
@@ -184,7 +184,6 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
         record.view.peak_bytes = run->peak_bytes();
         note_samples_by_error(record.view);
         record.view.film_digest = digest;
-        record.view.build = build_;
         record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
         record.film_bytes = run->file_bytes();
         return {};
@@ -227,7 +226,6 @@ void LifeCycle::settle_cancelled(const JobPointer& job, const std::shared_ptr<Re
         const double fraction = record.view.progress.fraction;
         record.view.progress = run->task().progress();
         record.view.progress.fraction = fraction;
-        record.view.build = build_;
         if (!saved) {
           record.view.warnings.emplace_back(
               "The image at the time of cancellation could not be stored; that of the last "

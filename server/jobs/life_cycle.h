@@ -36,9 +36,8 @@ class LifeCycle final : private RenderRun::Owner {
     RunBuilder& builder;
     Scheduler& scheduler;
   };
-  /// checkpoint_seconds: from the end of one checkpoint to the end of the next. build: JSON text
-  /// stored with films rendered here.
-  LifeCycle(Parts parts, double checkpoint_seconds, std::string build);
+  /// checkpoint_seconds: from the end of one checkpoint to the end of the next.
+  LifeCycle(Parts parts, double checkpoint_seconds);
 
   /// Starts queued jobs as slots and memory allow. Call it whenever these change.
   void admit();
@@ -103,7 +102,6 @@ class LifeCycle final : private RenderRun::Owner {
 
   const Parts parts_;
   const double checkpoint_seconds_;
-  const std::string build_;
   std::atomic<std::uint64_t> rays_done_ = 0;  ///< Rays of completed runs.
   std::atomic<std::uint64_t> samples_done_ = 0;
   std::atomic<bool> stopping_ = false;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "api/film_view.h"
 #include "core/camera/camera.h"
 #include "core/film/film.h"
 #include "core/lights/made_environment.h"
@@ -335,6 +336,18 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
   if (const std::string& before = restored->arithmetic; !before.empty() && before != arithmetic_) {
     if (auto warned = warn(job, "The film was begun with " + before + " and continues with " +
                                     arithmetic_ + "; its bits may match neither.");
+        !warned) {
+      return warned.error();
+    }
+  }
+  // Recorded when the job first started.
+  const std::string begun_by = api::text_of_build(job.record().view.build, "id");
+  const std::string own = api::text_of_build(build_, "id");
+  if (!begun_by.empty() && begun_by != own && film.sample_counts().max > 0) {
+    if (auto warned = warn(job, "The film was begun by build " + begun_by +
+                                    " and continues with build " + own +
+                                    ": it holds samples of two builds, and its bits may match "
+                                    "neither.");
         !warned) {
       return warned.error();
     }

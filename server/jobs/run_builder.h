@@ -31,9 +31,13 @@ class RunBuilder {
     Journal& journal;
     FilmLibrary& films;
   };
-  /// samples_max: per pixel; arithmetic: core::arithmetic_class() of this process.
-  RunBuilder(Parts parts, int samples_max, std::string arithmetic)
-      : parts_(parts), samples_max_(samples_max), arithmetic_(std::move(arithmetic)) {}
+  /// samples_max: per pixel; arithmetic: core::arithmetic_class() of this process; build: as JSON
+  /// text.
+  RunBuilder(Parts parts, int samples_max, std::string arithmetic, std::string build)
+      : parts_(parts),
+        samples_max_(samples_max),
+        arithmetic_(std::move(arithmetic)),
+        build_(std::move(build)) {}
 
   /// Returns the upper bound of the memory used from loading on, as admission and dry_run use it.
   /// view_direction: of the resolved camera, when everything is loaded.
@@ -49,6 +53,7 @@ class RunBuilder {
   core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Place>& place,
                                                  RenderRun::Owner& owner);
   const std::string& arithmetic() const { return arithmetic_; }
+  const std::string& build_text() const { return build_; }
   /// As core::TaskOptions::denoised_bound, for the job's film.
   using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
   /// local must outlive the runs.
@@ -73,6 +78,7 @@ class RunBuilder {
   const Parts parts_;
   const int samples_max_;
   const std::string arithmetic_;
+  const std::string build_;
   DenoisedBound denoised_bound_;
   LocalThreads* local_ = nullptr;
 };

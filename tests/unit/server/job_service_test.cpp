@@ -111,6 +111,32 @@ TEST_F(Jobs, ForgetsEndedJobsBeyondTheRetention) {
   EXPECT_TRUE(wait_until([&] { return !is_there(ids[2]) && !is_there(ids[3]); }));
 }
 
+TEST_F(Jobs, ResumedByAnotherBuildWarnsOnceThatTheFilmHoldsSamplesOfTwo) {
+  options.build = R"({"id": "aaaa"})";
+  restart();
+  const std::string id = submit(2048)->id();
+  ASSERT_TRUE(wait_for_samples(*jobs->find(id, Access::operators())));
+  const auto warnings = [&] {
+    const api::JobView view = jobs->view(**jobs->find(id, Access::operators()));
+    return std::count_if(
+        view.warnings.begin(), view.warnings.end(), [](const std::string& warning) {
+          return warning.find("begun by build aaaa and continues with build bbbb") !=
+                 std::string::npos;
+        });
+  };
+  restart();
+  ASSERT_TRUE(wait_for(*jobs->find(id, Access::operators()), JobState::kRendering));
+  EXPECT_EQ(warnings(), 0);
+  options.build = R"({"id": "bbbb"})";
+  for (int i = 0; i < 2; ++i) {
+    restart();
+    ASSERT_TRUE(wait_for(*jobs->find(id, Access::operators()), JobState::kRendering));
+    EXPECT_EQ(warnings(), 1);
+  }
+  ASSERT_TRUE(wait_for(*jobs->find(id, Access::operators()), JobState::kFinished));
+  EXPECT_EQ(warnings(), 1);
+}
+
 TEST_F(Jobs, StartsNoJobWhileDrainingAndFinishesRunningOnes) {
   options.book.running_max = 1;
   restart();

@@ -41,6 +41,9 @@ constexpr std::chrono::milliseconds kPull{500};
 /// Delay with which signals and orders are noticed.
 constexpr std::chrono::milliseconds kTick{50};
 
+/// Time to return unfinished parts after the grace period: of several requests to a busy server.
+constexpr std::chrono::seconds kReturn{5};
+
 struct WorkerFlags {
   ServerFlags server;
   queue::Address queue;
@@ -56,6 +59,10 @@ double seconds_of(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Clock::duration to_duration(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
 std::string random_id() {
@@ -133,6 +140,7 @@ class Worker {
   /// the result.
   core::Status deliver(Held& held, const std::string& result, ApiClient& server);
   void hand_back(const std::string& name, const std::string& fault, ApiClient& server) const;
+  void keep_reporting(const std::stop_token& stop);
   /// Returns the time until the next report.
   double report(ApiClient& server);
   bool is_idle();
@@ -331,6 +339,22 @@ void Worker::hand_back(const std::string& name, const std::string& fault, ApiCli
                   "application/json"));
 }
 
+void Worker::keep_reporting(const std::stop_token& stop) {
+  const Server server = connect();
+  queue::ReportRequests requests(link_, id_);
+  Clock::time_point next{};
+  bool was_draining = false;
+  while (!stop.stop_requested()) {
+    const bool is_news = is_draining_ != was_draining;
+    if (requests.take() || is_news || Clock::now() >= next) {
+      was_draining = is_draining_;
+      next = Clock::now() + to_duration(report(*server));
+    }
+    std::this_thread::sleep_for(kTick);
+  }
+  report(*server);
+}
+
 int Worker::run(const sigset_t& signals) {
   std::printf("worker %s\n", id_.c_str());
   std::fflush(stdout);
@@ -342,22 +366,22 @@ int Worker::run(const sigset_t& signals) {
       --working;
     });
   }
-  const Server server = connect();
-  queue::ReportRequests requests(link_, id_);
-  Clock::time_point next = Clock::now();
+  std::atomic<bool> is_reporting = true;
+  std::jthread reports([this, &is_reporting](const std::stop_token& stop) {
+    keep_reporting(stop);
+    is_reporting = false;
+  });
   Clock::time_point end{};
-  while (working > 0) {
-    if (requests.take() || Clock::now() >= next) {
-      next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                std::chrono::duration<double>(report(*server)));
-    }
+  // Requests may hang for longer than the grace period, so this thread makes none.
+  while (is_reporting) {
     constexpr timespec kWait{.tv_sec = 0, .tv_nsec = std::chrono::nanoseconds(kTick).count()};
     const bool is_told = sigtimedwait(&signals, nullptr, &kWait) > 0;
     if ((is_told || is_idle()) && !is_draining_.exchange(true)) {
       drained_.request_stop();
-      end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                               std::chrono::duration<double>(flags_.grace_seconds));
-      next = Clock::now();
+      end = Clock::now() + to_duration(flags_.grace_seconds);
+    }
+    if (working == 0) {
+      reports.request_stop();
     }
     if (is_draining_ && Clock::now() > end) {
       const std::lock_guard lock(mutex_);
@@ -365,8 +389,15 @@ int Worker::run(const sigset_t& signals) {
         held->stop.request_stop();
       }
     }
+    if (is_draining_ && Clock::now() > end + kReturn) {
+      std::fprintf(stderr,
+                   "tessera worker: %s does not respond; it gives the parts to other workers when "
+                   "their leases expire\n",
+                   flags_.server.url.c_str());
+      std::fflush(stderr);
+      std::_Exit(kFailed);  // Threads are still waiting for responses.
+    }
   }
-  report(*server);
   return kDone;
 }
 
@@ -422,7 +453,8 @@ int worker(const Args& args) {
       ->capture_default_str()
       ->check(within(0, 1024))
       ->type_name("N");
-  app.add_option("--cache", flags.cache, "Folder for cached scene files")
+  app.add_option("--cache", flags.cache,
+                 "Folder for cached scene files, kept in its subfolder tessera-inputs")
       ->envname("TESSERA_CACHE")
       ->default_str("$XDG_CACHE_HOME/tessera/worker")
       ->type_name("DIR");
@@ -438,7 +470,7 @@ int worker(const Args& args) {
       ->check(within(0, 1e9))
       ->type_name("SECONDS");
   app.add_option("--grace", flags.grace_seconds,
-                 "Time after SIGTERM to finish parts; others are returned")
+                 "Time after SIGTERM to finish parts; others are returned, which takes 5 s at most")
       ->envname("TESSERA_GRACE")
       ->capture_default_str()
       ->check(within(0, 3600))

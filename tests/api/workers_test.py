@@ -293,6 +293,22 @@ class WorkersTest(FarmTest):
         farm.add_worker()
         self.check_film(farm, job["id"], body)
 
+    def test_leaves_soon_after_the_grace_period_if_the_server_hangs(self):
+        farm = self.farm(workers=1)
+        worker = farm.workers[0]
+        farm.server.submit(long_job())
+        farm.wait_for_worker(worker.id, lambda w: w["units"] > 0, "a unit")
+        idle = farm.add_worker("--grace", "1")
+        farm.wait_for_worker(idle.id, lambda w: w["state"] != "lost", "the other worker")
+        farm.server.process.send_signal(signal.SIGSTOP)
+        self.addCleanup(farm.server.process.send_signal, signal.SIGCONT)
+        time.sleep(1)  # Requests of both hang.
+        begin = time.monotonic()
+        self.assertNotEqual(idle.stop(), 0)
+        # The grace period, 5 s to return parts, and as much again for a busy machine.
+        self.assertLess(time.monotonic() - begin, 12)
+        self.assertIn("does not respond", idle.complaints)
+
     def test_last_units_do_not_wait_for_a_slow_worker(self):
         farm = self.farm(workers=2, lease=600)
         body = long_job()

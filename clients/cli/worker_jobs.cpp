@@ -1,6 +1,7 @@
 #include "clients/cli/worker_jobs.h"
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <optional>
 #include <span>
@@ -30,6 +31,10 @@ namespace fs = std::filesystem;
 /// Jobs kept loaded, since units of several jobs alternate; each holds its scene.
 constexpr std::size_t kLoadedMax = 4;
 
+/// Age of a part of a file whose writer has died: files are written in one go, after they have
+/// arrived.
+constexpr std::chrono::hours kStale{1};
+
 std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
@@ -43,7 +48,7 @@ core::SharedBytes shared(const std::string& text) {
 
 core::Result<std::string> WorkerJobs::file(const std::string& job, const std::string& id,
                                            ApiClient& server, const std::stop_token& stop) {
-  const fs::path path = fs::path(options_.folder) / id;
+  const fs::path path = folder_ / id;
   if (auto kept = read_file(path.string()); kept && sha256_hex(*kept) == id) {
     std::error_code ignored;  // On failure the file is only removed earlier.
     fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
@@ -59,19 +64,19 @@ core::Result<std::string> WorkerJobs::file(const std::string& job, const std::st
     return reply.error();
   }
   std::error_code code;
-  fs::create_directories(options_.folder, code);
+  fs::create_directories(folder_, code);
   if (code) {
-    return Error{ErrorCode::kInternal, "cannot be created: " + code.message(), options_.folder};
+    return Error{ErrorCode::kInternal, "cannot be created: " + code.message(), folder_.string()};
   }
   if (const auto written = write_file(path.string(), reply->body); !written) {
     return written.error();
   }
-  keep_within_bounds(path);
+  keep_within_bounds();
   return std::move(reply->body);
 }
 
-/// Removes the least recently used files first.
-void WorkerJobs::keep_within_bounds(const fs::path& newest) const {
+/// Removes parts of files that no worker completes any more, then the least recently used files.
+void WorkerJobs::keep_within_bounds() const {
   struct Kept {
     fs::file_time_type used;
     std::uint64_t bytes = 0;
@@ -80,14 +85,18 @@ void WorkerJobs::keep_within_bounds(const fs::path& newest) const {
   std::vector<Kept> files;
   std::uint64_t all = 0;
   std::error_code code;
-  for (fs::directory_iterator at(options_.folder, code), end; !code && at != end;
-       at.increment(code)) {
+  for (fs::directory_iterator at(folder_, code), end; !code && at != end; at.increment(code)) {
     std::error_code is_gone;  // Another worker may share the folder.
     const Kept kept = {at->last_write_time(is_gone), at->file_size(is_gone), at->path()};
-    if (!is_gone && kept.path != newest) {
-      files.push_back(kept);
-      all += kept.bytes;
+    if (is_gone) {
+      continue;
     }
+    if (kept.path.has_extension() && fs::file_time_type::clock::now() - kept.used > kStale) {
+      fs::remove(kept.path, is_gone);
+      continue;
+    }
+    files.push_back(kept);
+    all += kept.bytes;
   }
   std::sort(files.begin(), files.end(),
             [](const Kept& a, const Kept& b) { return a.used < b.used; });

@@ -20,12 +20,14 @@ namespace cli {
 class WorkerJobs {
  public:
   struct Options {
-    std::string folder;  ///< created if missing
+    std::string folder;  ///< Created if missing; the files are in its subfolder tessera-inputs.
     std::uint64_t folder_bytes_max = 0;
     int threads = 1;  ///< for acceleration structures
     std::string isa;  ///< instruction set that Embree is limited to; empty: no limit
   };
-  explicit WorkerJobs(Options options) : options_(std::move(options)) {}
+  explicit WorkerJobs(Options options)
+      : options_(std::move(options)),
+        folder_(std::filesystem::path(options_.folder) / "tessera-inputs") {}
 
   /// Loads the job if necessary; one at a time. Errors: kNotFound when none of its units is open
   /// any more; kUnavailable when the server does not answer; those of loading.
@@ -41,9 +43,10 @@ class WorkerJobs {
   };
   core::Result<std::string> file(const std::string& job, const std::string& id, ApiClient& server,
                                  const std::stop_token& stop);
-  void keep_within_bounds(const std::filesystem::path& newest) const;
+  void keep_within_bounds() const;
 
   const Options options_;
+  const std::filesystem::path folder_;  ///< Holds nothing but files written by workers.
   core::Mutex mutex_;
   std::list<Loaded> loaded_ GUARDED_BY(mutex_);  ///< latest first
 };

@@ -330,6 +330,37 @@ class WorkersTest(FarmTest):
         self.assertEqual((slow.complaints, farm.listed()[slow.id]["faults"]), ("", 0))
 
 
+class CacheTest(FarmTest):
+    def cache_after_a_job(self, size):
+        """Returns the files of a worker's cache folder, in which other files were before."""
+        farm = self.farm()
+        worker = farm.add_worker("--cache-size", size)
+        inputs = os.path.join(worker.cache, "tessera-inputs")
+        os.mkdir(inputs)
+        for path, age_s in ((os.path.join(worker.cache, "thesis.odt"), 9000),
+                            (os.path.join(inputs, "a" * 64 + ".part12"), 9000),
+                            (os.path.join(inputs, "b" * 64 + ".part34"), 0)):
+            with open(path, "wb") as file:
+                file.write(b"x" * 100)
+            os.utime(path, (time.time() - age_s,) * 2)
+        uploaded = farm.server.request("POST", "/v1/scenes", triangle_glb(),
+                                       {"Content-Type": "model/gltf-binary"})
+        self.assertEqual(uploaded.status, 201)
+        scene = hashlib.sha256(triangle_glb()).hexdigest()
+        farm.server.render(job_body(scene, 1))
+        self.assertGreater(farm.listed()[worker.id]["units"], 0)
+        return scene, sorted(os.listdir(worker.cache)), sorted(os.listdir(inputs))
+
+    def test_files_of_others_stay(self):
+        _, all_files, inputs = self.cache_after_a_job("10")
+        self.assertEqual(all_files, ["tessera-inputs", "thesis.odt"])
+        self.assertEqual(inputs, [])
+
+    def test_stale_parts_are_removed(self):
+        scene, _, inputs = self.cache_after_a_job("1G")
+        self.assertEqual(inputs, sorted([scene, "b" * 64 + ".part34"]))
+
+
 class TroubleTest(FarmTest):
     """The way to the coordinator fails now and then."""
 

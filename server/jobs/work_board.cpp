@@ -306,10 +306,9 @@ std::optional<std::vector<SliceWork>> WorkBoard::settle(Units::value_type& entry
   for (const std::string& each : {unit.first->worker, worker}) {
     ++workers_[each].view.faults;
   }
-  failures.emplace_back(unit.run,
-                        "two workers rendered the same part of the image, with results "
-                        "that differ: " +
-                            unit.first->worker + " and " + worker);
+  // Clients see this text; the log names the workers.
+  failures.emplace_back(
+      unit.run, "two workers rendered the same part of the image, with results that differ");
   return std::nullopt;
 }
 
@@ -357,6 +356,7 @@ void WorkBoard::lose(Units::value_type& entry, const std::string& worker,
              {{"unit", name}, {"worker", worker}, {"detail", reason}});
   unit.lost.insert(worker);
   ++unit.losses;
+  unit.last_fault = reason;
   std::erase_if(unit.leases,
                 [&worker](const WorkUnit::Lease& lease) { return lease.worker == worker; });
 }

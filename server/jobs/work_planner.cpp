@@ -168,13 +168,12 @@ void WorkBoard::expire_leases() {
         unit.published = 0;
       }
       if (unit.lost.size() >= kLostMax || unit.losses >= kLossesMax) {
-        std::string names;
-        for (const std::string& worker : unit.lost) {
-          names += " " + worker;
-        }
+        // Clients see this text; the log line of each loss names the worker.
         failures.emplace_back(unit.run, "a part of the image was lost " +
                                             std::to_string(unit.losses) + " times, with " +
-                                            std::to_string(unit.lost.size()) + " workers:" + names);
+                                            std::to_string(unit.lost.size()) +
+                                            (unit.lost.size() == 1 ? " worker" : " workers") +
+                                            "; the last reason: " + unit.last_fault);
       }
     }
     std::erase_if(workers_, [&](const auto& each) {

@@ -42,6 +42,7 @@ struct WorkUnit {
   bool is_busy = false;        ///< A result is being taken.
   std::set<std::string> lost;  ///< Workers that lost it.
   int losses = 0;              ///< Losses by all workers.
+  std::string last_fault;      ///< Reason of the last loss.
 
   /// Returns the number of further workers that it needs.
   int wanted() const {

@@ -432,9 +432,13 @@ class VerifyTest(FarmTest):
         farm.wait_for_worker(liar.id, lambda w: w["state"] == "idle", "the faulty worker")
         ended = farm.server.wait(farm.server.submit(long_job())["id"])
         self.assertEqual(ended["state"], "failed", ended)
+        self.assertIn("results that differ", ended["failure"]["detail"])
+        stream = farm.server.get(f"/v1/jobs/{ended['id']}/events").body.decode()
+        self.assertIn("results that differ", stream)
         for worker in farm.workers:
-            self.assertIn(worker.id, ended["failure"]["detail"])
+            self.assertNotIn(worker.id, stream + str(ended))
             self.assertIn(worker.id, farm.server.log_text())
+            self.assertGreater(farm.listed()[worker.id]["faults"], 0)
         self.assertIn("results_differ", farm.server.log_text())
         self.assertGreaterEqual(farm.metric("tessera_units_differing_total"), 1)
 
@@ -488,9 +492,10 @@ class KillTest(FarmTest):
             farm.wait_for_worker(name, lambda w: w["faults"] == 1, "the loss")
         ended = farm.server.wait(job["id"])
         self.assertEqual(ended["state"], "failed", ended)
+        self.assertRegex(ended["failure"]["detail"],
+                         "3 workers; the last reason: it did not report in time$")
         for name in ("first", "second", "third"):
-            self.assertIn(name, ended["failure"]["detail"])
-
+            self.assertIn(f'"worker":"{name}"', farm.server.log_text())
 
     def test_unit_that_its_only_worker_cannot_render_fails_its_job(self):
         farm = self.farm()
@@ -503,7 +508,8 @@ class KillTest(FarmTest):
                              {"worker": "hand", "fault": "no memory"})
         ended = farm.server.wait(job["id"])
         self.assertEqual(ended["state"], "failed", ended)
-        self.assertIn("hand", ended["failure"]["detail"])
+        self.assertRegex(ended["failure"]["detail"],
+                         "9 times, with 1 worker; the last reason: no memory$")
 
 
 class SecureQueueTest(FarmTest):

@@ -130,6 +130,8 @@ class WorkBoard {
   void plan();
   bool plan_one(int slots);
   void double_last_units();
+  void find_lost_messages();
+  void note_queue_fault(const core::Error& fault);
   void publish();
   void request_reports();
   bool prepare_broker();

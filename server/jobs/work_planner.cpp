@@ -56,6 +56,7 @@ void WorkBoard::run(const std::stop_token& stop) {
     if (has_broker_) {
       had_broker_at_ = Clock::now();
       plan();
+      find_lost_messages();
       publish();
       request_reports();
     }
@@ -162,10 +163,6 @@ void WorkBoard::expire_leases() {
           ++counts_.expired;
           lose(entry, lease.worker, "it did not report in time");
         }
-      }
-      // Publishes again a name that the broker has lost with its message.
-      if (unit.published > 0 && now - unit.published_at > 2 * lease_time()) {
-        unit.published = 0;
       }
       if (unit.lost.size() >= kLostMax || unit.losses >= kLossesMax) {
         // Clients see this text; the log line of each loss names the worker.
@@ -305,6 +302,45 @@ void WorkBoard::double_last_units() {
   }
 }
 
+/// Publishes names again whose messages are lost. A worker keeps the message of a unit until it is
+/// done with it, so the stream then has fewer messages than units are published or leased.
+void WorkBoard::find_lost_messages() {
+  const auto now = Clock::now();
+  const auto is_late = [&](const WorkUnit& unit) {
+    return unit.published > 0 && now - unit.published_at > 2 * lease_time();
+  };
+  std::uint64_t expected = 0;
+  {
+    const core::MutexLock lock(mutex_);
+    bool is_any_late = false;
+    for (const auto& [name, unit] : units_) {
+      expected += static_cast<std::uint64_t>(unit.published) + unit.leases.size();
+      is_any_late = is_any_late || is_late(unit);
+    }
+    if (!is_any_late) {
+      return;
+    }
+  }
+  const auto messages = publisher_->messages();
+  if (!messages) {
+    note_queue_fault(messages.error());
+    return;
+  }
+  const core::MutexLock lock(mutex_);
+  for (auto& [name, unit] : units_) {
+    if (is_late(unit)) {
+      unit.published = *messages < expected ? 0 : unit.published;
+      unit.published_at = now;
+    }
+  }
+}
+
+/// All open units are published once there is a stream again.
+void WorkBoard::note_queue_fault(const Error& fault) {
+  log_.write(LogLevel::kWarning, "queue_fault", {{"detail", fault.message}});
+  prepared_.reset();
+}
+
 void WorkBoard::publish() {
   std::vector<std::string> names;
   {
@@ -318,8 +354,7 @@ void WorkBoard::publish() {
   }
   for (const std::string& name : names) {
     if (const Status published = publisher_->publish(name); !published) {
-      log_.write(LogLevel::kWarning, "queue_fault", {{"detail", published.error().message}});
-      prepared_.reset();  // Publishes all open units once there is a stream again.
+      note_queue_fault(published.error());
       return;
     }
   }

@@ -58,6 +58,18 @@ core::Status UnitPublisher::publish(std::string_view unit) {
                       : core::Status(nats_error("a unit could not be published", s));
 }
 
+core::Result<std::uint64_t> UnitPublisher::messages() {
+  jsErrCode code{};
+  jsStreamInfo* info = nullptr;
+  const natsStatus s = js_GetStreamInfo(&info, link_->handles_->jetstream, kStream, nullptr, &code);
+  if (s != NATS_OK) {
+    return nats_error("the stream of units does not answer", s);
+  }
+  const std::uint64_t count = info->State.Msgs;
+  jsStreamInfo_Destroy(info);
+  return std::uint64_t{count};
+}
+
 void UnitPublisher::request_report(const std::string& worker) {
   static_cast<void>(natsConnection_PublishString(link_->handles_->connection,
                                                  (kReportSubject + worker).c_str(), ""));

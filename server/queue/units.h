@@ -6,6 +6,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +26,8 @@ class UnitPublisher {
   core::Status prepare(std::chrono::milliseconds silence);
   /// Errors: kUnavailable; call prepare() again.
   core::Status publish(std::string_view unit);
+  /// Returns the number of units that no worker is done with. Errors: as publish().
+  core::Result<std::uint64_t> messages();
   /// Asks the worker to report at once. The request may get lost.
   void request_report(const std::string& worker);
   const NatsLink& link() const { return *link_; }

@@ -68,6 +68,16 @@ class Broker:
                     raise
                 time.sleep(0.02)
 
+    def messages(self):
+        """Returns the number of messages in the stream of units."""
+        with socket.create_connection((self.place.host, self.port), timeout=PATIENCE_S) as plug:
+            plug.sendall(b'CONNECT {"verbose":false}\r\nSUB inbox.count 1\r\n'
+                         b"PUB $JS.API.STREAM.INFO.TESSERA_UNITS inbox.count 0\r\n\r\n")
+            received = b""
+            while not (found := re.search(rb'"messages":(\d+)', received)):
+                received += plug.recv(4096)
+            return int(found[1])
+
     def kill(self):
         self.process.kill()
         self.process.wait()

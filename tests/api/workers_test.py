@@ -448,6 +448,24 @@ class VerifyTest(FarmTest):
         self.assertEqual(farm.server.render(body)["film_digest"], SingleProcess.digest(body))
 
 
+class QueueTest(FarmTest):
+    def test_unit_without_workers_stays_one_message(self):
+        farm = self.farm(lease=0.5)
+        job = farm.server.submit(long_job())
+        farm.server.wait_until(job["id"], lambda j: j["state"] == "rendering", "rendering")
+        time.sleep(5)  # Five times the time after which a message may count as lost.
+        self.assertEqual(farm.metric("tessera_units_open"), 1)
+        self.assertEqual(farm.broker.messages(), 1)
+
+    def test_unit_whose_message_is_lost_is_published_again(self):
+        farm = self.farm(lease=0.5)
+        farm.server.submit(long_job())
+        hand = HandWorker(farm)
+        unit = hand.next_unit()  # It is acknowledged, but not leased.
+        while hand.next_unit() != unit:
+            pass
+
+
 class KillTest(FarmTest):
     def test_killed_worker_only_costs_time(self):
         farm = self.farm(workers=2, lease=2)

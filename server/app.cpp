@@ -277,6 +277,7 @@ class App {
     const auto now = live_.now();
     Config next = *now;
     next.key = read->key;
+    next.worker_key = read->worker_key;
     next.metrics_key = read->metrics_key;
     next.hosts = read->hosts;
     next.origins = read->origins;

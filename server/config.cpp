@@ -117,6 +117,8 @@ void add_flags(CLI::App& app, Config& config) {
       "Access key required on every request. Without a key, only local connections are accepted.");
   row("key-file", config.key_file, "FILE", "File whose first line is the key of --key.");
   row.off("shared", config.shared, "Let all keys see and change the objects of all tenants.");
+  row("worker-key", config.worker_key, kSecret,
+      "Key for `tessera worker` that gives access to nothing else, as `keys add --scope worker`.");
   row("metrics-key", config.metrics_key, kSecret,
       "Key required by /metrics; without it, /metrics needs no key.");
   row("hosts", config.hosts, "A,B", "Host names to accept besides the loopback names.");

@@ -33,6 +33,7 @@ struct Config {
   std::string isa = "native";        ///< instruction set for Embree: native, sse2 ... avx512
   std::string key;                   ///< bearer key with all rights; empty: none
   std::string key_file;              ///< file that `key` was read from
+  std::string worker_key;            ///< bearer key with the scope `worker` only; empty: none
   std::string metrics_key;           ///< bearer key required by /metrics; empty: none
   std::vector<std::string> hosts;    ///< names accepted in Host besides the loopback names
   std::vector<std::string> origins;  ///< other origins whose pages may call the API (CORS)

@@ -68,6 +68,13 @@ std::optional<Holder> KeyRing::holder_of_hash(std::string_view hash) {
   if (!config->key.empty() && is_same_secret(hash, secret_hash(config->key))) {
     return Holder{.id = {}, .name = "operator"};
   }
+  if (!config->worker_key.empty() && is_same_secret(hash, secret_hash(config->worker_key))) {
+    return Holder{.id = "worker-key",
+                  .name = "worker",
+                  .may_read = false,
+                  .may_write = false,
+                  .may_admin = false};
+  }
   for (const auto& [id, row] : rows_) {
     if (is_same_secret(row.token_hash, hash) &&
         !(row.expires_at && *row.expires_at <= unix_now())) {

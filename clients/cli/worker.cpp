@@ -34,7 +34,8 @@ using core::ErrorCode;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// Wait before an unreachable server gets the next report: short compared to units of seconds.
+/// Wait before an unreachable server gets the next report, and before a unit that is meant for
+/// another worker is asked for again: short compared to units of seconds.
 constexpr std::chrono::milliseconds kAskAgain{200};
 /// How long an idle thread waits for the broker; also the delay with which it notices a stop.
 constexpr std::chrono::milliseconds kPull{500};
@@ -251,7 +252,9 @@ void Worker::do_unit(const queue::UnitPuller::Unit& unit, ApiClient& server, Pau
   const auto input = server.post("/v1/work/units/" + unit.name() + "/lease",
                                  json{{"worker", id_}}.dump(), "application/json");
   if (!input && input.error().code == ErrorCode::kUnavailable) {
-    const std::chrono::milliseconds pause = pauses.next(server.last());
+    // A server that is not busy says so, and that the unit is meant for another worker.
+    const bool is_others = server.last().status == 503 && server.last().retry_after_seconds == 0;
+    const std::chrono::milliseconds pause = is_others ? kAskAgain : pauses.next(server.last());
     return_unit(unit, server);
     wait(pause, drained_.get_token());
     return;

@@ -116,8 +116,9 @@ void WorkBoard::tell() {
   changed_.notify_all();
 }
 
-core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
+core::Result<api::WorkerOrders> WorkBoard::report(const Sender& sender,
                                                   const api::WorkerReport& report) {
+  const std::string& worker = sender.worker;
   api::WorkerOrders orders;
   orders.report_seconds = report_seconds();
   if (report.build != options_.build) {
@@ -133,8 +134,12 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
     message << kWorkersMax << " workers have reported; no more are accepted";
     return Error{api::kTooManyRequests, message.str(), ""};
   }
+  if (const Status mine = check_key(sender); !mine) {
+    return mine.error();
+  }
   const auto [found, is_new] = workers_.try_emplace(worker);
   Worker& known = found->second;
+  known.key = sender.key;
   if (is_new) {
     log_.write(orders.reason.empty() ? LogLevel::kInfo : LogLevel::kWarning, "worker_joined",
                {{"worker", worker}, {"unsuitable", orders.reason}});
@@ -160,11 +165,44 @@ core::Result<api::WorkerOrders> WorkBoard::report(const std::string& worker,
   return orders;
 }
 
-core::Result<std::string> WorkBoard::lease(const std::string& name, const std::string& worker) {
+Status WorkBoard::check_key(const Sender& sender) const {
+  const auto known = workers_.find(sender.worker);
+  return known == workers_.end() || known->second.key == sender.key
+             ? core::ok_status()
+             : Status(Error{ErrorCode::kForbidden, "the worker's id belongs to another key", ""});
+}
+
+bool WorkBoard::has_part_in(const WorkUnit& unit, const Sender& sender) const {
+  const bool has_other_keys =
+      unit.is_checked && std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
+        return works(each.second) && each.second.key != sender.key;
+      });
+  std::vector<std::string> parts;
+  for (const WorkUnit::Lease& lease : unit.leases) {
+    parts.push_back(lease.worker);
+  }
+  if (unit.first) {
+    parts.push_back(unit.first->worker);
+  }
+  for (const std::string& worker : parts) {
+    const auto known = workers_.find(worker);
+    if (worker == sender.worker ||
+        (has_other_keys && known != workers_.end() && known->second.key == sender.key)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+core::Result<std::string> WorkBoard::lease(const std::string& name, const Sender& sender) {
+  const std::string& worker = sender.worker;
   std::shared_ptr<RenderRun> run;
   std::vector<core::Slice> slices;
   {
     const core::MutexLock lock(mutex_);
+    if (const Status mine = check_key(sender); !mine) {
+      return mine.error();
+    }
     const auto found = units_.find(name);
     if (found == units_.end()) {
       return not_open(name);
@@ -180,7 +218,7 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const std::s
     if (unit.wanted() < 1) {
       return Error{ErrorCode::kConflict, "another worker holds the unit", ""};
     }
-    if (unit.has_lease(worker) || (unit.first && unit.first->worker == worker)) {
+    if (has_part_in(unit, sender)) {
       return Error{ErrorCode::kUnavailable, "the unit is meant for another worker", ""};
     }
     const auto now = Clock::now();
@@ -210,33 +248,36 @@ core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run
   return checked ? std::move(work) : core::Result<std::vector<SliceWork>>(checked.error());
 }
 
-Status WorkBoard::check_lease(const std::string& name, const std::string& worker) const {
+Status WorkBoard::check_lease(const std::string& name, const Sender& sender) const {
+  if (Status mine = check_key(sender); !mine) {
+    return mine;
+  }
   const auto unit = units_.find(name);
   if (unit == units_.end()) {
     return not_open(name);
   }
-  return unit->second.has_lease(worker)
+  return unit->second.has_lease(sender.worker)
              ? core::ok_status()
              : Status(Error{ErrorCode::kConflict, "the worker does not hold the unit", ""});
 }
 
 core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
-                                                        const std::string& worker) const {
+                                                        const Sender& sender) const {
   const core::MutexLock lock(mutex_);
-  if (const Status leased = check_lease(name, worker); !leased) {
+  if (const Status leased = check_lease(name, sender); !leased) {
     return leased.error();
   }
   const WorkUnit& unit = units_.at(name);
   return core::result_bytes_max(*unit.run->film(), unit.slices.size());
 }
 
-Status WorkBoard::take(const std::string& name, const std::string& worker,
-                       std::string_view result) {
+Status WorkBoard::take(const std::string& name, const Sender& sender, std::string_view result) {
+  const std::string& worker = sender.worker;
   std::shared_ptr<RenderRun> run;
   std::vector<core::Slice> slices;
   {
     const core::MutexLock lock(mutex_);
-    if (Status leased = check_lease(name, worker); !leased) {
+    if (Status leased = check_lease(name, sender); !leased) {
       return leased;
     }
     WorkUnit& unit = units_.at(name);
@@ -331,10 +372,11 @@ void WorkBoard::note_result(WorkUnit& unit, const std::string& name, std::size_t
               {"bytes", static_cast<std::int64_t>(bytes)}});
 }
 
-Status WorkBoard::hand_back(const std::string& name, const std::string& worker,
+Status WorkBoard::hand_back(const std::string& name, const Sender& sender,
                             const std::string& fault) {
+  const std::string& worker = sender.worker;
   const core::MutexLock lock(mutex_);
-  if (Status leased = check_lease(name, worker); !leased) {
+  if (Status leased = check_lease(name, sender); !leased) {
     return leased;
   }
   const auto found = units_.find(name);

@@ -48,23 +48,26 @@ class WorkBoard {
   /// Stops leasing units; later results are refused.
   void stop();
 
+  /// Who sends a request. A worker's id belongs to the key that reported it first; requests with
+  /// other keys fail with kForbidden.
+  struct Sender {
+    std::string worker;
+    std::string key;  ///< Id of the key.
+  };
   /// Errors: kTooManyRequests.
-  core::Result<api::WorkerOrders> report(const std::string& worker,
-                                         const api::WorkerReport& report);
+  core::Result<api::WorkerOrders> report(const Sender& sender, const api::WorkerReport& report);
   /// Returns the unit's slices. Errors: kNotFound; kConflict when other workers hold it;
   /// kUnavailable when it is intended for other workers.
-  core::Result<std::string> lease(const std::string& unit, const std::string& worker);
+  core::Result<std::string> lease(const std::string& unit, const Sender& sender);
   /// Returns the largest size of the unit's result, in bytes. Errors: kNotFound, kConflict as
   /// take().
-  core::Result<std::uint64_t> result_bytes_max(const std::string& unit,
-                                               const std::string& worker) const;
+  core::Result<std::uint64_t> result_bytes_max(const std::string& unit, const Sender& sender) const;
   /// Accepts a result. Errors: kNotFound when the unit has a result already or is no longer needed;
   /// kConflict when another worker holds it; kUnavailable while another result is being taken;
   /// kInvalidArgument when it cannot be the unit's result.
-  core::Status take(const std::string& unit, const std::string& worker, std::string_view result);
+  core::Status take(const std::string& unit, const Sender& sender, std::string_view result);
   /// Returns the unit. fault: empty if there is none. Errors: kNotFound, kConflict.
-  core::Status hand_back(const std::string& unit, const std::string& worker,
-                         const std::string& fault);
+  core::Status hand_back(const std::string& unit, const Sender& sender, const std::string& fault);
   /// Returns the job if units of it are open; otherwise null.
   JobPointer job_of_units(const std::string& id) const;
   std::vector<api::WorkerView> workers() const;
@@ -88,6 +91,7 @@ class WorkBoard {
   using Clock = WorkUnit::Clock;
   struct Worker {
     api::WorkerView view;
+    std::string key;  ///< Id of the key that reported it.
     Clock::time_point seen;
     bool is_draining = false;
     double samples = 0;  ///< In its results.
@@ -113,9 +117,12 @@ class WorkBoard {
   void tell() REQUIRES(mutex_);
   /// Takes the unit off the board. Its workers are asked to report, and learn of it.
   Units::node_type remove(Units::const_iterator unit) REQUIRES(mutex_);
+  core::Status check_key(const Sender& sender) const REQUIRES(mutex_);
   /// Errors: kNotFound when no such unit is open, kConflict when the worker has no lease on it.
-  core::Status check_lease(const std::string& unit, const std::string& worker) const
-      REQUIRES(mutex_);
+  core::Status check_lease(const std::string& unit, const Sender& sender) const REQUIRES(mutex_);
+  /// Returns whether the sender rendered or renders the unit already. The two results of a verified
+  /// unit come from different keys too, while workers with other keys are connected.
+  bool has_part_in(const WorkUnit& unit, const Sender& sender) const REQUIRES(mutex_);
 
   // Body of the board's thread.
   void run(const std::stop_token& stop);

@@ -59,7 +59,8 @@ Response report(const RouteContext& context, Request& request) {
   if (board == nullptr) {
     return without_queue(request);
   }
-  const auto orders = board->report(std::string(request.path_param("id")), *told);
+  const auto orders =
+      board->report({std::string(request.path_param("id")), request.principal}, *told);
   return orders ? json_response(200, api::worker_orders_json(*orders))
                 : error_answer(request, orders.error());
 }
@@ -110,7 +111,7 @@ Response file(const RouteContext& context, Request& request) {
   return file_response(request, {.path = context.assets.path_of(id)});
 }
 
-/// Calls work(board, unit, parsed body).
+/// Calls work(board, unit, sender, parsed body).
 template <typename Work>
 Response on_unit(const RouteContext& context, Request& request, Work&& work) {
   if (auto refused = refuse_query(request)) {
@@ -122,23 +123,35 @@ Response on_unit(const RouteContext& context, Request& request, Work&& work) {
   }
   WorkBoard* board = context.jobs.board();
   return board == nullptr ? without_queue(request)
-                          : work(*board, std::string(request.path_param("id")), *asked);
+                          : work(*board, std::string(request.path_param("id")),
+                                 WorkBoard::Sender{asked->worker, request.principal}, *asked);
+}
+
+/// Retry-After of a unit that is another worker's turn: the worker may ask for the next one.
+Response again_at_once(Response response) {
+  if (response.status == 503) {
+    response.headers.set("Retry-After", "0");
+  }
+  return response;
 }
 
 Response lease(const RouteContext& context, Request& request) {
-  return on_unit(
-      context, request, [&](WorkBoard& board, const std::string& unit, const auto& asked) {
-        auto work = board.lease(unit, asked.worker);
-        return work ? bytes_response(200, "application/octet-stream",
+  return on_unit(context, request,
+                 [&](WorkBoard& board, const std::string& unit, const WorkBoard::Sender& sender,
+                     const auto& /*asked*/) {
+                   auto work = board.lease(unit, sender);
+                   return work ? bytes_response(
+                                     200, "application/octet-stream",
                                      std::make_shared<const std::string>(*std::move(work)))
-                    : error_answer(request, work.error());
-      });
+                               : again_at_once(error_answer(request, work.error()));
+                 });
 }
 
 Response hand_back(const RouteContext& context, Request& request) {
   return on_unit(context, request,
-                 [&](WorkBoard& board, const std::string& unit, const auto& asked) {
-                   const auto status = board.hand_back(unit, asked.worker, asked.fault);
+                 [&](WorkBoard& board, const std::string& unit, const WorkBoard::Sender& sender,
+                     const auto& asked) {
+                   const auto status = board.hand_back(unit, sender, asked.fault);
                    return status ? empty_response() : error_answer(request, status.error());
                  });
 }
@@ -152,10 +165,10 @@ Response result(const RouteContext& context, Request& request) {
     return without_queue(request);
   }
   const std::string unit(request.path_param("id"));
-  const std::string worker(request.path_param("worker"));
+  const WorkBoard::Sender sender = {std::string(request.path_param("worker")), request.principal};
   // A worker without a lease makes the server store nothing; the body is still read, so that the
   // connection can be reused.
-  const auto most = board->result_bytes_max(unit, worker);
+  const auto most = board->result_bytes_max(unit, sender);
   if (!most) {
     return request.body_reader->read([](std::string_view) { return true; })
                ? error_answer(request, most.error())
@@ -192,8 +205,8 @@ Response result(const RouteContext& context, Request& request) {
   if (!is_whole) {
     return too_large();
   }
-  const auto taken = board->take(unit, worker, body);
-  return taken ? empty_response() : error_answer(request, taken.error());
+  const auto taken = board->take(unit, sender, body);
+  return taken ? empty_response() : again_at_once(error_answer(request, taken.error()));
 }
 
 }  // namespace

@@ -315,9 +315,10 @@ class Farm:
 class HandWorker:
     """Speaks NATS and HTTP itself, to do what `tessera worker` never does."""
 
-    def __init__(self, farm, name="hand", **report):
+    def __init__(self, farm, name="hand", key=None, **report):
         self.farm = farm
         self.id = name
+        self.headers = {"Authorization": "Bearer " + key} if key else {}
         build = farm.server.get("/v1/server").json()["build"]["id"]
         # The refusal of another arithmetic names that of the server.
         self.report_body = {"build": build, "arithmetic": "none"}
@@ -326,7 +327,7 @@ class HandWorker:
 
     def report(self, **members):
         return self.farm.server.request("PUT", f"/v1/workers/{self.id}",
-                                        self.report_body | members)
+                                        self.report_body | members, self.headers)
 
     def next_unit(self):
         """Takes a unit from the queue; returns its name."""
@@ -379,9 +380,14 @@ class HandWorker:
                     return None
 
     def lease(self, unit):
-        return self.farm.server.post(f"/v1/work/units/{unit}/lease", {"worker": self.id})
+        return self.farm.server.request("POST", f"/v1/work/units/{unit}/lease",
+                                        {"worker": self.id}, self.headers)
+
+    def hand_back(self, unit, fault=""):
+        return self.farm.server.request("POST", f"/v1/work/units/{unit}/hand-back",
+                                        {"worker": self.id, "fault": fault}, self.headers)
 
     def deliver(self, unit, result):
         return self.farm.server.request(
             "PUT", f"/v1/work/units/{unit}/results/{self.id}", result,
-            {"Content-Type": "application/octet-stream"})
+            {"Content-Type": "application/octet-stream"} | self.headers)

@@ -605,6 +605,68 @@ class RefusedTest(FarmTest):
         listed = farm.listed()["hand"]
         self.assertEqual((listed["state"], listed["reason"]), ("unsuitable", orders["reason"]))
 
+    def worker_keys(self, farm, *names):
+        keys = []
+        for name in names:
+            code, text, fault = tessera("keys", "add", name, "--scope", "worker", "--data",
+                                        farm.server.data)
+            self.assertEqual(code, 0, fault)
+            keys.append(text.split()[-1])
+        deadline = time.monotonic() + PATIENCE_S
+        newest = {"Authorization": "Bearer " + keys[-1]}
+        while farm.server.request("GET", "/v1/server", headers=newest).status == 401:
+            self.assertLess(time.monotonic(), deadline, "the new keys are not accepted")
+            time.sleep(0.05)
+        return keys
+
+    def test_worker_belongs_to_the_key_that_reported_it(self):
+        farm = self.farm("--key", "operator", key="operator", lease=600)
+        own, other = self.worker_keys(farm, "own", "other")
+        job = farm.server.submit(long_job())
+        hand = HandWorker(farm, key=own)
+        unit = hand.next_unit()
+        given = hand.lease(unit).body
+        hand.headers = {"Authorization": "Bearer " + other}
+        for answer in (hand.report(), hand.lease(unit), hand.deliver(unit, given),
+                       hand.hand_back(unit, "a lie")):
+            self.assertEqual(answer.status, 403, answer)
+        listed = farm.listed()["hand"]
+        self.assertEqual((listed["leases"], listed["faults"]), (1, 0))
+        hand.headers = {"Authorization": "Bearer " + own}
+        self.assertEqual(hand.hand_back(unit).status, 204)
+        self.assertEqual(farm.server.job(job["id"])["state"], "rendering")
+
+    def test_results_of_a_verified_unit_come_from_two_keys(self):
+        farm = self.farm("--key", "operator", key="operator", lease=600, verify=1)
+        own, other = self.worker_keys(farm, "own", "other")
+        first, second, third = (HandWorker(farm, "first", own), HandWorker(farm, "second", own),
+                                HandWorker(farm, "third", other))
+        for hand in (first, second, third):
+            hand.report()
+        farm.server.submit(long_job())
+        unit = first.next_unit()
+        self.assertEqual(first.lease(unit).status, 200)
+        refused = second.lease(unit)
+        self.assertEqual(refused.status, 503)
+        self.assertIn("meant for another worker", refused.json()["detail"])
+        third.report(draining=True)  # Now there is only one key.
+        self.assertEqual(second.lease(unit).status, 200)
+        self.assertEqual(second.hand_back(unit).status, 204)
+        third.report()
+        self.assertEqual(third.lease(unit).status, 200)
+
+    def test_operator_gives_workers_a_key_and_a_token_of_the_queue(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".conf") as config:
+            config.write("authorization { token: of-the-queue }\n")
+            config.flush()
+            farm = self.farm("--key", "operator", "--worker-key", "of-workers", key="operator",
+                             broker=Broker(config=config.name, user="of-the-queue@"))
+            body = job_body(samples=1)
+            job = farm.server.submit(body)
+            worker = farm.add_worker(key="of-workers")
+            self.check_film(farm, job["id"], body)
+            self.assertGreater(farm.listed()[worker.id]["units"], 0)
+
     def test_worker_key_gives_access_only_to_work(self):
         farm = self.farm("--key", "operator", key="operator")
         code, text, fault = tessera("keys", "add", "farm", "--scope", "worker", "--data",

@@ -75,6 +75,21 @@ TEST(Guard, AcceptsLoopbackAndConfiguredHosts) {
   }
 }
 
+TEST(Guard, WorkerKeyGivesAccessToWorkOnly) {
+  Config config;
+  config.key = "operator";
+  config.worker_key = "of-workers";
+  const Guard guard(config);
+  for (const auto& [method, route, status] :
+       {std::tuple("PUT", "/v1/workers/{id}", 0), std::tuple("GET", "/v1/workers", 403),
+        std::tuple("GET", "/v1/jobs", 403), std::tuple("POST", "/v1/jobs", 403),
+        std::tuple("GET", "/v1/keys", 403)}) {
+    Request asked = request(method, route);
+    asked.headers.set("Authorization", "Bearer of-workers");
+    EXPECT_EQ(status_of(guard, asked), status) << route;
+  }
+}
+
 TEST(Guard, MarksRequestsOfWorkers) {
   Config config;
   for (const char* key : {"", "secret"}) {

@@ -60,7 +60,7 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
     builder_.set_local_threads(&local_);
     board_ = std::make_unique<WorkBoard>(
         std::make_unique<queue::UnitPublisher>(options_.queue), scheduler_, log_, options_.work,
-        [this](Job& job, bool waits) { builder_.note_waiting(job, waits); });
+        [this](Job& job, const std::string& reason) { builder_.note_waiting(job, reason); });
   }
 }
 

@@ -283,20 +283,25 @@ core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const c
   return static_cast<LocalThreads*>(nullptr);
 }
 
-void RunBuilder::note_waiting(Job& job, bool waits_for_worker) {
-  const std::string warning = "The job is waiting: no suitable worker is connected.";
-  const auto has = [&warning](const JobRecord& record) {
-    const std::vector<std::string>& warnings = record.view.warnings;
-    return std::find(warnings.begin(), warnings.end(), warning) != warnings.end();
+void RunBuilder::note_waiting(Job& job, const std::string& reason) {
+  const std::string intro = "The job is waiting: ";
+  const std::string warning = intro + reason + ".";
+  const auto is_other = [&](const std::string& each) {
+    return each.starts_with(intro) && (reason.empty() || each != warning);
   };
-  if (has(job.record()) == waits_for_worker) {
+  const auto is_settled = [&](const std::vector<std::string>& warnings) {
+    return std::none_of(warnings.begin(), warnings.end(), is_other) &&
+           (reason.empty() ||
+            std::find(warnings.begin(), warnings.end(), warning) != warnings.end());
+  };
+  if (is_settled(job.record().view.warnings)) {
     return;
   }
   const auto modify = [&](JobRecord& record) -> Verdict {
-    if (!waits_for_worker) {
-      std::erase(record.view.warnings, warning);
-    } else if (!has(record)) {
-      record.view.warnings.push_back(warning);
+    std::vector<std::string>& warnings = record.view.warnings;
+    std::erase_if(warnings, is_other);
+    if (!is_settled(warnings)) {
+      warnings.push_back(warning);
     }
     return {};
   };

@@ -58,8 +58,8 @@ class RunBuilder {
   using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
   /// local must outlive the runs.
   void set_local_threads(LocalThreads* local) { local_ = local; }
-  /// Warns that the job waits for a suitable worker, or removes the warning.
-  void note_waiting(Job& job, bool waits_for_worker);
+  /// Warns that the job waits for that reason, or removes the warning if there is none.
+  void note_waiting(Job& job, const std::string& reason);
   /// Call before the first build().
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 

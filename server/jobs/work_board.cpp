@@ -288,7 +288,18 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
     run = unit.run;
     slices = unit.slices;
   }
-  auto work = read_result(*run, slices, result);
+  const auto work_or_throw = [&] {
+    try {
+      return read_result(*run, slices, result);
+    } catch (...) {  // No memory: the unit stays with its worker, which sends the result again.
+      const core::MutexLock lock(mutex_);
+      if (const auto found = units_.find(name); found != units_.end()) {
+        found->second.is_busy = false;
+      }
+      throw;
+    }
+  };
+  auto work = work_or_throw();
   Failures failures;
   std::optional<std::vector<SliceWork>> settled;
   {

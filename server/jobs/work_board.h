@@ -36,8 +36,8 @@ namespace server {
 
 class WorkBoard {
  public:
-  /// Called by the board's thread. waits: no connected worker can render the job.
-  using NoteWaiting = std::function<void(Job& job, bool waits)>;
+  /// Called by the board's thread. reason: why no worker renders the job; empty: it does not wait.
+  using NoteWaiting = std::function<void(Job& job, const std::string& reason)>;
 
   /// scheduler and log must outlive it.
   WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler, Log& log,

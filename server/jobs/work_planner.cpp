@@ -85,30 +85,34 @@ void WorkBoard::drop_ended() {
 }
 
 /// Marks a job as waiting if no worker could render it for the length of a lease, since restarting
-/// a worker takes less.
+/// a worker or the broker takes less.
 void WorkBoard::note_waiting_jobs() {
   const auto now = Clock::now();
   {
     const core::MutexLock lock(mutex_);
-    had_workers_at_ = slots() > 0 || options_.has_local_threads ? now : had_workers_at_;
+    had_workers_at_ = slots() > 0 ? now : had_workers_at_;
   }
-  const bool has_none = now - had_workers_at_ > lease_time();
+  const std::string reason = options_.has_local_threads            ? ""
+                             : now - had_broker_at_ > lease_time() ? "the queue is not connected"
+                             : now - had_workers_at_ > lease_time()
+                                 ? "no suitable worker is connected"
+                                 : "";
   // Jobs that were given the warning by an earlier process are looked up once a second.
   constexpr std::chrono::seconds kPause{1};
-  if (now - noted_at_ < kPause && (has_none || warned_.empty())) {
+  if (now - noted_at_ < kPause && (!reason.empty() || warned_.empty())) {
     return;
   }
   noted_at_ = now;
   for (const std::weak_ptr<Job>& warned : std::exchange(warned_, {})) {
-    if (const JobPointer job = warned.lock(); job && !has_none) {
-      note_waiting_(*job, false);
+    if (const JobPointer job = warned.lock(); job && reason.empty()) {
+      note_waiting_(*job, "");
     }
   }
   for (const std::shared_ptr<SliceSource>& source : scheduler_.in_turn()) {
     const auto run = std::dynamic_pointer_cast<RenderRun>(source);
     if (const JobPointer job = run && !run->end() ? run->job() : nullptr) {
-      const bool waits = has_none && run->is_lent();
-      note_waiting_(*job, waits);
+      const bool waits = !reason.empty() && run->is_lent();
+      note_waiting_(*job, waits ? reason : "");
       if (waits) {
         warned_.push_back(job);
       }

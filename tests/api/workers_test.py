@@ -191,6 +191,18 @@ class WorkersTest(FarmTest):
         self.check_film(farm, job["id"], body)
         farm.server.wait_until(job["id"], lambda j: waits not in j["warnings"], "the warning's end")
 
+    def test_job_warns_until_the_queue_is_connected(self):
+        farm = self.farm(lease=0.5, workers=1)
+        body = long_job()
+        job = farm.server.submit(body)
+        farm.server.wait_for_samples(job["id"], 2)
+        farm.broker.kill()
+        waits = "The job is waiting: the queue is not connected."
+        farm.server.wait_until(job["id"], lambda j: waits in j["warnings"], "the warning")
+        farm.broker.start()
+        farm.server.wait_until(job["id"], lambda j: waits not in j["warnings"], "the warning's end")
+        self.check_film(farm, job["id"], body)
+
     def test_tiles_are_listed_with_the_worker_that_renders_them(self):
         farm = self.farm(lease=600)
         job = farm.server.submit(long_job())

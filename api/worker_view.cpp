@@ -130,6 +130,8 @@ const View<WorkerView>& worker_view() {
         [](const WorkerView& w) { return number_json(w.rate); }},
        {"leases", shape::count("Units that the worker holds."),
         [](const WorkerView& w) -> Json { return w.leases; }},
+       {"held", shape::texts("Names of these units. Each begins with its job's id and a dot."),
+        [](const WorkerView& w) -> Json { return w.held; }},
        {"units", shape::count("Results that were accepted."),
         [](const WorkerView& w) -> Json { return w.units; }},
        {"faults", shape::count("Units that it lost or failed, or whose results were wrong."),

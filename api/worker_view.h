@@ -54,6 +54,7 @@ struct WorkerView {
   int threads = 0;
   double rate = 0;  ///< pixel samples per second
   int leases = 0;
+  std::vector<std::string> held;  ///< names of the units of the leases
   std::int64_t units = 0;
   std::int64_t faults = 0;
   std::string state;

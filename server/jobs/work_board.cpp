@@ -446,12 +446,17 @@ std::vector<api::WorkerTile> WorkBoard::tiles_of(const Job& job) const {
 
 std::vector<api::WorkerView> WorkBoard::workers() const {
   const core::MutexLock lock(mutex_);
-  const auto held = leases();
+  std::map<std::string, std::vector<std::string>> held;
+  for (const auto& [name, unit] : units_) {
+    for (const WorkUnit::Lease& lease : unit.leases) {
+      held[lease.worker].push_back(name);
+    }
+  }
   std::vector<api::WorkerView> views;
   for (const auto& [id, worker] : workers_) {
     api::WorkerView view = worker.view;
-    const auto found = held.find(id);
-    view.leases = found == held.end() ? 0 : found->second;
+    view.held = std::move(held[id]);
+    view.leases = static_cast<int>(view.held.size());
     const bool has_left = worker.is_draining && view.leases == 0;
     view.state = !is_live(worker)       ? has_left ? "left" : "lost"
                  : !view.reason.empty() ? "unsuitable"

@@ -211,6 +211,8 @@ class WorkersTest(FarmTest):
         unit = hand.next_unit()
         self.assertEqual(farm.server.get(path).json(), {"tiles": []})
         hand.lease(unit)
+        self.assertEqual(farm.listed()["hand"]["held"], [unit])
+        self.assertEqual(unit.split(".")[0], job["id"])
         tiles = farm.server.get(path).json()["tiles"]
         self.assertGreater(len(tiles), 0)
         for tile in tiles:

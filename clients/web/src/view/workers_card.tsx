@@ -7,7 +7,7 @@ import { useStore } from '../ui/store';
 import { workerColour } from './worker_tiles';
 
 const lookEveryMs = 2000;
-const columns = ['Worker', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Faults'];
+const columns = ['Worker', 'Build', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Faults'];
 
 /** Machines that render parts of this server's images; nothing if there are none. */
 export function WorkersCard() {
@@ -55,12 +55,16 @@ export function WorkersCard() {
           </thead>
           <tbody>
             {workers.map((w) => (
-              <tr key={w.id} title={w.reason ?? w.arithmetic}>
+              <tr key={w.id} title={w.arithmetic}>
                 <th scope="row" class="mono">
                   <span class="worker-dot" style={{ background: workerColour(w.id) }} />{' '}
                   {w.id.slice(0, 8)}
                 </th>
-                <td>{w.state}</td>
+                <td class="mono">{w.build.slice(0, 8)}</td>
+                <td>
+                  {w.state}
+                  {w.reason !== null && `: ${w.reason}`}
+                </td>
                 <td>{w.threads}</td>
                 <td>{w.leases}</td>
                 <td>{count(w.rate)}</td>

@@ -1751,6 +1751,7 @@ class Worker(TypedDict):
     threads: int
     rate: float
     leases: int
+    held: list[str]
     units: int
     faults: int
     state: Literal["idle", "working", "draining", "unsuitable", "left", "lost"]

@@ -2281,6 +2281,8 @@ export interface Worker {
   rate: number;
   /** Units that the worker holds. */
   leases: number;
+  /** Names of these units. Each begins with its job's id and a dot. */
+  held: string[];
   /** Results that were accepted. */
   units: number;
   /** Units that it lost or failed, or whose results were wrong. */

@@ -129,7 +129,8 @@ function noteFeeds() {
     constructor(...all) {
       super(...all);
       this.addEventListener('message', ({ data }) => {
-        if (data.type === 'tile') note('tile', `${data.tile.x},${data.tile.y}`);
+        if (data.type === 'tiles')
+          for (const tile of data.tiles) note('tile', `${tile.x},${tile.y}`);
       });
     }
   };

@@ -457,7 +457,12 @@ function countDraws() {
   globalThis.Worker = class extends globalThis.Worker {
     constructor(...all) {
       super(...all);
-      this.addEventListener('message', ({ data }) => (counts.tiles += data.type === 'tile' ? 1 : 0));
+      this.addEventListener('message', ({ data }) => {
+        if (data.type === 'tiles') counts.tiles += data.tiles.length;
+      });
+    }
+    postMessage(message, ...more) {
+      if (!(globalThis.keepsTiles && message.type === 'taken')) super.postMessage(message, ...more);
     }
   };
   let inFrame = false;
@@ -495,10 +500,32 @@ test('tiles are drawn in animation frames, each separately', { timeout: 300_000 
   }
 });
 
+test('a page that is slower than the renderer gets no tiles until it has taken the last ones', {
+  timeout: 300_000,
+}, async () => {
+  const page = await openPage(browser, server, desktop, '', async (p) => {
+    await p.addInitScript(countDraws);
+    await p.addInitScript(() => (globalThis.keepsTiles = true));
+  });
+  try {
+    await submit(page, { scene: 'cornell-box', size: '3', samples: 4096 });
+    const tiles = () => page.evaluate(() => globalThis.counts.tiles);
+    await until('the first tiles', async () => (await tiles()) > 0);
+    const state = await page.textContent('[data-testid=state]');
+    await page.waitForTimeout(2000);
+    assert.ok((await tiles()) <= 32, `${await tiles()} tiles, ${state}`);
+    await page.click('[data-testid=cancel]');
+  } finally {
+    await page.context().close();
+  }
+});
+
 test('tiles of the image are coloured by the worker that renders them', { timeout: 300_000 }, () =>
   withPage(desktop, '', async (page) => {
+    let rendered = '';
     const worker = (id) => ({
       id,
+      held: rendered ? [`${rendered}.0.1`] : [],
       build: 'b',
       arithmetic: 'a',
       threads: 1,
@@ -530,12 +557,16 @@ test('tiles of the image are coloured by the worker that renders them', { timeou
       }),
     });
     const { id } = await made.json();
+    rendered = id;
     try {
       await page.goto(`${server.url}/#/jobs/${id}`);
       await until('its picture', () => pictureNow(page));
       assert.equal(await page.locator('[data-testid=worker-tiles]').count(), 0);
       assert.equal(asked, 0);
       await page.goto(`${server.url}/#/settings`);
+      await until('what the workers render', () =>
+        page.locator(`[data-testid=workers] a[href="#/jobs/${id}"]`).count(),
+      );
       await page.check('[data-testid=show-workers]');
       assert.deepEqual(await accessibilityFaults(page), []);
       await page.goto(`${server.url}/#/jobs/${id}`);

@@ -6,7 +6,7 @@
  */
 import { EventParser, type ServerEvent } from './event_parser';
 import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
-import { FrameParser } from './frames';
+import { FrameParser, type TileFrame } from './frames';
 import { plainProblem } from '../api/client';
 import type { Job, Problem, WarningEvent } from '../api/types';
 
@@ -16,9 +16,50 @@ const silenceMs = 40_000;
 const maxDelayMs = 6_000;
 const steadyMs = 5_000;
 const overloadedMs = 5_000;
+/** A row of tiles of an image of 1024 pixels: a page draws it within a frame. */
+const batchTiles = 32;
 
 const post = (message: FromFeed, transfer: Transferable[] = []): void =>
   self.postMessage(message, transfer);
+
+/**
+ * Tiles on their way to the page, which takes one batch at a time: a page that is slower than the
+ * renderer gets the newest of each tile, and stays responsive. Posted without limit, they would
+ * queue before all that a person does.
+ */
+class Outbox {
+  private readonly waiting = new Map<string, TileFrame>();
+  private isTaken = true;
+
+  add(tile: TileFrame): void {
+    this.waiting.set(`${tile.x},${tile.y}`, tile);
+    this.send();
+  }
+
+  /** The page has taken the last batch. */
+  taken(): void {
+    this.isTaken = true;
+    this.send();
+  }
+
+  clear(): void {
+    this.waiting.clear();
+  }
+
+  private send(): void {
+    if (!this.isTaken || this.waiting.size === 0) return;
+    const batch = [...this.waiting].slice(0, batchTiles);
+    for (const [place] of batch) this.waiting.delete(place);
+    const tiles = batch.map(([, tile]) => tile);
+    this.isTaken = false;
+    post(
+      { type: 'tiles', tiles },
+      tiles.map((tile) => tile.planes.buffer as ArrayBuffer),
+    );
+  }
+}
+
+const outbox = new Outbox();
 
 class Feed {
   private abort = new AbortController();
@@ -41,6 +82,7 @@ class Feed {
   start(): void {
     this.abort = new AbortController();
     this.revision = 0;
+    outbox.clear();
     void this.runEvents(this.abort.signal);
     if (this.tiles) void this.runTiles(this.abort.signal);
   }
@@ -175,7 +217,7 @@ class Feed {
         ended ||= tile.end;
         if (tile.end) return;
         this.revision = Math.max(this.revision, tile.revision);
-        post({ type: 'tile', tile }, [tile.planes.buffer as ArrayBuffer]);
+        outbox.add(tile);
       });
     }
   }
@@ -228,6 +270,8 @@ self.onmessage = (message: MessageEvent<ToFeed>) => {
     feed?.stop();
     feed = new Feed(request.jobId, request.tiles, request.planes);
     feed.start();
+  } else if (request.type === 'taken') {
+    outbox.taken();
   } else if (request.type === 'wake') {
     feed?.start();
   } else {

@@ -16,6 +16,7 @@ export type TilePlanes = 'mean' | 'all';
 export type ToFeed =
   | { type: 'open'; jobId: string; tiles: boolean; planes: TilePlanes }
   | { type: 'sleep' }
+  | { type: 'taken' }
   | { type: 'wake' }
   | { type: 'close' };
 
@@ -27,5 +28,5 @@ export type FromFeed =
   | { type: 'patch'; patch: JobPatch }
   | { type: 'warning'; warning: WarningEvent }
   | { type: 'link'; state: LinkState; problem?: Problem }
-  | { type: 'tile'; tile: TileFrame }
+  | { type: 'tiles'; tiles: TileFrame[] }
   | { type: 'complete' };

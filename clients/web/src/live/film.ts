@@ -79,8 +79,9 @@ export class LiveFilm {
 
   private weigh(pixel: number, sign: number): void {
     if (!(this.samples[pixel] > 0) || this.alpha?.[pixel] === 0) return;
-    const [r, g, b] = this.rgb.subarray(3 * pixel, 3 * pixel + 3);
-    this.light += sign * (0.2126 * r + 0.7152 * g + 0.0722 * b);
+    const at = 3 * pixel;
+    const { rgb } = this;
+    this.light += sign * (0.2126 * rgb[at] + 0.7152 * rgb[at + 1] + 0.0722 * rgb[at + 2]);
     this.opaque += sign;
   }
 

@@ -163,8 +163,9 @@ export class JobFeed {
         return this.set({ link: message.state, problem: message.problem ?? this.state.problem });
       case 'complete':
         return void this.check();
-      case 'tile':
-        return this.receiveTile(message.tile);
+      case 'tiles':
+        for (const tile of message.tiles) this.receiveTile(tile);
+        return this.send({ type: 'taken' });
     }
   }
 

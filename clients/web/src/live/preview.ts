@@ -46,7 +46,10 @@ export class Preview {
     this.film = new LiveFilm(width, height);
     this.worker = new Worker(new URL('./feed.worker.ts', import.meta.url), { type: 'module' });
     this.worker.onmessage = (e: MessageEvent<FromFeed>) => {
-      if (e.data.type === 'tile') this.film.apply(e.data.tile);
+      if (e.data.type === 'tiles') {
+        for (const tile of e.data.tiles) this.film.apply(tile);
+        this.worker.postMessage({ type: 'taken' });
+      }
       if (e.data.type === 'job') this.sayIfFailed(e.data.job);
       // A restarted server does not know the fine image.
       if (e.data.type === 'link' && e.data.state === 'gone' && !this.busy && this.last)

@@ -50,16 +50,37 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
 /// metrics.
 void write_workers(MetricsText& text, const RouteContext& context) {
   const WorkBoard* board = context.jobs.board();
+  const auto workers = board == nullptr ? std::vector<api::WorkerView>() : board->workers();
   std::map<std::string, int> states;
   double rate = 0;
-  for (const api::WorkerView& worker :
-       board == nullptr ? std::vector<api::WorkerView>() : board->workers()) {
+  for (const api::WorkerView& worker : workers) {
     ++states[worker.state];
     rate += worker.state == "working" ? worker.rate : 0;
   }
   text.family("tessera_workers", "gauge", "Workers seen recently, by state.");
   for (const auto& [state, count] : states) {
     text.sample("tessera_workers", metric_label("state", state), count);
+  }
+  const auto write_each = [&](const char* name, const char* type, const char* help, auto value) {
+    text.family(name, type, help);
+    for (const api::WorkerView& worker : workers) {
+      text.sample(name, metric_label("worker", worker.id), static_cast<double>(value(worker)));
+    }
+  };
+  write_each("tessera_worker_leases", "gauge", "Units that the worker holds.",
+             [](const api::WorkerView& w) { return w.leases; });
+  write_each("tessera_worker_samples_per_second", "gauge",
+             "Pixel samples per second while rendering.",
+             [](const api::WorkerView& w) { return w.rate; });
+  write_each("tessera_worker_units_total", "counter", "Results that were accepted.",
+             [](const api::WorkerView& w) { return w.units; });
+  write_each("tessera_worker_faults_total", "counter",
+             "Units that the worker lost or failed, or whose results were wrong.",
+             [](const api::WorkerView& w) { return w.faults; });
+  text.family("tessera_worker_build", "gauge", "1, with the build of the worker.");
+  for (const api::WorkerView& worker : workers) {
+    text.sample("tessera_worker_build",
+                metric_label("worker", worker.id) + "," + metric_label("build", worker.build), 1);
   }
   const WorkBoard::Counts counts = board == nullptr ? WorkBoard::Counts() : board->counts();
   text.gauge("tessera_workers_samples_per_second",

@@ -212,6 +212,7 @@ class WorkersTest(FarmTest):
         self.assertEqual(farm.server.get(path).json(), {"tiles": []})
         hand.lease(unit)
         self.assertEqual(farm.listed()["hand"]["held"], [unit])
+        self.assertEqual(farm.metric('tessera_worker_leases{worker="hand"}'), 1)
         self.assertEqual(unit.split(".")[0], job["id"])
         tiles = farm.server.get(path).json()["tiles"]
         self.assertGreater(len(tiles), 0)

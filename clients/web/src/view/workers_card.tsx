@@ -2,12 +2,30 @@ import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
 import type { Worker as Machine } from '../api/types';
 import { count } from '../ui/format';
-import { display } from '../ui/server_state';
+import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
+import { sceneTitle } from './job_words';
 import { workerColour } from './worker_tiles';
 
 const lookEveryMs = 2000;
-const columns = ['Worker', 'Build', 'State', 'Threads', 'Parts', 'Samples/s', 'Done', 'Faults'];
+const columns = ['Worker', 'Build', 'State', 'Threads', 'Parts', 'Renders', 'Samples/s', 'Done', 'Faults'];
+
+/** Links to the renders that a worker has parts of. */
+function Renders({ ids }: { ids: string[] }) {
+  const list = useStore(jobs) ?? [];
+  return (
+    <>
+      {ids.map((id) => {
+        const job = list.find((j) => j.id === id);
+        return (
+          <a key={id} href={`#/jobs/${id}`}>
+            {job ? sceneTitle(job) : id.slice(0, 8)}
+          </a>
+        );
+      })}
+    </>
+  );
+}
 
 /** Machines that render parts of this server's images; nothing if there are none. */
 export function WorkersCard() {
@@ -67,6 +85,9 @@ export function WorkersCard() {
                 </td>
                 <td>{w.threads}</td>
                 <td>{w.leases}</td>
+                <td>
+                  <Renders ids={[...new Set(w.held.map((unit) => unit.split('.')[0]))]} />
+                </td>
                 <td>{count(w.rate)}</td>
                 <td>{count(w.units)}</td>
                 <td>{count(w.faults)}</td>

@@ -1,4 +1,4 @@
-"""LuxCore through its Python package: PATHCPU with its Sobol sampler."""
+"""LuxCore through its Python package: PATHCPU or BIDIRCPU, with its Sobol sampler."""
 import math
 import os
 import time
@@ -31,7 +31,8 @@ def write_ply(path, primitive):
 class Engine:
     def __init__(self, job):
         self.job = job
-        self.version = f"LuxCore {pyluxcore.Version()} PATHCPU, {job['variant']}"
+        self.renderer = "BIDIRCPU" if job["variant"] == "bidirectional" else "PATHCPU"
+        self.version = f"LuxCore {pyluxcore.Version()} {self.renderer}, sobol"
         self.source = gltf.read(job["scene"])
         self.scene = pyluxcore.Scene()
         self.camera()
@@ -176,11 +177,12 @@ class Engine:
     def render(self, samples, seed):
         job = self.job
         settings = {
-            "renderengine.type": "PATHCPU", "renderengine.seed": seed + 1,
+            "renderengine.type": self.renderer, "renderengine.seed": seed + 1,
+            "path.maxdepth": job["depth"], "light.maxdepth": job["depth"],
             "native.threads.count": job["threads"], "path.pathdepth.total": job["depth"],
             "path.pathdepth.diffuse": job["depth"], "path.pathdepth.glossy": job["depth"],
             "path.pathdepth.specular": job["depth"], "path.clamping.variance.maxvalue": 0.0,
-            "path.hybridbackforward.enable": 0, "sampler.type": job["variant"].upper(),
+            "path.hybridbackforward.enable": 0, "sampler.type": "SOBOL",
             "sampler.sobol.adaptive.strength": 0.0, "sampler.random.adaptive.strength": 0.0,
             "film.width": job["width"], "film.height": job["height"], "film.filter.type": "NONE",
             "film.imagepipelines.0.0.type": "NOP", "batch.haltspp": [samples, 0],

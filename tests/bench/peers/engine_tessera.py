@@ -60,7 +60,7 @@ class Engine:
                 "filter": {"type": "box", "radius": 0.5},
             },
             integrator={
-                "type": self.job.get("integrator", "path"),
+                "type": self.job["variant"] or self.job.get("integrator", "path"),
                 "max_depth": self.job["depth"],
             },
             stop={"samples_per_pixel": samples},

@@ -27,7 +27,9 @@ KINDS = (Kind("tessera", "engine_tessera", "bench"),
          Kind("mitsuba-independent", "engine_mitsuba", "mitsuba", "independent"),
          Kind("cycles-bpy", "engine_cycles", "cycles"),
          Kind("cycles-blender", "engine_cycles", None),
-         Kind("luxcore", "engine_luxcore", "luxcore", "sobol"))
+         Kind("luxcore", "engine_luxcore", "luxcore", "sobol"),
+         Kind("bdpt-tessera", "engine_tessera", "bench", "bdpt"),
+         Kind("bdpt-luxcore", "engine_luxcore", "luxcore", "bidirectional"))
 
 
 def command_of(kind):

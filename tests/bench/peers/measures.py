@@ -113,7 +113,7 @@ def difference(a, b):
 
 def most_agreed(references):
     """The engine whose reference differs least from all others'; Tessera only if it is alone."""
-    peers = [name for name in references if name != "tessera"] or list(references)
+    peers = [name for name in references if not name.endswith("tessera")] or list(references)
     if not peers:
         return None
     return min(peers, key=lambda name: sum(

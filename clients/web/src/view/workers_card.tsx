@@ -8,7 +8,17 @@ import { sceneTitle } from './job_words';
 import { workerColour } from './worker_tiles';
 
 const lookEveryMs = 2000;
-const columns = ['Worker', 'Build', 'State', 'Threads', 'Parts', 'Renders', 'Samples/s', 'Done', 'Faults'];
+const columns = [
+  'Worker',
+  'Build',
+  'State',
+  'Threads',
+  'Parts',
+  'Renders',
+  'Samples/s',
+  'Done',
+  'Faults',
+];
 
 /** Links to the renders that a worker has parts of. */
 function Renders({ ids }: { ids: string[] }) {

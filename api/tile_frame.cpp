@@ -29,14 +29,6 @@ struct Header {
 static_assert(sizeof(Header) == kTileHeaderBytes);
 static_assert(std::endian::native == std::endian::little);  // as in the frames
 
-std::uint32_t take(std::span<const std::byte> bytes, std::size_t at, std::size_t count) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
-  }
-  return value;
-}
-
 std::uint32_t checksum(const void* data, std::size_t size) {
   return static_cast<std::uint32_t>(
       crc32_z(crc32_z(0, nullptr, 0), static_cast<const Bytef*>(data), size));
@@ -60,7 +52,6 @@ void put_f16(std::span<const float> values, char* out) {
     std::memcpy(out + 2 * i, &half, sizeof(half));
   }
 }
-float f16(std::uint32_t bits) { return _cvtsh_ss(static_cast<unsigned short>(bits)); }
 
 std::size_t value_count(const core::PixelRect& rect, std::uint32_t flags) {
   return plane_count(flags) * static_cast<std::size_t>(rect.width) *
@@ -127,13 +118,14 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
   if (bytes.size() < kTileHeaderBytes) {
     return decoded;
   }
-  const std::size_t payload_bytes = take(bytes, 4, 4);
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  const std::size_t payload_bytes = header.payload_bytes;
   TileFrame& frame = decoded.frame;
-  frame.revision = take(bytes, 8, 4);
-  frame.rect = {static_cast<int>(take(bytes, 12, 2)), static_cast<int>(take(bytes, 14, 2)),
-                static_cast<int>(take(bytes, 16, 2)), static_cast<int>(take(bytes, 18, 2))};
-  frame.flags = take(bytes, 20, 4);
-  frame.relative_error = std::bit_cast<float>(take(bytes, 24, 4));
+  frame.revision = header.revision;
+  frame.rect = {header.x, header.y, header.width, header.height};
+  frame.flags = header.flags;
+  frame.relative_error = header.relative_error;
   const std::size_t bytes_each = value_bytes(frame.flags);
   const std::size_t expected = value_count(frame.rect, frame.flags) * bytes_each;
   if (payload_bytes != expected) {
@@ -145,13 +137,18 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
     return DecodedFrame{};
   }
   const std::span<const std::byte> payload = bytes.subspan(kTileHeaderBytes, payload_bytes);
-  if (checksum(payload.data(), payload.size()) != take(bytes, 28, 4)) {
+  if (checksum(payload.data(), payload.size()) != header.checksum) {
     return broken("The checksum of the frame's payload is wrong.");
   }
   frame.planes.resize(payload_bytes / bytes_each);
-  for (std::size_t i = 0; i < frame.planes.size(); ++i) {
-    const std::uint32_t bits = take(payload, i * bytes_each, bytes_each);
-    frame.planes[i] = bytes_each == 2 ? f16(bits) : std::bit_cast<float>(bits);
+  if (bytes_each == 2) {
+    for (std::size_t i = 0; i < frame.planes.size(); ++i) {
+      unsigned short half = 0;
+      std::memcpy(&half, payload.data() + 2 * i, sizeof(half));
+      frame.planes[i] = _cvtsh_ss(half);
+    }
+  } else if (payload_bytes > 0) {
+    std::memcpy(frame.planes.data(), payload.data(), payload_bytes);
   }
   decoded.consumed = kTileHeaderBytes + payload_bytes;
   return decoded;

@@ -58,13 +58,11 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
                  "it has ended",
                  "/denoise"};
   }
-  if (!is_final) {
-    if (Pointer last = last_shown(key_of(*job), revision)) {
-      return last;
-    }
-  }
   if (is_final) {
     return kept(job, film, Effort::kWhole, patience);
+  }
+  if (Pointer last = last_shown(key_of(*job), revision)) {
+    return last;
   }
   const bool is_first = !was_shown(key_of(*job));
   return kept(job, film, is_first ? Effort::kFirstPreview : Effort::kPreview, patience);

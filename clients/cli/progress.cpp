@@ -44,11 +44,12 @@ std::vector<std::string> parts(const ProgressFacts& facts, bool with_interval) {
   if (!std::isnan(facts.relative_error)) {
     out.push_back(error_part(facts, with_interval));
   }
-  if (facts.rays_per_second > 0) {
+  const bool is_rendering = facts.state == "rendering";
+  if (is_rendering && facts.rays_per_second > 0) {
     out.push_back(rate_text(facts.rays_per_second));
   }
-  out.push_back(facts.eta_seconds ? "ETA " + duration_text(*facts.eta_seconds)
-                                  : duration_text(facts.elapsed_seconds));
+  out.push_back(is_rendering && facts.eta_seconds ? "ETA " + duration_text(*facts.eta_seconds)
+                                                  : duration_text(facts.elapsed_seconds));
   return out;
 }
 

@@ -109,7 +109,7 @@ class FilmDenoiser {
     if (type == core::DenoiserType::kNone) {
       return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "--denoise"};
     }
-    if (!core::has_both_halves(film)) {
+    if (core::samples_of_halves(film) == 0) {
       return Error{ErrorCode::kInvalidArgument,
                    "a pixel has samples of only one half; denoising needs both (--spp 2 or more)",
                    "--denoise"};

@@ -289,13 +289,14 @@ Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeatureP
 
 }  // namespace
 
-bool has_both_halves(const FilmSnapshot& film) {
+int samples_of_halves(const FilmSnapshot& film) {
+  auto least = std::numeric_limits<int>::max();
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    if (half_value(film, i, 0).count == 0 || half_value(film, i, 1).count == 0) {
-      return false;
+    for (const int half : {0, 1}) {
+      least = std::min(least, static_cast<int>(half_value(film, i, half).count));
     }
   }
-  return true;
+  return least;
 }
 
 ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) const {

@@ -84,8 +84,8 @@ Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* fea
 DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
                                  std::span<const ColorPlanes> filtered);
 
-/// Returns whether every pixel has samples of both halves.
-bool has_both_halves(const FilmSnapshot& film);
+/// Returns the smallest sample count of a half in any pixel.
+int samples_of_halves(const FilmSnapshot& film);
 
 /// Returns an upper bound of the memory of denoise() for an image of this size, without the
 /// snapshot.

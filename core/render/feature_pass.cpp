@@ -19,6 +19,9 @@ namespace {
 
 /// Maximum number of mirrors and glass surfaces that a path follows.
 constexpr int kSmoothMost = 16;
+/// Standard error of a pixel's features that needs no more than kQuickFeatureSamples: a twentieth of
+/// what denoisers take for agreement (kAlbedoSigma).
+constexpr float kSteady = 0.005F;
 
 /// The features found by one path.
 struct Found {
@@ -92,6 +95,31 @@ struct ColorSums {
     const Rgb left = squares - sum * sum / n;
     return std::max(left.r + left.g + left.b, 0.0F) / (n * (n - 1));
   }
+  /// Returns whether the standard error is at most kSteady, or that fraction of the mean.
+  bool is_steady(float n, bool of_mean) const {
+    const Rgb m = mean(n);
+    return variance(n) <= kSteady * kSteady * (of_mean ? m.r * m.r + m.g * m.g + m.b * m.b : 1);
+  }
+};
+
+struct PixelSums {
+  ColorSums albedo;
+  ColorSums normal;
+  ColorSums depth;
+  ColorSums emission;
+  int count = 0;
+  void add(const Found& found) {
+    albedo.add(found.albedo);
+    normal.add(found.normal);
+    depth.add({found.depth_m, 0, 0});
+    emission.add(found.emission);
+    ++count;
+  }
+  bool is_steady() const {
+    const auto n = static_cast<float>(count);
+    return albedo.is_steady(n, false) && normal.is_steady(n, false) && depth.is_steady(n, true) &&
+           emission.is_steady(n, true);
+  }
 };
 
 void put(ColorPlanes& planes, std::size_t i, Rgb v) {
@@ -104,7 +132,6 @@ void put(ColorPlanes& planes, std::size_t i, Rgb v) {
 
 Result<std::optional<FeaturePicture>> feature_pass(const View& view, const ParallelFor& parallel,
                                                    int samples, const std::stop_token& stop) {
-  const auto n = static_cast<float>(samples);
   const FilmSettings& film = view.settings.film;
   const SceneSummary& summary = view.scene->summary();
   const auto camera =
@@ -124,33 +151,31 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
     for (int column = 0; column < crop.width; ++column) {
       const int x = crop.x + column;
       const int y = crop.y + row;
-      ColorSums albedo;
-      ColorSums normal;
-      ColorSums depth;
-      ColorSums emission;
-      for (int s = 0; s < samples; ++s) {
+      PixelSums sums;
+      for (int s = 0; s < samples && !(s == kQuickFeatureSamples && sums.is_steady()); ++s) {
         // Features are plain means: weights of filters with negative lobes are left out.
         const CameraSample at = start_camera_sample(sampler, filter, x, y, s);
         const float time = view.settings.shutter_seconds > 0 ? sampler.get_4d(kTimeGroup).x : 0.0F;
         const Found found =
             first_rough_surface(view, camera->ray(at.film_px, at.lens, time), sampler);
         if (is_finite(found.albedo + found.normal + found.emission + Rgb(found.depth_m))) {
-          albedo.add(found.albedo);
-          normal.add(found.normal);
-          depth.add({found.depth_m, 0, 0});
-          emission.add(found.emission);
+          sums.add(found);
         }
       }
+      if (sums.count < 2) {
+        continue;
+      }
+      const auto n = static_cast<float>(sums.count);
       const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(crop.width) +
                      static_cast<std::size_t>(column);
-      put(out.albedo, i, albedo.mean(n));
-      put(out.normal, i, normal.mean(n));
-      put(out.emission, i, emission.mean(n));
-      out.depth_m[i] = depth.mean(n).r;
-      out.albedo_variance[i] = albedo.variance(n);
-      out.normal_variance[i] = normal.variance(n);
-      out.depth_variance[i] = depth.variance(n);
-      out.emission_variance[i] = emission.variance(n);
+      put(out.albedo, i, sums.albedo.mean(n));
+      put(out.normal, i, sums.normal.mean(n));
+      put(out.emission, i, sums.emission.mean(n));
+      out.depth_m[i] = sums.depth.mean(n).r;
+      out.albedo_variance[i] = sums.albedo.variance(n);
+      out.normal_variance[i] = sums.normal.variance(n);
+      out.depth_variance[i] = sums.depth.variance(n);
+      out.emission_variance[i] = sums.emission.variance(n);
     }
   });
   if (stop.stop_requested()) {

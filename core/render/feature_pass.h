@@ -12,13 +12,14 @@
 
 namespace core {
 
-/// Camera paths per pixel.
+/// Camera paths of a pixel.
 inline constexpr int kFeatureSamples = 16;
-/// For the first preview: a quarter of the time for twice the standard error.
+/// Camera paths of a pixel whose features hardly scatter, and of every pixel for previews: a
+/// quarter of the time for twice the standard error.
 inline constexpr int kQuickFeatureSamples = 4;
 
 /// Renders the features of the view's crop; same bits for any number of threads. Empty if stop was
-/// requested. samples: camera paths per pixel, at least 2. Errors: those of the view's camera.
+/// requested. samples: camera paths of a pixel at most, at least 2. Errors: those of the view's camera.
 Result<std::optional<FeaturePicture>> feature_pass(const View& view, const ParallelFor& parallel,
                                                    int samples = kFeatureSamples,
                                                    const std::stop_token& stop = {});

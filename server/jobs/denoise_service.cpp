@@ -18,6 +18,10 @@ namespace {
 /// Limit on the entries of last_; requests for further jobs are treated as first requests.
 constexpr std::size_t kLastMost = 1024;
 
+/// Samples of each half for a preview: one sample has no variance, so that the denoiser would take
+/// noise for detail.
+constexpr int kPreviewSamples = 2;
+
 std::uint64_t pixels_of(const core::Film& film) {
   return static_cast<std::uint64_t>(film.crop().width) *
          static_cast<std::uint64_t>(film.crop().height);
@@ -134,9 +138,10 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   }
   const auto begin = Clock::now();
   const core::FilmSnapshot snapshot = film.snapshot();
-  if (!core::has_both_halves(snapshot)) {
-    return Error{ErrorCode::kConflict, "a pixel has samples of only one half; denoising needs both",
-                 ""};
+  const int needed = effort == Effort::kWhole ? 1 : kPreviewSamples;
+  if (core::samples_of_halves(snapshot) < needed) {
+    return Error{ErrorCode::kConflict,
+                 "denoising needs " + std::to_string(2 * needed) + " samples of each pixel", ""};
   }
   const std::shared_ptr<const core::FeaturePicture> features = features_of(
       *job, effort == Effort::kWhole ? core::kFeatureSamples : core::kQuickFeatureSamples);

@@ -32,6 +32,13 @@ TEST(ProgressText, ContainsEveryValue) {
       "rendering  50%  128 samples  error 2.31% (2.10 to 2.54)  4.21 Mrays/s  ETA 1 min 15 s");
 }
 
+TEST(ProgressText, OmitsSpeedAndRemainingTimeOfAPausedJob) {
+  cli::ProgressFacts facts = half_done();
+  facts.state = "paused";
+  EXPECT_EQ(cli::progress_text(facts),
+            "paused  50%  128 samples  error 2.31% (2.10 to 2.54)  12 s");
+}
+
 TEST(ProgressText, OmitsAnUnknownError) {
   cli::ProgressFacts facts;
   facts.samples_per_pixel = 1;

@@ -134,6 +134,25 @@ TEST(FeaturePass, DetectsSamplesSharedWithAHalf) {
   EXPECT_GT(connection(0, [](std::uint64_t seed) { return seed | core::kFeatureStream; }), 5);
 }
 
+// Two walls side by side whose edge crosses some of the pixels.
+TEST(FeaturePass, FollowsMorePathsOnlyWhereFeaturesScatter) {
+  const core::View view = small_view(test_support::scene_of(
+      {test_support::lambert({0.8F, 0.4F, 0.2F}), test_support::lambert({0.2F, 0.4F, 0.8F})},
+      {quad({-2, -2, 0}, {2.0004F, 0, 0}, {0, 4, 0}, 0),
+       quad({0.0004F, -2, 0}, {2, 0, 0}, {0, 4, 0}, 1)}));
+  const auto few = core::feature_pass(view, core::parallel_for(2), core::kQuickFeatureSamples);
+  ASSERT_TRUE(few && *few);
+  const core::FeaturePicture made = features_of(view);
+  std::size_t steady = 0;
+  for (std::size_t i = 0; i < made.depth_m.size(); ++i) {
+    const bool is_steady = (*few)->albedo_variance[i] <= 2.5e-5F;
+    steady += is_steady ? 1 : 0;
+    EXPECT_EQ(made.albedo_variance[i] == (*few)->albedo_variance[i], is_steady) << i;
+  }
+  EXPECT_GT(steady, 0U);
+  EXPECT_LT(steady, made.depth_m.size());
+}
+
 TEST(FeaturePass, BitsAreIndependentOfTheNumberOfThreads) {
   const core::View view = lamp_view(1);
   const auto one = core::feature_pass(view, core::parallel_for(1));

@@ -289,6 +289,21 @@ export function triangleGlb() {
   return glbOf(json, bin);
 }
 
+/** A triangle that emits light; a strength above 1 makes it a lamp. */
+export function glowingGlb(strength) {
+  const { json, bin } = triangle(null);
+  const document = JSON.parse(json);
+  document.materials = [{ emissiveFactor: [1, 1, 1], doubleSided: true }];
+  document.meshes[0].primitives[0].material = 0;
+  if (strength > 1) {
+    document.extensionsUsed = ['KHR_materials_emissive_strength'];
+    document.materials[0].extensions = {
+      KHR_materials_emissive_strength: { emissiveStrength: strength },
+    };
+  }
+  return glbOf(JSON.stringify(document), bin);
+}
+
 /** The same as two files; the buffer's name must be escaped in the document. */
 export function triangleFiles() {
   const { json, bin } = triangle('the%20buffer.bin');

@@ -18,6 +18,7 @@ import {
   settles,
   submit,
   triangleFiles,
+  glowingGlb,
   triangleGlb,
   until,
   withPageOf,
@@ -246,6 +247,20 @@ test('a model and an environment map are accepted together, and ignored files ar
     assert.match(await page.textContent('.submit-form'), /sky\.hdr/);
     await drop(page, [{ name: 'sky.hdr', bytes: panorama() }]);
     await until('no note', async () => !(await note.count()));
+  }),
+);
+
+test('a model that only glows is lit by the studio, a model with a lamp by its own light', () =>
+  withPage(desktop, async (page) => {
+    const light = () => page.getByLabel('Environment light').inputValue();
+    await drop(page, [{ name: 'glows.glb', bytes: glowingGlb(1) }]);
+    await page.waitForURL(/#\/compose\/[0-9a-f]{64}/);
+    await until('the studio', async () => (await light()) === 'studio');
+    await page.goto(`${server.url}/#new`);
+    await page.reload();
+    await drop(page, [{ name: 'lamp.glb', bytes: glowingGlb(20) }]);
+    await page.waitForURL(/#\/compose\/[0-9a-f]{64}/);
+    assert.equal(await light(), 'scene');
   }),
 );
 

@@ -112,11 +112,11 @@ export function lightUp(scene: Scene): void {
     change({ environment: 'studio' });
 }
 
-/** The first group of lights is the environment's. */
+/** As for the API's default environment: an emissive texture alone is decoration. */
 const bringsLight = (scene: Scene): boolean =>
   scene.lights.length > 0 ||
-  scene.light_groups.length > 1 ||
-  scene.extensions.includes('EXT_lights_image_based');
+  scene.extensions.some((name) => lightExtensions.includes(name));
+const lightExtensions = ['KHR_materials_emissive_strength', 'EXT_lights_image_based'];
 
 const namedAtMost = 3;
 

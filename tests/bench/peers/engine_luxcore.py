@@ -33,7 +33,7 @@ class Engine:
         self.job = job
         self.renderer = "BIDIRCPU" if job["variant"] == "bidirectional" else "PATHCPU"
         self.version = f"LuxCore {pyluxcore.Version()} {self.renderer}, sobol"
-        self.source = gltf.read(job["scene"])
+        self.source = gltf.read(job["scene"], reads_media=True)
         self.scene = pyluxcore.Scene()
         self.camera()
         for i, material in enumerate(self.source.materials):
@@ -94,6 +94,8 @@ class Engine:
         base = (list(m.base_color) if m.base_color_texture is None
                 else self.texture(name + "b", m.base_color_texture, list(m.base_color), gamma=2.2))
         values = {"type": "disney", "basecolor": base}
+        if m.medium is not None and (m.transmission < 1 or max(m.medium.albedo) > 0):
+            raise gltf.Unsupported("scattering media, by this adapter")
         if m.transmission == 1:
             values = {"type": "glass", "kr": [1.0] * 3, "kt": base, "interiorior": m.ior}
             if m.roughness > 0:
@@ -104,6 +106,10 @@ class Engine:
                         "vroughness": m.roughness**2,
                     }
                 )
+            if m.medium is not None:
+                absorbing = {"type": "clear", "absorption": list(m.medium.extinction), "ior": m.ior}
+                self.set(f"scene.volumes.{name}v", absorbing)
+                values["volume.interior"] = f"{name}v"
         elif m.is_lambertian and m.metallic_roughness_texture is None:
             values = {"type": "matte", "kd": base}
         else:
@@ -187,6 +193,10 @@ class Engine:
             "film.width": job["width"], "film.height": job["height"], "film.filter.type": "NONE",
             "film.imagepipelines.0.0.type": "NOP", "batch.haltspp": [samples, 0],
             "film.outputs.0.type": "RGB", "film.outputs.0.filename": "unused.exr"}
+        if self.renderer == "BIDIRCPU":
+            # Its roulette decides by one probability and weights strategies by another: the
+            # weights of a path do not add up to 1 (a Cornell box is 5 to 8 % too bright).
+            settings["path.russianroulette.cap"] = 1.0
         properties = pyluxcore.Properties()
         for name, value in settings.items():
             properties.Set(pyluxcore.Property(name, value if isinstance(value, list) else [value]))

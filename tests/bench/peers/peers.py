@@ -31,7 +31,9 @@ Method
             reading files.
   peak      Peak resident memory of the process.
 Depth is 8 scattering events, the filter a box; roulette, samplers and light sampling are each
-engine's defaults. Clamps, denoisers, adaptive sampling, blurred caustics and all other biased noise
+engine's defaults, except that LuxCore's BIDIRCPU has no roulette, which would brighten its images.
+Its depth limits each of the two subpaths, so it needs a depth that loses little light, as
+--depth 24. Clamps, denoisers, adaptive sampling, blurred caustics and all other biased noise
 reductions are off.
 """
 
@@ -257,6 +259,7 @@ def main(words):
     import tempfile
     if options.list:
         print("scenes:", *scenes.names(options.assets))
+        print("scenes, only if named:", *scenes.HIDDEN_LIGHT)
         print("engines:", *(kind.name for kind in engines.KINDS))
         return 0
     if not os.path.exists(options.tessera):
@@ -271,7 +274,7 @@ def main(words):
         )
     wanted = options.scenes or (() if options.scene else ["cornell-box"] if options.short
                                 else scenes.names(options.assets))
-    known = scenes.names(options.assets)
+    known = [*scenes.names(options.assets), *scenes.HIDDEN_LIGHT]
     unknown = set(wanted) - set(known)
     if unknown:
         sys.exit(

@@ -350,6 +350,8 @@ def packed(path, folder, aspect):
 
 
 BUILTIN = ("cornell-box", "veach-mis", "interior", "many-lights")
+# Only if named: for bidirectional engines, since path tracers hardly find their light.
+HIDDEN_LIGHT = ("glass", "keyhole", "caustic-pool")
 MADE = ("cornell-spheres", "hall", "instances", "triangles")
 # Products under maps with different distributions of light: soft, a low sun, a small high one.
 PRODUCTS = {"bottle": ("WaterBottle.glb", "env/chinese_garden_1k.hdr"),
@@ -365,7 +367,7 @@ def names(assets):
 def prepare(wanted, binary, folder, aspect, assets):
     """Cases by name, in the requested order."""
     os.makedirs(folder, exist_ok=True)
-    builtin = export_builtin(binary, [n for n in wanted if n in BUILTIN], folder)
+    builtin = export_builtin(binary, [n for n in wanted if n in (*BUILTIN, *HIDDEN_LIGHT)], folder)
     cases = []
     for name in wanted:
         path = os.path.join(folder, name + ".glb")

@@ -310,9 +310,11 @@ class Reader:
             raise Unsupported("absorption or scattering of KHR_materials_volume")
         color = volume.get("attenuationColor", (1, 1, 1))
         g = scatter.get("scatterAnisotropy", 0)
+        # The fit of single_scattering_albedo() is not exactly 0 for black.
+        albedo = (single_scattering_albedo(c, g) if c > 0 else 0.0
+                  for c in scatter.get("multiscatterColorFactor", (0, 0, 0)))
         return Medium(tuple(-math.log(c) / volume["attenuationDistance"] for c in color),
-                      tuple(single_scattering_albedo(c, g) for c in
-                            scatter.get("multiscatterColorFactor", (0, 0, 0))), g)
+                      tuple(albedo), g)
 
     def material(self, data):
         extensions = data.get("extensions", {})

@@ -50,5 +50,12 @@ if(TARGET core_scene_io AND TARGET core_image_io)
     tessera_lto)
 endif()
 
+# Memory of a film, a wave and scenes, by parts.
+if(TARGET core_scene_io AND TARGET core_image_io)
+  add_executable(memory_bench bench/memory_bench.cpp bench/hall.cpp render/asset_files.cpp)
+  target_link_libraries(memory_bench PRIVATE test_support core_scene_io core_image_io core
+    tessera_lto)
+endif()
+
 # Throughput of small requests.
 add_executable(http_load bench/http_load.cpp)

@@ -64,7 +64,10 @@ float bump(float x, float y) {
 
 }  // namespace
 
-core::SceneDescription hall() {
+core::SceneDescription hall(float fineness) {
+  const auto fine = [fineness](int n) {
+    return static_cast<int>(std::lround(static_cast<float>(n) * fineness));
+  };
   core::SceneDescription scene;
   for (unsigned i = 0; i < 4; ++i) {
     scene.images.push_back(texture(0x159U * (i + 1)));
@@ -76,18 +79,18 @@ core::SceneDescription hall() {
   }
   scene.meshes.emplace_back();
   auto& parts = scene.meshes.back().primitives;
-  parts.push_back(grid(200, 300, 0, [](Vec2 t) {  // floor, 20 x 40 m
+  parts.push_back(grid(fine(200), fine(300), 0, [](Vec2 t) {  // floor, 20 x 40 m
     return Vec3{20 * t.x - 10, bump(t.x, t.y), 20 - 40 * t.y};
   }));
   for (const float side : {-1.0F, 1.0F}) {  // walls with window openings above 5 m
-    parts.push_back(grid(150, 60, 1, [side](Vec2 t) {
+    parts.push_back(grid(fine(150), fine(60), 1, [side](Vec2 t) {
       const float along = side > 0 ? t.x : 1 - t.x;
       return Vec3{side * (10 + bump(t.x, t.y)), 5 * t.y, 40 * along - 20};
     }));
   }
   for (int i = 0; i < 7; ++i) {  // ribs of the roof: the sky is visible between them
     const float z0 = -18 + 6 * static_cast<float>(i);
-    parts.push_back(grid(120, 24, 2, [z0](Vec2 t) {
+    parts.push_back(grid(fine(120), fine(24), 2, [z0](Vec2 t) {
       const float phi = core::kPi * t.x;
       const float r = 10 + 0.3F * std::sin(core::kPi * t.y);
       return Vec3{-r * std::cos(phi), 5 + 4 * std::sin(phi), z0 + 2 - 2 * t.y};
@@ -96,7 +99,7 @@ core::SceneDescription hall() {
   for (int i = 0; i < 14; ++i) {  // columns
     const float x = i % 2 == 0 ? -6.0F : 6.0F;
     const float z = -18 + 6 * static_cast<float>(i / 2);
-    parts.push_back(grid(96, 64, i % 4 == 3 ? 3 : 1, [x, z](Vec2 t) {
+    parts.push_back(grid(fine(96), fine(64), i % 4 == 3 ? 3 : 1, [x, z](Vec2 t) {
       const float phi = core::kTwoPi * t.x;
       const float r = 0.6F + 0.06F * std::cos(16 * phi) + 0.15F * std::pow(2 * t.y - 1, 6.0F);
       return Vec3{x + r * std::cos(phi), 6 * t.y, z - r * std::sin(phi)};

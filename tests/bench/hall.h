@@ -6,6 +6,7 @@
 
 namespace bench {
 
-core::SceneDescription hall();
+/// fineness: multiplies the triangles along each side; 2.34 gives two million.
+core::SceneDescription hall(float fineness = 1);
 
 }  // namespace bench

@@ -19,11 +19,11 @@ TILE_HEADER = struct.Struct("<4sIIHHHHIfI")
 class Server:
     """The real binary on a free port, with a separate data directory."""
 
-    def __init__(self, binary, data=None):
+    def __init__(self, binary, data=None, arguments=()):
         self.data = data or tempfile.TemporaryDirectory()
         start = time.monotonic()
         self.process = subprocess.Popen(
-            [binary, "serve", "--port", "0", "--data", self.data.name],
+            [binary, "serve", "--port", "0", "--data", self.data.name, *arguments],
             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         line = self.process.stdout.readline()
         self.start_seconds = time.monotonic() - start

@@ -12,6 +12,10 @@ import numpy as np
 MODE = os.environ.get("MITSUBA_MODE", "llvm_ad_rgb")
 mi.set_variant(MODE)
 
+# Above, copies of a mesh become one mesh: compiling a kernel takes 1.1 CPU seconds with 250
+# instances, 4.1 with 500, and more than three minutes and 7 GB with 10,000.
+INSTANCES_MAX = 100
+
 
 class Engine:
     def __init__(self, job):
@@ -216,7 +220,7 @@ class Engine:
 
     def shapes(self):
         """Meshes used once are in world space; those used several times become instances, unless
-        they emit."""
+        they emit or are too many."""
         source, uses = self.source, {}
         for mesh, matrix in source.instances:
             uses.setdefault(mesh, []).append(matrix)
@@ -228,6 +232,12 @@ class Engine:
                 for i, matrix in enumerate(matrices):
                     for k, primitive in enumerate(primitives):
                         out[f"mesh{mesh}_{i}_{k}"] = self.mesh(primitive, matrix, bsdfs)
+                continue
+            if len(matrices) > INSTANCES_MAX:
+                for k, primitive in enumerate(primitives):
+                    out[f"mesh{mesh}_{k}"] = self.mesh(
+                        copies(primitive, matrices), np.eye(4), bsdfs
+                    )
                 continue
             group = {"type": "shapegroup"}
             for k, primitive in enumerate(primitives):
@@ -277,3 +287,26 @@ class Engine:
             values["vertex_texcoords"] = np.ascontiguousarray(primitive.uv, np.float32).ravel()
         values.update()
         return mesh
+
+
+def copies(primitive, matrices):
+    """One primitive in world space with all copies."""
+    count = len(primitive.positions)
+    normals, uv = primitive.normals, primitive.uv
+    if normals is not None:
+        normals = np.concatenate([normals @ np.linalg.inv(m[:3, :3]) for m in matrices])
+    return gltf.Primitive(
+        positions=np.concatenate(
+            [primitive.positions @ m[:3, :3].T + m[:3, 3] for m in matrices]
+        ),
+        normals=normals,
+        uv=None if uv is None else np.tile(uv, (len(matrices), 1)),
+        indices=np.concatenate(
+            [
+                (primitive.indices if np.linalg.det(m[:3, :3]) > 0 else primitive.indices[:, ::-1])
+                + i * count
+                for i, m in enumerate(matrices)
+            ]
+        ),
+        material=primitive.material,
+    )

@@ -159,6 +159,7 @@ void read_members(const Table& table, const Json& value, S& out, const std::stri
 template <typename Table, typename S>
 Json print_members(const Table& table, const S& s) {
   Json object = Json::object();
+  object.get_ref<Json::object_t&>().reserve(std::tuple_size_v<Table>);  // as in View::print()
   std::apply([&](const auto&... row) { (row.print(s, object), ...); }, table);
   return object;
 }

@@ -389,8 +389,6 @@ const View<JobView>& job_view() {
   return kView;
 }
 
-std::string job_json(const JobView& job) { return dump(job_view().print(job)); }
-
 std::string job_etag(const JobView& job) {
   return "\"s" + std::to_string(job.spec_version) + "-r" + std::to_string(job.progress.revision) +
          "-" + std::string(to_text(job.state)) +

@@ -32,6 +32,8 @@ struct View {
 
   Json print(const S& value) const {
     Json object = Json::object();
+    // An object that grows copies its members, with all objects in them, instead of moving them.
+    object.get_ref<Json::object_t&>().reserve(rows.size());
     for (const ViewRow<S>& row : rows) {
       if (row.applies == nullptr || row.applies(value)) {
         object[std::string(row.name)] = row.print(value);

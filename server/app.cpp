@@ -206,6 +206,7 @@ class App {
                                              *jobs_,
                                              *batches_,
                                              *denoising_,
+                                             tile_frames_,
                                              streams_,
                                              tickets_,
                                              key_table_,
@@ -408,6 +409,7 @@ class App {
   ComparisonStore comparisons_;
   StorageQuota quota_;
   MemoryGate memory_gate_;
+  TileFrames tile_frames_{memory_gate_};
   SceneService scenes_;
   StreamGate streams_;
   KeyRing keys_;

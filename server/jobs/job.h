@@ -40,7 +40,8 @@ class Job {
         sequence_(record.sequence),
         memory_only_(is_memory_only(record.view.spec)),
         history_(history),
-        record_(std::move(record)) {}
+        record_(std::move(record)),
+        spec_text_(text_of(record_)) {}
 
   const std::string& id() const { return id_; }
   /// The owner; empty: the operator.
@@ -51,6 +52,16 @@ class Job {
   EventLog& log() const { return *log_; }
   std::shared_ptr<EventLog> shared_log() const { return log_; }
   SharedTexts& tile_texts() const { return tile_texts_; }
+
+  /// spec_json() of the job. It rarely changes and is most of the text of a job.
+  struct SpecText {
+    std::uint32_t version = 0;  ///< JobView::spec_version
+    std::shared_ptr<const std::string> text;
+  };
+  SpecText spec_text() const {
+    const core::MutexLock lock(mutex_);
+    return spec_text_;
+  }
 
   JobRecord record() const {
     const core::MutexLock lock(mutex_);
@@ -90,8 +101,10 @@ class Job {
   }
 
   void set_record(JobRecord record) {
+    SpecText text = text_of(record);
     const core::MutexLock lock(mutex_);
     record_ = std::move(record);
+    spec_text_ = std::move(text);
   }
   void set_run(std::shared_ptr<RenderRun> run) {
     const core::MutexLock lock(mutex_);
@@ -125,6 +138,11 @@ class Job {
   core::Mutex& change_mutex() { return change_mutex_; }
 
  private:
+  static SpecText text_of(const JobRecord& record) {
+    return {.version = record.view.spec_version,
+            .text = std::make_shared<const std::string>(api::spec_json(record.view.spec))};
+  }
+
   const std::string id_;
   const std::string tenant_;
   const std::int64_t sequence_;
@@ -137,6 +155,7 @@ class Job {
   std::atomic<bool> is_removed_ = false;
   mutable core::Mutex mutex_;
   JobRecord record_ GUARDED_BY(mutex_);
+  SpecText spec_text_ GUARDED_BY(mutex_);
   std::shared_ptr<RenderRun> run_ GUARDED_BY(mutex_);
   std::shared_ptr<const StoredFilm> kept_film_ GUARDED_BY(mutex_);
   std::optional<EndMark> end_mark_ GUARDED_BY(mutex_);

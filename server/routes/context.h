@@ -17,6 +17,7 @@
 #include "server/jobs/batch_service.h"
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
+#include "server/jobs/tile_frames.h"
 #include "server/key_ring.h"
 #include "server/observe/log.h"
 #include "server/observe/memory_gate.h"
@@ -42,6 +43,7 @@ struct RouteContext {
   JobService& jobs;
   BatchService& batches;
   DenoiseService& denoising;
+  TileFrames& tile_frames;
   StreamGate& streams;
   Tickets& tickets;
   KeyTable& keys;

@@ -10,6 +10,7 @@
 
 #include "api/error_codes.h"
 #include "api/errors.h"
+#include "api/job_text.h"
 #include "api/job_view.h"
 #include "api/limits.h"
 #include "api/picture_origin.h"
@@ -38,8 +39,11 @@ Clock::time_point deadline_in(double seconds) {
   return Clock::now() + std::chrono::microseconds(std::llround(seconds * 1e6));
 }
 
-Response job_answer(int status, const api::JobView& view) {
-  Response response = json_response(status, api::job_json(view));
+Response job_answer(int status, const Job& job, const api::JobView& view) {
+  const Job::SpecText spec = job.spec_text();
+  const bool is_current = spec.version == view.spec_version;  // false: changed since
+  Response response =
+      json_response(status, is_current ? api::job_json(view, *spec.text) : api::job_json(view));
   response.headers.set("ETag", api::job_etag(view));
   response.headers.set("Cache-Control", "no-cache");
   response.compressible = true;
@@ -113,7 +117,7 @@ Response submitted_answer(const RouteContext& context, const Request& request,
   if (wait && !submitted.is_replay) {
     status = api::is_final(view.state) ? 201 : 202;
   }
-  Response response = job_answer(status, view);
+  Response response = job_answer(status, job, view);
   response.headers.set("Location", "/v1/jobs/" + job.id());
   if (waits) {
     response.headers.set("Preference-Applied", "wait=" + std::to_string(*wait));
@@ -281,7 +285,7 @@ Response look(const RouteContext& context, Request& request) {
   if (is_not_modified(request, etag)) {
     return not_modified(etag);
   }
-  return job_answer(200, view);
+  return job_answer(200, job, view);
 }
 
 Response patch(const RouteContext& context, Request& request) {
@@ -311,7 +315,7 @@ Response patch(const RouteContext& context, Request& request) {
   if (!patched) {
     return problem_answer(request, patched.problem());
   }
-  return job_answer(200, context.jobs.view(*job));
+  return job_answer(200, *job, context.jobs.view(*job));
 }
 
 Response cancel(const RouteContext& context, Request& request) {
@@ -326,7 +330,7 @@ Response cancel(const RouteContext& context, Request& request) {
   if (const auto cancelled = context.jobs.cancel(job); !cancelled) {
     return problem_answer(request, cancelled.problem());
   }
-  return job_answer(200, context.jobs.view(*job));
+  return job_answer(200, *job, context.jobs.view(*job));
 }
 
 Response retry(const RouteContext& context, Request& request) {
@@ -341,7 +345,7 @@ Response retry(const RouteContext& context, Request& request) {
   if (const auto retried = context.jobs.retry(job); !retried) {
     return problem_answer(request, retried.problem());
   }
-  return job_answer(202, context.jobs.view(*job));
+  return job_answer(202, *job, context.jobs.view(*job));
 }
 
 Response extend(const RouteContext& context, Request& request) {
@@ -357,7 +361,7 @@ Response extend(const RouteContext& context, Request& request) {
   if (!extended) {
     return problem_answer(request, extended.problem());
   }
-  return job_answer(202, context.jobs.view(*job));
+  return job_answer(202, *job, context.jobs.view(*job));
 }
 
 Response remove(const RouteContext& context, Request& request) {

@@ -79,8 +79,9 @@ Response tiles(const RouteContext& context, Request& request) {
   if (!slot) {
     return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");
   }
-  auto stream =
-      std::make_shared<TileStream>(context.jobs, context.denoising, job, *query, context.streams);
+  auto stream = std::make_shared<TileStream>(
+      TileStream::Parts{context.jobs, context.denoising, context.tile_frames, context.streams}, job,
+      *query);
   Response response = stream_response(
       "application/vnd.tessera.tiles", [stream](StreamWriter& writer) { stream->run(writer); },
       std::move(slot));

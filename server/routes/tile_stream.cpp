@@ -80,21 +80,21 @@ api::TileFrame denoised_frame(const core::DenoisedPicture& picture, core::Denois
   return frame;
 }
 
-TileStream::TileStream(JobService& jobs, DenoiseService& denoising, JobPointer job,
-                       const api::TilesQuery& query, const StreamGate& streams)
-    : jobs_(jobs), denoising_(denoising), job_(std::move(job)), query_(query), streams_(streams) {}
+TileStream::TileStream(const Parts& parts, JobPointer job, const api::TilesQuery& query)
+    : parts_(parts), job_(std::move(job)), query_(query) {}
 
 void TileStream::run(StreamWriter& writer) {
   while (!writer.client_gone() && !writer.stopping()) {
     // In this order, events after this number are seen in the next pass.
     const std::uint64_t seq = job_->log().last_seq();
     const bool is_final = api::is_final(job_->state());
-    const auto film = jobs_.films().film(*job_);
-    if (film && !(send_new_tiles(writer, **film) && send_denoised(writer, **film, is_final))) {
+    const auto film = parts_.jobs.films().film(*job_);
+    if (film &&
+        !(send_new_tiles(writer, **film, is_final) && send_denoised(writer, **film, is_final))) {
       return;
     }
     if (is_final) {
-      const api::JobView view = jobs_.view(*job_);
+      const api::JobView view = parts_.jobs.view(*job_);
       writer.write(api::encode_end_frame(film ? (*film)->revision() : view.progress.revision,
                                          static_cast<float>(view.progress.error.relative_rmse)));
       return;
@@ -102,41 +102,51 @@ void TileStream::run(StreamWriter& writer) {
     const auto now = Clock::now();
     job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kLookAgain, writer.stop_token());
     const std::uint64_t news = job_->log().last_seq();
-    const auto pace = kPace + kPaceForEach * streams_.open_count();
+    const auto pace = kPace + kPaceForEach * parts_.streams.open_count();
     job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace,
                            writer.stop_token());
   }
 }
 
-bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film) {
+bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film, bool is_final) {
   const auto tiles = static_cast<std::size_t>(film.tile_count());
   sent_.resize(tiles, query_.after);
   const std::uint32_t flags =
       (core::is_transparent(job_->record().view.spec.render) ? api::kTileAlpha : 0U) |
       (query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U);
-  std::string piece;
+  piece_.clear();
   for (std::size_t t = 0; t < tiles; ++t) {
     const int tile = static_cast<int>(t);
     const std::uint32_t revision = film.tile_revision(tile);
     if (revision <= sent_[t] || film.tile_samples(tile) == 0) {
       continue;
     }
-    api::TileFrame frame = tile_frame(*film.shown_tile(tile), film.replicates(), flags);
-    if (film.errors() == core::PixelErrors::kCorrelated) {
-      frame.flags |= api::kTileCorrelated;
+    const auto make = [&] {
+      api::TileFrame frame = tile_frame(*film.shown_tile(tile), film.replicates(), flags);
+      if (film.errors() == core::PixelErrors::kCorrelated) {
+        frame.flags |= api::kTileCorrelated;
+      }
+      frame.revision = revision;
+      frame.relative_error = core::tile_error(film, tile);
+      return frame;
+    };
+    // The error of a tile is relative to the whole image, so its frame changes with other tiles.
+    // While they change it is as of its first encoding; afterwards it is exact.
+    if (is_final) {
+      piece_ += api::encode_tile_frame(make());
+    } else {
+      piece_ += *parts_.frames.get(
+          {.job = job_->sequence(), .tile = tile, .revision = revision, .flags = flags}, make);
     }
-    frame.revision = revision;
-    frame.relative_error = core::tile_error(film, tile);
-    piece += api::encode_tile_frame(frame);
     sent_[t] = revision;
-    if (piece.size() >= kPieceBytes) {
-      if (!writer.write(piece)) {
+    if (piece_.size() >= kPieceBytes) {
+      if (!writer.write(piece_)) {
         return false;
       }
-      piece.clear();
+      piece_.clear();
     }
   }
-  return piece.empty() || writer.write(piece);
+  return piece_.empty() || writer.write(piece_);
 }
 
 bool TileStream::send_denoised(StreamWriter& writer, const core::Film& film, bool is_final) {
@@ -144,8 +154,8 @@ bool TileStream::send_denoised(StreamWriter& writer, const core::Film& film, boo
     return true;
   }
   // Only the last picture waits for memory; others are retried in the next pass.
-  const auto made = denoising_.get(job_, film, std::nullopt,
-                                   is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
+  const auto made = parts_.denoising.get(
+      job_, film, std::nullopt, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
   if (!made || (*made)->view.revision <= std::max(denoised_sent_, query_.after)) {
     return true;
   }

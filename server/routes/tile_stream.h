@@ -12,6 +12,7 @@
 #include "server/http/stream_gate.h"
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
+#include "server/jobs/tile_frames.h"
 
 namespace server {
 
@@ -25,25 +26,28 @@ api::TileFrame denoised_frame(const core::DenoisedPicture& picture, core::Denois
 
 class TileStream {
  public:
-  /// query.after: the client has all revisions up to this one. streams: number of open streams; the
-  /// interval between polls of the film grows with it.
-  TileStream(JobService& jobs, DenoiseService& denoising, JobPointer job,
-             const api::TilesQuery& query, const StreamGate& streams);
+  struct Parts {
+    JobService& jobs;
+    DenoiseService& denoising;
+    TileFrames& frames;
+    const StreamGate& streams;  ///< the interval between looks at the film grows with their number
+  };
+  /// query.after: the client has all revisions up to this one.
+  TileStream(const Parts& parts, JobPointer job, const api::TilesQuery& query);
 
   /// Sends until the job has ended or the client has disconnected; the end frame comes last.
   void run(StreamWriter& writer);
 
  private:
   /// Returns false when the client has disconnected.
-  bool send_new_tiles(StreamWriter& writer, const core::Film& film);
+  bool send_new_tiles(StreamWriter& writer, const core::Film& film, bool is_final);
   bool send_denoised(StreamWriter& writer, const core::Film& film, bool is_final);
 
-  JobService& jobs_;
-  DenoiseService& denoising_;
+  const Parts parts_;
   const JobPointer job_;
   const api::TilesQuery query_;
-  const StreamGate& streams_;
   std::vector<std::uint32_t> sent_;  ///< Newest revision sent, by tile.
+  std::string piece_;                ///< Frames to send; keeps its memory.
   std::uint32_t denoised_sent_ = 0;
 };
 

@@ -9,6 +9,8 @@
 
 #include "api/errors.h"
 #include "api/examples.h"
+#include "api/job_text.h"
+#include "api/views.h"
 
 namespace {
 
@@ -42,6 +44,13 @@ TEST(JobView, HasTheDocumentedMembers) {
   EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
   EXPECT_EQ(job["state"], "rendering");
   EXPECT_EQ(job["links"]["image"], "/v1/jobs/3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10/image");
+}
+
+TEST(JobView, HasTheSameTextWithAGivenSpec) {
+  const api::JobView job = api::example_job();
+  const std::string text = api::dump(api::job_view().print(job));
+  EXPECT_EQ(api::job_json(job), text);
+  EXPECT_EQ(api::job_json(job, api::spec_json(job.spec)), text);
 }
 
 TEST(JobView, WritesNullForUnknownValues) {

@@ -232,6 +232,18 @@ TEST_F(Jobs, PausedJobIsPausedAfterARestartAndResumesToTheSameFilm) {
   EXPECT_EQ(jobs->view(**found).film_digest, digest);
 }
 
+TEST_F(Jobs, TextOfTheSpecFollowsItsChanges) {
+  const auto job = submit(kForever);
+  const auto before = job->spec_text();
+  EXPECT_EQ(before.version, 1U);
+  EXPECT_EQ(*before.text, api::spec_json(jobs->view(*job).spec));
+  ASSERT_TRUE(jobs->patch(job, R"({"priority": 5})", std::nullopt, Access::operators()));
+  const auto after = job->spec_text();
+  EXPECT_EQ(after.version, 2U);
+  EXPECT_EQ(*after.text, api::spec_json(jobs->view(*job).spec));
+  EXPECT_NE(*after.text, *before.text);
+}
+
 TEST_F(Jobs, PatchChecksItsVersion) {
   const auto job = submit(kForever);
   EXPECT_EQ(jobs->view(*job).spec_version, 1U);

@@ -20,6 +20,7 @@ set(SERVER_TEST_SOURCES
   single_flight_cache_test.cpp
   storage_quota_test.cpp
   store_test.cpp
+  tile_stream_test.cpp
   webhook_test.cpp
   zip_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

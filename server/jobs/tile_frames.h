@@ -1,0 +1,52 @@
+/// TileFrames: the encoded tiles that were sent last, so that the streams of a job encode each tile
+/// once for all of them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "api/tile_frame.h"
+#include "server/observe/memory_gate.h"
+#include "server/scenes/single_flight_cache.h"
+
+namespace server {
+
+class TileFrames {
+ public:
+  /// What 64 threads commit between two looks of a stream: two commit 1.6 MB of frames in a second
+  /// (tests/bench/run --api-load), and streams look every 30 ms.
+  static constexpr std::uint64_t kBytes = std::uint64_t{4} << 20U;
+
+  explicit TileFrames(MemoryGate& memory)
+      : lease_(memory.note({.bytes = kBytes}, MemoryGate::Kind::kNeeded)), frames_(kBytes) {}
+
+  using Frame = std::shared_ptr<const std::string>;
+  struct Key {
+    std::int64_t job = 0;  ///< Job::sequence(): ids may be used again
+    int tile = 0;
+    std::uint32_t revision = 0;
+    std::uint32_t flags = 0;  ///< of the request: kTileAlpha and kTileMean
+  };
+  /// Returns the frame; the first caller runs make() -> api::TileFrame.
+  template <typename Make>
+  Frame get(const Key& of, const Make& make) {
+    const std::string key = std::to_string(of.job) + '.' + std::to_string(of.tile) + '.' +
+                            std::to_string(of.revision) + '.' + std::to_string(of.flags);
+    const auto frame = frames_.get(key, [&]() -> core::Result<Frames::Made> {
+      auto text = std::make_shared<const std::string>(api::encode_tile_frame(make()));
+      const std::uint64_t bytes = text->size();
+      return Frames::Made{.value = std::move(text), .bytes = bytes};
+    });
+    return *frame;
+  }
+
+  std::uint64_t bytes() const { return frames_.bytes(); }
+
+ private:
+  using Frames = SingleFlightCache<std::string>;
+  const MemoryGate::Lease lease_;
+  Frames frames_;
+};
+
+}  // namespace server

@@ -1,6 +1,8 @@
 // Coverage of error intervals of images and of single pixels, by brightness: renders with different
 // seeds, the true value for each being the mean of the others. Each sampler, with and without
-// adaptive sampling, and the estimators that learn from their samples. Prints, never asserts.
+// adaptive sampling, and the estimators that learn from their samples; or one integrator. `missed`:
+// images whose interval does not contain the error although they are not marked as unreliable.
+// Prints, never asserts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -84,6 +86,7 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
   double image = 0;
   double estimate = 0;
   double unreliable = 0;
+  double missed = 0;
   for (core::FilmSnapshot& film : films) {
     for (std::size_t p = 0; p < sum.size(); ++p) {
       const auto e = core::pixel_error(film, static_cast<int>(p) % film.rect.width,
@@ -97,8 +100,10 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
       hits[p] += in ? 1 : 0;
     }
     const core::ErrorInterval e = core::ErrorEstimate(test_support::tile_sums(film)).image(0.95);
+    const bool is_covered = e.low <= truth && truth <= e.high;
     unreliable += e.unreliable ? 1.0 / plan.renders : 0;
-    image += e.low <= truth && truth <= e.high ? 1.0 / plan.renders : 0;
+    image += is_covered ? 1.0 / plan.renders : 0;
+    missed += !is_covered && !e.unreliable ? 1.0 / plan.renders : 0;
     estimate += e.relative_rmse / truth / plan.renders;
   }
   const auto below =
@@ -107,9 +112,9 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
   for (std::size_t k = 0; k < kClasses; ++k) {
     std::printf("  %5.1f", 100 * inside[k] / std::max(all[k], 1.0));
   }
-  std::printf("   %4.1f   %5.1f  %+6.1f  %5.1f\n",
+  std::printf("   %4.1f   %5.1f  %+6.1f  %5.1f  %5.1f\n",
               100.0 * static_cast<double>(below) / static_cast<double>(hits.size()), 100 * image,
-              100 * (estimate - 1), 100 * unreliable);
+              100 * (estimate - 1), 100 * unreliable, 100 * missed);
   std::fflush(stdout);
 }
 
@@ -120,11 +125,23 @@ int main(int argc, char** argv) {
   plan.renders = argc > 1 ? std::atoi(argv[1]) : plan.renders;
   plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
   plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;
-  const std::string only = argc > 4 ? argv[4] : "";  // one scene instead of all
+  const std::string only = argc > 4 ? argv[4] : "";        // one scene instead of all
+  const std::string integrator = argc > 5 ? argv[5] : "";  // of that scene
   std::printf(
       "coverage of 95 %% intervals, %d renders, %d pixels wide\n"
-      "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate  unreliable\n",
+      "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate  unreliable  "
+      "missed\n",
       plan.renders, plan.width, "");
+  if (!integrator.empty()) {
+    core::View view = bench::builtin_view(only, plan.width);
+    const core::FilmSettings film = view.settings.film;
+    view.settings = core::default_settings(integrator);
+    view.settings.film = film;
+    for (const int samples : {8, 32, 128}) {
+      measure(only + ", " + integrator, view, samples, plan);
+    }
+    return 0;
+  }
   for (const std::string_view scene :
        {"cornell-box", "interior", "many-lights", "veach-mis", "glass"}) {
     if (!only.empty() && only != scene) {

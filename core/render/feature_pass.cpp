@@ -19,8 +19,8 @@ namespace {
 
 /// Maximum number of mirrors and glass surfaces that a path follows.
 constexpr int kSmoothMost = 16;
-/// Standard error of a pixel's features that needs no more than kQuickFeatureSamples: a twentieth of
-/// what denoisers take for agreement (kAlbedoSigma).
+/// Standard error of a pixel's features that needs no more than kQuickFeatureSamples: a twentieth
+/// of what denoisers take for agreement (kAlbedoSigma).
 constexpr float kSteady = 0.005F;
 
 /// The features found by one path.

@@ -19,7 +19,8 @@ inline constexpr int kFeatureSamples = 16;
 inline constexpr int kQuickFeatureSamples = 4;
 
 /// Renders the features of the view's crop; same bits for any number of threads. Empty if stop was
-/// requested. samples: camera paths of a pixel at most, at least 2. Errors: those of the view's camera.
+/// requested. samples: camera paths of a pixel at most, at least 2. Errors: those of the view's
+/// camera.
 Result<std::optional<FeaturePicture>> feature_pass(const View& view, const ParallelFor& parallel,
                                                    int samples = kFeatureSamples,
                                                    const std::stop_token& stop = {});

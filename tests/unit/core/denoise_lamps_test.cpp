@@ -68,6 +68,17 @@ std::array<double, 2> errors_at_a_lamp(bool knows_lamp) {
   return out;
 }
 
+TEST(DenoisedPicture, CountsTheSamplesOfTheSmallestHalf) {
+  core::FilmSnapshot film;
+  film.rect = {0, 0, 4, 4};
+  film.pixels.assign(film.pixel_count() * 2, {1, 1, 1, 1, 0, 8});
+  EXPECT_EQ(core::samples_of_halves(film), 8);
+  film.pixels[17].count = 1;
+  EXPECT_EQ(core::samples_of_halves(film), 1);
+  film.pixels[30] = {};
+  EXPECT_EQ(core::samples_of_halves(film), 0);
+}
+
 TEST(StatisticalDenoiser, KeepsEmittersSmallerThanAPixel) {
   const auto [plain, denoised] = errors_at_a_lamp(true);
   // The features have half as many samples as the image: twice its variance, and over 25 pixels at

@@ -388,15 +388,6 @@ TEST(DenoisedPicture, MixedIsAtMostSlightlyWorseThanTheBetterOne) {
   }
 }
 
-TEST(DenoisedPicture, CountsTheSamplesOfTheSmallestHalf) {
-  FilmSnapshot film = noisy(0.5, 1);
-  EXPECT_EQ(core::samples_of_halves(film), kSamples);
-  film.pixels[17].count = 1;
-  EXPECT_EQ(core::samples_of_halves(film), 1);
-  film.pixels[400] = {};
-  EXPECT_EQ(core::samples_of_halves(film), 0);
-}
-
 TEST(DenoisedPicture, HalvesOfSplattedFilmsHaveNoIntervals) {
   FilmSnapshot film = noisy(0.4, 1);
   film.has_splats = true;

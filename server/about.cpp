@@ -26,8 +26,8 @@ std::string compiler_name() {
 /// Assumed if the machine's memory is unknown.
 constexpr std::uint64_t kUsualMemory = std::uint64_t{8} << 30U;
 /// Memory of the process besides what the gate accounts for: code, threads, connections, the store.
-/// Resident before any request: 82 MB of code and libraries, 33 MB of other memory, and some 20 MB
-/// more once everything has been used.
+/// Resident before any request: 82 MB of code and libraries, and 33 MB of other memory. Some 20 MB
+/// more once everything has been used, and 4 MB of encoded tiles.
 constexpr std::uint64_t kProcessBytes = std::uint64_t{144} << 20U;
 
 std::uint64_t percent_of(std::uint64_t whole, double percent) {

@@ -409,7 +409,7 @@ class App {
   ComparisonStore comparisons_;
   StorageQuota quota_;
   MemoryGate memory_gate_;
-  TileFrames tile_frames_{memory_gate_};
+  TileFrames tile_frames_;
   SceneService scenes_;
   StreamGate streams_;
   KeyRing keys_;

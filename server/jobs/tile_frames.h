@@ -7,7 +7,6 @@
 #include <string>
 
 #include "api/tile_frame.h"
-#include "server/observe/memory_gate.h"
 #include "server/scenes/single_flight_cache.h"
 
 namespace server {
@@ -15,11 +14,9 @@ namespace server {
 class TileFrames {
  public:
   /// What 64 threads commit between two looks of a stream: two commit 1.6 MB of frames in a second
-  /// (tests/bench/run --api-load), and streams look every 30 ms.
+  /// (tests/bench/run --api-load), and streams look every 30 ms. Part of what the memory limit sets
+  /// aside for the process.
   static constexpr std::uint64_t kBytes = std::uint64_t{4} << 20U;
-
-  explicit TileFrames(MemoryGate& memory)
-      : lease_(memory.note({.bytes = kBytes}, MemoryGate::Kind::kNeeded)), frames_(kBytes) {}
 
   using Frame = std::shared_ptr<const std::string>;
   struct Key {
@@ -45,8 +42,7 @@ class TileFrames {
 
  private:
   using Frames = SingleFlightCache<std::string>;
-  const MemoryGate::Lease lease_;
-  Frames frames_;
+  Frames frames_{kBytes};
 };
 
 }  // namespace server

@@ -23,8 +23,7 @@ class Frames : public testing::Test {
       return frame_of(value);
     });
   }
-  server::MemoryGate memory{0};
-  TileFrames frames{memory};
+  TileFrames frames;
   int made = 0;
 };
 
@@ -54,8 +53,7 @@ TEST_F(Frames, DifferByJobTileRevisionAndFlags) {
   EXPECT_EQ(made, 5);
 }
 
-TEST_F(Frames, TakeAtMostTheMemoryThatTheyReserve) {
-  EXPECT_EQ(memory.used_bytes(), TileFrames::kBytes);
+TEST_F(Frames, TakeAtMostTheirLimit) {
   const int side = 128;
   const std::uint64_t bytes = api::encode_tile_frame(frame_of(0, side)).size();
   const auto count = static_cast<int>(2 * TileFrames::kBytes / bytes);
@@ -107,7 +105,7 @@ TEST_F(Tiles, OfAJobAreTheSameBytesInEveryStream) {
     expected += api::encode_tile_frame(frame);
   }
   server::DenoiseService denoising(*jobs, *memory, log);
-  TileFrames frames(*memory);
+  TileFrames frames;
   const server::StreamGate gate(8);
   for (int i = 0; i < 2; ++i) {
     Collector client(expected.size());

@@ -36,6 +36,11 @@ std::shared_ptr<const core::Image> texture(unsigned seed) {
 core::PrimitiveDescription grid(int n, int m, int material, const std::function<Vec3(Vec2)>& at) {
   core::PrimitiveDescription p;
   p.material = material;
+  const auto points = static_cast<std::size_t>((n + 1) * (m + 1));
+  p.positions.reserve(points + 1);  // Scene::build() adds one
+  p.normals.reserve(points);
+  p.uv[0].reserve(points);
+  p.indices.reserve(static_cast<std::size_t>(6 * n * m));
   for (int i = 0; i <= n; ++i) {
     for (int k = 0; k <= m; ++k) {
       const Vec2 uv = {static_cast<float>(i) / static_cast<float>(n),

@@ -95,10 +95,9 @@ struct ColorSums {
     const Rgb left = squares - sum * sum / n;
     return std::max(left.r + left.g + left.b, 0.0F) / (n * (n - 1));
   }
-  /// Returns whether the standard error is at most kSteady, or that fraction of the mean.
-  bool is_steady(float n, bool of_mean) const {
+  float squared_mean(float n) const {
     const Rgb m = mean(n);
-    return variance(n) <= kSteady * kSteady * (of_mean ? m.r * m.r + m.g * m.g + m.b * m.b : 1);
+    return m.r * m.r + m.g * m.g + m.b * m.b;
   }
 };
 
@@ -115,10 +114,13 @@ struct PixelSums {
     emission.add(found.emission);
     ++count;
   }
+  /// Depth and emission have no scale: their errors are relative.
   bool is_steady() const {
+    constexpr float kMost = kSteady * kSteady;
     const auto n = static_cast<float>(count);
-    return albedo.is_steady(n, false) && normal.is_steady(n, false) && depth.is_steady(n, true) &&
-           emission.is_steady(n, true);
+    return albedo.variance(n) <= kMost && normal.variance(n) <= kMost &&
+           depth.variance(n) <= kMost * depth.squared_mean(n) &&
+           emission.variance(n) <= kMost * emission.squared_mean(n);
   }
 };
 

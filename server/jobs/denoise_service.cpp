@@ -131,6 +131,14 @@ DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
 core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job,
                                                            const core::Film& film, Effort effort,
                                                            std::chrono::milliseconds patience) {
+  const int needed = effort == Effort::kWhole ? 1 : kPreviewSamples;
+  const Error too_few{ErrorCode::kConflict,
+                      "denoising needs samples of both halves in each pixel, at least " +
+                          std::to_string(needed) + " of each",
+                      ""};
+  if (film.sample_counts().min < 2 * static_cast<std::uint32_t>(needed)) {
+    return too_few;  // before memory is taken and the film copied
+  }
   auto lease = memory_.take(core::denoising_bytes(pixels_of(film)) + film.bytes(),
                             "the denoised image", patience);
   if (!lease) {
@@ -138,10 +146,8 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   }
   const auto begin = Clock::now();
   const core::FilmSnapshot snapshot = film.snapshot();
-  const int needed = effort == Effort::kWhole ? 1 : kPreviewSamples;
   if (core::samples_of_halves(snapshot) < needed) {
-    return Error{ErrorCode::kConflict,
-                 "denoising needs " + std::to_string(2 * needed) + " samples of each pixel", ""};
+    return too_few;
   }
   const std::shared_ptr<const core::FeaturePicture> features = features_of(
       *job, effort == Effort::kWhole ? core::kFeatureSamples : core::kQuickFeatureSamples);

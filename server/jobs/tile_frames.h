@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "api/tile_frame.h"
 #include "server/scenes/single_flight_cache.h"
@@ -25,17 +26,21 @@ class TileFrames {
     std::uint32_t revision = 0;
     std::uint32_t flags = 0;  ///< of the request: kTileAlpha and kTileMean
   };
-  /// Returns the frame; the first caller runs make() -> api::TileFrame.
+  /// Returns the frame; the first caller runs make() -> api::TileFrame. If that failed for lack of
+  /// memory, the others make their own.
   template <typename Make>
   Frame get(const Key& of, const Make& make) {
     const std::string key = std::to_string(of.job) + '.' + std::to_string(of.tile) + '.' +
                             std::to_string(of.revision) + '.' + std::to_string(of.flags);
+    const auto encode = [&] {
+      return std::make_shared<const std::string>(api::encode_tile_frame(make()));
+    };
     const auto frame = frames_.get(key, [&]() -> core::Result<Frames::Made> {
-      auto text = std::make_shared<const std::string>(api::encode_tile_frame(make()));
+      Frame text = encode();
       const std::uint64_t bytes = text->size();
       return Frames::Made{.value = std::move(text), .bytes = bytes};
     });
-    return *frame;
+    return frame ? *frame : encode();
   }
 
   std::uint64_t bytes() const { return frames_.bytes(); }

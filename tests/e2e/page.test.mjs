@@ -7,6 +7,7 @@ import {
   ask,
   desktop,
   drop,
+  glowingGlb,
   isOther,
   launch,
   openPage,
@@ -18,7 +19,6 @@ import {
   settles,
   submit,
   triangleFiles,
-  glowingGlb,
   triangleGlb,
   until,
   withPageOf,
@@ -258,8 +258,12 @@ test('a model that only glows is lit by the studio, a model with a lamp by its o
     await until('the studio', async () => (await light()) === 'studio');
     await page.goto(`${server.url}/#new`);
     await page.reload();
+    // The page chooses the light when it has the scene.
+    const found = page.waitForResponse(/\/v1\/scenes\/[0-9a-f]{64}$/);
     await drop(page, [{ name: 'lamp.glb', bytes: glowingGlb(20) }]);
     await page.waitForURL(/#\/compose\/[0-9a-f]{64}/);
+    await (await found).finished();
+    await page.evaluate(() => new Promise(requestAnimationFrame));
     assert.equal(await light(), 'scene');
   }),
 );

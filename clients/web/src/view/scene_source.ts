@@ -112,11 +112,11 @@ export function lightUp(scene: Scene): void {
     change({ environment: 'studio' });
 }
 
+const lightExtensions = ['KHR_materials_emissive_strength', 'EXT_lights_image_based'];
+
 /** As for the API's default environment: an emissive texture alone is decoration. */
 const bringsLight = (scene: Scene): boolean =>
-  scene.lights.length > 0 ||
-  scene.extensions.some((name) => lightExtensions.includes(name));
-const lightExtensions = ['KHR_materials_emissive_strength', 'EXT_lights_image_based'];
+  scene.lights.length > 0 || scene.extensions.some((name) => lightExtensions.includes(name));
 
 const namedAtMost = 3;
 

@@ -11,7 +11,7 @@
 namespace server {
 namespace {
 
-/// How long a thread waits without news before it asks the starved sources again.
+/// How long a source without slices is left alone.
 constexpr std::chrono::milliseconds kAskAgain{20};
 constexpr int kNice = 5;
 constexpr double kExpectedSliceSeconds = 0.02;
@@ -142,16 +142,6 @@ void Scheduler::charge(const SliceSource& source, double seconds) {
   }
 }
 
-void Scheduler::wake() {
-  {
-    const core::MutexLock lock(mutex_);
-    for (const auto& entry : entries_) {
-      entry->is_starved = false;
-    }
-  }
-  changed_.notify_all();
-}
-
 void Scheduler::stop() {
   {
     const core::MutexLock lock(mutex_);
@@ -189,8 +179,9 @@ bool Scheduler::goes_before(const Entry& a, const Entry& b) const {
 
 std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
   std::shared_ptr<Entry> best;
+  const auto now = Clock::now();
   for (const auto& entry : entries_) {
-    if (entry->is_starved) {
+    if (entry->asleep_until > now) {
       continue;
     }
     if (!best || goes_before(*entry, *best)) {
@@ -209,15 +200,11 @@ void Scheduler::work() {
     if (!entry) {
       const bool has_jobs = !entries_.empty();
       const auto since = Clock::now();
-      const std::cv_status news = changed_.wait_for(mutex_, kAskAgain);
-      times_.idle_seconds += has_jobs ? seconds_since(since) : 0;
-      if (news == std::cv_status::timeout) {
-        for (const auto& starved : entries_) {
-          starved->is_starved = false;
-        }
-        if (entries_.empty() && !stopping_) {
-          changed_.wait(mutex_);  // Nothing to poll: add() and stop() notify.
-        }
+      if (has_jobs) {
+        changed_.wait_for(mutex_, kAskAgain);
+        times_.idle_seconds += seconds_since(since);
+      } else {
+        changed_.wait(mutex_);  // Nothing to ask: add() and stop() notify.
       }
       continue;
     }
@@ -240,12 +227,13 @@ void Scheduler::work() {
     times_.cpu_seconds += spent;
     if (ran) {
       ++entry->completions;
-      if (std::exchange(entry->is_starved, false)) {
+      if (std::exchange(entry->asleep_until, {}) != Clock::time_point{}) {
         changed_.notify_all();
       }
     } else if (entry->completions == completions) {
-      // Reset when the next slice of the source finishes.
-      entry->is_starved = true;
+      // Ends earlier when a slice of the source finishes. It may also have slices without that: it
+      // made a decision while it was asked, or slices came back from elsewhere.
+      entry->asleep_until = Clock::now() + kAskAgain;
     }
   }
   mutex_.unlock();

@@ -6,6 +6,7 @@
 /// HTTP.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -47,8 +48,6 @@ class Scheduler {
   std::vector<std::shared_ptr<SliceSource>> in_turn() const;
   /// Charges the source for CPU time used elsewhere. Ignores unknown sources.
   void charge(const SliceSource& source, double seconds);
-  /// Announces that sources may have slices again.
-  void wake();
   /// Starts no more slices and waits for running ones.
   void stop();
 
@@ -69,8 +68,9 @@ class Scheduler {
     std::string tenant;
     double served_seconds = 0;
     std::uint64_t completions = 0;
-    int running = 0;          ///< Threads inside run_slice().
-    bool is_starved = false;  ///< It had no slice when last asked.
+    int running = 0;  ///< Threads inside run_slice().
+    /// It had no slice when last asked and is not asked again before this time.
+    std::chrono::steady_clock::time_point asleep_until;
   };
 
   /// CPU time that a tenant received while it had jobs.

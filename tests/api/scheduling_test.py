@@ -65,6 +65,15 @@ class Sharing(ApiTest):
         self.assertLess(max(spent), 2.5 * min(spent), spent)
         self.cancel(early, late)
 
+    def test_extended_job_precedes_lower_priorities(self):
+        # Adaptive sampling plans at 32 samples, so the extended job has no slice at first.
+        job = self.server.render(job_body(samples=32, adaptive={"type": "pilot"}))
+        hog = self.server.submit(big(priority=-10))["id"]
+        self.server.wait_for_samples(hog)
+        self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"samples_per_pixel": 64}})
+        self.assertEqual(self.server.wait(job["id"])["state"], "finished")
+        self.cancel(hog)
+
     def test_preview_is_served_first(self):
         hog = self.server.submit(big(priority=100))["id"]
         self.server.wait_for_samples(hog)

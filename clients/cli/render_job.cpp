@@ -202,10 +202,10 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
     }
     view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
   }
-  if (auto chosen = core::settle_integrator(view); !chosen) {
+  if (auto chosen = core::settle_integrator(view, job.spec.stop); !chosen) {
     return chosen.error();
   } else if (!chosen->empty()) {
-    job.spec.render.integrator = view.settings.integrator;
+    job.spec.render = view.settings;
     job.warnings.push_back(*std::move(chosen));
   }
   auto renderer = core::Renderer::create(std::move(view));

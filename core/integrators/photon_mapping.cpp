@@ -80,7 +80,7 @@ class PhotonTracer final : public Integrator {
         is_progressive_(settings_.integrator == "sppm"),
         first_radius_m_(settings_.photons.radius_m > 0
                             ? settings_.photons.radius_m
-                            : usual_radius_m(input.scene, *input.camera, settings_)) {}
+                            : usual_photon_radius_m(input.scene, *input.camera, settings_.film)) {}
 
   PathSample trace(const Camera::CameraRay&, const PathSampler&,
                    std::uint64_t&) const noexcept override {
@@ -101,8 +101,6 @@ class PhotonTracer final : public Integrator {
   Rgb final_gather(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                    const Photons& photons) const noexcept;
   void follow_gathering(TracedPath& path, const Photons& photons) const noexcept;
-  static float usual_radius_m(const SceneData& scene, const Camera& camera,
-                              const RenderSettings& settings);
 
   const SceneData& scene_;
   RenderSettings settings_;
@@ -112,34 +110,6 @@ class PhotonTracer final : public Integrator {
   bool is_progressive_;
   float first_radius_m_;
 };
-
-/// Returns three pixels at the distance of the first surfaces: the median over a grid of 16 x 16
-/// rays.
-float PhotonTracer::usual_radius_m(const SceneData& scene, const Camera& camera,
-                                   const RenderSettings& settings) {
-  constexpr int kRays = 16;
-  constexpr float kPixels = 3;
-  std::vector<float> widths;
-  for (int i = 0; i < kRays * kRays; ++i) {
-    const auto at = [](int k, int size) {
-      return (static_cast<float>(k) + 0.5F) / kRays * static_cast<float>(size);
-    };
-    const Camera::CameraRay from = camera.ray(
-        {at(i % kRays, settings.film.width), at(i / kRays, settings.film.height)}, {0.5F, 0.5F});
-    RawHit hit;
-    if (scene.accel->intersect(from.ray, hit)) {
-      const float distance_m =
-          length(scene.surface_point(hit, from.ray).position - from.ray.origin);
-      widths.push_back(from.width_m + from.spread_rad * distance_m);
-    }
-  }
-  if (widths.empty()) {
-    return std::max(scene.radius_m, 1e-3F) / 100;
-  }
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
-  return kPixels * *middle;
-}
 
 std::unique_ptr<Prepass> PhotonTracer::start_prepass(int sample) const {
   const int pass = sample / settings_.replicates;
@@ -343,6 +313,34 @@ void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) co
 }
 
 }  // namespace
+
+/// Returns three pixels at the distance of the first surfaces: the median over a grid of 16 x 16
+/// rays.
+float usual_photon_radius_m(const SceneData& scene, const Camera& camera,
+                            const FilmSettings& film) {
+  constexpr int kRays = 16;
+  constexpr float kPixels = 3;
+  std::vector<float> widths;
+  for (int i = 0; i < kRays * kRays; ++i) {
+    const auto at = [](int k, int size) {
+      return (static_cast<float>(k) + 0.5F) / kRays * static_cast<float>(size);
+    };
+    const Camera::CameraRay from = camera.ray(
+        {at(i % kRays, film.width), at(i / kRays, film.height)}, {0.5F, 0.5F});
+    RawHit hit;
+    if (scene.accel->intersect(from.ray, hit)) {
+      const float distance_m =
+          length(scene.surface_point(hit, from.ray).position - from.ray.origin);
+      widths.push_back(from.width_m + from.spread_rad * distance_m);
+    }
+  }
+  if (widths.empty()) {
+    return std::max(scene.radius_m, 1e-3F) / 100;
+  }
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  return kPixels * *middle;
+}
 
 std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input) {
   return std::make_unique<PhotonTracer>(input);

@@ -32,8 +32,8 @@ constexpr std::array<std::string_view, 3> kLightTraceOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
 constexpr std::array<std::string_view, 4> kBdptOptions = {"/integrator/max_depth", "/sampler/type",
                                                           "/sampler/replicates", "/medium"};
-constexpr std::array<std::string_view, 4> kAutomaticOptions = {
-    "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/spectral"};
+constexpr std::array<std::string_view, 5> kAutomaticOptions = {
+    "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/medium", "/spectral"};
 constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth",
                                                          "/sampler/replicates"};
 constexpr std::array<std::string_view, 6> kSppmOptions = {
@@ -132,10 +132,10 @@ constexpr std::array kIntegrators = {
         .prepass_bytes = &cache_bytes,
         .keeps_prepass = true},
     // Replaced before an image is started (core/render/choose_integrator.h), so it has no factory;
-    // has the memory needs of both candidates.
+    // has the memory needs of all candidates.
     IntegratorEntry{.name = kAutomaticIntegrator,
-                    .summary = "path or bdpt, whichever is more efficient in small pilot images; "
-                               "the job reports which, and why.",
+                    .summary = "path, bdpt or, without an error target, sppm, whichever is most "
+                               "efficient in small pilot images; the job reports which, and why.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = &make_path_tracer,

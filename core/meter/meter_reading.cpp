@@ -55,10 +55,13 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
     }
     reading.illuminance = luminance_of(reading.irradiance);
     double squares = 0;
+    double largest = 0;
     for (std::size_t r = 0; r < kReplicates; ++r) {
       const double off = luminance_of(sums[r]) * scale - reading.illuminance;
       squares += off * off;
+      largest = std::max(largest, off * off);
     }
+    reading.unreliable = largest > squares / 2 || !(reading.illuminance > 0);
     const double error = std::sqrt(squares / (kMeterReplicates - 1) / kMeterReplicates);
     reading.low = std::max(0.0, reading.illuminance - kStudent95 * error);
     reading.high = reading.illuminance + kStudent95 * error;

@@ -22,6 +22,9 @@ struct MeterReading {
   double illuminance = 0;              ///< its luminance: lux
   double low = 0;                      ///< 95% interval of the luminance, by Student's t
   double high = 0;
+  /// The interval may miss: one randomisation makes up most of the variance, as where light is
+  /// rare, or no path has found light.
+  bool unreliable = false;
   std::int64_t samples = 0;  ///< paths
 };
 /// Returns the readings. chunks: those of the points, each with at least one sample.

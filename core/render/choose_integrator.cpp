@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/error/error_estimate.h"
+#include "core/integrators/registry.h"
 #include "core/render/render_task.h"
 #include "core/samplers/streams.h"
 #include "core/scene/scene_data.h"
@@ -16,19 +18,22 @@ namespace {
 
 /// Pixels of a pilot: enough to compare tiles, and few compared with an image.
 constexpr double kPixels = 64.0 * 64.0;
-constexpr int kSamples = 16;
-/// Required advantage of bdpt: the variances of pilots are only this accurate, and path offers
-/// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
-/// allow.
-constexpr double kAdvantage = 1.5;
 
+/// ray_weight: CPU seconds per ray, including shading, relative to path's; the geometric mean over
+/// cornell-box, interior, glass, keyhole, caustic-pool and many-lights (bdpt 1.7 to 6.1, sppm 1.4
+/// to 5.9).
+/// advantage: required over path. For bdpt because pilots are only this accurate, and path offers
+/// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
+/// allow. For sppm because its squared error falls as N^(-2/3), that of path as 1/N: one that is
+/// four times as efficient at 16 samples is as good at 1,024.
 struct Candidate {
   std::string_view integrator;
-  double ray_weight;  ///< CPU seconds per ray, including shading, relative to path's
+  int samples;  ///< of the pilot; path's are cheap and their noise is rarer
+  double ray_weight;
+  double advantage;
 };
-/// A ray of bdpt took 1.5 to 3.4 times the CPU time of a ray of path in cornell-box, interior,
-/// glass, keyhole and caustic-pool; the geometric mean is 2.4.
-constexpr std::array<Candidate, 2> kCandidates = {{{"path", 1.0}, {"bdpt", 2.4}}};
+constexpr std::array<Candidate, 3> kCandidates = {
+    {{"path", 64, 1.0, 1.0}, {"bdpt", 16, 2.8, 1.5}, {"sppm", 16, 2.4, 4.0}}};
 
 class NullSink final : public RenderSink {
   void on_tile(int, std::uint32_t) override {}
@@ -58,14 +63,14 @@ View pilot_view(const View& view, std::string_view integrator) {
 }
 
 /// Renders a pilot on this thread.
-Result<std::shared_ptr<Film>> render_pilot(const View& view) {
+Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples) {
   auto renderer = Renderer::create(view);
   if (!renderer) {
     return renderer.error();
   }
   auto film = std::make_shared<Film>(view.settings);
   TaskOptions options;
-  options.stop.samples_per_pixel = rounded_samples(view.settings, kSamples);
+  options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
   NullSink sink;
   RenderTask task(*std::move(renderer), film, std::move(options), sink);
   while (!task.finished()) {
@@ -76,43 +81,60 @@ Result<std::shared_ptr<Film>> render_pilot(const View& view) {
   return film;
 }
 
-struct PairSums {
-  std::array<double, 2> noise{};
-  std::array<double, 2> light{};
-  double apart = 0;                ///< squared differences
-  std::array<double, 2> signal{};  ///< products of the halves: squared signal without bias from
-                                   ///< noise
-  double pixels = 0;
+/// Sums of squares over the pixels and channels of a tile.
+struct TileFigures {
+  double noise = 0;
+  double light = 0;
+  double signal = 0;  ///< products of the halves: squared signal without bias from noise
 };
 
-/// Returns the sums of a tile of both images.
-PairSums sums_of(const FilmSnapshot& a, const FilmSnapshot& b, const PixelRect& tile) {
-  PairSums sums;
-  const std::array<const FilmSnapshot*, 2> films = {&a, &b};
+template <typename Visit>
+void for_each_pixel(const FilmSnapshot& film, const PixelRect& tile, const Visit& visit) {
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
     for (int x = tile.x; x < tile.x + tile.width; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(a.rect.width) +
-                     static_cast<std::size_t>(x);
-      std::array<Rgb, 2> means;
-      for (std::size_t k = 0; k < 2; ++k) {
-        const Rgb one = half_value(*films[k], i, 0).mean;
-        const Rgb other = half_value(*films[k], i, 1).mean;
-        means[k] = (one + other) * 0.5F;
-        sums.light[k] += static_cast<double>(luminance(means[k]));
-        for (int c = 0; c < 3; ++c) {
-          const auto apart = static_cast<double>(one[c] - other[c]);
-          sums.noise[k] += apart * apart / 4;
-          sums.signal[k] += static_cast<double>(one[c]) * static_cast<double>(other[c]);
-        }
-      }
-      for (int c = 0; c < 3; ++c) {
-        const auto apart = static_cast<double>(means[0][c] - means[1][c]);
-        sums.apart += apart * apart;
-      }
-      ++sums.pixels;
+      visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(film.rect.width) +
+            static_cast<std::size_t>(x));
     }
   }
+}
+
+TileFigures figures_of(const FilmSnapshot& film, const PixelRect& tile) {
+  TileFigures sums;
+  for_each_pixel(film, tile, [&](std::size_t i) {
+    const Rgb one = half_value(film, i, 0).mean;
+    const Rgb other = half_value(film, i, 1).mean;
+    sums.light += 0.5 * static_cast<double>(luminance(one + other));
+    for (int c = 0; c < 3; ++c) {
+      const auto apart = static_cast<double>(one[c] - other[c]);
+      sums.noise += apart * apart / 4;
+      sums.signal += static_cast<double>(one[c]) * static_cast<double>(other[c]);
+    }
+  });
   return sums;
+}
+
+double squared_distance(const FilmSnapshot& a, const FilmSnapshot& b, const PixelRect& tile) {
+  double sum = 0;
+  for_each_pixel(a, tile, [&](std::size_t i) {
+    const auto mean = [i](const FilmSnapshot& film) {
+      return (half_value(film, i, 0).mean + half_value(film, i, 1).mean) * 0.5F;
+    };
+    const Rgb apart = mean(a) - mean(b);
+    for (int c = 0; c < 3; ++c) {
+      sum += static_cast<double>(apart[c]) * static_cast<double>(apart[c]);
+    }
+  });
+  return sum;
+}
+
+/// Returns the squared bias of an image, from one with a quarter of it: b - b / 4 = 3 b / 4.
+double squared_bias(const PilotImage& image, double noise, const PixelRect& tile) {
+  if (!image.finer) {
+    return 0;
+  }
+  const double finer_noise = figures_of(*image.finer, tile).noise;
+  const double apart = squared_distance(image.film, *image.finer, tile);
+  return 16.0 / 9 * std::max(apart - noise - finer_noise, 0.0);
 }
 
 std::string in_words(double value) {
@@ -138,75 +160,152 @@ std::string without_pilot(const View& view) {
 
 }  // namespace
 
-std::array<double, 2> paired_variances(const FilmSnapshot& a, const FilmSnapshot& b) {
-  std::vector<PairSums> tiles;
+std::vector<double> pilot_errors(std::span<const PilotImage> images) {
+  const PixelRect whole = images[0].film.rect;
+  const std::vector<PixelRect> tiles = tile_rects({0, 0, whole.width, whole.height});
+  std::vector<std::vector<TileFigures>> figures;  // by tile and image
   double light = 0;
-  double pixels = 0;
-  for (const PixelRect& rect : tile_rects({0, 0, a.rect.width, a.rect.height})) {
-    tiles.push_back(sums_of(a, b, rect));
-    light += std::max(tiles.back().light[0], tiles.back().light[1]);
-    pixels += tiles.back().pixels;
+  for (const PixelRect& tile : tiles) {
+    figures.emplace_back();
+    double most = 0;
+    for (const PilotImage& image : images) {
+      figures.back().push_back(figures_of(image.film, tile));
+      most = std::max(most, figures.back().back().light);
+    }
+    light += most;
   }
-  constexpr double kFloor = 0.05;  // as in the error of an image
-  const double least = 3 * (kFloor * light / pixels) * (kFloor * light / pixels);
-  std::array<double, 2> variances{};
-  for (const PairSums& tile : tiles) {
+  const double pixels = static_cast<double>(whole.width) * whole.height;
+  const double floor = 3 * error_floor(light / pixels);
+  std::vector<double> errors(images.size());
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const double area = static_cast<double>(tiles[t].width) * tiles[t].height;
+    const std::vector<TileFigures>& of = figures[t];
+    std::vector<double> seen;  // by the images themselves
+    double signal = 0;
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      seen.push_back(of[k].noise + squared_bias(images[k], of[k].noise, tiles[t]));
+      signal = std::max(signal, of[k].signal);
+    }
     const double scale =
-        tile.pixels / pixels /
-        std::max(std::max({tile.signal[0], tile.signal[1], 0.0}) + tile.pixels * least,
-                 std::numeric_limits<double>::min());
-    const double missed = std::max(tile.apart - tile.noise[0] - tile.noise[1], 0.0);
-    const std::size_t darker = tile.light[0] < tile.light[1] ? 0 : 1;
-    for (std::size_t k = 0; k < 2; ++k) {
-      variances[k] += scale * (tile.noise[k] + (k == darker ? missed : 0));
+        area / pixels / std::max(signal + area * floor, std::numeric_limits<double>::min());
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      double missed = 0;
+      for (std::size_t j = 0; j < images.size(); ++j) {
+        if (of[k].light < of[j].light) {
+          const double apart = squared_distance(images[k].film, images[j].film, tiles[t]);
+          missed = std::max(missed, apart - seen[k] - seen[j]);
+        }
+      }
+      errors[k] += scale * (seen[k] + missed);
     }
   }
-  return variances;
+  return errors;
 }
 
-Result<IntegratorChoice> choose_integrator(const View& view) {
+namespace {
+
+/// Renders the pilot of a candidate, and one with half the radius if it is biased.
+Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, PilotImage& image) {
+  View small = pilot_view(view, candidate.integrator);
+  const bool is_biased = find_integrator(candidate.integrator)->bias != "none";
+  float radius_m = 0;
+  if (is_biased) {
+    const SceneSummary& summary = view.scene->summary();
+    const FilmSettings& film = small.settings.film;
+    const auto camera = Camera::create(view.camera, summary.cameras, summary.bounds, film.width,
+                                       film.height);
+    if (!camera) {
+      return camera.error();
+    }
+    radius_m = usual_photon_radius_m(view.scene->data(), *camera, film);
+    small.settings.photons.radius_m = radius_m;
+  }
+  auto film = render_pilot(small, candidate.samples);
+  if (!film) {
+    return film.error();
+  }
+  image.film = (*film)->snapshot();
+  const auto samples = static_cast<double>((*film)->sample_counts().sum);
+  PilotFigures figures{.integrator = candidate.integrator,
+                       .work = static_cast<double>((*film)->rays()) / samples *
+                               candidate.ray_weight};
+  if (is_biased) {
+    small.settings.photons.radius_m = radius_m / 2;
+    film = render_pilot(small, candidate.samples);
+    if (!film) {
+      return film.error();
+    }
+    image.finer = (*film)->snapshot();
+  }
+  return figures;
+}
+
+bool may_be_biased(const View& view, bool has_error_target) {
+  return !has_error_target && view.settings.film.shares.empty() && view.settings.meter.empty();
+}
+
+std::string text_of(const IntegratorChoice& choice) {
+  std::string efficiencies;
+  std::string advantages;
+  for (std::size_t k = 0; k < choice.pilots.size(); ++k) {
+    const PilotFigures& pilot = choice.pilots[k];
+    const std::string name(pilot.integrator);
+    const char* comma = k + 1 < choice.pilots.size() ? ", " : "";
+    efficiencies += in_words(pilot.efficiency) + " (" + name + ")" + comma;
+    if (k > 0) {
+      advantages += in_words(kCandidates[k].advantage) + " for " + name + comma;
+    }
+  }
+  return "'" + std::string(choice.integrator) + "', since small pilot images have efficiencies " +
+         "1 / (V T) of " + efficiencies + ", and the required advantage over path is " + advantages;
+}
+
+}  // namespace
+
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target) {
   IntegratorChoice choice;
   choice.integrator = kCandidates[0].integrator;
   if (const std::string why = without_pilot(view); !why.empty()) {
     choice.reason = "'path', since " + why;
     return choice;
   }
-  std::array<std::shared_ptr<Film>, 2> films;
-  for (std::size_t k = 0; k < 2; ++k) {
-    auto film = render_pilot(pilot_view(view, kCandidates[k].integrator));
-    if (!film) {
-      return film.error();
+  std::vector<PilotImage> images(may_be_biased(view, has_error_target) ? 3 : 2);
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    auto figures = run_pilot(view, kCandidates[k], images[k]);
+    if (!figures) {
+      return figures.error();
     }
-    films[k] = *std::move(film);
+    choice.pilots.push_back(*figures);
   }
-  const auto variances = paired_variances(films[0]->snapshot(), films[1]->snapshot());
-  for (std::size_t k = 0; k < 2; ++k) {
-    const double samples = static_cast<double>(films[k]->sample_counts().sum);
-    const double work = static_cast<double>(films[k]->rays()) / samples * kCandidates[k].ray_weight;
-    const double cost = variances[k] * work;
-    choice.pilots[k] = {kCandidates[k].integrator, variances[k], work,
-                        cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity()};
+  const std::vector<double> errors = pilot_errors(images);
+  double best = 0;
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    PilotFigures& pilot = choice.pilots[k];
+    pilot.variance = errors[k] * kCandidates[k].samples;
+    const double cost = pilot.variance * pilot.work;
+    pilot.efficiency = cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity();
+    if (const double score = pilot.efficiency / kCandidates[k].advantage; score > best) {
+      best = score;
+      choice.integrator = pilot.integrator;
+    }
   }
-  const auto& [path, bdpt] = choice.pilots;
-  const bool takes_bdpt = bdpt.efficiency > kAdvantage * path.efficiency;
-  choice.integrator = (takes_bdpt ? bdpt : path).integrator;
-  choice.reason = "'" + std::string(choice.integrator) + "', since pilots of " +
-                  std::to_string(kSamples) + " samples have an efficiency 1 / (V T) of " +
-                  in_words(path.efficiency) + " (path) and " + in_words(bdpt.efficiency) +
-                  " (bdpt), and bdpt is chosen only if it is " + in_words(kAdvantage) +
-                  " times as efficient";
+  choice.reason = text_of(choice);
   return choice;
 }
 
-Result<std::string> settle_integrator(View& view) {
+Result<std::string> settle_integrator(View& view, const StopRules& stop) {
   if (view.settings.integrator != kAutomaticIntegrator) {
     return std::string();
   }
-  const auto choice = choose_integrator(view);
+  const auto choice = choose_integrator(view, stop.has_error_target());
   if (!choice) {
     return choice.error();
   }
-  view.settings.integrator = choice->integrator;
+  // `auto` accepts no options of estimators and no adaptive sampling, so they are not set.
+  const RenderSettings defaults = default_settings(choice->integrator, stop.relative_error.has_value());
+  view.settings.integrator = defaults.integrator;
+  view.settings.estimator = defaults.estimator;
+  view.settings.adaptive = defaults.adaptive;
   return "integrator.type: 'auto' chose " + choice->reason + ".";
 }
 

@@ -1,20 +1,25 @@
-/// Chooses path or bdpt for jobs of type `auto`, by small pilot images of both.
+/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each.
 ///
 /// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
-/// variance of the pilot's pixels, relative in each tile to the light that both pilots found there;
-/// T is work, the number of rays times a fixed weight, never time. The choice therefore depends
-/// only on the scene and on the job without its seed, crop, replicates and machine, so all parts of
-/// an image make the same choice.
+/// squared error of the pilot's pixels, relative in each tile to the light that the pilots found
+/// there, times the samples; T is work per sample, the number of rays times a fixed weight, never
+/// time. The choice therefore depends only on the scene and on the job without its seed, crop,
+/// replicates and machine, so all parts of an image make the same choice.
 ///
-/// A pilot that misses rare light is dark there and appears free of noise. Where the two images
-/// differ by more than their noise, the difference counts as variance of the darker one. Source:
-/// efficiency, Hammersley and Handscomb 1964; Veach 1997, 2.4.
+/// The squared error is that of the noise, from the halves, plus two parts that no halves show:
+/// - A pilot that misses rare light is dark there and appears free of noise. Where two images
+///   differ by more than their errors, the difference counts as error of the darker one.
+/// - The bias of sppm is proportional to its squared radius, so an image with half the radius has a
+///   quarter of it, and the difference of the two images shows the rest.
+/// Sources: efficiency, Hammersley and Handscomb 1964; Veach 1997, 2.4. Bias: Knaus and Zwicker
+/// 2011.
 #pragma once
 
-#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/film/film.h"
@@ -24,26 +29,32 @@ namespace core {
 
 struct PilotFigures {
   std::string_view integrator;
-  double variance = 0;    ///< relative
+  double variance = 0;    ///< relative squared error of a sample
   double work = 0;        ///< per sample of a pixel, in rays of `path`
-  double efficiency = 0;  ///< 1 / (variance work); infinite if there is no noise
+  double efficiency = 0;  ///< 1 / (variance work); infinite if there is no error
 };
 
 struct IntegratorChoice {
-  std::string_view integrator;           ///< a row of integrators()
-  std::string reason;                    ///< a full sentence
-  std::array<PilotFigures, 2> pilots{};  ///< path and bdpt; work is 0 if no pilot was needed
+  std::string_view integrator;       ///< a row of integrators()
+  std::string reason;                ///< a full sentence
+  std::vector<PilotFigures> pilots;  ///< path, bdpt and perhaps sppm; empty if none was needed
 };
 
-/// Chooses the integrator. Pre: view.settings.integrator is kAutomaticIntegrator with options that
-/// it accepts. Errors: as Renderer::create().
-Result<IntegratorChoice> choose_integrator(const View& view);
+/// Chooses the integrator. has_error_target: the image must have a valid error, which sppm has not.
+/// Pre: view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
+/// Renderer::create().
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target);
 
-/// Replaces kAutomaticIntegrator by the choice and returns a warning that names it. Returns an
-/// empty string if the job names its integrator. Errors: as above.
-Result<std::string> settle_integrator(View& view);
+/// Replaces kAutomaticIntegrator by the choice, with its defaults, and returns a warning that names
+/// it. Returns an empty string if the job names its integrator. Errors: as above.
+Result<std::string> settle_integrator(View& view, const StopRules& stop);
 
-/// Returns the relative variances of the pixels of two images of the same size.
-std::array<double, 2> paired_variances(const FilmSnapshot& a, const FilmSnapshot& b);
+struct PilotImage {
+  FilmSnapshot film;
+  std::optional<FilmSnapshot> finer{};  ///< with half the radius, if the image is biased
+};
+
+/// Returns the relative squared errors of the pixels of images of the same size.
+std::vector<double> pilot_errors(std::span<const PilotImage> images);
 
 }  // namespace core

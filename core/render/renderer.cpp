@@ -391,7 +391,7 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
       return Error{ErrorCode::kInvalidArgument, "the crop extends beyond the film", "/film/crop"};
     }
   }
-  if (const auto settled = settle_integrator(view); !settled) {
+  if (const auto settled = settle_integrator(view, {}); !settled) {
     return settled.error();
   }
   const IntegratorEntry* integrator = find_integrator(view.settings.integrator);

@@ -255,6 +255,9 @@ struct StopRules {
   std::optional<double> seconds;         ///< rendering time, without pauses and downtime
   std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
+  bool has_error_target() const noexcept {
+    return relative_error.has_value() || denoised_error.has_value();
+  }
 };
 
 enum class StopReason {

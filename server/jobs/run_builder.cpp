@@ -156,6 +156,9 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
   if (!view) {
     return view.error();
   }
+  if (const auto settled = core::settle_integrator(*view, spec.stop); !settled) {
+    return settled.error();
+  }
   return core::Renderer::create(*std::move(view));
 }
 
@@ -175,14 +178,17 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
   if (!view) {
     return view.error();
   }
-  auto settled = core::settle_integrator(*view);
+  auto settled = core::settle_integrator(*view, job.record().view.spec.stop);
   if (!settled) {
     return settled.error();
   }
   if (!settled->empty()) {
     // Stored before the film exists, so that a restart does not choose again.
     const auto modify = [&](JobRecord& record) -> Verdict {
-      record.view.spec.render.integrator = view->settings.integrator;
+      core::RenderSettings& render = record.view.spec.render;
+      render.integrator = view->settings.integrator;
+      render.estimator = view->settings.estimator;
+      render.adaptive = view->settings.adaptive;
       record.view.warnings.push_back(*settled);
       return {};
     };

@@ -25,6 +25,24 @@ class Auto(ApiTest):
         other = self.server.render(body("bdpt" if chosen == "path" else "path"))
         self.assertNotEqual(job["film_digest"], other["film_digest"])
 
+    def test_sppm_only_without_an_error_target(self):
+        job = self.server.render(body("auto", scene="caustic-pool"))
+        self.assertEqual(job["spec"]["integrator"]["type"], "sppm", job["warnings"])
+        self.assertEqual((job["error"]["bias"], job["error"]["valid"]), ("consistent", False))
+        target = body("auto", scene="caustic-pool",
+                      stop={"relative_error": 0.5, "samples_per_pixel": 8})
+        job = self.server.render(target)
+        self.assertIn(job["spec"]["integrator"]["type"], ("path", "bdpt"))
+        self.assertTrue(job["error"]["valid"])
+
+    def test_path_has_its_own_defaults(self):
+        # Fog is path's, so no pilot is needed.
+        fog = {"type": "homogeneous", "scattering": [0.1, 0.1, 0.1], "absorption": [0, 0, 0]}
+        job = self.server.render(body("auto", medium=fog))
+        named = self.server.render(body("path", medium=fog))
+        self.assertEqual(job["spec"]["estimator"], named["spec"]["estimator"])
+        self.assertEqual(job["film_digest"], named["film_digest"])
+
     def test_parts_of_an_image_agree(self):
         parts = []
         for first in (0, 2):

@@ -12,7 +12,8 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Every integrator at equal time.
-  add_executable(integrators_bench bench/integrators_bench.cpp)
+  add_executable(integrators_bench bench/integrators_bench.cpp bench/named_view.cpp
+    bench/bench_views.cpp render/asset_files.cpp)
   target_link_libraries(integrators_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
 

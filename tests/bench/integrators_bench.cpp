@@ -1,13 +1,12 @@
-// Every integrator with equal CPU time on built-in scenes. Prints, never asserts: times depend on
-// the machine and its load.
+// Every integrator with equal CPU time on built-in scenes and on three glTF files of the folder of
+// assets, if there is one. Prints, never asserts: times depend on the machine and its load.
 //
 // relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
 // sixteen times the time and another seed: sppm for the pool, whose underwater light no connection
-// finds, bdpt for the others. `without 1 %`: the same without the worst hundredth of the pixels,
+// finds, path for open scenes, bdpt for the others. `without 1 %`: the same without the worst hundredth of the pixels,
 // for images whose error is in a few bright points. With several seeds, both are medians over them.
 // Sample counts follow from the cost of two and of six samples.
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <fstream>
 #include <string>
@@ -16,16 +15,16 @@
 
 #include "core/base/check.h"
 #include "core/image_io/image_io.h"
-#include "core/scene_io/builtin_scenes.h"
-#include "core/scene_io/gltf_load.h"
 #include "core/settings/registry.h"
+#include "tests/bench/named_view.h"
+#include "tests/render/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace {
 
 struct Plan {
-  int width = 96;
-  int height = 54;
+  int width = 160;
+  int height = 90;
   double seconds = 4;
   int seeds = 1;
   std::string scene;  ///< empty: all
@@ -34,21 +33,35 @@ struct Plan {
 };
 
 struct Case {
-  const char* scene;
+  std::string scene;  ///< built-in, or GLTF,HDR
   const char* reference;
 };
-constexpr std::array<Case, 5> kCases = {{{"cornell-box", "bdpt"},
-                                         {"glass", "bdpt"},
-                                         {"interior", "bdpt"},
-                                         {"keyhole", "bdpt"},
-                                         {"caustic-pool", "sppm"}}};
 constexpr double kReferenceTimes = 16;
 
-core::View view_of(const char* scene, const Plan& plan) {
-  auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
-  CHECK(description);
-  return test_support::view_of(test_support::build(std::move(*description)), plan.width,
-                               plan.height);
+std::vector<Case> cases() {
+  std::vector<Case> all = {{"cornell-box", "path"}, {"veach-mis", "path"},   {"many-lights", "path"},
+                           {"glass", "bdpt"},       {"interior", "bdpt"},    {"keyhole", "bdpt"},
+                           {"caustic-pool", "sppm"}};
+  if (const auto folder = test_support::assets_folder()) {
+    const std::string path = folder->string() + "/";
+    const std::string garden = "," + path + "env/chinese_garden_1k.hdr";
+    all.push_back({path + "WaterBottle.glb" + garden, "path"});
+    all.push_back({path + "SunglassesKhronos.glb" + garden, "path"});
+    all.push_back({path + "2CylinderEngine.glb," + path + "env/venice_sunset_256.hdr", "path"});
+  }
+  return all;
+}
+
+core::View view_of(const std::string& scene, const Plan& plan) {
+  core::View view = bench::named_view(scene, plan.width, plan.height);
+  view.settings.film.filter = {core::FilterType::kBox, 0.5F};
+  return view;
+}
+
+/// The name without folders and map.
+std::string short_name(const std::string& scene) {
+  const std::string file = scene.substr(0, scene.find(','));
+  return file.substr(file.rfind('/') + 1);
 }
 
 struct Run {
@@ -110,9 +123,9 @@ double median(std::vector<double> values) {
 std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
   const core::View view = view_of(one.scene, plan);
   const Run reference = render(view, one.reference, kReferenceTimes * plan.seconds, 1000);
-  std::printf("\n%-14s%10s%10s%12s%14s   reference: %s, %d samples, %.1f s\n", one.scene, "samples",
-              "CPU s", "relMSE", "without 1 %", one.reference, reference.samples,
-              reference.cpu_seconds);
+  std::printf("\n%-22s%10s%10s%12s%14s   reference: %s, %d samples, %.1f s\n",
+              short_name(one.scene).c_str(), "samples", "CPU s", "relMSE", "without 1 %",
+              one.reference, reference.samples, reference.cpu_seconds);
   std::vector<std::vector<core::Rgb>> images;
   for (const core::IntegratorEntry& row : core::integrators()) {
     if (row.name == "direct" || row.name.rfind(plan.only, 0) != 0) {
@@ -127,7 +140,7 @@ std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
       all.push_back(mean(sorted, 1));
       most.push_back(mean(sorted, 0.99));
     }
-    std::printf("%-14s%10d%10.1f%12.5f%14.5f\n", std::string(row.name).c_str(), run.samples,
+    std::printf("%-22s%10d%10.1f%12.5f%14.5f\n", std::string(row.name).c_str(), run.samples,
                 run.cpu_seconds, median(all), median(most));
     std::fflush(stdout);
     images.push_back(run.pixels);
@@ -196,8 +209,8 @@ int main(int argc, char** argv) {
   std::printf("%dx%d, %g CPU seconds a picture, box filter, max_depth 16\n", plan.width,
               plan.height, plan.seconds);
   std::vector<std::vector<std::vector<core::Rgb>>> rows;
-  for (const Case& one : kCases) {
-    if (plan.scene.empty() || plan.scene == one.scene) {
+  for (const Case& one : cases()) {
+    if (plan.scene.empty() || plan.scene == short_name(one.scene)) {
       rows.push_back(compare(one, plan));
     }
   }

@@ -1,6 +1,8 @@
 // Integrator `auto`: its criterion; the choice is a function of scene and job.
 #include "core/render/choose_integrator.h"
 
+#include <array>
+
 #include <gtest/gtest.h>
 
 #include "core/scene_io/builtin_scenes.h"
@@ -29,19 +31,34 @@ core::FilmSnapshot picture_of(float a, float b) {
 // The error definition adds 0.05 of the image's luminance as a floor.
 constexpr double kFloor = 0.05 * 0.05;
 
-TEST(PairedVariances, EqualTheHalfVariancesWhereTheImagesAgree) {
-  const auto v = core::paired_variances(picture_of(1.1F, 0.9F), picture_of(1.3F, 0.7F));
+TEST(PilotErrors, EqualTheHalfVariancesWhereTheImagesAgree) {
+  const auto v = core::pilot_errors(std::array<core::PilotImage, 2>{
+      {{picture_of(1.1F, 0.9F)}, {picture_of(1.3F, 0.7F)}}});
   // 1.1 0.9 is the most light that both halves found.
   EXPECT_NEAR(v[0], 0.01 / (0.99 + kFloor), 1e-7);
   EXPECT_NEAR(v[1], 0.09 / (0.99 + kFloor), 1e-6);
 }
 
-TEST(PairedVariances, CountLightThatAnImageMisses) {
-  const auto v = core::paired_variances(picture_of(0.5F, 0.5F), picture_of(1, 1));
+TEST(PilotErrors, CountLightThatAnImageMisses) {
+  const auto v = core::pilot_errors(std::array<core::PilotImage, 3>{
+      {{picture_of(0.5F, 0.5F)}, {picture_of(1, 1)}, {picture_of(0.25F, 0.25F)}}});
   EXPECT_NEAR(v[0], 0.25 / (1 + kFloor), 1e-6);
-  EXPECT_EQ(v[1], 0) << "the brighter image misses no light";
-  const auto none = core::paired_variances(picture_of(0, 0), picture_of(0, 0));
-  EXPECT_EQ(none[0] + none[1], 0) << "black images have no variance";
+  EXPECT_EQ(v[1], 0) << "the brightest image misses no light";
+  EXPECT_NEAR(v[2], 0.5625 / (1 + kFloor), 1e-6) << "the most that another image has found";
+  const auto none = core::pilot_errors(
+      std::array<core::PilotImage, 2>{{{picture_of(0, 0)}, {picture_of(0, 0)}}});
+  EXPECT_EQ(none[0] + none[1], 0) << "black images have no error";
+}
+
+// A bias of 0.4, of which half the radius leaves 0.1: the brightness is not light that the other
+// image has missed.
+TEST(PilotErrors, CountTheBiasThatFallsWithTheRadius) {
+  const core::PilotImage blurred{picture_of(1.4F, 1.4F), picture_of(1.1F, 1.1F)};
+  const core::PilotImage exact{picture_of(1, 1)};
+  const auto v = core::pilot_errors(std::array<core::PilotImage, 2>{{exact, blurred}});
+  const double scale = 1.4 * 1.4 + 1.4 * 1.4 * kFloor;
+  EXPECT_NEAR(v[0], 0, 1e-6);
+  EXPECT_NEAR(v[1], 0.16 / scale, 1e-6);
 }
 
 core::View automatic(const char* scene) {
@@ -75,9 +92,11 @@ core::View caustic() {
 TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
   for (const auto& [view, integrator] :
        {std::pair(automatic("cornell-box"), "path"), std::pair(caustic(), "bdpt")}) {
-    const auto choice = core::choose_integrator(view);
+    const auto choice = core::choose_integrator(view, true);
     ASSERT_TRUE(choice);
-    const auto& [path, bdpt] = choice->pilots;
+    ASSERT_EQ(choice->pilots.size(), 2) << "sppm has no valid error";
+    const auto& path = choice->pilots[0];
+    const auto& bdpt = choice->pilots[1];
     EXPECT_EQ(choice->integrator, integrator)
         << path.variance << " " << path.work << "; " << bdpt.variance << " " << bdpt.work;
     EXPECT_EQ(bdpt.efficiency > 1.5 * path.efficiency, choice->integrator == "bdpt");
@@ -85,18 +104,28 @@ TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
   }
 }
 
+// Caustics under water, which no connection finds, and a scene in which sppm would only blur.
+TEST(ChooseIntegrator, ChoosesSppmOnlyWhereItWinsAndWithoutAnErrorTarget) {
+  EXPECT_EQ(core::choose_integrator(automatic("caustic-pool"), false)->integrator, "sppm");
+  EXPECT_NE(core::choose_integrator(automatic("caustic-pool"), true)->integrator, "sppm");
+  EXPECT_EQ(core::choose_integrator(automatic("cornell-box"), false)->integrator, "path");
+  core::View shares = automatic("caustic-pool");
+  shares.settings.film.shares.emplace_back().layer = "bounce:0-";
+  EXPECT_NE(core::choose_integrator(shares, false)->integrator, "sppm") << "it records no shares";
+}
+
 TEST(ChooseIntegrator, DoesNotDependOnSeedCropOrReplicates) {
   core::View view = automatic("cornell-box");
-  const auto choice = core::choose_integrator(view);
+  const auto choice = core::choose_integrator(view, false);
   view.settings.seed = 77;
   view.settings.replicates = 8;
   view.settings.first_replicate = 4;
   view.settings.film.crop = core::PixelRect{3, 4, 20, 10};
-  const auto other = core::choose_integrator(view);
+  const auto other = core::choose_integrator(view, false);
   ASSERT_TRUE(choice && other);
   EXPECT_EQ(choice->reason, other->reason);
   view.settings.max_depth = 1;
-  EXPECT_NE(core::choose_integrator(view)->reason, choice->reason);
+  EXPECT_NE(core::choose_integrator(view, false)->reason, choice->reason);
 }
 
 TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
@@ -104,10 +133,10 @@ TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
   scene.materials[0].dispersion = 0.1F;
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
   view.settings.integrator = "auto";
-  EXPECT_EQ(core::choose_integrator(view)->reason, "'path', since the scene has dispersion");
+  EXPECT_EQ(core::choose_integrator(view, false)->reason, "'path', since the scene has dispersion");
   view = automatic("cornell-box");
   view.settings.fog.emplace();
-  EXPECT_EQ(core::choose_integrator(view)->integrator, "path");
+  EXPECT_EQ(core::choose_integrator(view, false)->integrator, "path");
 }
 
 TEST(ChooseIntegrator, RendersTheImageOfTheChosenIntegrator) {
@@ -115,10 +144,11 @@ TEST(ChooseIntegrator, RendersTheImageOfTheChosenIntegrator) {
   const auto renderer = core::Renderer::create(view);
   ASSERT_TRUE(renderer);
   EXPECT_EQ((*renderer)->view().settings.integrator, "path");
-  const std::string warning = *core::settle_integrator(view);
+  const std::string warning = *core::settle_integrator(view, {});
   EXPECT_EQ(view.settings.integrator, "path");
+  EXPECT_EQ(view.settings.estimator.splitting, core::SplittingType::kMeasured) << "as for path";
   EXPECT_TRUE(warning.starts_with("integrator.type: 'auto' chose 'path', since")) << warning;
-  EXPECT_EQ(*core::settle_integrator(view), "") << "once";
+  EXPECT_EQ(*core::settle_integrator(view, {}), "") << "once";
 }
 
 }  // namespace

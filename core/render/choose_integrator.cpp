@@ -289,7 +289,9 @@ Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_targ
       choice.integrator = pilot.integrator;
     }
   }
-  choice.reason = text_of(choice);
+  choice.reason = std::isinf(choice.pilots[0].efficiency)
+                      ? "'path', since its pilot image has no noise and misses no light"
+                      : text_of(choice);
   return choice;
 }
 

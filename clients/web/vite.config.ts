@@ -3,6 +3,8 @@ import { markdownChapters } from './markdown';
 
 declare const process: { env: Record<string, string | undefined> };
 
+const upstream = process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8090';
+
 export default defineConfig({
   plugins: [markdownChapters()],
   esbuild: { jsx: 'automatic', jsxImportSource: 'preact', legalComments: 'none' },
@@ -15,5 +17,5 @@ export default defineConfig({
     reportCompressedSize: false,
   },
   worker: { format: 'es' },
-  server: { proxy: { '/v1': process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8090' } },
+  server: { proxy: { '/v1': upstream, '/openapi.json': upstream } },
 });

@@ -18,6 +18,18 @@ import type {
   WorkerTiles,
 } from './types';
 
+/** A member of a request, as JSON Schema. */
+export interface Member {
+  type?: string;
+  description?: string;
+  minimum?: number;
+  maximum?: number;
+  properties?: Record<string, Member>;
+}
+interface Description {
+  components: { schemas: Record<string, Member> };
+}
+
 /** The server refused the request. */
 export class RequestError extends Error {
   constructor(readonly problem: Problem) {
@@ -104,6 +116,8 @@ const job = (id: string): string => `/v1/jobs/${encodeURIComponent(id)}`;
 const batch = (id: string): string => `/v1/batches/${encodeURIComponent(id)}`;
 
 export const api = {
+  /** The description of the interface; only what the page reads of it. */
+  description: () => json<Description>('/openapi.json'),
   server: (signal?: AbortSignal) => json<Server>('/v1/server', { signal }),
   workers: (signal?: AbortSignal) => json<WorkerList>('/v1/workers', { signal }),
   workerTiles: (id: string, signal?: AbortSignal) =>

@@ -3,6 +3,7 @@ import type { Server, TypeInfo } from '../api/types';
 import { useStore } from '../ui/store';
 import { Field, NumberInput, refusalsAt } from './field';
 import { change, form, refusals, type FormValues } from './form_model';
+import { IntegratorOptions } from './integrator_options';
 import { isAnimated, sceneDetails } from './scene_source';
 
 /** An entry of the server's lists; if only its name is known, the rest is omitted. */
@@ -123,11 +124,12 @@ function AdvancedBody({ info }: { info: Server | null }) {
         standard="How light paths are traced. The default suits nearly every scene."
         value={v.integrator}
         choices={info?.integrators ?? []}
-        onValue={(integrator) => change({ integrator })}
+        onValue={(integrator) => change({ integrator, integratorOptions: {} })}
       />
+      <IntegratorOptions key={v.integrator} info={info} />
       <Field
         label="Maximum bounces"
-        pointers={['/integrator/max_depth', '/integrator']}
+        pointers={['/integrator/max_depth']}
         hint="How many times light may bounce. 1 is direct light only; glass needs many."
       >
         {(a) => (

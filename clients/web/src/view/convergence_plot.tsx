@@ -4,6 +4,7 @@ import { isFinal } from '../api/states';
 import { takeTurn } from '../live/turns';
 import { count, duration, number, percent } from '../ui/format';
 import { Later } from '../ui/later';
+import { biasOf } from './bias';
 
 type Axis = 'samples' | 'seconds';
 type Known = ConvergencePoint & { relative_rmse: number };
@@ -84,7 +85,9 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
     <dl class="figures prediction" data-testid="prediction">
       {rows.map(({ error, samples: n, left: wait, range }) => (
         <div key={error} title={range || undefined}>
-          <dt>{number(100 * error)}% error</dt>
+          <dt>
+            {number(100 * error)}% {biasOf(job) === 'none' ? 'error' : 'noise'}
+          </dt>
           <dd>
             <span>{isFinal(job.state) ? `${wait} more` : `in ${wait}`}</span>,{' '}
             <span>{count(n)} samples</span>
@@ -174,7 +177,9 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
           <>
             Slope <b>{exponent(slope)}</b>
             {fitted?.low != null && ` (${exponent(fitted.low)} to ${exponent(fitted.high)})`}
-            . Plain random numbers give −0.5; steeper is better.
+            {biasOf(job) === 'none'
+              ? '. Plain random numbers give −0.5; steeper is better.'
+              : '. This is the noise alone, without the systematic error.'}
           </>
         ) : (
           'Slope: not enough passes yet.'

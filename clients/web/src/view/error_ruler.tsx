@@ -1,6 +1,7 @@
-import type { ConvergencePoint, ErrorEstimate, Job } from '../api/types';
+import type { ConvergencePoint, Job } from '../api/types';
 import { rampCss } from '../live/heat';
-import { count, errorInWords, percent } from '../ui/format';
+import { count, errorInWords, number, percent } from '../ui/format';
+import { biasOf, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
 import { errorRange } from './view_modes';
 
@@ -40,36 +41,41 @@ export function ErrorRuler({
   const value = error?.relative_rmse;
   const then = denoised ? null : samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
+  const bias = biasOf(job);
+  const notes: { text: string; id: string }[] = [];
+  if (denoised) notes.push({ id: 'denoised', text: 'denoised' });
+  if (then != null) notes.push({ id: 'age', text: `at ${count(then)} samples` });
+  if (value != null && error?.low != null && error.high != null)
+    notes.push({
+      id: 'interval',
+      text: `${percent(error.low)} to ${percent(error.high)} with ${confidence}% confidence`,
+    });
+  if (denoised)
+    notes.push({ id: 'plain', text: `plain ${percent(plain.error?.relative_rmse)}` });
   return (
     <section class="ruler" aria-label="Error of the image">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
-          <span class="ruler-label">Error</span>{' '}
+          <span class="ruler-label">{bias === 'none' ? 'Error' : 'Noise'}</span>{' '}
           <strong>
             {denoised && isOpen(denoised) && 'below '}
             {value != null ? percent(value) : 'not known yet'}
           </strong>
-          {denoised && (
-            <span class="ruler-interval" data-testid="error-denoised" title={denoised.denoiser}>
-              {' '}
-              denoised, plain {percent(plain.error?.relative_rmse ?? NaN)},
+          {notes.map(({ id, text }, i) => (
+            <span
+              key={id}
+              class="ruler-interval"
+              data-testid={`error-${id}`}
+              title={id === 'denoised' ? denoised?.denoiser : undefined}
+            >
+              {i > 0 ? ', ' : ' '}
+              {text}
             </span>
-          )}
-          {then != null && (
-            <span class="ruler-interval" data-testid="error-age">
-              {' '}
-              at {count(then)} samples,
-            </span>
-          )}
-          {value != null && error?.low != null && error.high != null && (
-            <span class="ruler-interval">
-              {' '}
-              {percent(error.low)} to {percent(error.high)} with {confidence}% confidence
-            </span>
-          )}
+          ))}
         </p>
-        <p class="ruler-words">{wordsFor(error, denoised != null)}</p>
+        {bias === 'none' && <p class="ruler-words">{wordsFor(job, denoised != null)}</p>}
       </div>
+      {bias !== 'none' && <BiasNote job={job} bias={bias} />}
       <Track job={job} points={points} />
     </section>
   );
@@ -83,14 +89,40 @@ function shownAs(job: Job, denoised: DenoisedError): Job {
   const { low, high } = denoised;
   const value = isOpen(denoised) ? high : denoised.value;
   const error = { ...job.error, relative_rmse: value, low, high };
-  return { ...job, error: { ...error, bias: 'none', unreliable: false } } as Job;
+  return { ...job, error: { ...error, unreliable: false } } as Job;
+}
+
+/** What the noise does not include; for progressive photon mapping also how fast that falls. */
+function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
+  const { alpha } = job.spec.integrator;
+  const share = radiusShare(job);
+  return (
+    <p class="ruler-bias" data-testid="bias">
+      {bias === 'biased'
+        ? 'This method is biased: its systematic error is not included in the noise, and more ' +
+          'samples do not remove it.'
+        : 'This method is consistent: its systematic error is not included in the noise, but ' +
+          'vanishes as samples are added.'}
+      {bias === 'consistent' && alpha !== undefined && (
+        <>
+          {' '}
+          Its square falls as N<sup>{number(2 * alpha - 2, 2)}</sup>, the variance as N
+          <sup>{number(-alpha, 2)}</sup>.
+        </>
+      )}
+      {share !== null && (
+        <>
+          {' '}
+          After {count(passesOf(job))} samples of each replicate, photons are gathered within{' '}
+          {percent(share)} of the first radius.
+        </>
+      )}
+    </p>
+  );
 }
 
 /** A denoised image has no visible grain. */
-function wordsFor(error: ErrorEstimate | null | undefined, isDenoised: boolean): string {
-  if (error?.bias && error.bias !== 'none') {
-    return `This method is ${error.bias}: the error may be larger than shown.`;
-  }
+function wordsFor({ error }: Job, isDenoised: boolean): string {
   if (error?.unreliable) return 'Too few bright events so far: the interval may be too narrow.';
   return isDenoised ? '' : errorInWords(error?.relative_rmse);
 }

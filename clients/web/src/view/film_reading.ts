@@ -9,20 +9,22 @@ const luminance = (film: LiveFilm, pixel: number): number =>
   0.7152 * film.rgb[3 * pixel + 1] +
   0.0722 * film.rgb[3 * pixel + 2];
 
-function sampled(film: LiveFilm, value: (pixel: number) => number): number[] {
-  const pixels = film.width * film.height;
+/** Positive values of up to about `looks` pixels, sorted. */
+export function thinned(pixels: number, value: (pixel: number) => number): number[] {
   // A step without a common factor with usual widths, so that the pixels do not line up in columns.
   const step = Math.max(1, Math.floor(pixels / looks) | 1);
   const out: number[] = [];
   for (let i = 0; i < pixels; i += step) {
-    if (!(film.samples[i] > 0)) continue;
     const v = value(i);
     if (v > 0 && Number.isFinite(v)) out.push(v);
   }
   return out.sort((a, b) => a - b);
 }
 
-const quantile = (sorted: number[], q: number): number =>
+const sampled = (film: LiveFilm, value: (pixel: number) => number): number[] =>
+  thinned(film.width * film.height, (i) => (film.samples[i] > 0 ? value(i) : 0));
+
+export const quantile = (sorted: number[], q: number): number =>
   sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
 
 /**

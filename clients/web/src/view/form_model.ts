@@ -1,5 +1,5 @@
 import { RequestError } from '../api/client';
-import type { FieldError } from '../api/types';
+import type { FieldError, Server } from '../api/types';
 import { Store } from '../ui/store';
 import { withReused, type Reused } from './reused_settings';
 
@@ -75,6 +75,8 @@ export interface FormValues {
   integrator: string;
   /** Null: the server's default. */
   maxDepth: number | null;
+  /** Options of the selected integrator that were set, by member. */
+  integratorOptions: Record<string, number>;
   sampler: string;
   lightSampler: string;
   adaptive: string;
@@ -129,6 +131,7 @@ export const initial: FormValues = {
   groundReflection: 0,
   integrator: '',
   maxDepth: null,
+  integratorOptions: {},
   sampler: '',
   lightSampler: '',
   adaptive: '',
@@ -145,6 +148,24 @@ export const initial: FormValues = {
 
 export const form = new Store<FormValues>(initial);
 export const change = (patch: Partial<FormValues>): void => form.set({ ...form.get(), ...patch });
+
+/** A numeric option of an integrator, besides those that all have. */
+export interface IntegratorOption {
+  name: string;
+  pointer: string;
+  standard: number;
+}
+
+/** The integrator's own options: members that it accepts and for which it has a default. */
+export function integratorOptions(info: Server | null, type: string): IntegratorOption[] {
+  const row = info?.integrators.find((one) => one.type === type);
+  const own = (row?.defaults?.integrator ?? {}) as Record<string, unknown>;
+  return Object.entries(own).flatMap(([name, standard]) => {
+    const pointer = `/integrator/${name}`;
+    const isOption = name !== 'max_depth' && row!.accepts.includes(pointer);
+    return isOption && typeof standard === 'number' ? [{ name, pointer, standard }] : [];
+  });
+}
 
 /** The server's refusals by JSON pointer; the empty pointer is the request as a whole. */
 export const refusals = new Store<FieldError[]>([]);
@@ -203,6 +224,7 @@ export function formRequest(v: FormValues, offered: Offered = []): Record<string
     request.integrator = {
       ...(v.integrator && { type: v.integrator }),
       ...(v.maxDepth !== null && { max_depth: v.maxDepth }),
+      ...v.integratorOptions,
     };
   if (v.sampler) request.sampler = { type: v.sampler };
   if (v.lightSampler) request.light_sampler = { type: v.lightSampler };

@@ -2,6 +2,7 @@ import type { Job, Server } from '../api/types';
 import {
   cropOf,
   initial,
+  integratorOptions,
   type Background,
   type EnvironmentMode,
   type FormValues,
@@ -78,6 +79,16 @@ function optionsOf(job: Job, info: Server | null): Record<string, string> {
   return chosen;
 }
 
+function optionsOfIntegrator(spec: Job['spec'], info: Server | null): Record<string, number> {
+  const own = spec.integrator as Record<string, unknown>;
+  return Object.fromEntries(
+    integratorOptions(info, spec.integrator.type).flatMap(({ name }) => {
+      const value = own[name];
+      return typeof value === 'number' ? [[name, value]] : [];
+    }),
+  );
+}
+
 /** The form as it would have been filled in for this job. */
 export function formOf(job: Job, info: Server | null): FormValues {
   const { spec } = job;
@@ -108,6 +119,7 @@ export function formOf(job: Job, info: Server | null): FormValues {
     ...stageOf(spec),
     integrator: spec.integrator.type,
     maxDepth: spec.integrator.max_depth,
+    integratorOptions: optionsOfIntegrator(spec, info),
     sampler: spec.sampler.type,
     lightSampler: spec.light_sampler.type,
     adaptive: spec.adaptive.type,

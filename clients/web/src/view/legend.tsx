@@ -1,6 +1,7 @@
 import type { Look } from '../live/painter';
 import { rampCss } from '../live/heat';
 import { count, number } from '../ui/format';
+import { lumensPerWatt, type LuxScale } from './lux';
 import type { Mode } from './view_modes';
 
 /** Round values between the ends, on the ramp's logarithmic scale. */
@@ -41,11 +42,13 @@ interface RampLegendProps {
   ramp: Parameters<typeof rampCss>[0];
   /** at: percent from the left. */
   marks: { at: number; text: string }[];
+  /** In the flow of a card instead of over the image. */
+  inCard?: boolean;
 }
 
-function RampLegend({ meaning, ramp, marks }: RampLegendProps) {
+function RampLegend({ meaning, ramp, marks, inCard }: RampLegendProps) {
   return (
-    <figure class="legend" data-testid="legend">
+    <figure class={inCard ? 'legend-card' : 'legend'} data-testid="legend">
       <figcaption>{meaning}</figcaption>
       <div class="legend-ramp" style={{ backgroundImage: rampCss(ramp) }} aria-hidden="true" />
       <div class="legend-ticks">
@@ -76,4 +79,34 @@ export function Legend({ look, meaning, unit }: { look: Look; meaning: string; u
 export function FlipLegend({ meaning }: { meaning: string }) {
   const marks = [0, 0.25, 0.5, 0.75, 1].map((v) => ({ at: 100 * v, text: number(v) }));
   return <RampLegend meaning={meaning} ramp="flip" marks={marks} />;
+}
+
+interface LuxLegendProps {
+  meaning: string;
+  scale: LuxScale;
+  /** What has one value each. */
+  values: 'pixels' | 'points';
+  inCard?: boolean;
+}
+
+/** A linear scale in lux, and how far values exceed it. */
+export function LuxLegend({ meaning, scale, values, inCard }: LuxLegendProps) {
+  const { top, parts, most } = scale;
+  const marks = Array.from({ length: parts + 1 }, (_, i) => ({
+    at: (100 * i) / parts,
+    text: number((i / parts) * top),
+  }));
+  const peak = `the maximum is ${number(most)} lux (${number(most / lumensPerWatt)} W/m²)`;
+  const range =
+    most > top
+      ? `the scale ends where all but 0.5% of the ${values} lie below; ${peak}`
+      : peak;
+  return (
+    <RampLegend
+      meaning={`${meaning} In lux; ${range}.`}
+      ramp="error"
+      marks={marks}
+      inCard={inCard}
+    />
+  );
 }

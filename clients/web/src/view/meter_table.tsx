@@ -2,6 +2,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { api, meterUrl } from '../api/client';
 import type { Job, MeterReading } from '../api/types';
 import { count, measured, number } from '../ui/format';
+import { MeterMap } from './meter_map';
 import { useRevision } from './server_image';
 
 /** More are in the CSV. */
@@ -28,6 +29,7 @@ export function MeterTable({ job }: { job: Job }) {
   const readings = useReadings(job);
   if (!readings.length) return null;
   const lux = readings.map((r) => r.illuminance_lux);
+  const plane = job.spec.meter?.plane;
   const mean = lux.reduce((sum, v) => sum + v, 0) / lux.length;
   return (
     <section class="card" aria-labelledby="meter-title" data-testid="meter">
@@ -43,6 +45,7 @@ export function MeterTable({ job }: { job: Job }) {
           {number(Math.max(...lux))} lux, mean {number(mean)} lux.
         </p>
       )}
+      {plane && <MeterMap plane={plane} readings={readings} />}
       <div class="lab-table meter-table" tabIndex={0} role="group" aria-label="Readings">
         <table>
           <thead>
@@ -67,7 +70,7 @@ export function MeterTable({ job }: { job: Job }) {
                     {r.position.map((v) => number(v)).join(' ')}
                   </th>
                   <td class="mono">
-                    {value} <span class="dim">± {half}</span>
+                    {value} <span class="dim">±&nbsp;{half}</span>
                   </td>
                   <td class="mono">{number(r.irradiance_w_m2)}</td>
                 </tr>

@@ -2,7 +2,6 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Job } from '../api/types';
-import { ramps } from '../live/heat';
 import { number } from '../ui/format';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -55,39 +54,12 @@ function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
   return shown;
 }
 
-/** Luminous efficacy of nominal white. */
-const lumensPerWatt = 683;
-
 const ranges: Partial<Record<Mode, string>> = {
   normal: '-1,1',
   depth: 'auto',
   denoise_bias: 'auto',
-  irradiance: 'auto',
   position: 'auto',
 };
-
-/** Rec. 709, a row of a colour matrix. */
-const luminance = '0.2126 0.7152 0.0722 0 0';
-
-/** The filter that shows grey values as the measuring views do. */
-function FalseColours() {
-  const table = (channel: number): string =>
-    Array.from({ length: 256 }, (_, i) => (ramps.error[4 * i + channel] / 255).toFixed(3)).join(
-      ' ',
-    );
-  return (
-    <svg class="visually-hidden" aria-hidden="true">
-      <filter id="false-colours" color-interpolation-filters="sRGB">
-        <feColorMatrix values={`${luminance} ${luminance} ${luminance} 0 0 0 1 0`} />
-        <feComponentTransfer>
-          <feFuncR type="table" tableValues={table(0)} />
-          <feFuncG type="table" tableValues={table(1)} />
-          <feFuncB type="table" tableValues={table(2)} />
-        </feComponentTransfer>
-      </filter>
-    </svg>
-  );
-}
 
 /**
  * A layer, or an image too large for the page's memory, encoded by the server; updated as the film
@@ -99,15 +71,15 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
   const light = { exposure: look.exposure, tonemap: look.tone };
   const mix = useMix(job);
   const query =
-    isShare(mode) && mode !== 'irradiance'
+    isShare(mode)
       ? { layer: mode, ...light }
       : mode === 'mix'
-        ? { mix, ...light }
+        ? { mix: mix ?? undefined, ...light }
         : isLayer(mode)
           ? { layer: mode, range: ranges[mode] }
           : light;
   const shown = usePicture(
-    revision
+    revision && !(mode === 'mix' && mix === null)
       ? imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) })
       : null,
     mode,
@@ -118,11 +90,9 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
   const meaning = modes.find((m) => m.mode === mode)?.meaning;
   return (
     <>
-      {mode === 'irradiance' && <FalseColours />}
       <img
         class="server-image"
         data-layer={shown.mode}
-        style={mode === 'irradiance' ? { filter: 'url(#false-colours)' } : undefined}
         src={shown.url}
         alt={`${mode} of ${job.spec.scene}`}
       />
@@ -133,14 +103,6 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
             <>
               {' '}
               Black is {number(shown.range[0])} m, white {number(shown.range[1])} m.
-            </>
-          )}
-          {mode === 'irradiance' && shown.range && (
-            <>
-              {' '}
-              {number(shown.range[0] * lumensPerWatt)} to{' '}
-              {number(shown.range[1] * lumensPerWatt)} lux, which are{' '}
-              {number(shown.range[0])} to {number(shown.range[1])} W/m² of nominal white.
             </>
           )}
           {mode === 'denoise_bias' && shown.range && (

@@ -5,10 +5,12 @@ import { Picture } from '../live/picture';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { DenoisedImage, useDenoised, type DenoisedError } from './denoised_image';
+import { IrradianceImage } from './irradiance_image';
 import { ServerImage } from './server_image';
 import { samplesRange, varianceRange } from './film_reading';
 import { FirstLook } from './first_look';
-import { Legend, unitOf } from './legend';
+import { Legend, LuxLegend, unitOf } from './legend';
+import type { LuxScale } from './lux';
 import { TileFlashes } from './tile_flashes';
 import { isHeat, isLayer, lookOf, planeModes, type Mode, type Range } from './view_modes';
 import { useViewport, type Viewport } from './viewport';
@@ -80,6 +82,7 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
     probe,
   );
   const look = lookOf(mode, shown, ranges);
+  const [luxScale, setLuxScale] = useState<LuxScale | null>(null);
   const denoised = useDenoised(job) && mode === 'picture' && !state.tooLarge;
 
   useLayoutEffect(() => {
@@ -115,7 +118,15 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
             aria-label={`Render of ${job?.spec.scene ?? 'the scene'}`}
             hidden={state.tooLarge}
           />
-          {job && (state.tooLarge || isLayer(mode)) && (
+          {job && mode === 'irradiance' && (
+            <IrradianceImage
+              key={job.id}
+              job={job}
+              large={state.tooLarge}
+              onScale={setLuxScale}
+            />
+          )}
+          {job && mode !== 'irradiance' && (state.tooLarge || isLayer(mode)) && (
             <ServerImage job={job} mode={mode} large={state.tooLarge} />
           )}
           {job && denoised && <DenoisedImage key={job.id} job={job} onError={onDenoised} />}
@@ -141,6 +152,13 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
       </div>
       {isHeat(mode) && film && film.tilesSeen > 0 && (
         <Legend look={look} meaning={meaningOf(mode, film.correlated)} unit={unitOf(mode)} />
+      )}
+      {mode === 'irradiance' && luxScale && (
+        <LuxLegend
+          meaning="Light that falls on the surfaces, whatever they do with it."
+          scale={luxScale}
+          values="pixels"
+        />
       )}
     </div>
   );

@@ -40,31 +40,31 @@ export function StrategyPyramid({
   onMode: (mode: Mode) => void;
 }) {
   const kept = (job.spec.film.layers ?? []).flatMap((layer) => strategyOf(layer) ?? []);
-  const bare = kept.filter((one) => one.unweighted);
+  const alone = kept.filter((one) => one.unweighted);
   const weighted = kept.filter((one) => !one.unweighted);
-  const [asksBare, setAsksBare] = useState(false);
+  const [asksAlone, setAsksAlone] = useState(false);
   const { exposure, tone } = useStore(display);
   const revision = useRevision(job, false, 'st');
   if (!kept.length) return null;
-  const isBare = bare.length > 0 && (asksBare || !weighted.length);
+  const isAlone = alone.length > 0 && (asksAlone || !weighted.length);
   return (
     <section class="card" aria-labelledby="strategies-title" data-testid="pyramid">
       <header class="card-head">
         <h2 id="strategies-title">Strategies</h2>
-        {bare.length > 0 && weighted.length > 0 && (
+        {alone.length > 0 && weighted.length > 0 && (
           <label>
             <input
               type="checkbox"
-              checked={isBare}
+              checked={isAlone}
               data-testid="pyramid-unweighted"
-              onChange={(e) => setAsksBare(e.currentTarget.checked)}
+              onChange={(e) => setAsksAlone(e.currentTarget.checked)}
             />{' '}
-            Unweighted
+            Each alone, without MIS weights
           </label>
         )}
       </header>
       <div class="pyramid">
-        {rowsOf(isBare ? bare : weighted).map(({ vertices, cells }) => (
+        {rowsOf(isAlone ? alone : weighted).map(({ vertices, cells }) => (
           <div key={vertices} class="pyramid-row" role="group" aria-label={`${vertices} vertices`}>
             {cells.map((one, s) => {
               if (!one) return <span key={s} class="pyramid-gap" />;

@@ -12,7 +12,16 @@ import { AdvancedFields } from './advanced_fields';
 import { Cost } from './cost';
 import { EnvironmentField } from './environment_field';
 import { Field, NumberInput, refusalsAt } from './field';
-import { change, check, form, refusals, refusalsOf, requestOf, sizePresets } from './form_model';
+import {
+  change,
+  check,
+  form,
+  integratorOptions,
+  refusals,
+  refusalsOf,
+  requestOf,
+  sizePresets,
+} from './form_model';
 import { ReusedNote } from './reused_note';
 import { SceneGallery } from './scene_gallery';
 import {
@@ -323,7 +332,8 @@ const knownPointers = [
   '/environment',
   '/background',
   '/ground',
-  '/integrator',
+  '/integrator/type',
+  '/integrator/max_depth',
   '/sampler',
   '/estimator',
   '/light_sampler',
@@ -345,7 +355,11 @@ export function SubmitForm() {
   const values = useStore(form);
   const variants = useStore(sceneDetails)?.variants ?? [];
   const pictures = picturesOf(values, variants);
-  const general = items.filter((item) => !refusalsAt([item], knownPointers).length);
+  const shown = [
+    ...knownPointers,
+    ...integratorOptions(info, values.integrator).map(({ pointer }) => pointer),
+  ];
+  const general = items.filter((item) => !refusalsAt([item], shown).length);
 
   const submit = async (event: Event): Promise<void> => {
     event.preventDefault();

@@ -54,10 +54,12 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
         ))}
       </fieldset>
       <DenoiseControls job={job} disabled={mode !== 'picture' || tooLarge} />
-      <LightControls
-        film={film}
-        disabled={mode !== 'picture' && mode !== 'mix' && !isShare(mode)}
-      />
+      {mode !== 'irradiance' && (
+        <LightControls
+          film={film}
+          disabled={mode !== 'picture' && mode !== 'mix' && !isShare(mode)}
+        />
+      )}
       {job && mode === 'mix' && <LightMixer job={job} />}
     </div>
   );

@@ -93,8 +93,8 @@ export interface Strategy {
   unweighted: boolean;
 }
 export function strategyOf(layer: string): Strategy | null {
-  const [, s, t, bare] = /^st:(\d+),(\d+)(:unweighted)?$/.exec(layer) ?? [];
-  return t ? { layer: layer as Share, s: Number(s), t: Number(t), unweighted: !!bare } : null;
+  const [, s, t, alone] = /^st:(\d+),(\d+)(:unweighted)?$/.exec(layer) ?? [];
+  return t ? { layer: layer as Share, s: Number(s), t: Number(t), unweighted: !!alone } : null;
 }
 
 function shareMode(name: Share): ModeInfo {
@@ -109,9 +109,9 @@ function shareMode(name: Share): ModeInfo {
     const { s, t, unweighted } = strategy;
     return {
       mode: name,
-      label: `s${s} t${t}${unweighted ? ' bare' : ''}`,
+      label: `s${s} t${t}${unweighted ? ' without MIS' : ''}`,
       meaning: `Light of paths with ${s} vertices from the light and ${t} from the camera${
-        unweighted ? ', without the weight of that strategy' : ''
+        unweighted ? ': the estimate of this strategy alone, without its MIS weight' : ''
       }.`,
     };
   }

@@ -56,6 +56,7 @@ ProgressFacts facts_of(const core::Progress& progress, bool valid) {
     facts.error_low = progress.error.low;
     facts.error_high = progress.error.high;
   }
+  facts.is_noise_alone = !valid;
   facts.rays_per_second = progress.rays_per_second;
   facts.eta_seconds = progress.eta_seconds;
   return facts;

@@ -1,6 +1,6 @@
 import type { Job } from '../api/types';
 import { Store, useStore } from '../ui/store';
-import { isPart, isShare, shareModes } from './view_modes';
+import { isPart, shareModes } from './view_modes';
 
 const most = 4;
 
@@ -8,13 +8,13 @@ const most = 4;
 const weights = new Store<Record<string, number>>({});
 
 const keyOf = (job: Job, layer: string): string => `${job.id} ${layer}`;
-const sharesOf = (job: Job): string[] => (job.spec.film.layers ?? []).filter(isShare);
+const sharesOf = (job: Job): string[] => (job.spec.film.layers ?? []).filter(isPart);
 
 /** In the format of `mix` in the image's address. */
 export function useMix(job: Job): string {
   const set = useStore(weights);
   return sharesOf(job)
-    .map((layer) => (isPart(layer) ? (set[keyOf(job, layer)] ?? 1) : 0))
+    .map((layer) => set[keyOf(job, layer)] ?? 1)
     .join(',');
 }
 
@@ -26,7 +26,7 @@ export function LightMixer({ job }: { job: Job }) {
   return (
     <fieldset class="mixer" data-testid="mixer">
       <legend class="visually-hidden">Shares of the light</legend>
-      {shareModes(sharesOf(job).filter(isPart)).map(({ mode, label, meaning }) => {
+      {shareModes(sharesOf(job)).map(({ mode, label, meaning }) => {
         const weight = set[keyOf(job, mode)] ?? 1;
         return (
           <label key={mode} class="exposure" title={`${meaning} Double-click resets.`}>

@@ -154,7 +154,8 @@ void check_shutter(const JobSpec& spec, const core::IntegratorEntry& row, Faults
 /// Only light found along a single path can be assigned to a share.
 void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults& faults) {
   const core::RenderSettings& render = spec.render;
-  for (const core::LightShare& share : render.film.shares) {
+  for (std::size_t i = 0; i < render.film.shares.size(); ++i) {
+    const core::LightShare& share = render.film.shares[i];
     if (core::keeps_share(row, share)) {
       continue;
     }
@@ -164,8 +165,8 @@ void check_shares(const JobSpec& spec, const core::IntegratorEntry& row, Faults&
         others += (others.empty() ? ", but by '" : ", '") + std::string(other.name) + "'";
       }
     }
-    faults.add("/film/layers", "'" + share.layer + "' is not supported by integrator '" +
-                                   std::string(row.name) + "'" + others);
+    faults.add(share_pointer(spec, i), "'" + share.layer + "' is not supported by integrator '" +
+                                           std::string(row.name) + "'" + others);
   }
   if (render.film.shares.empty() && !render.fog && !render.spectral) {
     return;

@@ -247,6 +247,21 @@ Json layer_schema() {
   return {{"anyOf", {{{"type", "string"}, {"enum", std::move(names)}}, shares}}};
 }
 
+std::string unknown_layer(const Json& value) {
+  std::vector<std::string_view> names;
+  for (const core::LayerEntry& layer : core::layers()) {
+    names.push_back(layer.name);
+  }
+  for (const core::LayerPattern& pattern : core::layer_patterns()) {
+    names.push_back(pattern.name);
+  }
+  return not_available(value, names);
+}
+
+std::string share_pointer(const JobSpec& spec, std::size_t share) {
+  return join_pointer("/film/layers", std::to_string(spec.share_places.at(share)));
+}
+
 void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
   if (!value.is_array()) {
     faults.add(pointer, "expected an array of layer names, got " + std::string(type_text(value)));
@@ -257,6 +272,8 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
     known.push_back(layer.name);
   }
   std::vector<std::string> asked;
+  spec.render.film.shares.clear();
+  spec.share_places.clear();
   for (std::size_t i = 0; i < value.size(); ++i) {
     const std::string place = join_pointer(pointer, std::to_string(i));
     if (!value[i].is_string()) {
@@ -264,14 +281,18 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
       continue;
     }
     const auto& name = value[i].get_ref<const std::string&>();
-    const bool is_known =
-        std::find(known.begin(), known.end(), name) != known.end() || core::light_share(name);
+    auto share = core::light_share(name);
+    const bool is_known = share || std::find(known.begin(), known.end(), name) != known.end();
     if (!is_known) {
-      faults.add(place, not_available(value[i], known));
+      faults.add(place, unknown_layer(value[i]));
     } else if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
       faults.add(place, shown(value[i]) + " appears more than once");
     } else {
       asked.push_back(name);
+      if (share) {
+        spec.render.film.shares.push_back(*std::move(share));
+        spec.share_places.push_back(i);
+      }
     }
   }
   const auto has = [&asked](std::string_view name) {
@@ -283,12 +304,8 @@ void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, F
       spec.layers.emplace_back(name);
     }
   }
-  spec.render.film.shares.clear();
-  for (const std::string& name : asked) {
-    if (auto share = core::light_share(name)) {
-      spec.layers.push_back(name);
-      spec.render.film.shares.push_back(*std::move(share));
-    }
+  for (const core::LightShare& share : spec.render.film.shares) {
+    spec.layers.push_back(share.layer);
   }
   if (spec.render.film.shares.size() > static_cast<std::size_t>(limits::kLightShares)) {
     faults.add(pointer, "names " + std::to_string(spec.render.film.shares.size()) +

@@ -53,6 +53,8 @@ Json meter_schema(const JobSpec& defaults);
 
 /// Returns the schema of a layer's name.
 Json layer_schema();
+/// Returns the fault of a value that names no layer.
+std::string unknown_layer(const Json& value);
 void read_layers(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_layers(const JobSpec& spec, Json& object);
 Json layers_schema(const JobSpec& defaults);

@@ -61,6 +61,8 @@ struct JobSpec {
   std::optional<std::string> environment_asset;  ///< sha256 (hex) of an asset; empty: constant
   /// Recorded layers as requested, in the order of core::layers(); render.film has the switches.
   std::vector<std::string> layers = default_layers();
+  /// Position in the request's film.layers of each of render.film.shares.
+  std::vector<std::size_t> share_places;
   DenoiseSpec denoise;
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< from the job's end to its deletion; empty: kept
@@ -94,6 +96,9 @@ Parsed<ParsedJob> parse_job(std::string_view body);
 Json to_json(const JobSpec& spec);
 /// Returns to_json() as text, for the store.
 std::string spec_json(const JobSpec& spec);
+
+/// Returns the pointer to one of render.film.shares in the request: "/film/layers/2".
+std::string share_pointer(const JobSpec& spec, std::size_t share);
 
 /// Returns whether both are equal, member by member.
 bool same_spec(const JobSpec& a, const JobSpec& b);

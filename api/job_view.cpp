@@ -11,6 +11,7 @@
 #include "api/time_text.h"
 #include "api/values.h"
 #include "api/views.h"
+#include "core/settings/photon_rules.h"
 #include "core/settings/registry.h"
 
 namespace api {
@@ -40,6 +41,9 @@ Json links_json(const JobView& job) {
   for (const char* part :
        {"image", "events", "tiles", "convergence", "objects", "film", "cancel"}) {
     links[part] = self + "/" + part;
+  }
+  if (!job.spec.render.meter.empty()) {
+    links["meter"] = self + "/meter";
   }
   links["scene"] = "/v1/scenes/" + job.spec.scene;
   return links;
@@ -195,13 +199,27 @@ const View<JobView>& error_view() {
        {"confidence", shape::real("Confidence level of the interval."),
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
-       {"valid", shape::flag("False: the two halves are dependent, so there is no interval."),
+       {"valid",
+        shape::flag("False: the error is noise alone, without the image's blur, so there is no "
+                    "interval."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
         shape::flag("A few small regions dominate the error, so the interval is only a guess."),
         [](const JobView& j) -> Json { return j.progress.error.unreliable; }}}};
   return kView;
 }
+
+namespace {
+
+Json radius_ratio_json(const JobView& job) {
+  const core::RenderSettings& render = job.spec.render;
+  const int samples = job.progress.samples_max;
+  return samples > 0 && core::radius_shrinks(render)
+             ? number_json(core::radius_ratio(render, samples))
+             : Json(nullptr);
+}
+
+}  // namespace
 
 const View<JobView>& statistics_view() {
   static const View<JobView> kView = {
@@ -223,9 +241,11 @@ const View<JobView>& statistics_view() {
        {"split_count",
         shape::nullable(shape::count("Number of continuations that splitting 'measured' has found; "
                                      "null: not yet known, or another type.")),
-        [](const JobView& j) {
-          return j.split_count == 0 ? Json(nullptr) : Json(j.split_count);
-        }}}};
+        [](const JobView& j) { return j.split_count == 0 ? Json(nullptr) : Json(j.split_count); }},
+       {"radius_ratio",
+        shape::nullable(shape::real("sppm: radius of the newest sample's disks relative to the "
+                                    "first sample's; null: no sample yet, or another integrator.")),
+        &radius_ratio_json}}};
   return kView;
 }
 
@@ -448,51 +468,5 @@ const View<JobListView>& job_list_view() {
 std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next) {
   return dump(job_list_view().print({jobs, next}));
 }
-
-namespace {
-
-const View<CostView>& cost_view() {
-  static const View<CostView> kView = {
-      "",
-      "Estimate from a pilot of at most half a second.",
-      {{"seconds", shape::real("Rendering time on an idle server."),
-        [](const CostView& c) { return number_json(c.seconds); }},
-       {"seconds_low", shape::real("Lower end of the interval."),
-        [](const CostView& c) { return number_json(c.seconds_low); }},
-       {"seconds_high", shape::real("Upper end of the interval."),
-        [](const CostView& c) { return number_json(c.seconds_high); }},
-       {"confidence", shape::real("Confidence level of the interval."),
-        [](const CostView& c) { return number_json(c.confidence); }},
-       {"cpu_seconds", shape::real(), [](const CostView& c) { return number_json(c.cpu_seconds); }},
-       {"samples_per_pixel", shape::real("Estimated samples per pixel required."),
-        [](const CostView& c) { return number_json(c.samples_per_pixel); }},
-       {"memory_bytes", shape::real("Film and scene."),
-        [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
-       {"memory_bytes_low", shape::real("Memory of the film."),
-        [](const CostView& c) { return number_json(std::round(c.memory_bytes_low)); }},
-       {"memory_bytes_high",
-        shape::real("Memory reserved at admission: the larger of loading and rendering."),
-        [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
-       {"pilot_cpu_seconds", shape::real("CPU time of the pilot."),
-        [](const CostView& c) { return number_json(c.pilot_cpu_seconds); }}}};
-  return kView;
-}
-
-}  // namespace
-
-const View<DryRunView>& dry_run_view() {
-  static const View<DryRunView> kView = {
-      "DryRun",
-      "A job's effective request and its estimated cost.",
-      {{"spec", shape::reference("JobSpec"),
-        [](const DryRunView& d) { return to_json(d.job.spec); }},
-       {"warnings", shape::texts("Same as the warnings of a job."),
-        [](const DryRunView& d) -> Json { return d.job.warnings; }},
-       {"estimate", cost_view().shape(),
-        [](const DryRunView& d) { return cost_view().print(d.cost); }}}};
-  return kView;
-}
-
-std::string dry_run_json(const DryRunView& dry_run) { return dump(dry_run_view().print(dry_run)); }
 
 }  // namespace api

@@ -125,7 +125,7 @@ struct Slope {
 Slope fit_slope(std::span<const core::ConvergencePoint> points);
 std::string convergence_json(std::span<const core::ConvergencePoint> points);
 
-/// {"bias", "points"} of a job's meter.
+/// {"bias", "confidence", "points"} of a job's meter.
 std::string meter_json(std::span<const core::MeterReading> readings);
 /// The readings as CSV (RFC 4180).
 std::string meter_csv(std::span<const core::MeterReading> readings);

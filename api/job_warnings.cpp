@@ -65,6 +65,15 @@ std::vector<std::string> idle_warnings(const JobSpec& spec) {
         "film.layers: 'motion' is 0 everywhere: time_seconds is null, the rest "
         "pose.");
   }
+  for (const core::LightShare& share : render.film.shares) {
+    const int scatterings =
+        share.strategy ? share.strategy->light + share.strategy->camera - 2 : share.first_bounce;
+    if (scatterings > render.max_depth) {
+      warnings.push_back("film.layers: '" + share.layer + "' is black: paths have at most " +
+                         std::to_string(render.max_depth) +
+                         " scattering events (integrator.max_depth).");
+    }
+  }
   const int learnt = static_cast<int>(core::kFirstFit) * render.replicates;
   if (estimator.control_variate == core::ControlVariateType::kRegression &&
       spec.stop.samples_per_pixel && *spec.stop.samples_per_pixel <= learnt) {

@@ -46,6 +46,8 @@ const View<MeterView>& meter_view() {
       "Meter",
       "Current readings of a job's meter.",
       {{"bias", shape::bias(), [](const MeterView&) -> Json { return "none"; }},
+       {"confidence", shape::real("Confidence level of the intervals."),
+        [](const MeterView&) { return number_json(core::kMeterConfidence); }},
        {"points",
         shape::list(meter_reading_view().shape(),
                     "The points, followed by the cells of the plane."),
@@ -59,7 +61,8 @@ std::string meter_json(std::span<const core::MeterReading> readings) {
 
 std::string meter_csv(std::span<const core::MeterReading> readings) {
   std::string text =
-      "x,y,z,normal_x,normal_y,normal_z,irradiance_w_m2,illuminance_lux,low,high,samples\r\n";
+      "x,y,z,normal_x,normal_y,normal_z,irradiance_w_m2,illuminance_lux,low,high,samples,"
+      "irradiance_r,irradiance_g,irradiance_b\r\n";
   for (const core::MeterReading& r : readings) {
     for (const float value : {r.at.position.x, r.at.position.y, r.at.position.z, r.at.normal.x,
                               r.at.normal.y, r.at.normal.z}) {
@@ -68,7 +71,11 @@ std::string meter_csv(std::span<const core::MeterReading> readings) {
     for (const double value : {watts(r), r.illuminance, r.low, r.high}) {
       text += number_text(value) + ",";
     }
-    text += std::to_string(r.samples) + "\r\n";
+    text += std::to_string(r.samples);
+    for (const double value : r.irradiance) {
+      text += "," + number_text(value);
+    }
+    text += "\r\n";
   }
   return text;
 }

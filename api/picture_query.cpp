@@ -56,11 +56,7 @@ constexpr auto rect_row(std::string_view doc) {
 void read_layer(const std::string& value, ImageReading& out, const std::string& pointer,
                 Faults& faults) {
   if (core::find_layer(value) == nullptr && !core::light_share(value)) {
-    std::vector<std::string_view> names;
-    for (const core::LayerEntry& layer : core::layers()) {
-      names.push_back(layer.name);
-    }
-    faults.add(pointer, not_available(Json(value), names));
+    faults.add(pointer, unknown_layer(Json(value)));
   }
   out.query.layer = value;
 }
@@ -202,8 +198,8 @@ const auto& image_table() {
               "mix",
               "Weights of the job's light shares (layers bounce:N, light:NAME, st:S,T) in their "
               "order, separated by commas: their weighted sum replaces the image. For beauty and "
-              "error. Shares that are not part of the image, irradiance and st:S,T:unweighted, "
-              "need weight 0.",
+              "error. The layers irradiance and st:S,T:unweighted are not part of the image and "
+              "have no weight.",
               &read_mix, &mix_schema},
           number(
               "revision", [](auto& s) -> auto& { return s.query.revision; }, {0, kRevisionMax},

@@ -147,7 +147,7 @@ struct ImageQuery {
   std::optional<core::PixelRect> rect;    ///< pixels of the full film
   std::optional<int> max_size;            ///< longest side of the image
   DenoiseShow denoise = DenoiseShow::kOff;
-  std::vector<float> mix;  ///< weights of the light shares, in the job's order; empty: none
+  std::vector<float> mix;  ///< weights of the shares of the image, in the job's order; empty: none
   bool parts = false;      ///< EXR of all layers: one part per layer
   bool stream = false;     ///< sends every new revision, as multipart/x-mixed-replace
 };

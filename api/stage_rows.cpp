@@ -240,7 +240,7 @@ void check_catcher(const JobSpec& spec, Faults& faults) {
     faults.add("/spectral", std::string("true") + kWith);
   }
   if (!render.film.shares.empty()) {
-    faults.add("/film/layers", "'" + render.film.shares.front().layer + "'" + kWith);
+    faults.add(share_pointer(spec, 0), "'" + render.film.shares.front().layer + "'" + kWith);
   }
 }
 

@@ -8,6 +8,7 @@
 #include "core/base/build_id.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/scene_io/gltf_schema.h"
 #include "core/wave/wave_tracer.h"
 #include "server/http/http_server.h"
 #include "server/store/files.h"
@@ -87,6 +88,8 @@ api::ServerView about_server(const Config& config, const MemoryLimits& memory,
   for (const core::ToneMapEntry& entry : core::tone_maps()) {
     about.capabilities.tone_maps.emplace_back(entry.name);
   }
+  const auto extensions = core::supported_extensions();
+  about.capabilities.extensions.assign(extensions.begin(), extensions.end());
   about.limits = {
       {"queue_jobs", config.queue_max},
       {"running_jobs", config.running_max},

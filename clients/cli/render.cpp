@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <limits>
 #include <optional>
+#include <span>
 #include <thread>
+#include <vector>
 
 #include "api/job_view.h"
 #include "api/matte_manifest.h"
@@ -18,6 +20,7 @@
 #include "core/denoise/make_denoiser.h"
 #include "core/image_io/image_io.h"
 #include "core/layers/layers.h"
+#include "core/meter/meter_reading.h"
 #include "core/render/feature_pass.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
@@ -56,6 +59,7 @@ ProgressFacts facts_of(const core::Progress& progress, bool valid) {
     facts.error_low = progress.error.low;
     facts.error_high = progress.error.high;
   }
+  facts.is_noise_alone = !valid;
   facts.rays_per_second = progress.rays_per_second;
   facts.eta_seconds = progress.eta_seconds;
   return facts;
@@ -212,10 +216,26 @@ Json denoised_json(const Shown& shown, const core::RenderTask& task, double conf
           {"unreliable", error.unreliable}};
 }
 
+/// Returns the readings of the job's meter; none if it has no meter.
+std::vector<core::MeterReading> readings_of(const core::RenderTask& task,
+                                            const core::RenderSettings& settings) {
+  return core::meter_readings(core::meter_points(settings.meter), task.film().meter());
+}
+
+void print_readings(std::span<const core::MeterReading> readings) {
+  for (const core::MeterReading& r : readings) {
+    const core::Vec3 at = r.at.position;
+    std::fprintf(stderr, "meter at %.4g %.4g %.4g: %.4g lux (%.4g to %.4g)\n",
+                 static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(at.z),
+                 r.illuminance, r.low, r.high);
+  }
+}
+
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output,
                  const Shown& shown) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
+  const auto readings = readings_of(task, job.spec.render);
   return {
       {"output", output},
       {"stop_reason", std::string(api::to_text(task.stop_reason()))},
@@ -240,6 +260,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"efficiency_low", valid ? number_or_null(progress.efficiency_low()) : Json(nullptr)},
       {"efficiency_high", valid ? number_or_null(progress.efficiency_high()) : Json(nullptr)},
       {"rejected_samples", progress.rejected_samples},
+      {"meter", readings.empty() ? Json(nullptr) : Json::parse(api::meter_json(readings))},
       {"film_digest", task.film().digest()},
       {"warnings", job.warnings}};
 }
@@ -276,11 +297,10 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     std::printf("%s\n", result_json(task, job, flags.output, *shown).dump(2).c_str());
   }
   const ProgressFacts facts = facts_of(progress, valid);
-  std::fprintf(stderr, "%s: %.0f samples in %s, %s%s, %s\n", flags.output.c_str(),
+  std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(),
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
-               interval_text(facts).c_str(),
-               valid ? "" : " without an interval: the samples were chosen by the estimate",
-               rate_text(facts.rays_per_second).c_str());
+               interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());
+  print_readings(readings_of(task, settings));
   if (look.picture != nullptr) {
     const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
     ProgressFacts denoised;

@@ -79,6 +79,12 @@ std::string stop_text(const Json& spec) {
   return text;
 }
 
+/// Returns how far the search radius of sppm has shrunk; empty for other integrators.
+std::string radius_text(const Json& job) {
+  const double ratio = number_at(object_in(job, "statistics"), "radius_ratio", 0);
+  return ratio > 0 ? error_text(ratio) + " of the first sample's" : "";
+}
+
 void print_job(const Json& job) {
   const Json& spec = object_in(job, "spec");
   const ProgressFacts facts = facts_of(job);
@@ -90,6 +96,7 @@ void print_job(const Json& job) {
   line("integrator", text_at(object_in(spec, "integrator"), "type"));
   line("stop", stop_text(spec));
   line("state", is_final_state(facts.state) ? closing_text(job) : progress_text(facts));
+  line("radius", radius_text(job));
   line("digest", text_at(job, "film_digest"));
   if (const auto warnings = job.find("warnings"); warnings != job.end() && warnings->is_array()) {
     for (const Json& warning : *warnings) {

@@ -77,7 +77,7 @@ class PhotonTracer final : public Integrator {
         emission_(input.scene, input.environment),
         camera_paths_(input),
         paths_(photon_paths(settings_)),
-        is_progressive_(settings_.integrator == "sppm"),
+        is_progressive_(radius_shrinks(settings_)),
         first_radius_m_(settings_.photons.radius_m > 0
                             ? settings_.photons.radius_m
                             : usual_photon_radius_m(input.scene, *input.camera, settings_.film)) {}

@@ -7,7 +7,7 @@ namespace core {
 namespace {
 
 constexpr auto kReplicates = static_cast<std::size_t>(kMeterReplicates);
-/// Student's t for 15 degrees of freedom, two-sided 95%.
+/// Student's t for 15 degrees of freedom, two-sided kMeterConfidence.
 constexpr double kStudent95 = 2.131449546;
 static_assert(kMeterReplicates == 16);
 
@@ -40,6 +40,11 @@ std::vector<MeterPoint> meter_points(const MeterSettings& settings) {
 std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
                                          const std::vector<MeterChunk>& chunks) {
   std::vector<MeterReading> readings;
+  if (chunks.size() < meter_chunks(points.size()) ||
+      std::any_of(chunks.begin(), chunks.end(),
+                  [](const MeterChunk& chunk) { return chunk.samples == 0; })) {
+    return readings;
+  }
   readings.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const MeterChunk& chunk = chunks[i / kMeterChunk];

@@ -15,6 +15,9 @@ namespace core {
 /// row.
 std::vector<MeterPoint> meter_points(const MeterSettings& settings);
 
+/// Confidence level of the intervals.
+inline constexpr double kMeterConfidence = 0.95;
+
 /// The measurement of one point, in the scene's units.
 struct MeterReading {
   MeterPoint at;
@@ -27,7 +30,7 @@ struct MeterReading {
   bool unreliable = false;
   std::int64_t samples = 0;  ///< paths
 };
-/// Returns the readings. chunks: those of the points, each with at least one sample.
+/// Returns the readings; none before every point has a sample. chunks: those of the points.
 std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
                                          const std::vector<MeterChunk>& chunks);
 

@@ -13,26 +13,54 @@ Error refused(std::string message, std::string pointer) {
   return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
 }
 
+/// Refuses options that combine light of different paths.
+Status check_mixing(const RenderSettings& settings, const std::string& reason) {
+  if (settings.light_sampler == LightSamplerType::kRestir) {
+    return refused("'restir' " + reason, "/light_sampler/type");
+  }
+  if (settings.estimator.control_variate != ControlVariateType::kNone) {
+    return refused("a control variate " + reason, "/estimator/control_variate/type");
+  }
+  if (fit_type(settings) != FitType::kNone) {
+    return refused("'optimal' " + reason, "/estimator/mis/type");
+  }
+  return ok_status();
+}
+
 }  // namespace
 
-Status check_light(const View& view, const IntegratorEntry* integrator) {
-  const RenderSettings& settings = view.settings;
-  const SceneData& scene = view.scene->data();
-  const bool has_media = scene.has_scattering || settings.fog;
-  if (integrator == nullptr || (!has_media && settings.film.shares.empty() && !settings.spectral)) {
+Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
+                    const IntegratorEntry* integrator) {
+  if (integrator == nullptr) {
     return ok_status();
   }
-  if (has_media && !integrator->media) {
+  if (scene.has_dispersion && !integrator->disperses) {
+    return refused(
+        "the scene has dispersion, which " + settings.integrator + " does not support; use path",
+        "/integrator/type");
+  }
+  if (!scene.has_scattering && !settings.fog) {
+    return ok_status();
+  }
+  if (!integrator->media) {
     return refused("the scene has scattering media, which " + settings.integrator +
                        " does not support; use path or bdpt",
                    "/integrator/type");
+  }
+  return check_mixing(settings, "cannot be combined with scattering media");
+}
+
+Status check_light(const View& view, const IntegratorEntry* integrator) {
+  const RenderSettings& settings = view.settings;
+  if (integrator == nullptr || (settings.film.shares.empty() && !settings.spectral)) {
+    return ok_status();
   }
   for (const LightShare& share : settings.film.shares) {
     if (!keeps_share(*integrator, share)) {
       return refused(settings.integrator + " does not support layer '" + share.layer + "'",
                      "/film/layers");
     }
-    const auto& groups = scene.light_groups;
+    const auto& groups = view.scene->summary().light_groups;
     if (share.group && std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
       return refused("'" + *share.group + "' is not a light group of the scene", "/film/layers");
     }
@@ -49,21 +77,10 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
     return refused("'cosine' and 'uniform' cannot be combined with spectral true",
                    "/estimator/strategy");
   }
-  const std::string reason =
-      has_media ? "cannot be combined with scattering media"
-      : settings.spectral
-          ? "cannot be combined with spectral true"
-          : "cannot be combined with layers bounce:N, light:NAME, st:S,T and irradiance";
-  if (settings.light_sampler == LightSamplerType::kRestir) {
-    return refused("'restir' " + reason, "/light_sampler/type");
-  }
-  if (settings.estimator.control_variate != ControlVariateType::kNone) {
-    return refused("a control variate " + reason, "/estimator/control_variate/type");
-  }
-  if (fit_type(settings) != FitType::kNone) {
-    return refused("'optimal' " + reason, "/estimator/mis/type");
-  }
-  return ok_status();
+  return check_mixing(
+      settings, settings.spectral
+                    ? "cannot be combined with spectral true"
+                    : "cannot be combined with layers bounce:N, light:NAME, st:S,T and irradiance");
 }
 
 Status check_shutter(const RenderSettings& settings, const IntegratorEntry* integrator) {

@@ -7,8 +7,12 @@
 
 namespace core {
 
-/// Checks that the integrator supports the view's media and shares of the light with these options.
-/// integrator: its row; null if there is none. Errors: kInvalidArgument.
+/// Checks that the integrator supports the dispersion and the media of the scene, and the job's
+/// fog, with these options. integrator: its row; null if there is none. Errors: kInvalidArgument.
+Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
+                    const IntegratorEntry* integrator);
+/// Checks that the integrator supports the shares of the light and spectral paths with the options.
+/// Parameters and errors as above.
 Status check_light(const View& view, const IntegratorEntry* integrator);
 /// Checks that the integrator supports an open shutter. Parameters and errors as above.
 Status check_shutter(const RenderSettings& settings, const IntegratorEntry* integrator);

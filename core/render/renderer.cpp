@@ -395,14 +395,8 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
     return settled.error();
   }
   const IntegratorEntry* integrator = find_integrator(view.settings.integrator);
-  const std::vector<Material>& materials = view.scene->data().materials;
-  if (integrator != nullptr && !integrator->disperses &&
-      std::any_of(materials.begin(), materials.end(),
-                  [](const Material& m) { return m.factors.dispersion > 0; })) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "the scene has dispersion, which " + view.settings.integrator +
-                     " does not support; use path",
-                 "/integrator/type"};
+  if (const Status fits = check_matter(view.settings, view.scene->summary(), integrator); !fits) {
+    return fits.error();
   }
   if (const Status fits = check_light(view, integrator); !fits) {
     return fits.error();

@@ -83,7 +83,9 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   summary.extensions = std::move(description.extensions);
   summary.warnings = std::move(description.warnings);
   summary.has_emissive_strength = description.has_emissive_strength;
+  summary.has_scattering = scene->data_->has_scattering;
   for (const Material& m : scene->data_->materials) {
+    summary.has_dispersion = summary.has_dispersion || m.factors.dispersion > 0;
     scene->data_->has_alpha = scene->data_->has_alpha || m.has_alpha;
   }
   return std::shared_ptr<const Scene>(scene);

@@ -40,6 +40,8 @@ struct SceneSummary {
   std::vector<std::string> warnings;
   bool has_emissive_strength = false;
   bool has_environment = false;  ///< the file has an environment
+  bool has_scattering = false;   ///< of the interior of a solid
+  bool has_dispersion = false;
 };
 
 class Scene {

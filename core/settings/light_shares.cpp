@@ -11,15 +11,15 @@ constexpr std::array kLayerPatterns = {
                  "Irradiance on the first surface, W/m2 of nominal white (683 lm/W), independent "
                  "of its material."},
     LayerPattern{"bounce:N",
-                 "Light of paths with N scattering events: 0 is emitted, 1 direct light; "
-                 "`bounce:N-`: N or more."},
+                 "Light of paths with N scattering events: 0 is emitted, 1 direct light."},
+    LayerPattern{"bounce:N-", "Light of paths with N or more scattering events."},
     LayerPattern{"light:NAME",
                  "Light of a light group: extras.light_group of its nodes, or their names; "
                  "`environment` is the environment light."},
-    LayerPattern{
-        "st:S,T",
-        "bdpt: light of paths with S vertices from the light and T from the camera, endpoints "
-        "included, weighted by MIS; `st:S,T:unweighted`: without the MIS weight."},
+    LayerPattern{"st:S,T",
+                 "bdpt: light of paths with S vertices from the light and T from the camera, "
+                 "endpoints included, weighted by MIS."},
+    LayerPattern{"st:S,T:unweighted", "The same without the MIS weight."},
 };
 
 constexpr std::string_view kBounce = "bounce:";

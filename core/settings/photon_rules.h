@@ -34,6 +34,17 @@ inline double sppm_radius(float alpha, int pass) noexcept {
   return std::sqrt(square);
 }
 
+/// Returns whether the disks of later samples are smaller than those of the first.
+inline bool radius_shrinks(const RenderSettings& settings) noexcept {
+  return settings.integrator == "sppm";
+}
+
+/// Returns the radius of the last of `samples` samples of a pixel, all replicates together,
+/// relative to the first. Pre: samples > 0.
+inline double radius_ratio(const RenderSettings& settings, int samples) noexcept {
+  return sppm_radius(settings.photons.alpha, (samples - 1) / settings.replicates);
+}
+
 /// Returns the maximum memory of the photons of one sample: each particle at every surface that it
 /// may hit, twice while the map is built.
 inline std::uint64_t photon_bytes(const RenderSettings& settings) noexcept {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -180,9 +181,11 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
   const auto refused = [](std::string why) {
     return Error{ErrorCode::kInvalidArgument, std::move(why), "/mix"};
   };
-  if (query.mix.size() != film.shares().size()) {
+  const auto parts = std::count_if(film.shares().begin(), film.shares().end(),
+                                   [](const core::LightShare& share) { return share.is_part(); });
+  if (query.mix.size() != static_cast<std::size_t>(parts)) {
     return refused("has " + std::to_string(query.mix.size()) + " weights; the job records " +
-                   std::to_string(film.shares().size()) + " light shares");
+                   std::to_string(parts) + " light shares");
   }
   if (layer_of(query) != core::kBeauty && layer_of(query) != "error") {
     return refused("applies only to the layers beauty and error");
@@ -191,6 +194,16 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
     return refused("is not denoised");
   }
   return std::nullopt;
+}
+
+/// Returns a weight for each of the film's shares: 0 for those that are not part of the image.
+std::vector<float> all_weights(const core::Film& film, std::span<const float> mix) {
+  std::vector<float> weights;
+  for (const core::LightShare& share : film.shares()) {
+    weights.push_back(share.is_part() ? mix.front() : 0.0F);
+    mix = mix.subspan(share.is_part() ? 1 : 0);
+  }
+  return weights;
 }
 
 }  // namespace
@@ -231,7 +244,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       all_layers ? std::nullopt : std::optional(layer->value_or(std::string(core::kBeauty))),
       picture.view.spec.render.film,
       {picture.denoised, is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
-      picture.query.mix);
+      picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix));
   if (!layers) {
     return Error{layers.error().code, layers.error().message, "/layer"};
   }

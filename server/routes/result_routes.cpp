@@ -398,12 +398,11 @@ core::Result<std::vector<core::MeterReading>> meter_of(const RouteContext& conte
   if (!film) {
     return film.error();
   }
-  const std::vector<core::MeterChunk> chunks = (*film)->meter();
-  if (chunks.empty() || std::any_of(chunks.begin(), chunks.end(),
-                                    [](const auto& chunk) { return chunk.samples == 0; })) {
+  auto readings = core::meter_readings(core::meter_points(meter), (*film)->meter());
+  if (readings.empty()) {
     return Error{ErrorCode::kConflict, "the meter has no sample yet", ""};
   }
-  return core::meter_readings(core::meter_points(meter), chunks);
+  return readings;
 }
 
 Response meter(const RouteContext& context, Request& request, bool as_table) {

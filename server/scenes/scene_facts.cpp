@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/render/check_view.h"
+#include "core/settings/registry.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -37,6 +39,12 @@ std::string listed(const std::vector<std::string>& names) {
   return text.empty() ? "none" : text;
 }
 
+/// Materials of such a file may differ at the job's time.
+bool animates_materials(const core::SceneSummary& summary) {
+  const auto& names = summary.extensions;
+  return std::find(names.begin(), names.end(), "KHR_animation_pointer") != names.end();
+}
+
 }  // namespace
 
 std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_bytes) {
@@ -58,6 +66,12 @@ std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_b
   }
   if (summary.has_environment) {
     text += "environment 1\n";
+  }
+  if (summary.has_scattering && !animates_materials(summary)) {
+    text += "scattering 1\n";
+  }
+  if (summary.has_dispersion && !animates_materials(summary)) {
+    text += "dispersion 1\n";
   }
   text += "triangles " + std::to_string(summary.triangles) + "\n";
   text += "bytes " + std::to_string(summary.bytes) + "\n";
@@ -104,6 +118,10 @@ core::SceneSummary decode_facts(std::string_view text) {
       summary.has_emissive_strength = true;
     } else if (kind == "environment") {
       summary.has_environment = true;
+    } else if (kind == "scattering") {
+      summary.has_scattering = true;
+    } else if (kind == "dispersion") {
+      summary.has_dispersion = true;
     } else if (kind == "triangles") {
       summary.triangles = static_cast<std::size_t>(parse_decimal(value).value_or(0));
     } else if (kind == "bytes") {
@@ -153,13 +171,21 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                          "\" is not a variant of the scene; available: " + listed(facts.variants)});
   }
   const auto& groups = facts.light_groups;  // absent in facts stored by an older build
-  for (const core::LightShare& share : spec.render.film.shares) {
+  const auto& shares = spec.render.film.shares;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const core::LightShare& share = shares[i];
     if (share.group && !groups.empty() &&
         std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
-      faults.push_back({"/film/layers",
+      faults.push_back({api::share_pointer(spec, i),
                         '"' + *share.group +
                             "\" is not a light group of the scene; available: " + listed(groups)});
     }
+  }
+  const core::RenderSettings& render = spec.render;
+  if (const core::Status fits =
+          core::check_matter(render, facts, core::find_integrator(render.integrator));
+      !fits) {
+    faults.push_back({fits.error().where, fits.error().message});
   }
   return faults;
 }

@@ -1,6 +1,7 @@
 """Errors that the command line reports: wrong usage, failures, and their messages."""
 
 import json
+import math
 import os
 import tempfile
 
@@ -106,6 +107,29 @@ class CommandLine(ApiTest):
         self.assertIn("/ground/reflection", said)
         self.assertIn("1.5 is outside [0, 1]", said)
         self.assertEqual(self.outcome("submit", "glass", "--ground-reflection", "x")[0], 2)
+
+    def test_an_error_without_the_blur_is_called_noise(self):
+        remark = "(noise alone, without the blur)"
+        wanted = job_body(samples=6)
+        for integrator in ("sppm", "path"):
+            wanted["integrator"] = {"type": integrator}
+            self.write_job(json.dumps(wanted))
+            code, said = self.outcome("render", "--job", self.job_file)
+            self.assertEqual(code, 0, said)
+            self.assertEqual(remark in said, integrator == "sppm", said)
+            job = self.server.render(wanted)
+            code, shown, said = tessera("show", job["id"], *self.server_flags)
+            self.assertEqual(code, 0, said)
+            self.assertEqual(remark in shown, integrator == "sppm", shown)
+            ratio = job["statistics"]["radius_ratio"]
+            self.assertEqual(ratio is not None, integrator == "sppm")
+            if ratio is not None:
+                # Knaus and Zwicker 2011, eq. 15: three samples of each of two replicates.
+                alpha = job["spec"]["integrator"]["alpha"]
+                self.assertEqual(job["spec"]["sampler"]["replicates"], 2)
+                expected = math.sqrt((1 + alpha) / 2 * (2 + alpha) / 3)
+                self.assertAlmostEqual(ratio, expected, places=6)
+                self.assertIn(f"radius     {100 * expected:.1f}% of the first sample's\n", shown)
 
     def test_controls_jobs(self):
         def run(verb, *flags):

@@ -2,7 +2,11 @@
 
 import csv
 import io
+import json
 import math
+import os
+import re
+import tempfile
 import unittest
 
 from harness import ApiTest, Server, job_body, tessera
@@ -50,10 +54,37 @@ class Meter(ApiTest):
             for name in ("irradiance_w_m2", "illuminance_lux", "low", "high", "samples"):
                 self.assertEqual(float(row[name]), reading[name])
             self.assertEqual([float(row[c]) for c in "xyz"], reading["position"])
+            self.assertEqual([float(row[f"irradiance_{c}"]) for c in "rgb"],
+                             reading["irradiance_rgb"])
         status, printed, complaint = tessera(
             "meter", job["id"], "--server", f"http://127.0.0.1:{self.server.port}")
         self.assertEqual(status, 0, complaint)
         self.assertEqual(printed.split(), answer.body.decode().split())
+
+    def test_job_links_to_readings_with_their_confidence(self):
+        job = self.server.render(body(BOX))
+        meter = self.server.get(job["links"]["meter"]).json()
+        self.assertEqual(meter["confidence"], 0.95)
+        self.assertNotIn("meter", self.server.render(body(None))["links"])
+
+    def test_local_render_prints_the_readings_of_the_server(self):
+        expected = self.server.get(self.server.render(body(BOX))["links"]["meter"]).json()
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "job.json")
+            with open(file, "w", encoding="utf-8") as job:
+                json.dump(body(BOX), job)
+            verb = ["render", "--job", file, "-o", os.path.join(folder, "p.png")]
+            status, printed, said = tessera(*verb, "--json")
+            self.assertEqual(status, 0, said)
+            self.assertEqual(json.loads(printed)["meter"], expected)
+            status, printed, said = tessera(*verb)
+            self.assertEqual((status, printed), (0, ""), said)
+            lines = [line for line in said.splitlines() if line.startswith("meter at ")]
+            self.assertEqual(len(lines), len(expected["points"]))
+            for line, reading in zip(lines, expected["points"]):
+                values = [float(v) for v in re.findall(r"[-+0-9.e]+(?= lux|\)| to )", line)]
+                for value, member in zip(values, ("illuminance_lux", "low", "high"), strict=True):
+                    self.assert_close(value, reading[member], 1e-3 * reading["high"])
 
     def test_image_is_unchanged_and_readings_do_not_depend_on_the_integrator(self):
         plain = self.server.render(body(None))
@@ -110,7 +141,7 @@ class Meter(ApiTest):
         self.assertEqual(image.status, 200, image)
         self.assertIn(",", image.headers["X-Tessera-Range"])
         wanted["integrator"] = {"type": "sppm"}
-        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/film/layers")
+        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/film/layers/0")
 
 
 class Restart(unittest.TestCase):

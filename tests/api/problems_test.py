@@ -122,8 +122,8 @@ class RequestProblems(ApiTest):
             ({"medium": {}, "integrator": {"type": "sppm"}}, "/medium"),
             ({"film": {"layers": ["bounce:01"]}}, "/film/layers/0"),
             ({"film": {"layers": ["depth", "bounce:1"]}, "integrator": {"type": "mlt"}},
-             "/film/layers"),
-            ({"film": {"layers": ["light:no such lamp"]}}, "/film/layers"),
+             "/film/layers/1"),
+            ({"film": {"layers": ["bounce:1", "depth", "light:no such lamp"]}}, "/film/layers/2"),
             (
                 {"film": {"layers": ["bounce:1"]}, "light_sampler": {"type": "restir"}},
                 "/light_sampler/type",

@@ -178,6 +178,25 @@ class Scenes(ApiTest):
         self.assertIn("KHR_materials_ior says 1.45", warnings[0])
         self.assert_problem(post([0.9, 0, 0]), 422, "/materials/0/extras/ior_cauchy")
 
+    def test_integrators_that_lack_the_scenes_matter_are_refused_at_once(self):
+        volume = {"KHR_materials_transmission": {"transmissionFactor": 1},
+                  "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0.1,
+                                           "attenuationColor": [0.5, 0.5, 0.5]}}
+        milk = {**volume, "KHR_materials_volume_scatter": {"multiscatterColor": [0.9, 0.9, 0.9]}}
+        prism = {**volume, "KHR_materials_dispersion": {"dispersion": 1}}
+        for extensions, refused in ((milk, ("sppm",)), (prism, ("bdpt", "sppm")), (volume, ())):
+            glb = triangle_glb(materials=[{"extensions": extensions}],
+                               extensionsUsed=list(extensions))
+            scene = self.server.post("/v1/scenes", glb, GLB).json()
+            for integrator in ("path", "bdpt", "sppm"):
+                for query in ("", "?dry_run=1"):
+                    wanted = job_body(scene["id"], integrator={"type": integrator})
+                    answer = self.server.post("/v1/jobs" + query, wanted)
+                    if integrator in refused:
+                        self.assert_problem(answer, 422, "/integrator/type")
+                    else:
+                        self.assertEqual(answer.status, 200 if query else 201, answer)
+
     def test_wrong_documents_are_422_with_a_reason(self):
         def broken(**members):
             return triangle_glb(**members)

@@ -46,6 +46,8 @@ class Service(ApiTest):
         self.assertEqual(set(about["build"]), {"id", "commit", "compiler", "isa", "embree",
                                                "waves"})
         self.assertIn("path", [i["type"] for i in about["integrators"]])
+        self.assertLessEqual({"KHR_materials_volume", "EXT_mesh_gpu_instancing"},
+                             set(about["extensions"]))
         self.assertEqual(set(about["image_formats"]), {"png", "jpg", "webp", "exr", "hdr", "tif"})
         self.assertEqual(set(about["filters"]),
                          {"box", "tent", "gaussian", "mitchell", "blackman-harris"})

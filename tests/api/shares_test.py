@@ -20,7 +20,8 @@ class Shares(ApiTest):
 
     def test_server_lists_the_patterns_and_scenes_their_groups(self):
         self.assertEqual(self.server.get("/v1/server").json()["layer_patterns"],
-                         ["irradiance", "bounce:N", "light:NAME", "st:S,T"])
+                         ["irradiance", "bounce:N", "bounce:N-", "light:NAME", "st:S,T",
+                          "st:S,T:unweighted"])
         groups = self.server.get("/v1/scenes/cornell-box").json()["light_groups"]
         self.assertEqual(groups[0], "environment")
         self.assertGreater(len(groups), 1)
@@ -57,7 +58,8 @@ class Shares(ApiTest):
         other = self.server.get(f"/v1/jobs/{job['id']}/image.png?layer=bounce:7")
         self.assert_problem(other, 422, "/layer")
         none = self.server.get(f"/v1/jobs/{job['id']}/image.png?layer=bounce:x")
-        self.assert_problem(none, 422, "/layer")
+        problem = self.assert_problem(none, 422, "/layer")
+        self.assertIn("bounce:N, bounce:N-, light:NAME", problem["errors"][0]["detail"])
 
     def test_mix_scales_shares(self):
         job = self.server.render(body(BOUNCES))
@@ -73,6 +75,29 @@ class Shares(ApiTest):
         for query in ("mix=1,1", "mix=1,1,1,x", "mix=1,1,1,1&layer=albedo",
                       "mix=1,1,1,1&denoise=mixed"):
             self.assert_problem(self.server.get(path + query), 422, "/mix")
+
+    def test_mix_weighs_only_parts_of_the_image(self):
+        layers = ["bounce:0", "irradiance", "bounce:1-", "st:1,2:unweighted"]
+        job = self.server.render(body(layers, integrator={"type": "bdpt"}))
+        path = f"/v1/jobs/{job['id']}/image.png?"
+        def rows(query):
+            answer = self.server.get(path + query)
+            self.assertEqual(answer.status, 200, answer)
+            return png_pixels(answer.body)
+        self.assertEqual(rows("mix=1,1"), rows(""))
+        self.assertEqual(rows("mix=0,1"), rows("layer=bounce:1-"))
+        self.assertNotEqual(rows("mix=0,1"), rows("layer=irradiance"))
+        problem = self.assert_problem(self.server.get(path + "mix=1,0,1,0"), 422, "/mix")
+        self.assertIn("the job records 2 light shares", problem["errors"][0]["detail"])
+
+    def test_black_shares_are_warned_of(self):
+        layers = ["bounce:4", "bounce:5", "st:4,2", "st:4,3"]
+        job = self.server.render(body(layers, integrator={"type": "bdpt", "max_depth": 4}))
+        said = [w for w in job["warnings"] if w.startswith("film.layers:")]
+        self.assertEqual([w.split("'")[1] for w in said], ["bounce:5", "st:4,3"])
+        pixel = self.pixel(job)
+        for layer in ("bounce:5", "st:4,3"):
+            self.assertEqual(pixel[layer]["mean"], [0, 0, 0])
 
     def test_parts_merge_to_the_shares_of_the_whole(self):
         replicates = {"type": "sobol", "replicates": 4}

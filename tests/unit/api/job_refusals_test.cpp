@@ -187,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(
             R"("film":{"layers":["bounce:1"]},"estimator":{"mis":{"type":"optimal"}})",
             "/estimator/mis/type",
             "'optimal' cannot be combined with layers bounce:N, light:NAME, st:S,T and irradiance"},
-        Case{R"("film":{"layers":["bounce:1"]},"integrator":{"type":"mlt"})", "/film/layers",
+        Case{R"("film":{"layers":["bounce:1"]},"integrator":{"type":"mlt"})", "/film/layers/0",
              "'bounce:1' is not supported by integrator 'mlt', but by 'path', 'bdpt', 'auto'"},
         Case{R"("class":"urgent")", "/class",
              "Unknown value 'urgent'; expected one of: normal, preview"},
@@ -199,12 +199,12 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("film":{"filter":{"type":"sinc"}})", "/film/filter/type",
              "Unknown value 'sinc'; expected one of: box, tent, gaussian, mitchell, "
              "blackman-harris"},
-        Case{
-            R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
-            "Unknown value 'heat'; expected one of: beauty, albedo, normal, depth, "
-            "object, instance, material, primitive, position, uv, motion, cryptomatte:object, "
-            "cryptomatte:material, alpha, "
-            "samples, variance, error, denoised, denoised_error, denoise_bias, denoise_bias_error"},
+        Case{R"("film":{"layers":["albedo","heat"]})", "/film/layers/1",
+             "Unknown value 'heat'; expected one of: beauty, albedo, normal, depth, object, "
+             "instance, material, primitive, position, uv, motion, cryptomatte:object, "
+             "cryptomatte:material, alpha, samples, variance, error, denoised, denoised_error, "
+             "denoise_bias, denoise_bias_error, irradiance, bounce:N, bounce:N-, light:NAME, "
+             "st:S,T, st:S,T:unweighted"},
         Case{R"("film":{"layers":["albedo","albedo"]})", "/film/layers/1",
              "'albedo' appears more than once"},
         Case{R"("film":{"layers":"albedo"})", "/film/layers",
@@ -378,7 +378,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{R"("ground":{"type":"catcher"},"medium":{"scattering":[1,1,1]})",
                          "/medium", "a medium cannot be combined with ground 'catcher'"},
                     Case{R"("ground":{"type":"catcher"},"film":{"layers":["bounce:1"]})",
-                         "/film/layers", "'bounce:1' cannot be combined with ground 'catcher'"},
+                         "/film/layers/0", "'bounce:1' cannot be combined with ground 'catcher'"},
                     Case{R"("ground":{"type":"catcher"},"spectral":true)", "/spectral",
                          "true cannot be combined with ground 'catcher'"}));
 

@@ -176,6 +176,8 @@ TEST(JobSpec, ParsesEveryMember) {
   ASSERT_EQ(spec.render.film.shares.size(), 2U);
   EXPECT_EQ(spec.render.film.shares[0].group, "lamp");
   EXPECT_EQ(spec.render.film.shares[1].first_bounce, 2);
+  EXPECT_EQ(api::share_pointer(spec, 0), "/film/layers/0");
+  EXPECT_EQ(api::share_pointer(spec, 1), "/film/layers/2");
   ASSERT_TRUE(spec.render.fog);
   EXPECT_EQ(spec.render.fog->scattering, (core::Rgb{1, 2, 3}));
   EXPECT_EQ(spec.render.fog->absorption.b, 0.5F);

@@ -39,7 +39,7 @@ TEST(JobView, HasTheDocumentedMembers) {
   EXPECT_EQ(keys(job["statistics"]),
             (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "efficiency_low",
                                       "efficiency_high", "rejected_samples", "peak_bytes",
-                                      "split_count"}));
+                                      "split_count", "radius_ratio"}));
   EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00Z");
   EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
   EXPECT_EQ(job["state"], "rendering");
@@ -90,6 +90,31 @@ TEST(JobView, InvalidErrorHasNoInterval) {
     EXPECT_EQ(error["high"].is_null(), !valid);
     EXPECT_FALSE(error["relative_rmse"].is_null());
   }
+}
+
+TEST(JobView, ShowsTheShrunkRadiusOfSppmAlone) {
+  api::JobView job = api::example_job();
+  const auto ratio = [&job] { return parsed(api::job_json(job))["statistics"]["radius_ratio"]; };
+  job.spec.render.replicates = 2;
+  job.spec.render.photons.alpha = 0.5F;
+  job.progress.samples_max = 5;
+  for (const char* other : {"path", "photon-map"}) {
+    job.spec.render.integrator = other;
+    EXPECT_TRUE(ratio().is_null()) << other;
+  }
+  job.spec.render.integrator = "sppm";
+  // Knaus and Zwicker 2011, eq. 15, at the third sample of a replicate.
+  EXPECT_DOUBLE_EQ(ratio().get<double>(), std::sqrt(1.5 / 2 * 2.5 / 3));
+  job.progress.samples_max = 0;
+  EXPECT_TRUE(ratio().is_null());
+}
+
+TEST(JobView, LinksTheMeterOfAJobThatHasOne) {
+  api::JobView job = api::example_job();
+  EXPECT_FALSE(parsed(api::job_json(job))["links"].contains("meter"));
+  job.spec.render.meter.points.push_back({{0, 0, 0}, {0, 1, 0}});
+  EXPECT_EQ(parsed(api::job_json(job))["links"]["meter"],
+            "/v1/jobs/3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10/meter");
 }
 
 TEST(JobView, FractionIsOneOnlyAtTheEnd) {

@@ -188,7 +188,8 @@ TEST(ImageQuery, Answers422ToWrongValues) {
            "Unknown value 'heat'; expected one of: beauty, albedo, "
            "normal, depth, object, instance, material, primitive, position, uv, motion, "
            "cryptomatte:object, cryptomatte:material, alpha, samples, variance, error, denoised, "
-           "denoised_error, denoise_bias, denoise_bias_error"}}));
+           "denoised_error, denoise_bias, denoise_bias_error, irradiance, bounce:N, bounce:N-, "
+           "light:NAME, st:S,T, st:S,T:unweighted"}}));
   EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));
   EXPECT_EQ(errors({{"exposure", "inf"}}),
             (Errors{{"/exposure", "expected a number, got a string"}}));

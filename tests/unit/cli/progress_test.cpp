@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "clients/cli/job_json.h"
+
 namespace {
 
 cli::ProgressFacts half_done() {
@@ -52,6 +54,23 @@ TEST(ProgressText, OfAnUnboundedIntervalIsShort) {
   facts.error_low = 0;
   facts.error_high = 1e27;
   EXPECT_EQ(cli::interval_text(facts), "error 514% (0.000 to over 10000)");
+}
+
+TEST(ProgressText, NamesAnErrorThatIsNoiseAlone) {
+  cli::ProgressFacts facts;
+  facts.is_noise_alone = true;
+  EXPECT_EQ(cli::interval_text(facts), "error unknown");
+  facts.relative_error = 0.159;
+  EXPECT_EQ(cli::interval_text(facts), "error 15.9% (noise alone, without the blur)");
+}
+
+TEST(ProgressText, ReadsFromAJobWhetherItsErrorIsNoiseAlone) {
+  for (const char* error :
+       {R"({"valid": false})", R"({"valid": true})", R"({"valid": null})", "{}"}) {
+    const cli::Json job = {{"error", cli::Json::parse(error)}};
+    EXPECT_EQ(cli::facts_of(job).is_noise_alone, job["error"] == cli::Json{{"valid", false}})
+        << error;
+  }
 }
 
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {

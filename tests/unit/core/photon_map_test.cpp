@@ -111,6 +111,20 @@ TEST(PhotonRules, RadiiDecreaseAsPublished) {
   EXPECT_NEAR(ratio * ratio, 1 / std::sqrt(8), 1e-3);
 }
 
+TEST(PhotonRules, RadiusInForceCountsTheSamplesOfAReplicate) {
+  core::RenderSettings settings;
+  settings.photons.alpha = 0.5F;
+  settings.replicates = 2;
+  EXPECT_EQ(core::radius_ratio(settings, 1), 1);
+  EXPECT_EQ(core::radius_ratio(settings, 2), 1);
+  // Samples 4 and 5 are the third ones of their replicates.
+  for (const int samples : {5, 6}) {
+    EXPECT_DOUBLE_EQ(core::radius_ratio(settings, samples), std::sqrt(1.5 / 2 * 2.5 / 3));
+  }
+  settings.replicates = 3;
+  EXPECT_DOUBLE_EQ(core::radius_ratio(settings, 6), std::sqrt(1.5 / 2));
+}
+
 TEST(PhotonRules, NumberOfParticlesIsThatOfPixelsWithinLimits) {
   core::RenderSettings settings;
   settings.film.width = 8;

@@ -4,6 +4,7 @@
 
 #include "core/base/sha256.h"
 #include "core/scene_io/builtin_scenes.h"
+#include "core/settings/registry.h"
 #include "server/scenes/scene_facts.h"
 #include "server/store/database.h"
 #include "tests/unit/server/server_test_support.h"
@@ -172,6 +173,7 @@ TEST(SceneFacts, RoundTrip) {
   core::SceneSummary summary = two_cameras();
   summary.lights.emplace_back();
   summary.has_emissive_strength = true;
+  summary.has_scattering = true;
   const core::SceneSummary back = server::decode_facts(server::encode_facts(summary));
   ASSERT_EQ(back.cameras.size(), 2U);
   EXPECT_EQ(back.cameras[0].name, "main view %");
@@ -179,14 +181,16 @@ TEST(SceneFacts, RoundTrip) {
   EXPECT_EQ(back.variants, summary.variants);
   EXPECT_EQ(back.lights.size(), 1U);
   EXPECT_TRUE(back.has_emissive_strength);
+  EXPECT_TRUE(back.has_scattering);
+  EXPECT_FALSE(back.has_dispersion);
   EXPECT_EQ(back.triangles, 12U);
   EXPECT_EQ(back.bytes, 3456U);
 }
 
-std::string fault_of(const char* members) {
+std::string fault_of(const char* members, const core::SceneSummary& facts = two_cameras()) {
   const auto parsed = api::parse_job(std::string("{\"scene\": \"s\", ") + members + "}");
   EXPECT_TRUE(parsed) << members;
-  const auto faults = server::faults_against_scene(parsed->spec, two_cameras());
+  const auto faults = server::faults_against_scene(parsed->spec, facts);
   return faults.empty() ? "" : faults[0].pointer;
 }
 
@@ -198,6 +202,30 @@ TEST(SceneFacts, NameMissingPartsOfTheScene) {
   EXPECT_EQ(fault_of(R"("camera": {"name": "main view %", "vertical_fov_degrees": 40})"), "");
   EXPECT_EQ(fault_of(R"("variant": "green")"), "/variant");
   EXPECT_EQ(fault_of(R"("variant": "red")"), "");
+}
+
+TEST(SceneFacts, RefuseAnIntegratorThatDoesNotSupportTheMatter) {
+  core::SceneSummary milk;
+  milk.has_scattering = true;
+  core::SceneSummary prism;
+  prism.has_dispersion = true;
+  const auto stored = [](const core::SceneSummary& summary) {
+    return server::decode_facts(server::encode_facts(summary));
+  };
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    const std::string member = R"("integrator": {"type": ")" + std::string(row.name) + R"("})";
+    const auto fault = [&](const core::SceneSummary& summary) {
+      return fault_of(member.c_str(), stored(summary));
+    };
+    EXPECT_EQ(fault(milk), row.media ? "" : "/integrator/type") << row.name;
+    EXPECT_EQ(fault(prism), row.disperses ? "" : "/integrator/type") << row.name;
+    EXPECT_EQ(fault({}), "") << row.name;
+  }
+  EXPECT_EQ(fault_of(R"("estimator": {"mis": {"type": "optimal"}})", stored(milk)),
+            "/estimator/mis/type");
+  // Another time may have other materials.
+  milk.extensions = {"KHR_animation_pointer"};
+  EXPECT_EQ(fault_of(R"("integrator": {"type": "sppm"})", stored(milk)), "");
 }
 
 }  // namespace

@@ -87,7 +87,8 @@ class JobData:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """rays, rays_per_second, efficiency, rejected_samples, peak_bytes, split_count."""
+        """rays, rays_per_second, efficiency, rejected_samples, peak_bytes, split_count,
+        radius_ratio."""
         return dict(self.data.get("statistics") or {})
 
     @property

@@ -703,6 +703,7 @@ class Statistics(TypedDict):
     rejected_samples: int
     peak_bytes: int | None
     split_count: int | None
+    radius_ratio: float | None
 
 
 class Denoised(TypedDict):
@@ -1014,6 +1015,7 @@ class Meter(TypedDict):
     """Current readings of a job's meter."""
 
     bias: Literal["none", "consistent", "biased"]
+    confidence: float
     points: list[MeterReading]
 
 

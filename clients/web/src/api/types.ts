@@ -962,7 +962,7 @@ export interface ErrorEstimate {
   confidence: number;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** False: the two halves are dependent, so there is no interval. */
+  /** False: the error is noise alone, without the image's blur, so there is no interval. */
   valid: boolean;
   /** A few small regions dominate the error, so the interval is only a guess. */
   unreliable: boolean;
@@ -987,6 +987,11 @@ export interface Statistics {
    * type.
    */
   split_count: number | null;
+  /**
+   * sppm: radius of the newest sample's disks relative to the first sample's; null: no sample yet,
+   * or another integrator.
+   */
+  radius_ratio: number | null;
 }
 
 /** The newest denoised image, with the error of `mixed`. */
@@ -1354,6 +1359,8 @@ export interface MeterReading {
 export interface Meter {
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
+  /** Confidence level of the intervals. */
+  confidence: number;
   /** The points, followed by the cells of the plane. */
   points: MeterReading[];
 }

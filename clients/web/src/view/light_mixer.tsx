@@ -3,7 +3,7 @@ import { api } from '../api/client';
 import type { Job } from '../api/types';
 import { Store, useStore } from '../ui/store';
 import { familiesOf, firstFamily } from './mix_families';
-import { isShare, shareModes } from './view_modes';
+import { isPart, shareModes } from './view_modes';
 
 const most = 4;
 
@@ -44,7 +44,7 @@ function useWeights(job: Job): { weightOf: (layer: string) => number; isKnown: b
 /** In the format of `mix` in the image's address; null: not known yet. */
 export function useMix(job: Job): string | null {
   const { weightOf, isKnown } = useWeights(job);
-  return isKnown ? (job.spec.film.layers ?? []).filter(isShare).map(weightOf).join(',') : null;
+  return isKnown ? (job.spec.film.layers ?? []).filter(isPart).map(weightOf).join(',') : null;
 }
 
 /** A slider for each light share: shows the lights dimmed or brightened. */

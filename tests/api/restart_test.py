@@ -17,13 +17,36 @@ from harness import (
     triangle_glb,
 )
 
+FOG = {"type": "homogeneous", "scattering": [0.4, 0.4, 0.4]}
+
+
+def kind(integrator, samples, layers=(), **members):
+    wanted = job_body(samples=samples, integrator=integrator, **members)
+    wanted["film"] = {"width": 40, "height": 24, "layers": list(layers)}
+    return wanted
+
+
+# Each integrator, and whatever else is stored with splats; about 0.3 s of one thread each.
+KINDS = [
+    kind({"type": "bdpt"}, 32),
+    kind({"type": "bdpt"}, 32, medium=FOG),
+    kind({"type": "bdpt"}, 32, ["st:2,3", "st:3,1"]),
+    kind({"type": "mlt"}, 16),
+    kind({"type": "light-trace"}, 96),
+    kind({"type": "sppm", "photons": 2048}, 64),
+    kind({"type": "photon-map", "photons": 2048}, 48),
+    kind({"type": "irradiance-cache", "rays": 32, "records": 256}, 128),
+    kind({"type": "path"}, 192, spectral=True),
+]
+
+
 def body(samples, **members):
     wanted = job_body(samples=samples, **members)
     wanted["film"] = {"width": 96, "height": 64, "layers": ["albedo", "normal", "depth"]}
     return wanted
 
 
-class Restart(unittest.TestCase):
+class RestartTest(unittest.TestCase):
     FLAGS = ("--checkpoint", "0.3", "--log-level", "debug")
 
     def setUp(self):
@@ -31,15 +54,42 @@ class Restart(unittest.TestCase):
         self.addCleanup(self.server.close)
         self.server.start()
 
-    def wait_for_checkpoint(self, job):
-        deadline = time.monotonic() + PATIENCE_S
-        while time.monotonic() < deadline:
-            with open(self.server.log, encoding="utf-8") as log:
-                if any('"checkpoint"' in line and job in line for line in log):
-                    return
-            time.sleep(0.02)
-        self.fail("no checkpoint was written")
+    def checkpoints(self, job):
+        with open(self.server.log, encoding="utf-8") as log:
+            return sum('"checkpoint"' in line and job in line for line in log)
 
+    def wait_for_checkpoint(self, job, count=1):
+        self.server.wait_until(job, lambda now: self.checkpoints(job) >= count
+                               or now["state"] == "finished", "a checkpoint")
+
+
+class EveryIntegrator(RestartTest):
+    FLAGS = ("--checkpoint", "0.05", "--log-level", "debug")
+
+    def test_films_are_unchanged_after_repeated_kills(self):
+        calm = [self.server.submit(wanted)["id"] for wanted in KINDS]
+        calm = [self.server.wait(job)["film_digest"] for job in calm]
+        jobs = [self.server.submit(wanted)["id"] for wanted in KINDS]
+        for threads in (1, 3):
+            for job in jobs:
+                self.server.wait_for_samples(job)  # A prepass may come before them.
+            # The checkpoint after the next holds samples: it began after them.
+            counts = [self.checkpoints(job) + 2 for job in jobs]
+            for job, count in zip(jobs, counts):
+                self.wait_for_checkpoint(job, count)
+            self.server.kill()
+            self.server.start(threads)
+            for job in jobs:
+                after = self.server.job(job)
+                if threads == 1:
+                    self.assertNotEqual(after["state"], "finished", after["spec"])
+                self.assertGreater(after["progress"]["samples_per_pixel"]["max"], 0, after["spec"])
+        for job, digest in zip(jobs, calm):
+            done = self.server.wait(job)
+            self.assertEqual(done["film_digest"], digest, done["spec"])
+
+
+class Restart(RestartTest):
     def test_film_is_unchanged_after_repeated_kills(self):
         calm = self.server.render(body(384))
         job = self.server.submit(body(384, name="killed", labels={"k": "v"}))["id"]

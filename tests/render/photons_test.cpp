@@ -2,6 +2,7 @@
 // independent of scheduling.
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <numbers>
 
@@ -10,6 +11,7 @@
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
+#include "tests/support/statistics.h"
 
 namespace {
 
@@ -122,6 +124,183 @@ TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
   // The planted faults: constant radii, and radii that shrink faster.
   EXPECT_GT(worst_column(picture, [&](double x) { return mean_share(x, 1); }), 0.04);
   EXPECT_GT(worst_column(picture, [&](double x) { return mean_share(x, 0.2F); }), 0.04);
+}
+
+// The published rate: after N passes bias ~ N^(alpha - 1) and variance ~ N^-alpha. Source: Knaus
+// and Zwicker 2011. Replicates serve as seeds.
+constexpr int kSeeds = 16;
+constexpr std::array<double, 4> kPasses = {4, 16, 64, 256};
+constexpr double kColumnWidth = double{kViewWidth} / kColumns;
+// Four means and a slope of the bias, a slope of the variance: false alarm 0.1% for all.
+const double kLevel = test_support::sidak(1e-3, 6);
+
+struct Measured {
+  double value = 0;
+  double error = 0;  ///< standard error
+};
+using Rate = std::array<Measured, kPasses.size()>;
+using Curve = std::array<double, kPasses.size()>;
+
+/// Means of (r_i / r_0)^(2 power) over N passes.
+Curve mean_areas(double alpha, int power, const Curve& passes = kPasses) {
+  Curve means{};
+  double area = 1;
+  double sum = 0;
+  int i = 0;
+  for (std::size_t n = 0; n < passes.size(); ++n) {
+    for (; i < passes[n]; ++i) {
+      sum += std::pow(area, power);
+      area *= (i + 1 + alpha) / (i + 2);
+    }
+    means[n] = sum / passes[n];
+  }
+  return means;
+}
+
+/// Disks cover H * k of the light, where H is a step and k the density of x over a disk, of
+/// variance r^2 / 4. The first moment of H * k - H is, by parts, that of -x^2 / 2 (k - delta): -r^2
+/// / 8.
+Curve negative_moments(double alpha) {
+  Curve out = mean_areas(alpha, 1);
+  for (double& value : out) {
+    value *= double{kRadius} * double{kRadius} / 8;
+  }
+  return out;
+}
+
+/// Counts of particles are Poisson: the variance of a pass is inverse to the area. Up to a factor.
+Curve variances(double alpha, const Curve& passes = kPasses) {
+  Curve out = mean_areas(alpha, -1, passes);
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    out[n] /= passes[n];
+  }
+  return out;
+}
+
+double log_slope(const Curve& values, const Curve& passes = kPasses) {
+  Curve x{};
+  Curve y{};
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    x[n] = std::log(passes[n]);
+    y[n] = std::log(values[n]);
+  }
+  return test_support::slope(x, y);
+}
+
+/// p-value of the fitted slope if the true values are `truth` times any factor.
+double p_of_slope(const Rate& rate, const Curve& truth) {
+  Curve ratios{};
+  for (std::size_t n = 0; n < rate.size(); ++n) {
+    ratios[n] = rate[n].value / truth[n];
+  }
+  const double off = log_slope(ratios);
+  double error = 0;
+  for (std::size_t n = 0; n < rate.size(); ++n) {
+    Curve one = {1, 1, 1, 1};
+    one[n] = std::exp(rate[n].error / rate[n].value);
+    error = std::hypot(error, log_slope(one));
+  }
+  std::printf("    slope %.4f +- %.4f for %.4f\n", off + log_slope(truth), error, log_slope(truth));
+  return test_support::two_sided_p(off / error);
+}
+
+/// Floor light of each seed after N passes; unoccluded: 1.
+class SeededColumns {
+ public:
+  SeededColumns(core::View view, int passes) {
+    view.settings.replicates = kSeeds;
+    picture_ = test_support::render(view, kSeeds * passes);
+  }
+  double light(int seed, int column, int row) const {
+    const auto pixel = static_cast<std::size_t>(row * kColumns + column);
+    const float mean =
+        picture_.snapshot.pixels[pixel * kSeeds + static_cast<std::size_t>(seed)].mean_g;
+    return static_cast<double>(mean) * std::numbers::pi / double{kAlbedo};
+  }
+
+ private:
+  Picture picture_;
+};
+
+// Blur ends within a radius of the edge, which is between columns. A column's light counts at its
+// centre: that is the moment of x^2 / 2 interpolated linearly between edges of columns, on average
+// width^2 / 12 more.
+TEST(PhotonMapping, ProgressiveBiasFallsAtThePublishedRate) {
+  core::View view = floor_view(half_mirrored(), "sppm", 2);
+  view.settings.photons.paths = core::kPhotonPathsLeast;
+  constexpr auto kReach = static_cast<int>(double{kRadius} / kColumnWidth + 0.5);
+  Rate bias;
+  for (std::size_t n = 0; n < bias.size(); ++n) {
+    const SeededColumns columns(view, static_cast<int>(kPasses[n]));
+    test_support::Moments seeds;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+      double moment = 0;
+      for (int column = kColumns / 2 - kReach; column < kColumns / 2 + kReach; ++column) {
+        const double x = (column + 0.5 - kColumns / 2) * kColumnWidth;
+        for (int row = 0; row < kRows; ++row) {
+          moment += x * (columns.light(seed, column, row) - (x > 0 ? 1 : 0)) * kColumnWidth / kRows;
+        }
+      }
+      seeds.add(-moment - kColumnWidth * kColumnWidth / 12);
+    }
+    bias[n] = {seeds.mean, seeds.standard_error()};
+    std::printf("    %3.0f passes: %.3e +- %.1e\n", kPasses[n], bias[n].value, bias[n].error);
+  }
+  const auto least_p = [&](double alpha) {
+    const Curve truth = negative_moments(alpha);
+    double least = 1;
+    for (std::size_t n = 0; n < bias.size(); ++n) {
+      const double t = std::fabs(bias[n].value - truth[n]) / bias[n].error;
+      least = std::min(least, 2 * (1 - test_support::student_t_cdf(t, kSeeds - 1)));
+    }
+    return least;
+  };
+  const auto slope_p = [&](double alpha) { return p_of_slope(bias, negative_moments(alpha)); };
+  EXPECT_GT(least_p(2.0 / 3), kLevel);
+  EXPECT_GT(slope_p(2.0 / 3), kLevel);
+  // The planted faults.
+  for (const double alpha : {0.5, 0.8}) {
+    EXPECT_LT(least_p(alpha), kLevel) << alpha;
+    EXPECT_LT(slope_p(alpha), kLevel) << alpha;
+  }
+}
+
+// Disks so small that they rarely share a stratum of the particles' point set nor overlap those of
+// other pixels.
+TEST(PhotonMapping, ProgressiveVarianceFallsAtThePublishedRate) {
+  core::View view = floor_view(half_mirrored(), "sppm", 2);
+  view.settings.photons.paths = core::kPhotonPathsLeast;
+  view.settings.photons.radius_m = 0.01F;
+  Rate variance;
+  for (std::size_t n = 0; n < variance.size(); ++n) {
+    const SeededColumns columns(view, static_cast<int>(kPasses[n]));
+    test_support::Moments pixels;
+    for (int column = kColumns / 2 + 1; column < kColumns; ++column) {
+      for (int row = 0; row < kRows; ++row) {
+        test_support::Moments seeds;
+        for (int seed = 0; seed < kSeeds; ++seed) {
+          seeds.add(columns.light(seed, column, row));
+        }
+        pixels.add(seeds.variance());
+      }
+    }
+    variance[n] = {pixels.mean, pixels.standard_error()};
+    std::printf("    %3.0f passes: %.3e +- %.1e\n", kPasses[n], variance[n].value,
+                variance[n].error);
+  }
+  EXPECT_GT(p_of_slope(variance, variances(2.0 / 3)), kLevel);
+  // The planted faults.
+  EXPECT_LT(p_of_slope(variance, variances(0.5)), kLevel);
+  EXPECT_LT(p_of_slope(variance, variances(0.8)), kLevel);
+}
+
+// The sums that the measured slopes are compared with have the published slopes after many passes.
+TEST(PhotonMapping, SumsOverRadiiTendToThePublishedSlopes) {
+  constexpr Curve kMany = {1 << 14, 1 << 16, 1 << 18, 1 << 20};
+  for (const double alpha : {0.5, 2.0 / 3, 0.8}) {
+    EXPECT_NEAR(log_slope(mean_areas(alpha, 1, kMany), kMany), alpha - 1, 0.01) << alpha;
+    EXPECT_NEAR(log_slope(variances(alpha, kMany), kMany), -alpha, 0.01) << alpha;
+  }
 }
 
 struct Mode {

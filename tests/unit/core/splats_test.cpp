@@ -197,6 +197,47 @@ class NoSink final : public core::RenderSink {
   void on_finished(core::StopReason) override {}
 };
 
+core::TaskOptions eight_samples() {
+  core::TaskOptions options;
+  options.stop.samples_per_pixel = 8;
+  options.slice_target_seconds = 1e-4;
+  return options;
+}
+
+/// Tiles after some slices, and splats after half as many.
+struct Checkpoint {
+  std::shared_ptr<Film> film;
+  core::SplatState splats;
+};
+
+Checkpoint checkpoint_after(const std::shared_ptr<const core::Renderer>& renderer, int slices) {
+  Checkpoint out = {std::make_shared<Film>(renderer->view().settings), {}};
+  NoSink sink;
+  core::RenderTask task(renderer, out.film, eight_samples(), sink);
+  for (int i = 0; i < slices; ++i) {
+    if (i == slices / 2) {
+      out.splats = out.film->splats();
+    }
+    if (const auto slice = task.take()) {
+      task.run(*slice);
+    }
+  }
+  return out;
+}
+
+std::string digest_resumed_from(const std::shared_ptr<const core::Renderer>& renderer,
+                                const Checkpoint& from) {
+  const auto film = std::make_shared<Film>(renderer->view().settings);
+  for (int t = 0; t < film->tile_count(); ++t) {
+    film->restore(t, from.film->tile(t), from.film->tile_revision(t));
+  }
+  film->restore_splats(from.splats);
+  NoSink sink;
+  core::RenderTask task(renderer, film, eight_samples(), sink);
+  core::run_to_end(task, 3);
+  return film->digest();
+}
+
 // A checkpoint suffices at any time, also if tiles and splats are from different times, as when it
 // is written while slices are committed.
 TEST(LightPaths, FilmsAreIndependentOfRestarts) {
@@ -204,30 +245,17 @@ TEST(LightPaths, FilmsAreIndependentOfRestarts) {
   const std::string calm = test_support::render(view, 8, 1).film->digest();
   const auto renderer = core::Renderer::create(view);
   ASSERT_TRUE(renderer);
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = 8;
-  options.slice_target_seconds = 1e-4;
   for (int taken = 3; taken < 40; taken += 9) {
-    const auto film = std::make_shared<Film>(view.settings);
-    core::SplatState early;
-    NoSink sink;
-    core::RenderTask task(*renderer, film, options, sink);
-    for (int i = 0; i < taken; ++i) {
-      if (i == taken / 2) {
-        early = film->splats();
-      }
-      if (const auto slice = task.take()) {
-        task.run(*slice);
-      }
-    }
-    const auto again = std::make_shared<Film>(view.settings);
-    for (int t = 0; t < film->tile_count(); ++t) {
-      again->restore(t, film->tile(t), film->tile_revision(t));
-    }
-    again->restore_splats(early);
-    core::RenderTask rest(*renderer, again, options, sink);
-    core::run_to_end(rest, 3);
-    EXPECT_EQ(again->digest(), calm) << taken;
+    const Checkpoint from = checkpoint_after(*renderer, taken);
+    EXPECT_EQ(digest_resumed_from(*renderer, from), calm) << taken;
+  }
+  // The planted fault: the splats of one tile are lost.
+  Checkpoint torn = checkpoint_after(*renderer, 30);
+  for (std::vector<SplatPixel>& tile : torn.splats.tiles) {
+    std::vector<SplatPixel> zeros(tile.size());
+    tile.swap(zeros);
+    EXPECT_NE(digest_resumed_from(*renderer, torn), calm);
+    tile.swap(zeros);
   }
 }
 

@@ -31,6 +31,10 @@ const View<core::MeterReading>& meter_reading_view() {
         [](const Reading& r) { return number_json(r.low); }},
        {"high", shape::real("End of the 95% interval of illuminance_lux."),
         [](const Reading& r) { return number_json(r.high); }},
+       {"unreliable",
+        shape::flag("One of the 16 randomisations makes up most of the interval, or no path has "
+                    "found light: the interval is only a guess."),
+        [](const Reading& r) -> Json { return r.unreliable; }},
        {"irradiance_rgb", shape::triple("In the scene's units, linear."),
         [](const Reading& r) -> Json {
           return {number_json(r.irradiance[0]), number_json(r.irradiance[1]),
@@ -62,7 +66,7 @@ std::string meter_json(std::span<const core::MeterReading> readings) {
 std::string meter_csv(std::span<const core::MeterReading> readings) {
   std::string text =
       "x,y,z,normal_x,normal_y,normal_z,irradiance_w_m2,illuminance_lux,low,high,samples,"
-      "irradiance_r,irradiance_g,irradiance_b\r\n";
+      "irradiance_r,irradiance_g,irradiance_b,unreliable\r\n";
   for (const core::MeterReading& r : readings) {
     for (const float value : {r.at.position.x, r.at.position.y, r.at.position.z, r.at.normal.x,
                               r.at.normal.y, r.at.normal.z}) {
@@ -75,7 +79,7 @@ std::string meter_csv(std::span<const core::MeterReading> readings) {
     for (const double value : r.irradiance) {
       text += "," + number_text(value);
     }
-    text += "\r\n";
+    text += r.unreliable ? ",true\r\n" : ",false\r\n";
   }
   return text;
 }

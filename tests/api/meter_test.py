@@ -56,6 +56,7 @@ class Meter(ApiTest):
             self.assertEqual([float(row[c]) for c in "xyz"], reading["position"])
             self.assertEqual([float(row[f"irradiance_{c}"]) for c in "rgb"],
                              reading["irradiance_rgb"])
+            self.assertEqual(row["unreliable"], "true" if reading["unreliable"] else "false")
         status, printed, complaint = tessera(
             "meter", job["id"], "--server", f"http://127.0.0.1:{self.server.port}")
         self.assertEqual(status, 0, complaint)

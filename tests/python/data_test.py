@@ -275,10 +275,12 @@ class Values(unittest.TestCase):
 
     def test_meter_readings_have_their_vectors(self):
         point = {"position": [0, 0.1, 0], "normal": [0, 1, 0], "irradiance_rgb": [1, 2, 3],
-                 "irradiance_w_m2": 0.5, "illuminance_lux": 2, "low": 1, "high": 3, "samples": 16}
+                 "irradiance_w_m2": 0.5, "illuminance_lux": 2, "low": 1, "high": 3, "samples": 16,
+                 "unreliable": True}
         meter = tessera.results.Meter.of({"points": [point, point]})
         np.testing.assert_array_equal(meter.position, [[0, 0.1, 0]] * 2)
         np.testing.assert_array_equal(meter.normal, [[0, 1, 0]] * 2)
         np.testing.assert_array_equal(meter.irradiance_rgb, [[1, 2, 3]] * 2)
         np.testing.assert_array_equal(meter.illuminance_lux, [2, 2])
+        np.testing.assert_array_equal(meter.unreliable, [1, 1])
         self.assertEqual(tessera.results.Meter.of({"points": []}).normal.shape, (0, 3))

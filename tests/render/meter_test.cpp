@@ -2,7 +2,11 @@
 // that are a function of the job. Scenes are exact or state their error.
 #include "core/render/meter.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +65,37 @@ bool is_truth(const MeterReading& reading, double truth, double scene = 0) {
   const double error = (reading.high - reading.illuminance) / 2.131449546;
   const double off = std::fabs(reading.illuminance - truth);
   return off <= 4 * error + (scene + 3e-6) * truth && error < 1.5e-3 * truth;
+}
+
+/// The reading of sums of one sample each, given for the 16 randomisations.
+MeterReading reading_of(const std::vector<double>& sums) {
+  core::MeterChunk chunk;
+  chunk.samples = 1;
+  chunk.sums.resize(sums.size());
+  for (std::size_t r = 0; r < sums.size(); ++r) {
+    chunk.sums[r] = {sums[r], sums[r], sums[r]};
+  }
+  return core::meter_readings({{{0, 0, 0}, {0, 1, 0}}}, {chunk}).at(0);
+}
+
+// Of 16 normal numbers, one makes up more than half of the squares about their mean with
+// probability 16 P(B > 8/15) = 0.0212, B having the beta distribution (1/2, 7) (Thompson 1935).
+TEST(Meter, MarksReadingsThatRestOnOneRandomisation) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal(5, 0.5);
+  constexpr int kReadings = 4000;
+  int marked = 0;
+  std::vector<double> sums(core::kMeterReplicates);
+  for (int i = 0; i < kReadings; ++i) {
+    std::generate(sums.begin(), sums.end(), [&] { return normal(random); });
+    marked += reading_of(sums).unreliable ? 1 : 0;
+  }
+  const double deviation = std::sqrt(0.0212 * (1 - 0.0212) / kReadings);
+  EXPECT_NEAR(static_cast<double>(marked) / kReadings, 0.0212, 4 * deviation);
+  sums.front() += 10;  // a rare bright path
+  EXPECT_TRUE(reading_of(sums).unreliable);
+  EXPECT_TRUE(reading_of(std::vector<double>(16, 0.0)).unreliable) << "no path has found light";
+  EXPECT_FALSE(reading_of(std::vector<double>(16, 1.0)).unreliable) << "free of noise";
 }
 
 TEST(Meter, MeasuresASquareADiskAndASphere) {

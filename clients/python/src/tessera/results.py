@@ -188,7 +188,8 @@ class Meter:
     """Light that arrives at the points of a job's meter, one array element for each.
 
     position, normal and irradiance_rgb have three columns. low, high: 95% interval of
-    illuminance_lux. irradiance_w_m2: illuminance_lux / (683 lm/W).
+    illuminance_lux; where unreliable is 1 instead of 0, only a guess. irradiance_w_m2:
+    illuminance_lux / (683 lm/W).
     """
 
     position: DoubleArray
@@ -197,6 +198,7 @@ class Meter:
     illuminance_lux: DoubleArray
     low: DoubleArray
     high: DoubleArray
+    unreliable: DoubleArray
     irradiance_rgb: DoubleArray
     samples: DoubleArray
 
@@ -217,6 +219,7 @@ class Meter:
             illuminance_lux=column("illuminance_lux"),
             low=column("low"),
             high=column("high"),
+            unreliable=column("unreliable"),
             irradiance_rgb=triples([point["irradiance_rgb"] for point in points]),
             samples=column("samples"),
         )

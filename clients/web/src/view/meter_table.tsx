@@ -62,15 +62,19 @@ export function MeterTable({ job }: { job: Job }) {
                 <tr
                   key={i}
                   title={
-                    `95% interval ${number(r.low)} to ${number(r.high)} lux; ` +
-                    `${count(r.samples)} paths`
+                    `95% interval ${number(r.low)} to ${number(r.high)} lux` +
+                    `${r.unreliable ? ', which is only a guess' : ''}; ${count(r.samples)} paths`
                   }
                 >
                   <th scope="row" class="mono">
                     {r.position.map((v) => number(v)).join(' ')}
                   </th>
                   <td class="mono">
-                    {value} <span class="dim">±&nbsp;{half}</span>
+                    {value}{' '}
+                    <span class="dim">
+                      ±&nbsp;{half}
+                      {r.unreliable && '?'}
+                    </span>
                   </td>
                   <td class="mono">{number(r.irradiance_w_m2)}</td>
                 </tr>
@@ -79,6 +83,12 @@ export function MeterTable({ job }: { job: Job }) {
           </tbody>
         </table>
       </div>
+      {readings.some((r) => r.unreliable) && (
+        <p class="hint">
+          A question mark means that few paths have found the light there, so the interval is only a
+          guess.
+        </p>
+      )}
       {readings.length > rowsMost && (
         <p class="hint">The first {rowsMost} of them; all are in the CSV.</p>
       )}

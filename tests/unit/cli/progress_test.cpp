@@ -68,7 +68,7 @@ TEST(ProgressText, ReadsFromAJobWhetherItsErrorIsNoiseAlone) {
   for (const char* error :
        {R"({"valid": false})", R"({"valid": true})", R"({"valid": null})", "{}"}) {
     const cli::Json job = {{"error", cli::Json::parse(error)}};
-    EXPECT_EQ(cli::facts_of(job).is_noise_alone, job["error"] == cli::Json{{"valid", false}})
+    EXPECT_EQ(cli::facts_of(job).is_noise_alone, (job["error"] == cli::Json{{"valid", false}}))
         << error;
   }
 }

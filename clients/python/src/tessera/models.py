@@ -1007,6 +1007,7 @@ class MeterReading(TypedDict):
     illuminance_lux: float
     low: float
     high: float
+    unreliable: bool
     irradiance_rgb: list[float]
     samples: int
 

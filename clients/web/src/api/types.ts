@@ -1349,6 +1349,11 @@ export interface MeterReading {
   low: number;
   /** End of the 95% interval of illuminance_lux. */
   high: number;
+  /**
+   * One of the 16 randomisations makes up most of the interval, or no path has found light: the
+   * interval is only a guess.
+   */
+  unreliable: boolean;
   /** In the scene's units, linear. */
   irradiance_rgb: [number, number, number];
   /** Paths, of 16 independent randomisations. */

@@ -7,7 +7,7 @@ import { luxScale, rampIndex } from './lux';
 type Plane = NonNullable<NonNullable<Job['spec']['meter']>['plane']>;
 
 const lengthOf = (v: readonly number[]): number => Math.hypot(...v);
-const placeOf = (v: readonly number[]): string => v.map((x) => number(x)).join(' ');
+const placeOf = (v: readonly number[]): string => v.map((x) => number(x)).join(', ');
 
 const colourOf = (index: number): string =>
   `rgb(${[...ramps.error.subarray(4 * index, 4 * index + 3)].join(' ')})`;

@@ -66,8 +66,8 @@ export function MeterTable({ job }: { job: Job }) {
                     `${r.unreliable ? ', which is only a guess' : ''}; ${count(r.samples)} paths`
                   }
                 >
-                  <th scope="row" class="mono">
-                    {r.position.map((v) => number(v)).join(' ')}
+                  <th scope="row">
+                    {r.position.map((v) => number(v)).join(', ')}
                   </th>
                   <td class="mono">
                     {value}{' '}

@@ -20,7 +20,8 @@ set(RENDER_TEST_SOURCES
   restir_test.cpp
   shutter_test.cpp
   spectral_test.cpp
-  truth.cpp)
+  truth.cpp
+  truths_test.cpp)
 # Features of glTF: scenes made in code, written to a GLB, loaded and rendered small.
 list(APPEND RENDER_TEST_SOURCES
   asset_files.cpp

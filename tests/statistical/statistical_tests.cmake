@@ -9,7 +9,9 @@ set(STATISTICAL_TEST_SOURCES
   error_target_test.cpp
   integrator_rows_test.cpp
   light_emission_test.cpp
+  light_power_test.cpp
   lights_chi2_test.cpp
   lobe_chi2_test.cpp
+  phase_chi2_test.cpp
   sampler_convergence_test.cpp
   sampler_coverage_test.cpp)

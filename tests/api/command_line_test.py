@@ -206,7 +206,7 @@ class CommandLine(ApiTest):
         self.assertTrue(error["valid"])
         self.assertLess(error["low"], error["high"])
         self.assertIn("unreliable", error)
-        self.assertNotIn("without an interval", said)
+        self.assertNotIn("noise alone", said)
         by_error = tessera(
             "render",
             "furnace",

@@ -24,8 +24,9 @@ using core::Status;
 
 namespace {
 
-/// Memory of a rendering job besides its film, measured by tests/stress/memory --measure: tiles in
-/// progress and blocks of the film file.
+/// Memory of a rendering job besides its film, measured by tests/stress/memory --measure: tiles and
+/// splats in progress, and blocks of the film file. Includes the chains of mlt: a thread has one at
+/// a time, with the numbers of two subpaths, below 1 MB at the greatest depth.
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
 std::uint64_t bytes_of_prepass(const core::RenderSettings& settings) {
@@ -44,6 +45,26 @@ std::uint64_t work_bytes(const core::Film& film) {
          (film.has_splats() ? pixels * static_cast<std::uint64_t>(film.replicates()) *
                                   (1 + film.shares().size()) * sizeof(core::SplatPixel)
                             : 0);
+}
+
+/// A part of a job's memory, and what a request can do about it.
+struct MemoryPart {
+  std::uint64_t bytes = 0;
+  std::string pointer;
+  std::string name;
+  std::string remedy;
+};
+
+/// Photons are in proportion to the depth, records to the replicates.
+MemoryPart prepass_part(const core::RenderSettings& settings) {
+  const std::uint64_t bytes = bytes_of_prepass(settings);
+  const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
+  const bool is_of_photons =
+      row != nullptr && std::find(row->accepts.begin(), row->accepts.end(),
+                                  "/integrator/photons") != row->accepts.end();
+  return is_of_photons
+             ? MemoryPart{bytes, "/integrator/photons", "photons", "Reduce photons or max_depth"}
+             : MemoryPart{bytes, "/integrator/records", "records", "Reduce records or replicates"};
 }
 
 /// A restart may revert a film to its last checkpoint. Revisions are never reused: a client that
@@ -93,15 +114,19 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
   if (memory.bytes() <= most) {
     return std::nullopt;
   }
-  const std::uint64_t film_bytes = memory.film_bytes + memory.work_bytes;
-  std::string detail = "the job would take " + memory_words(memory.bytes()) + " of memory, " +
-                       memory_words(film_bytes) +
-                       " of it for its film; a job on this server may use " + memory_words(most) +
-                       " (--memory). ";
-  const bool is_film = film_bytes > most / 2;
-  detail +=
-      is_film ? "Reduce its pixels, replicates or layers" : "Its scene or environment is too large";
-  return api::FieldError{is_film ? "/film" : "/scene", std::move(detail)};
+  const MemoryPart prepass = prepass_part(spec.render);
+  const std::uint64_t film = memory.film_bytes + memory.work_bytes - prepass.bytes -
+                             core::made_environment_bytes(spec.environment);
+  const MemoryPart largest = std::max(
+      {MemoryPart{film, "/film", "film", "Reduce its pixels, replicates or layers"}, prepass,
+       MemoryPart{memory.bytes() - std::min(memory.bytes(), film + prepass.bytes), "/scene",
+                  "scene and environment", "They are too large"}},
+      [](const MemoryPart& a, const MemoryPart& b) { return a.bytes < b.bytes; });
+  return api::FieldError{largest.pointer,
+                         "the job would take " + memory_words(memory.bytes()) + " of memory, " +
+                             memory_words(largest.bytes) + " of it for its " + largest.name +
+                             "; a job on this server may use " + memory_words(most) +
+                             " (--memory). " + largest.remedy};
 }
 
 core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,

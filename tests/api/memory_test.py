@@ -137,6 +137,8 @@ class Gate(ApiTest):
     FLAGS = ("--memory", "256M")
     # The allocator keeps freed memory until it reaches a sixteenth.
     MOST = 192 * MB
+    # Memory of a job's threads, and freed memory that is kept.
+    REST = 16 * MB
 
     def film(self, side, **members):
         body = job_body(**{"samples": 2, **members})
@@ -212,11 +214,47 @@ class Gate(ApiTest):
             foreseen = dry_run["estimate"]["memory_bytes_high"]
             self.server.render(body)
         self.assertGreater(foreseen, 700 * 700 * 48)
-        # In addition: memory of the threads, and freed memory that is kept.
-        self.assertLess(peak.bytes, foreseen + 16 * MB)
+        self.assertLess(peak.bytes, foreseen + self.REST)
         refused = self.server.post("/v1/jobs", self.film(1600))
         self.assert_problem(refused, 422, "/film")
         self.assertTrue(told(refused), refused)
+
+    def foreseen(self, body):
+        dry_run = self.server.post("/v1/jobs?dry_run=1", body).json()
+        return dry_run["estimate"]["memory_bytes_high"] + self.REST
+
+    def test_integrators_use_at_most_the_memory_of_the_dry_run(self):
+        photons = {"photons": 1 << 18, "max_depth": 4}
+        few = {"photons": 1 << 10, "max_depth": 4}
+        records = {"records": 1 << 14, "rays": 16, "tolerance": 0.05}
+        for side, integrator, too_few in (
+            (32, {"type": "sppm", **photons}, {"type": "sppm", **few}),
+            (32, {"type": "photon-map", **photons}, {"type": "photon-map", **few}),
+            (96, {"type": "irradiance-cache", **records}, None),
+            (256, {"type": "bdpt"}, None),
+            (256, {"type": "mlt"}, None),
+        ):
+            body = self.film(side, integrator=integrator)
+            with self.subTest(integrator["type"]):
+                most = self.foreseen(body)
+                with Peak(self.server) as peak:
+                    self.server.render(body)
+                self.assertLess(peak.bytes, most)
+                if too_few:  # The planted fault: an estimate that does not count the photons.
+                    most = self.foreseen(self.film(side, integrator=too_few))
+                    self.assertGreater(peak.bytes, most)
+
+    def test_too_many_photons_or_records_are_named(self):
+        for integrator, pointer in (
+            ({"type": "sppm", "photons": 1 << 20}, "/integrator/photons"),
+            ({"type": "irradiance-cache", "records": 1 << 18}, "/integrator/records"),
+        ):
+            refused = self.server.post("/v1/jobs", self.film(32, integrator=integrator))
+            problem = self.assert_problem(refused, 422, pointer)
+            self.assertTrue(told(refused), refused)
+            self.assertIn("Reduce " + pointer.split("/")[-1], problem["errors"][0]["detail"])
+        few = self.film(32, samples=2, integrator={"type": "sppm", "photons": 1 << 12})
+        self.assertEqual(self.server.render(few)["state"], "finished")
 
     def test_comparisons_wait_for_each_other_or_are_refused(self):
         jobs = [self.server.render(self.film(400, seed=seed))["id"] for seed in (1, 2)]

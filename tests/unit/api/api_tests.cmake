@@ -1,4 +1,5 @@
 set(API_TEST_SOURCES
+  error_targets_test.cpp
   errors_test.cpp
   events_test.cpp
   film_view_test.cpp

@@ -5,10 +5,11 @@ import io
 import json
 import random
 import re
+import time
 import unittest
 import zipfile
 
-from harness import ApiTest, glb, in_background, job_body, triangle_document
+from harness import PATIENCE_S, ApiTest, glb, in_background, job_body, triangle_document
 
 GLB = {"Content-Type": "model/gltf-binary"}
 GLTF = {"Content-Type": "model/gltf+json"}
@@ -210,18 +211,21 @@ class Gate(ApiTest):
     def test_job_uses_at_most_the_memory_of_the_dry_run(self):
         body = self.film(700)
         with Peak(self.server) as peak:
-            dry_run = self.server.post("/v1/jobs?dry_run=1", body).json()
-            foreseen = dry_run["estimate"]["memory_bytes_high"]
+            most = self.foreseen(body)
             self.server.render(body)
-        self.assertGreater(foreseen, 700 * 700 * 48)
-        self.assertLess(peak.bytes, foreseen + self.REST)
+        self.assertGreater(most, 700 * 700 * 48 + self.REST)
+        self.assertLess(peak.bytes, most)
         refused = self.server.post("/v1/jobs", self.film(1600))
         self.assert_problem(refused, 422, "/film")
         self.assertTrue(told(refused), refused)
 
     def foreseen(self, body):
-        dry_run = self.server.post("/v1/jobs?dry_run=1", body).json()
-        return dry_run["estimate"]["memory_bytes_high"] + self.REST
+        deadline = time.monotonic() + PATIENCE_S
+        answer = self.server.post("/v1/jobs?dry_run=1", body)
+        while answer.status == 503 and time.monotonic() < deadline:  # Its pilot has a time limit.
+            answer = self.server.post("/v1/jobs?dry_run=1", body)
+        self.assertEqual(answer.status, 200, answer)
+        return answer.json()["estimate"]["memory_bytes_high"] + self.REST
 
     def test_integrators_use_at_most_the_memory_of_the_dry_run(self):
         photons = {"photons": 1 << 18, "max_depth": 4}

@@ -240,6 +240,8 @@ class Gate(ApiTest):
         ):
             body = self.film(side, integrator=integrator)
             with self.subTest(integrator["type"]):
+                self.server.kill()  # Freed memory of earlier jobs would be used again.
+                self.server.start()
                 most = self.foreseen(body)
                 with Peak(self.server) as peak:
                     self.server.render(body)

@@ -124,7 +124,7 @@ TEST(BdptMedia, LosslessMilkIsInvisible) {
     view.environment = test_support::constant_sky({1, 1, 1});
     view.settings.max_depth = 64;
     view.settings.integrator = "bdpt";
-    expect_truth(test_support::render(view, 256), 1, 4e-3, "ior " + std::to_string(ior));
+    expect_truth(test_support::render(view, 512), 1, 8e-3, "ior " + std::to_string(ior));
     view.scene = test_support::build(test_support::scene_of(
         {milk(0.9F, 0.5F, 0.4F, ior)}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}));
     EXPECT_LT(test_support::render(view, 16).mean().g, 0.95F) << "the furnace can fail";

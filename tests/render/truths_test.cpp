@@ -20,7 +20,7 @@ using core::Rgb;
 using core::Vec3;
 using test_support::Moments;
 
-constexpr int kSeeds = 16;
+constexpr int kSeeds = 14;
 constexpr int kSide = 8;  // pixels
 /// At most 100 tests (9 truths, 9 rows, repeated renders) with a false alarm probability of 0.1%
 /// over all of them.
@@ -53,15 +53,15 @@ std::vector<Row> rows() {
     if (entry.keeps_prepass) {
       all.push_back({name, &entry, 64, 1, kInterpolation});
     } else if (entry.prepass_bytes != nullptr) {
-      all.push_back({name, &entry, 12, 3, kBlur});
+      all.push_back({name, &entry, 12, 4, kBlur});
     } else if (entry.error == core::ErrorValidity::kFromChains) {
-      all.push_back({name, &entry, 48, 3});
+      all.push_back({name, &entry, 32, 4});
     } else {
       const bool is_by_particles = name == "light-trace";
-      all.push_back({name, &entry, is_by_particles ? 384 : 64, is_by_particles ? 3.0 : 1.0});
+      all.push_back({name, &entry, is_by_particles ? 256 : 64, is_by_particles ? 4.0 : 1.0});
     }
     if (name == "photon-map") {
-      all.push_back({name + " without final gathering", &entry, 12, 3, kBlur, 0});
+      all.push_back({name + " without final gathering", &entry, 24, 4, kBlur, 0});
     }
   }
   return all;
@@ -74,7 +74,7 @@ struct Truth {
   double value;
   double cap = 4e-3;  ///< relative; four standard errors must be within it
   double effort = 1;  ///< factor of the samples
-  double tables = 0;  ///< relative error of the tables of energy compensation
+  double scene = 0;   ///< allowed relative error of every row
 };
 
 core::View view_of(core::SceneDescription scene) {
@@ -229,23 +229,30 @@ core::View rough_paint_ball(float gain) {
   return view;
 }
 
+/// Of the tables of energy compensation (truth 3).
+constexpr double kTables = 5e-3;
+/// Rays leave surfaces by 1/65536 m (core/math/offset_ray.h), so 0.01 m of the medium are 0.15%
+/// shorter. Times the logarithmic derivative of the truth, t E_2(t) / E_3(t) = 0.74 at t = 1/2.
+constexpr double kShorter = 1.2e-3;
+
 const Truth kParallelSquares = {"parallel squares", &parallel_squares, 1, 0.199825};
 const Truth kAdjacentSquares = {"adjacent squares", &adjacent_squares, 1, 0.200044, 8e-3, 2};
-const Truth kRoughGlass = {"white furnace, rough glass", &rough_glass_ball, 32, 1, 1e-2, 1.5, 5e-3};
+const Truth kRoughGlass = {
+    "white furnace, rough glass", &rough_glass_ball, 32, 1, 1.2e-2, 2, kTables};
 const Truth kDiskInGlass = {"disk in glass", &disk_in_glass, 64, 2.25, 1.2e-2};
 
 std::vector<Truth> truths() {
   return {{"closed sphere, one bounce", &closed_sphere, 1, 0.75},  // 1 - rho^2
           {"closed sphere", &closed_sphere, 32, 1},                // L_e / (1 - rho)
           {"white furnace, Lambert", &white_balls, 32, 1},
-          {"white furnace, paint", &rough_paint_ball, 32, 1, 4e-3, 1, 5e-3},
+          {"white furnace, paint", &rough_paint_ball, 32, 1, 4e-3, 1, kTables},
           kRoughGlass,
           kParallelSquares,
           kAdjacentSquares,
           {"inside glass", &inside_glass, 64, 2.25},
           kDiskInGlass,
           // 2 E_3(1/2), the transmitted part of diffuse light.
-          {"absorbing slab", &absorbing_slab, 1, 0.4432087, 6e-3, 1.5}};
+          {"absorbing slab", &absorbing_slab, 1, 0.4432087, 6e-3, 2, kShorter}};
 }
 
 bool applies(const Truth& truth, const Row& row) {
@@ -283,7 +290,7 @@ Moments means(const Truth& truth, const Row& row, float gain) {
 
 /// The rule: the mean is that value, except for the allowed bias and float rounding.
 bool is_value(const Moments& seen, double value, const Truth& truth, const Row& row) {
-  const double slack = (row.bias + truth.tables + 1e-5) * value;
+  const double slack = (row.bias + truth.scene + 1e-5) * value;
   const double off = std::max(std::fabs(seen.mean - value) - slack, 0.0);
   const double error = seen.standard_error();
   return off == 0 ||
@@ -292,32 +299,42 @@ bool is_value(const Moments& seen, double value, const Truth& truth, const Row& 
 
 /// A value that an image too bright by three caps has.
 double too_bright(const Truth& truth, const Row& row) {
-  return 1 + 3 * row.caps * truth.cap + 2 * (row.bias + truth.tables);
+  return 1 + 3 * row.caps * truth.cap + 2 * (row.bias + truth.scene);
 }
 
-TEST(Truths, HoldForEveryIntegrator) {
-  for (const Truth& truth : truths()) {
-    for (const Row& row : rows()) {
-      if (!applies(truth, row)) {
-        continue;
-      }
-      const Moments seen = means(truth, row, 1);
-      const double error = seen.standard_error() / truth.value;
-      const std::string what = std::string(truth.name) + ", " + row.name + ": " +
-                               std::to_string(seen.mean) + " +- " + std::to_string(error);
-      EXPECT_TRUE(is_value(seen, truth.value, truth, row)) << what;
-      EXPECT_LE(4 * error, row.caps * truth.cap) << what << " is too noisy for a decision";
-      EXPECT_FALSE(is_value(seen, truth.value * too_bright(truth, row), truth, row)) << what;
-      if (truth.view == kDiskInGlass.view) {  // n^2 missing, and counted twice
-        EXPECT_FALSE(is_value(seen, 1, truth, row)) << what;
-        EXPECT_FALSE(is_value(seen, 2.25 * 2.25, truth, row)) << what;
-      }
+void PrintTo(const Truth& truth, std::ostream* out) { *out << truth.name; }
+
+class Truths : public testing::TestWithParam<Truth> {};
+
+INSTANTIATE_TEST_SUITE_P(ClosedForms, Truths, testing::ValuesIn(truths()), [](const auto& of) {
+  std::string name(of.param.name);
+  name.erase(std::remove_if(name.begin(), name.end(), [](char c) { return c == ',' || c == ' '; }),
+             name.end());
+  return name;
+});
+
+TEST_P(Truths, HoldForEveryIntegrator) {
+  const Truth& truth = GetParam();
+  for (const Row& row : rows()) {
+    if (!applies(truth, row)) {
+      continue;
+    }
+    const Moments seen = means(truth, row, 1);
+    const double error = seen.standard_error() / truth.value;
+    const std::string what = std::string(truth.name) + ", " + row.name + ": " +
+                             std::to_string(seen.mean) + " +- " + std::to_string(error);
+    EXPECT_TRUE(is_value(seen, truth.value, truth, row)) << what;
+    EXPECT_LE(4 * error, row.caps * truth.cap) << what << " is too noisy for a decision";
+    EXPECT_FALSE(is_value(seen, truth.value * too_bright(truth, row), truth, row)) << what;
+    if (truth.view == kDiskInGlass.view) {  // n^2 missing, and counted twice
+      EXPECT_FALSE(is_value(seen, 1, truth, row)) << what;
+      EXPECT_FALSE(is_value(seen, 2.25 * 2.25, truth, row)) << what;
     }
   }
 }
 
 // The planted fault: emission that is too strong by three caps.
-TEST(Truths, TooMuchEmissionIsRejectedForEveryIntegrator) {
+TEST(TruthsTwin, TooMuchEmissionIsRejectedForEveryIntegrator) {
   for (const Row& row : rows()) {
     const double gain = too_bright(kParallelSquares, row);
     const Moments seen = means(kParallelSquares, row, static_cast<float>(gain));

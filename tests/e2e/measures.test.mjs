@@ -1,5 +1,5 @@
-// Measurements in addition to an image: shares of the light, irradiance, readings of a meter, and how
-// far a biased method is known.
+// Measurements in addition to an image: shares of the light, irradiance, readings of a meter, and
+// what is known of a method's bias.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import {
@@ -50,8 +50,8 @@ const shot = async (page, name) => {
 };
 
 /**
- * The colour key inside a part of the page: its text, the numbers at its marks, and the colour that it
- * gives to a value.
+ * The colour key inside a part of the page: its text, the numbers at its marks, and the colour that
+ * it gives to a value.
  */
 async function keyOf(page, within) {
   const place = page.locator(`${within} [data-testid=legend]`);
@@ -74,7 +74,7 @@ async function keyOf(page, within) {
   return { text: await place.locator('figcaption').innerText(), marks, colourAt };
 }
 
-/** Whether colours agree but for the 256 steps of the ramp, whose channels change by up to 2 a step. */
+/** Whether colours agree but for the ramp's 256 steps, whose channels change by up to 2 a step. */
 const isLike = (a, b) => a.every((v, c) => Math.abs(v - b[c]) <= 2.5);
 
 const irradianceColours = (page) =>
@@ -204,7 +204,9 @@ test('a mix starts as the image, with one complete family of shares', async () =
   ]) {
     const other = await finished({ film: { ...film, layers }, stop });
     await withPageOf(browser, server, desktop, `#/jobs/${other}?show=mix`, async (page) => {
-      const expected = Object.fromEntries(layers.map((layer) => [layer, Number(first.includes(layer))]));
+      const expected = Object.fromEntries(
+        layers.map((layer) => [layer, Number(first.includes(layer))]),
+      );
       await settles('the weights', () => mixOf(page), expected);
     });
   }
@@ -348,11 +350,8 @@ test('readings of a meter are shown next to the image, as the server reports the
     // Nothing is cut off, and the header stays visible.
     const width = (element) => element.scrollWidth - element.clientWidth;
     assert.equal(await page.$eval('.meter-table', width), 0);
-    assert.deepEqual(await page.$$eval('.meter-table thead th', (all) => all.map((t) => t.innerText)), [
-      'Position, m',
-      'lux',
-      'W/m²',
-    ]);
+    const heads = await page.locator('.meter-table thead th').allInnerTexts();
+    assert.deepEqual(heads, ['Position, m', 'lux', 'W/m²']);
     for (const [i, [lux, watts]] of cells.entries()) {
       const truth = points[i];
       assert.ok(Math.abs(lux - truth.illuminance_lux) <= (truth.high - truth.low) / 2, `${lux}`);

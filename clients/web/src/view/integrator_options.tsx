@@ -48,7 +48,9 @@ export function IntegratorOptions({ info }: { info: Server | null }) {
                   title={description}
                   onFocus={() => setChosen(name)}
                   onValue={(value) =>
-                    change({ integratorOptions: { ...form.get().integratorOptions, [name]: value } })
+                    change({
+                      integratorOptions: { ...form.get().integratorOptions, [name]: value },
+                    })
                   }
                 />
               )}

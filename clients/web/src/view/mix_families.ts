@@ -22,7 +22,7 @@ function hasAllBounces(names: string[], mostBounces: number): boolean {
 function hasAllStrategies(names: string[], mostBounces: number): boolean {
   const kept = new Set(names);
   return range(2, mostBounces + 2).every((vertices) =>
-    range(1, vertices).every((t) => kept.has(`${vertices - t},${t}`) || (vertices === 2 && t === 1)),
+    range(vertices === 2 ? 2 : 1, vertices).every((t) => kept.has(`${vertices - t},${t}`)),
   );
 }
 

@@ -59,7 +59,7 @@ export function StrategyPyramid({
               data-testid="pyramid-unweighted"
               onChange={(e) => setAsksAlone(e.currentTarget.checked)}
             />{' '}
-            Each alone, without MIS weights
+            Without MIS weights
           </label>
         )}
       </header>
@@ -68,7 +68,7 @@ export function StrategyPyramid({
           <div key={vertices} class="pyramid-row" role="group" aria-label={`${vertices} vertices`}>
             {cells.map((one, s) => {
               if (!one) return <span key={s} class="pyramid-gap" />;
-              const { label, meaning } = shareModes([one.layer])[0];
+              const { meaning } = shareModes([one.layer])[0];
               const query = { layer: one.layer, exposure, tonemap: tone, max_size: thumbPx };
               return (
                 <button
@@ -83,7 +83,7 @@ export function StrategyPyramid({
                   {revision > 0 && (
                     <img src={imageUrl(job.id, 'png', { ...query, revision })} alt="" />
                   )}
-                  <span class="mono">{label}</span>
+                  <span class="mono">{`s${one.s} t${one.t}`}</span>
                 </button>
               );
             })}

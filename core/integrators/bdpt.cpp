@@ -261,8 +261,10 @@ void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept
   Found found = {environment_->background(direction)};
   if (path.bounces() > 0) {
     found.weight = static_cast<float>(weights_.background(path));
-    const bool is_seen = path.last.pdf_bsdf > 0;
-    found.value = (is_seen ? environment_->radiance(direction) : found.value) * found.weight;
+    // Light subpaths start with the unfiltered radiance. All strategies that share a path need the
+    // same one; only behind mirrors and clear glass is there no other strategy.
+    const bool is_shared = path.sums.vc > 0;
+    found.value = (is_shared ? environment_->radiance(direction) : found.value) * found.weight;
   }
   found.value = path.beta * found.value;
   credit(path, found, {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});

@@ -1,7 +1,9 @@
 set(RENDER_TEST_SOURCES
   agreement.cpp
+  agreement_scenes.cpp
   agreement_test.cpp
   bdpt_media_test.cpp
+  bounces_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp

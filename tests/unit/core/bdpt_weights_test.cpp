@@ -1,12 +1,13 @@
 // Weights of bidirectional path tracing: for a given path, those of all strategies add up to 1.
-// Paths have random vertices on a glossy floor and in fog whose extinction differs by channel and
-// by height; subpaths and weights are the renderer's.
+// Paths have random vertices on a glossy floor, and in fog whose extinction differs by channel and
+// by height or on rough glass; subpaths and weights are the renderer's.
 #include "core/integrators/bdpt_weights.h"
 
 #include <array>
 #include <cmath>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -27,8 +28,12 @@ using core::Vec3;
 using core::Vertex;
 using test_support::Random;
 
-enum class Lamp { kPanel, kPoint, kSky };
-enum class Fault { kNone, kNoFlightBack, kNoExtinction };
+/// kAll: all three, so that the probability of picking a light matters, over a floor behind rough
+/// glass, without fog.
+enum class Lamp { kPanel, kPoint, kSky, kAll };
+/// kNoLightProbability: light samples as if there were one light; kReverse: densities of the way
+/// back are 2% too large.
+enum class Fault { kNone, kNoFlightBack, kNoExtinction, kNoLightProbability, kReverse };
 
 std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
   core::MaterialDescription floor;
@@ -37,20 +42,32 @@ std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
   core::SceneDescription scene =
       test_support::scene_of({floor, test_support::emitter(Rgb(3))},
                              {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0)});
-  if (lamp == Lamp::kPanel) {
+  if (lamp == Lamp::kPanel || lamp == Lamp::kAll) {
+    const float z = lamp == Lamp::kAll ? -3 : -0.5F;  // out of the camera's sight of the glass
     scene.meshes[0].primitives.push_back(
-        test_support::quad({-0.5F, 2, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1));
-  } else if (lamp == Lamp::kPoint) {
+        test_support::quad({-0.5F, 2, z}, {1, 0, 0}, {0, 0, 1}, 1));
+  }
+  if (lamp == Lamp::kPoint || lamp == Lamp::kAll) {
     core::PunctualLightDescription point;
     point.to_world = core::translation({0.3F, 2, 0.2F});
     scene.lights.push_back(point);
   }
+  if (lamp == Lamp::kAll) {
+    core::MaterialDescription glass = floor;
+    glass.transmission = 1;
+    glass.thickness = 1;
+    scene.materials.push_back(glass);
+    scene.meshes[0].primitives.push_back(test_support::quad({-4, 1, 4}, {8, 0, 0}, {0, 0, -8}, 2));
+  }
   return test_support::build(std::move(scene));
 }
 
-core::RenderSettings settings_with_fog() {
+core::RenderSettings settings_with(Lamp lamp) {
   core::RenderSettings settings;
   settings.film.width = settings.film.height = 16;
+  if (lamp == Lamp::kAll) {
+    return settings;
+  }
   settings.fog = {.scattering = {0.2F, 0.6F, 1.5F},
                   .absorption = {0.1F, 0, 0.3F},
                   .g = 0.4F,
@@ -69,32 +86,41 @@ core::Camera camera_of(bool is_orthographic) {
 
 struct Place {
   Vec3 at;
-  bool is_on_floor = false;
+  bool is_on_surface = false;
 };
 
 /// One path and the input of its subpaths.
 class Paths {
  public:
   Paths(Lamp lamp, bool is_orthographic, Fault fault)
-      : lamp_(lamp),
-        fault_(fault),
+      : fault_(fault),
         scene_(scene_with(lamp)),
-        sky_(lamp == Lamp::kSky ? test_support::constant_sky({1, 2, 3}) : nullptr),
-        settings_(settings_with_fog()),
-        fog_(*settings_.fog, data().center, data().radius_m),
+        sky_(lamp == Lamp::kSky || lamp == Lamp::kAll ? test_support::constant_sky({1, 2, 3})
+                                                      : nullptr),
+        settings_(settings_with(lamp)),
+        fog_(settings_.fog.value_or(core::FogSettings{}), data().center, data().radius_m),
         camera_(camera_of(is_orthographic)),
         lights_(data(), sky_.get(), core::LightSamplerType::kTree),
         emission_(data(), sky_.get()),
         weights_({data(), sky_.get(), settings_, &camera_}, lights_, emission_) {}
 
-  /// places: from the camera to the light.
-  double sum_of_weights(const std::vector<Place>& places, Random& random) {
+  /// places: from the camera to the light. Empty if the light cannot take this way.
+  std::optional<double> sum_of_weights(const std::vector<Place>& places, Random& random) {
     places_ = places;
+    is_possible_ = true;
     camera_side_.clear();
     light_side_.clear();
     start_ = emission_.sample(random.uniform(), random.uniform_2d(), random.uniform_2d());
+    if (data().has_volumes && lamp() == Lamp::kSky && start_.ray.direction.y > 0) {
+      return {};  // from below the glass
+    }
     Subpath from_camera = camera_subpath();
-    light_subpath();
+    if (is_possible_) {
+      light_subpath();
+    }
+    if (!is_possible_) {
+      return {};
+    }
     double sum = found(from_camera) + light_sample();
     const auto to = camera_.sample_wi(light_side_.back().origin(), {0.5F, 0.5F});
     const Vertex& last = light_side_.back();
@@ -112,42 +138,52 @@ class Paths {
                                  from_light->evaluate(-wi, TransportMode::kImportance),
                                  flight_depth(vertex.origin(), wi, length(d)));
     }
-    return sum;
+    return is_possible_ ? std::optional(sum) : std::nullopt;
   }
 
  private:
   const core::SceneData& data() const { return scene_->data(); }
+  /// The light at which the path starts.
+  Lamp lamp() const {
+    const std::size_t triangles = data().triangle_lights.size();
+    return start_.light < triangles                                   ? Lamp::kPanel
+           : start_.light < triangles + data().punctual_lights.size() ? Lamp::kPoint
+                                                                      : Lamp::kSky;
+  }
   Rgb flight_depth(Vec3 from, Vec3 direction, float distance_m) const {
-    return fog_.medium().sigma_t * fog_.depth(from, direction, distance_m);
+    return !settings_.fog ? Rgb{} : fog_.medium().sigma_t * fog_.depth(from, direction, distance_m);
   }
   /// Direction from a point of the scene to the light.
   Vec3 to_light(Vec3 from) const {
-    return lamp_ == Lamp::kSky ? -start_.ray.direction : normalize(start_.ray.origin - from);
+    return lamp() == Lamp::kSky ? -start_.ray.direction : normalize(start_.ray.origin - from);
   }
   float distance_to_light(Vec3 from) const {
-    return lamp_ == Lamp::kSky ? core::kFar : length(start_.ray.origin - from);
+    return lamp() == Lamp::kSky ? core::kFar : length(start_.ray.origin - from);
   }
 
   Subpath subpath() {
     Subpath path{core::start_path({}, sampler_, rays_)};
-    path.fog = &fog_;
+    path.fog = settings_.fog ? &fog_ : nullptr;
     return path;
   }
   /// Makes the vertex at the end of the path's ray.
   Vertex& reach(std::list<Vertex>& vertices, Subpath& path, const Place& place) {
     const float distance_m = length(place.at - path.ray.origin);
     path.flight_depth = flight_depth(path.ray.origin, path.ray.direction, distance_m);
-    if (!place.is_on_floor) {
+    if (!place.is_on_surface) {
       return vertices.emplace_back(
           path, core::MediumSample{.scatterer = &fog_.medium(), .distance_m = distance_m});
     }
     core::PathVertex met;
     EXPECT_TRUE(core::intersect(data(), path, met));
+    is_possible_ &= length(met.point.position - place.at) < 1e-3F;  // nothing is in between
     core::surface_event(data(), path, met);
     return vertices.emplace_back(data(), path, met);
   }
   void leave(Subpath& path, const Vertex& vertex, Vec3 direction, TransportMode mode) {
-    const core::ScatterEval f = vertex.evaluate(direction, mode);
+    core::ScatterEval f = vertex.evaluate(direction, mode);
+    is_possible_ &= f.pdf_solid_angle > 0 && f.pdf_reverse > 0;
+    f.pdf_reverse *= fault_ == Fault::kReverse ? 1.02F : 1.0F;
     path.sums = core::BdptWeights::after_scattering(
         vertex.sums, static_cast<double>(vertex.cosine(direction)),
         static_cast<double>(f.pdf_solid_angle), static_cast<double>(f.pdf_reverse));
@@ -155,9 +191,17 @@ class Paths {
     path.last_extinction = fault_ == Fault::kNoFlightBack && mode == TransportMode::kImportance
                                ? Rgb(1)
                                : vertex.extinction;
-    path.ray.origin = vertex.medium != nullptr
-                          ? vertex.origin()
-                          : core::offset_ray(vertex.origin(), vertex.surface.shading.horizon);
+    path.ray.origin = vertex.origin();
+    if (vertex.medium == nullptr) {
+      const core::PathVertex& at = vertex.surface;
+      const bool through = dot(direction, at.shading.horizon) < 0;
+      const core::Material& material = data().materials[at.point.material];
+      path.ray.origin =
+          core::offset_ray(vertex.origin(), through ? -at.shading.horizon : at.shading.horizon);
+      if (through && material.is_volume) {
+        path.media.cross(material, at.shading.front);
+      }
+    }
     path.ray.direction = direction;
     ++path.depth;
     path.medium_scatterings += vertex.medium != nullptr ? 1 : 0;
@@ -169,7 +213,7 @@ class Paths {
     path.ray.origin = path.last.origin = seen.origin;
     path.ray.direction = -seen.wi_world;
     path.sums = weights_.from_camera(path.ray);
-    for (std::size_t i = 0; i < places_.size(); ++i) {
+    for (std::size_t i = 0; i < places_.size() && is_possible_; ++i) {
       Vertex& vertex = reach(camera_side_, path, places_[i]);
       vertex.sums = weights_.at_camera_vertex(path, vertex);
       leave(path, vertex,
@@ -183,13 +227,13 @@ class Paths {
     Subpath path = subpath();
     const Vec3 first = places_.back().at;
     core::EmissionSample light = start_;
-    if (lamp_ == Lamp::kSky) {
+    if (lamp() == Lamp::kSky) {
       light.ray.origin = first - light.ray.direction * (3 * data().radius_m);
     }
     path.ray.origin = path.last.origin = light.ray.origin;
     path.ray.direction = -to_light(first);
     light.pdf = emission_.pdf(light.light, path.ray.direction);
-    for (std::size_t i = places_.size(); i-- > 0;) {
+    for (std::size_t i = places_.size(); is_possible_ && i-- > 0;) {
       Vertex& vertex = reach(light_side_, path, places_[i]);
       if (fault_ == Fault::kNoExtinction) {
         vertex.extinction = Rgb(1);
@@ -204,10 +248,10 @@ class Paths {
 
   /// s = 0.
   double found(Subpath& path) {
-    if (lamp_ == Lamp::kPoint) {
+    if (lamp() == Lamp::kPoint) {
       return 0;
     }
-    if (lamp_ == Lamp::kSky) {
+    if (lamp() == Lamp::kSky) {
       path.flight_depth = flight_depth(path.ray.origin, path.ray.direction, core::kFar);
       return weights_.background(path);
     }
@@ -225,12 +269,12 @@ class Paths {
     light.wi_world = to_light(from);
     light.target = start_.ray.origin;
     light.light = start_.light;
-    light.is_far = lamp_ == Lamp::kSky;
-    light.is_delta = lamp_ == Lamp::kPoint;
+    light.is_far = lamp() == Lamp::kSky;
+    light.is_delta = lamp() == Lamp::kPoint;
     const Vec3 n = vertex.light_normal();
-    if (lamp_ == Lamp::kPoint) {
+    if (lamp() == Lamp::kPoint) {
       light.pdf_solid_angle = lights_.prob_light(light.light, from, n);
-    } else if (lamp_ == Lamp::kSky) {
+    } else if (lamp() == Lamp::kSky) {
       light.pdf_solid_angle = lights_.pdf_environment(light.wi_world, from, n);
     } else {
       light.triangle = light.light;
@@ -238,13 +282,16 @@ class Paths {
           lights_.pdf_triangle(light.light, from, n, length(start_.ray.origin - from),
                                std::fabs(dot(start_.normal, light.wi_world)));
     }
+    if (fault_ == Fault::kNoLightProbability) {
+      light.pdf_solid_angle /= lights_.prob_light(light.light, from, n);
+    }
     return weights_.light_sample(vertex, light,
                                  vertex.evaluate(light.wi_world, TransportMode::kRadiance),
                                  flight_depth(from, light.wi_world, distance_to_light(from)));
   }
 
-  Lamp lamp_;
   Fault fault_;
+  bool is_possible_ = true;
   std::shared_ptr<const core::Scene> scene_;
   std::shared_ptr<const core::Environment> sky_;
   core::RenderSettings settings_;
@@ -262,20 +309,25 @@ class Paths {
 };
 
 /// The largest distance from 1 of the sums of many paths with vertices of these kinds: 'f' in fog,
-/// 's' on the floor.
+/// 's' on the floor, 'g' on the glass.
 double worst(Paths& paths, const std::string& kinds) {
   Random random(7);
   double most = 0;
+  int possible = 0;
   for (int i = 0; i < 200; ++i) {
     std::vector<Place> places;
     for (const char kind : kinds) {
       const float x = 2 * random.uniform() - 1;
       const float z = 2 * random.uniform() - 1;
-      const float y = kind == 's' ? 0 : 0.2F + 1.5F * random.uniform();
-      places.push_back({{x, y, z}, kind == 's'});
+      const float y = kind == 's' ? 0 : kind == 'g' ? 1 : 0.2F + 1.5F * random.uniform();
+      places.push_back({{x, y, z}, kind != 'f'});
     }
-    most = std::max(most, std::fabs(paths.sum_of_weights(places, random) - 1));
+    if (const auto sum = paths.sum_of_weights(places, random)) {
+      most = std::max(most, std::fabs(*sum - 1));
+      ++possible;
+    }
   }
+  EXPECT_GE(possible, 20) << kinds;
   return most;
 }
 
@@ -292,6 +344,29 @@ TEST(BdptWeights, AddUpToOneOverTheStrategiesOfAPath) {
         EXPECT_LT(worst(paths, kinds), kRounding)
             << kinds << ", lamp " << static_cast<int>(lamp) << ", " << is_orthographic;
       }
+    }
+  }
+}
+
+constexpr std::array kGlassKinds = {"g", "gsg", "gsgsg"};
+
+TEST(BdptWeights, AddUpToOneUnderManyKindsOfLightsThroughGlass) {
+  for (const bool is_orthographic : {false, true}) {
+    Paths paths(Lamp::kAll, is_orthographic, Fault::kNone);
+    for (const char* kinds : kGlassKinds) {
+      EXPECT_LT(worst(paths, kinds), kRounding) << kinds << ", " << is_orthographic;
+    }
+  }
+}
+
+TEST(BdptWeights, DetectsWrongDensitiesOfLightsAndOfTheWayBack) {
+  for (const Fault fault : {Fault::kNoLightProbability, Fault::kReverse}) {
+    Paths paths(Lamp::kAll, false, fault);
+    for (const char* kinds : kGlassKinds) {
+      if (fault == Fault::kReverse && std::string(kinds) == "g") {
+        continue;  // no vertex has a density back to another one
+      }
+      EXPECT_GT(worst(paths, kinds), kRounding) << kinds << ", " << static_cast<int>(fault);
     }
   }
 }

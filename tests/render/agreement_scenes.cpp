@@ -1,0 +1,200 @@
+#include "tests/render/agreement_scenes.h"
+
+#include <cmath>
+#include <utility>
+
+#include "tests/render/gltf_stage.h"
+#include "tests/support/statistics.h"
+
+namespace test_support {
+
+using core::MaterialDescription;
+using core::Rgb;
+using core::Vec3;
+
+namespace {
+
+MaterialDescription dielectric(float roughness, Rgb base_color) {
+  MaterialDescription m = lambert(base_color);
+  m.specular = 1;
+  m.roughness = roughness;
+  return m;
+}
+
+MaterialDescription glass(float roughness) {
+  MaterialDescription m = dielectric(roughness, Rgb(1));
+  m.transmission = 1;
+  m.thickness = 1;
+  return m;
+}
+
+core::PrimitiveDescription floor_of(int material) {
+  return quad({-3, 0, 3}, {6, 0, 0}, {0, 0, -6}, material);
+}
+
+core::View view_at(core::SceneDescription scene, int side) {
+  core::View view = view_of(build(std::move(scene)), side, side);
+  look_at(view, {0, 1.6F, 4}, {0, 0.7F, 0}, 45);
+  view.settings.max_depth = 4;
+  return view;
+}
+
+}  // namespace
+
+core::View box(int side) {
+  core::View view = view_of(build(cornell()), side, side);
+  look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  view.settings.max_depth = 4;
+  return view;
+}
+
+core::View glossy_box(int side) {
+  core::SceneDescription scene = cornell();
+  scene.materials[0] = dielectric(0.4F, scene.materials[0].base_color);
+  MaterialDescription metal;
+  metal.metallic = 1;
+  metal.roughness = 0.6F;
+  metal.base_color = {0.9F, 0.6F, 0.3F};
+  const auto material = static_cast<int>(scene.materials.size());
+  scene.materials.push_back(metal);
+  for (std::size_t i = 6; i < 11; ++i) {  // the tall block, after five walls and the emitter
+    scene.meshes[0].primitives[i].material = material;
+  }
+  core::View view = box(side);
+  view.scene = build(std::move(scene));
+  return view;
+}
+
+core::View zoo(int side) {
+  MaterialDescription metal;
+  metal.metallic = 1;
+  metal.roughness = 0.5F;
+  metal.base_color = {0.9F, 0.6F, 0.3F};
+  MaterialDescription lamp = emitter(Rgb(4));
+  lamp.double_sided = true;
+  core::SceneDescription scene =
+      scene_of({dielectric(0.4F, {0.2F, 0.5F, 0.8F}), metal, glass(0.5F), lamp},
+               {floor_of(0), sphere({-0.9F, 0.6F, 0}, 0.6F, 12, false, 1),
+                sphere({0.6F, 0.6F, 0.5F}, 0.6F, 12, false, 2),
+                quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 3)});
+  core::PunctualLightDescription point;
+  point.intensity = {2, 1, 1};
+  point.to_world = core::translation({1.5F, 2, 1.5F});
+  scene.lights.push_back(point);
+  core::View view = view_at(std::move(scene), side);
+  view.environment = sky_map(
+      16, 8, [](int x, int y) { return Rgb(0.2F + 0.1F * static_cast<float>((x + y) % 3)); });
+  return view;
+}
+
+core::View pane(int side) {
+  core::SceneDescription scene = cornell();
+  MaterialDescription half = dielectric(0, Rgb(1));
+  half.transmission = 0.5F;
+  half.double_sided = true;
+  scene.meshes[0].primitives.push_back(
+      quad({0, 0.1F, 0.5F}, {1, 0, 0}, {0, 0.7F, 0.3F}, static_cast<int>(scene.materials.size())));
+  scene.materials.push_back(half);
+  core::View view = box(side);
+  view.scene = build(std::move(scene));
+  return view;
+}
+
+core::View many_lights(int side) {
+  core::SceneDescription scene =
+      scene_of({dielectric(0.5F, {0.7F, 0.6F, 0.5F}), emitter({6, 3, 2}), emitter({1, 4, 1}),
+                emitter({1, 2, 8})},
+               {floor_of(0), sphere({-0.9F, 0.6F, 0}, 0.6F, 12, false, 0)});
+  Random random(1);
+  const auto within = [&random](Vec3 low, Vec3 size) {
+    const float x = random.uniform();
+    const core::Vec2 yz = random.uniform_2d();
+    return low + Vec3{size.x * x, size.y * yz.x, size.z * yz.y};
+  };
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 corner = within({-2.5F, 0.3F, -2.5F}, {5, 2, 4});
+    const Vec3 edge1 = within({-0.1F, -0.1F, -0.1F}, {0.2F, 0.2F, 0.2F});
+    const Vec3 edge2 = within({-0.1F, -0.1F, -0.1F}, {0.2F, 0.2F, 0.2F});
+    scene.meshes[0].primitives.push_back(quad(corner, edge1, edge2, 1 + i % 3));
+  }
+  core::PunctualLightDescription point;
+  point.intensity = {1, 0.5F, 0.5F};
+  point.to_world = core::translation({1.5F, 2, 1.5F});
+  core::PunctualLightDescription spot = point;
+  spot.type = core::PunctualType::kSpot;
+  spot.intensity = {1, 2, 3};
+  spot.to_world = core::translation({0.5F, 2, 0.5F}) *
+                  core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)});  // down
+  scene.lights = {point, spot, sun(normalize(Vec3{1, 2, 1}), {0.6F, 0.5F, 0.4F})};
+  core::View view = view_at(std::move(scene), side);
+  view.environment = constant_sky({0.2F, 0.2F, 0.3F});
+  view.camera.aperture_radius_m = 0.05F;
+  return view;
+}
+
+core::View textures(int side) {
+  MaterialDescription floor = dielectric(0.8F, {1, 0.9F, 0.8F});
+  floor.metallic = 1;  // times the texture's
+  floor.base_color_texture.image = 0;
+  floor.metallic_roughness_texture.image = 1;
+  floor.normal_texture.image = 2;
+  MaterialDescription lamp = emitter({4, 4, 6});
+  lamp.emissive_texture.image = 3;
+  core::PrimitiveDescription ground = floor_of(0);
+  ground.tangents.assign(4, {1, 0, 0, 1});
+  MaterialDescription ball = lambert({0.8F, 0.7F, 0.6F});
+  ball.base_color_texture.image = 3;
+  core::SceneDescription scene =
+      scene_of({floor, lamp, ball}, {ground, quad({-1, 2, -0.5F}, {2, 0, 0}, {0, 0, 1}, 1),
+                                     quad({-1.5F, 0, -1.5F}, {3, 0, 0}, {0, 2, 0}, 2)});
+  add_image(scene, 3, 2, 3,
+            {250, 60, 60, 60, 250, 60, 60, 60, 250,  //
+             200, 200, 40, 40, 200, 200, 220, 220, 220});
+  add_image(scene, 2, 1, 3, {0, 255, 0, 0, 140, 60});  // G roughness, B metallic
+  add_image(scene, 2, 2, 3, {150, 128, 250, 128, 150, 250, 106, 128, 250, 128, 106, 250});
+  add_image(scene, 4, 2, 3, {255, 80, 40, 0,  0,  0,   60,  255, 90,  120, 120, 120,  //
+                             0,   0,  0,  90, 60, 255, 255, 255, 255, 30,  0,   0});
+  core::View view = view_at(std::move(scene), side);
+  view.environment = constant_sky(Rgb(0.1F));
+  return view;
+}
+
+core::View instances(int side) {
+  core::SceneDescription scene = scene_of({lambert({0.6F, 0.5F, 0.4F})}, {floor_of(0)});
+  scene.materials.push_back(glass(0));
+  scene.materials.push_back(lambert({0.3F, 0.6F, 0.8F}));
+  scene.meshes.resize(3);
+  scene.meshes[1].primitives = {sphere({0, 0, 0}, 0.3F, 8, false, 1)};
+  scene.meshes[2].primitives = {sphere({0, 0, 0}, 0.3F, 8, false, 2)};
+  for (int i = 0; i < 30; ++i) {
+    const auto at = static_cast<float>(i);
+    const float mirror = i % 3 == 0 ? -1.0F : 1.0F;
+    const Vec3 size = {mirror * (0.6F + 0.4F * std::sin(at)), 0.8F + 0.3F * std::cos(at), 0.9F};
+    const Vec3 place = {-2 + 0.8F * static_cast<float>(i % 6), 0.5F + 0.3F * std::sin(2 * at),
+                        -2 + 0.8F * static_cast<float>(i / 6)};
+    const core::Transform turn = core::rotation({0, 0, std::sin(0.5F * at), std::cos(0.5F * at)});
+    scene.instances.push_back(
+        {.mesh = 1 + i % 2, .to_world = core::translation(place) * turn * core::scaling(size)});
+  }
+  core::View view = view_at(std::move(scene), side);
+  view.environment =
+      sky_map(16, 8, [](int x, int y) { return Rgb(x == 5 && y == 2 ? 20.0F : 0.2F); });
+  return view;
+}
+
+core::View fog_in_box(int side, Rgb scattering) {
+  core::SceneDescription scene = cornell();
+  core::PunctualLightDescription point;
+  point.intensity = {0.1F, 0.2F, 0.3F};
+  point.to_world = core::translation({0.3F, 0.7F, 0.6F});
+  scene.lights.push_back(point);
+  core::View view = box(side);
+  view.scene = build(std::move(scene));
+  view.settings.max_depth = 3;
+  view.settings.estimator.roulette = core::RouletteType::kNone;
+  view.settings.fog = core::FogSettings{
+      .scattering = scattering, .absorption = {0.1F, 0.2F, 0.1F}, .g = 0.5F, .height_falloff = 1};
+  return view;
+}
+
+}  // namespace test_support

@@ -29,8 +29,12 @@ namespace {
 /// a time, with the numbers of two subpaths, below 1 MB at the greatest depth.
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
-std::uint64_t bytes_of_prepass(const core::RenderSettings& settings) {
-  const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
+/// `auto` may choose sppm if the job has no error target.
+std::uint64_t bytes_of_prepass(const api::JobSpec& spec) {
+  const core::RenderSettings& settings = spec.render;
+  const bool is_automatic = settings.integrator == core::kAutomaticIntegrator;
+  const core::IntegratorEntry* row = core::find_integrator(
+      is_automatic && !spec.stop.has_error_target() ? "sppm" : settings.integrator);
   return row != nullptr && row->prepass_bytes != nullptr ? row->prepass_bytes(settings) : 0;
 }
 
@@ -56,9 +60,12 @@ struct MemoryPart {
 };
 
 /// Photons are in proportion to the depth, records to the replicates.
-MemoryPart prepass_part(const core::RenderSettings& settings) {
-  const std::uint64_t bytes = bytes_of_prepass(settings);
-  const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
+MemoryPart prepass_part(const api::JobSpec& spec) {
+  const std::uint64_t bytes = bytes_of_prepass(spec);
+  if (spec.render.integrator == core::kAutomaticIntegrator) {
+    return {bytes, "/integrator/type", "photons, should sppm be chosen", "Choose path or bdpt"};
+  }
+  const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
   const bool is_of_photons =
       row != nullptr && std::find(row->accepts.begin(), row->accepts.end(),
                                   "/integrator/photons") != row->accepts.end();
@@ -82,7 +89,7 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
                                 std::optional<core::Vec3> view_direction) const {
   const core::Film film(spec.render);
   JobMemory memory{.film_bytes = film.bytes(),
-                   .work_bytes = work_bytes(film) + bytes_of_prepass(spec.render) +
+                   .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
                                  core::made_environment_bytes(spec.environment)};
   const auto hold = [&memory](const SceneService::Memory& needed) {
     memory.shared_bytes.emplace(needed.name, needed.bytes);
@@ -114,7 +121,7 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
   if (memory.bytes() <= most) {
     return std::nullopt;
   }
-  const MemoryPart prepass = prepass_part(spec.render);
+  const MemoryPart prepass = prepass_part(spec);
   const std::uint64_t film = memory.film_bytes + memory.work_bytes - prepass.bytes -
                              core::made_environment_bytes(spec.environment);
   const MemoryPart largest = std::max(

@@ -204,11 +204,11 @@ Agreement compare(const Blocks& a, const Blocks& b) {
 
 bool agrees(const Agreement& a, int comparisons) { return a.p() > sidak(0.001, comparisons); }
 
-void expect_agreement(const Agreement& a, int comparisons, const std::string& name, double error) {
+void expect_agreement(const Agreement& a, int comparisons, const std::string& name) {
   std::printf("    %s: error %.2f%%, p %.2g\n", name.c_str(), 100 * a.error, a.p());
   EXPECT_TRUE(agrees(a, comparisons))
       << name << ": image " << a.image << ", block " << a.block << ", squares " << a.squares;
-  EXPECT_LT(a.error, error) << name << " is too noisy for a decision";
+  EXPECT_LT(a.error, kErrorMost) << name << " is too noisy for a decision";
 }
 
 }  // namespace test_support

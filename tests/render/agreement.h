@@ -57,8 +57,7 @@ bool agrees(const Agreement& a, int comparisons);
 
 /// Relative standard error above which a comparison does not count.
 inline constexpr double kErrorMost = 0.005;
-/// Expects agreement and an error of at most `error`, which it prints.
-void expect_agreement(const Agreement& a, int comparisons, const std::string& name,
-                      double error = kErrorMost);
+/// Expects agreement and an error of at most kErrorMost, which it prints.
+void expect_agreement(const Agreement& a, int comparisons, const std::string& name);
 
 }  // namespace test_support

@@ -325,8 +325,8 @@ float usual_photon_radius_m(const SceneData& scene, const Camera& camera,
     const auto at = [](int k, int size) {
       return (static_cast<float>(k) + 0.5F) / kRays * static_cast<float>(size);
     };
-    const Camera::CameraRay from = camera.ray(
-        {at(i % kRays, film.width), at(i / kRays, film.height)}, {0.5F, 0.5F});
+    const Camera::CameraRay from =
+        camera.ray({at(i % kRays, film.width), at(i / kRays, film.height)}, {0.5F, 0.5F});
     RawHit hit;
     if (scene.accel->intersect(from.ray, hit)) {
       const float distance_m =

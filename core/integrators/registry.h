@@ -18,7 +18,6 @@ std::unique_ptr<const Integrator> make_irradiance_cache(const IntegratorInput& i
 /// Makes sppm and photon-map.
 std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input);
 /// Returns the initial radius of their gather disks, unless the job sets it.
-float usual_photon_radius_m(const SceneData& scene, const Camera& camera,
-                            const FilmSettings& film);
+float usual_photon_radius_m(const SceneData& scene, const Camera& camera, const FilmSettings& film);
 
 }  // namespace core

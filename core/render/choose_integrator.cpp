@@ -212,8 +212,8 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
   if (is_biased) {
     const SceneSummary& summary = view.scene->summary();
     const FilmSettings& film = small.settings.film;
-    const auto camera = Camera::create(view.camera, summary.cameras, summary.bounds, film.width,
-                                       film.height);
+    const auto camera =
+        Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
     if (!camera) {
       return camera.error();
     }
@@ -226,9 +226,9 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
   }
   image.film = (*film)->snapshot();
   const auto samples = static_cast<double>((*film)->sample_counts().sum);
-  PilotFigures figures{.integrator = candidate.integrator,
-                       .work = static_cast<double>((*film)->rays()) / samples *
-                               candidate.ray_weight};
+  PilotFigures figures{
+      .integrator = candidate.integrator,
+      .work = static_cast<double>((*film)->rays()) / samples * candidate.ray_weight};
   if (is_biased) {
     small.settings.photons.radius_m = radius_m / 2;
     film = render_pilot(small, candidate.samples);
@@ -304,7 +304,8 @@ Result<std::string> settle_integrator(View& view, const StopRules& stop) {
     return choice.error();
   }
   // `auto` accepts no options of estimators and no adaptive sampling, so they are not set.
-  const RenderSettings defaults = default_settings(choice->integrator, stop.relative_error.has_value());
+  const RenderSettings defaults =
+      default_settings(choice->integrator, stop.relative_error.has_value());
   view.settings.integrator = defaults.integrator;
   view.settings.estimator = defaults.estimator;
   view.settings.adaptive = defaults.adaptive;

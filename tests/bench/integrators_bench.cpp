@@ -3,9 +3,9 @@
 //
 // relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
 // sixteen times the time and another seed: sppm for the pool, whose underwater light no connection
-// finds, path for open scenes, bdpt for the others. `without 1 %`: the same without the worst hundredth of the pixels,
-// for images whose error is in a few bright points. With several seeds, both are medians over them.
-// Sample counts follow from the cost of two and of six samples.
+// finds, path for open scenes, bdpt for the others. `without 1 %`: the same without the worst
+// hundredth of the pixels, for images whose error is in a few bright points. With several seeds,
+// both are medians over them. Sample counts follow from the cost of two and of six samples.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -39,8 +39,8 @@ struct Case {
 constexpr double kReferenceTimes = 16;
 
 std::vector<Case> cases() {
-  std::vector<Case> all = {{"cornell-box", "path"}, {"veach-mis", "path"},   {"many-lights", "path"},
-                           {"glass", "bdpt"},       {"interior", "bdpt"},    {"keyhole", "bdpt"},
+  std::vector<Case> all = {{"cornell-box", "path"}, {"veach-mis", "path"}, {"many-lights", "path"},
+                           {"glass", "bdpt"},       {"interior", "bdpt"},  {"keyhole", "bdpt"},
                            {"caustic-pool", "sppm"}};
   if (const auto folder = test_support::assets_folder()) {
     const std::string path = folder->string() + "/";

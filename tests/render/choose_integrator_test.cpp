@@ -32,8 +32,8 @@ core::FilmSnapshot picture_of(float a, float b) {
 constexpr double kFloor = 0.05 * 0.05;
 
 TEST(PilotErrors, EqualTheHalfVariancesWhereTheImagesAgree) {
-  const auto v = core::pilot_errors(std::array<core::PilotImage, 2>{
-      {{picture_of(1.1F, 0.9F)}, {picture_of(1.3F, 0.7F)}}});
+  const auto v = core::pilot_errors(
+      std::array<core::PilotImage, 2>{{{picture_of(1.1F, 0.9F)}, {picture_of(1.3F, 0.7F)}}});
   // 1.1 0.9 is the most light that both halves found.
   EXPECT_NEAR(v[0], 0.01 / (0.99 + kFloor), 1e-7);
   EXPECT_NEAR(v[1], 0.09 / (0.99 + kFloor), 1e-6);
@@ -45,8 +45,8 @@ TEST(PilotErrors, CountLightThatAnImageMisses) {
   EXPECT_NEAR(v[0], 0.25 / (1 + kFloor), 1e-6);
   EXPECT_EQ(v[1], 0) << "the brightest image misses no light";
   EXPECT_NEAR(v[2], 0.5625 / (1 + kFloor), 1e-6) << "the most that another image has found";
-  const auto none = core::pilot_errors(
-      std::array<core::PilotImage, 2>{{{picture_of(0, 0)}, {picture_of(0, 0)}}});
+  const auto none =
+      core::pilot_errors(std::array<core::PilotImage, 2>{{{picture_of(0, 0)}, {picture_of(0, 0)}}});
   EXPECT_EQ(none[0] + none[1], 0) << "black images have no error";
 }
 

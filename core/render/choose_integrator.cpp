@@ -19,16 +19,18 @@ namespace {
 /// Pixels of a pilot: enough to compare tiles, and few compared with an image.
 constexpr double kPixels = 64.0 * 64.0;
 
+/// samples: 64 of path take less time than 16 of bdpt in five of the six scenes below, and its
+/// noise is in rarer paths.
 /// ray_weight: CPU seconds per ray, including shading, relative to path's; the geometric mean over
 /// cornell-box, interior, glass, keyhole, caustic-pool and many-lights (bdpt 1.7 to 6.1, sppm 1.4
-/// to 5.9).
+/// to 5.9), from `cpu_seconds` and `rays` of `tessera render SCENE --integrator NAME --json`.
 /// advantage: required over path. For bdpt because pilots are only this accurate, and path offers
 /// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
 /// allow. For sppm because its squared error falls as N^(-2/3), that of path as 1/N: one that is
 /// four times as efficient at 16 samples is as good at 1,024.
 struct Candidate {
   std::string_view integrator;
-  int samples;  ///< of the pilot; path's are cheap and their noise is rarer
+  int samples;  ///< of the pilot, rounded to what the sampler can produce
   double ray_weight;
   double advantage;
 };
@@ -148,14 +150,11 @@ std::string without_pilot(const View& view) {
   if (view.settings.spectral) {
     return "spectral is true";
   }
-  const SceneData& scene = view.scene->data();
-  const auto& materials = scene.materials;
+  const SceneSummary& scene = view.scene->summary();
   if (scene.has_scattering || view.settings.fog) {
     return "the scene has scattering media";
   }
-  const bool disperses = std::any_of(materials.begin(), materials.end(),
-                                     [](const Material& m) { return m.factors.dispersion > 0; });
-  return disperses ? "the scene has dispersion" : "";
+  return scene.has_dispersion ? "the scene has dispersion" : "";
 }
 
 }  // namespace
@@ -228,6 +227,7 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
   const auto samples = static_cast<double>((*film)->sample_counts().sum);
   PilotFigures figures{
       .integrator = candidate.integrator,
+      .samples = (*film)->sample_counts().mean,
       .work = static_cast<double>((*film)->rays()) / samples * candidate.ray_weight};
   if (is_biased) {
     small.settings.photons.radius_m = radius_m / 2;
@@ -281,7 +281,7 @@ Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_targ
   double best = 0;
   for (std::size_t k = 0; k < images.size(); ++k) {
     PilotFigures& pilot = choice.pilots[k];
-    pilot.variance = errors[k] * kCandidates[k].samples;
+    pilot.variance = errors[k] * pilot.samples;
     const double cost = pilot.variance * pilot.work;
     pilot.efficiency = cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity();
     if (const double score = pilot.efficiency / kCandidates[k].advantage; score > best) {

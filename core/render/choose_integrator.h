@@ -29,6 +29,7 @@ namespace core {
 
 struct PilotFigures {
   std::string_view integrator;
+  double samples = 0;     ///< per pixel
   double variance = 0;    ///< relative squared error of a sample
   double work = 0;        ///< per sample of a pixel, in rays of `path`
   double efficiency = 0;  ///< 1 / (variance work); infinite if there is no error

@@ -114,6 +114,18 @@ TEST(ChooseIntegrator, ChoosesSppmOnlyWhereItWinsAndWithoutAnErrorTarget) {
   EXPECT_NE(core::choose_integrator(shares, false)->integrator, "sppm") << "it records no shares";
 }
 
+// An orthogonal array has the square of a prime number of points: V counts the samples that were
+// rendered, not those that were asked for.
+TEST(ChooseIntegrator, CountsRoundedSamples) {
+  core::View view = automatic("cornell-box");
+  view.settings.sampler = core::SamplerType::kOrthogonalArray;
+  const auto choice = core::choose_integrator(view, true);
+  ASSERT_TRUE(choice);
+  EXPECT_GT(choice->pilots[0].samples, 64);
+  EXPECT_EQ(choice->pilots[0].samples, core::rounded_samples(view.settings, 64));
+  EXPECT_EQ(choice->pilots[1].samples, core::rounded_samples(view.settings, 16));
+}
+
 TEST(ChooseIntegrator, DoesNotDependOnSeedCropOrReplicates) {
   core::View view = automatic("cornell-box");
   const auto choice = core::choose_integrator(view, false);

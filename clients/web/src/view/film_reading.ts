@@ -24,6 +24,9 @@ export function thinned(pixels: number, value: (pixel: number) => number): numbe
 const sampled = (film: LiveFilm, value: (pixel: number) => number): number[] =>
   thinned(film.width * film.height, (i) => (film.samples[i] > 0 ? value(i) : 0));
 
+/** Where a colour scale ends: a few outliers do not determine it. */
+export const quantileOfTop = 0.995;
+
 export const quantile = (sorted: number[], q: number): number =>
   sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
 
@@ -48,7 +51,8 @@ export function varianceRange(film: LiveFilm): Range {
   );
   if (values.length < 16) return { low: 1e-6, high: 1 };
   const low = 10 ** Math.floor(Math.log10(quantile(values, 0.1)));
-  return { low, high: Math.max(100 * low, 10 ** Math.ceil(Math.log10(quantile(values, 0.995)))) };
+  const top = 10 ** Math.ceil(Math.log10(quantile(values, quantileOfTop)));
+  return { low, high: Math.max(100 * low, top) };
 }
 
 export function samplesRange(film: LiveFilm): Range {

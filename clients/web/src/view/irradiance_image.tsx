@@ -4,10 +4,7 @@ import type { Job } from '../api/types';
 import { ramps } from '../live/heat';
 import { readRadiance, type Luminances } from '../live/radiance';
 import { lumensPerWatt, luxScale, rampIndex, type LuxScale } from './lux';
-import { useRevision } from './server_image';
-
-/** Larger images are scaled down by the server. */
-const sideMost = 2048;
+import { sideMost, useRevision } from './server_image';
 
 /** The layer's illuminances in lux, updated as the film grows. */
 function useLux(job: Job, large: boolean): Luminances | 'missing' | null {

@@ -1,10 +1,7 @@
-import { quantile, thinned } from './film_reading';
+import { quantile, quantileOfTop, thinned } from './film_reading';
 
 /** Luminous efficacy of nominal white. */
 export const lumensPerWatt = 683;
-
-/** The share of the values that may exceed the colour scale, as for variances. */
-const shareAbove = 0.005;
 
 export interface LuxScale {
   /** Value of the ramp's last colour; the first is 0. */
@@ -40,7 +37,7 @@ export function luxScale(lux: ArrayLike<number>): LuxScale {
   let most = 0;
   for (let i = 0; i < lux.length; ++i) if (lux[i] > most && lux[i] < Infinity) most = lux[i];
   const lit = thinned(lux.length, (i) => lux[i]);
-  return { ...roundUp(lit.length ? quantile(lit, 1 - shareAbove) : 1), most };
+  return { ...roundUp(lit.length ? quantile(lit, quantileOfTop) : 1), most };
 }
 
 /** Index of the ramp's colour. */

@@ -54,6 +54,9 @@ function usePicture(src: string | null, mode: Mode): Shown | 'missing' | null {
   return shown;
 }
 
+/** Larger images are scaled down by the server. */
+export const sideMost = 2048;
+
 const ranges: Partial<Record<Mode, string>> = {
   normal: '-1,1',
   depth: 'auto',
@@ -80,7 +83,7 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
           : light;
   const shown = usePicture(
     revision && !(mode === 'mix' && mix === null)
-      ? imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: 2048 }) })
+      ? imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: sideMost }) })
       : null,
     mode,
   );

@@ -4,15 +4,16 @@
 #include <array>
 #include <cctype>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <memory>
+#include <sstream>
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
 #include "api/flags/flags.h"
 #include "api/limits.h"
+#include "server/config_text.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -33,10 +34,21 @@ CLI::Validator share_or_bytes() {
           ""};
 }
 
-std::vector<std::string> split_commas(const std::string& text) {
-  std::vector<std::string> parts = CLI::detail::split(text, ',');
-  std::erase(parts, "");
-  return parts;
+/// Replaces each part of a list by its normal form.
+CLI::Validator each_part(core::Result<std::string> (*normal)(std::string_view)) {
+  return {[normal](std::string& text) {
+            std::string list;
+            for (const std::string& part : split_commas(text)) {
+              const auto made = normal(part);
+              if (!made) {
+                return made.error().message;
+              }
+              list += (list.empty() ? "" : ",") + *made;
+            }
+            text = std::move(list);
+            return std::string();
+          },
+          ""};
 }
 
 const std::vector<std::string> kLogLevels = {"debug", "info", "warning", "error", "off"};
@@ -121,8 +133,10 @@ void add_flags(CLI::App& app, Config& config) {
       "Key for `tessera worker` that gives access to nothing else, as `keys add --scope worker`.");
   row("metrics-key", config.metrics_key, kSecret,
       "Key required by /metrics; without it, /metrics needs no key.");
-  row("hosts", config.hosts, "A,B", "Host names to accept besides the loopback names.");
-  row("origins", config.origins, "A,B", "Origins of other pages that may call this server (CORS).");
+  row("hosts", config.hosts, "A,B", "Host names to accept besides the loopback names.")
+      ->transform(each_part(&normal_host));
+  row("origins", config.origins, "A,B", "Origins of other pages that may call this server (CORS).")
+      ->transform(each_part(&normal_origin));
   row.off("demo", config.demo, "Submit a demo job if there are no jobs yet.");
   row("grace", config.grace_seconds, "SECONDS", "Maximum shutdown time after SIGTERM.")
       ->check(flags::within(0, 3600));
@@ -267,10 +281,11 @@ Status apply_value(CLI::App& app, const std::string& name, const std::string& va
 
 /// Reads `flag = value` on each line; lines that begin with `#` are comments.
 Status apply_file(CLI::App& app, const std::string& path) {
-  std::ifstream file(path);
-  if (!file) {
-    return Error{ErrorCode::kInvalidArgument, "cannot be read", path};
+  const auto text = read_settings_file(path);
+  if (!text) {
+    return text.error();
   }
+  std::istringstream file(*text);
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
     CLI::detail::trim(line);
@@ -313,10 +328,13 @@ Status read_key_file(Config& config) {
   if (!config.key.empty()) {
     return Error{ErrorCode::kInvalidArgument, "cannot be combined with --key", "--key-file"};
   }
-  std::ifstream file(config.key_file);
-  file >> config.key;
+  const auto text = read_settings_file(config.key_file);
+  if (!text) {
+    return text.error();
+  }
+  std::istringstream(*text) >> config.key;
   if (config.key.empty()) {
-    return Error{ErrorCode::kInvalidArgument, "has no key, or cannot be read", config.key_file};
+    return Error{ErrorCode::kInvalidArgument, "has no key", config.key_file};
   }
   return core::ok_status();
 }
@@ -355,7 +373,8 @@ core::Result<Config> parse_config(std::span<const std::string_view> args, const 
   for (const CLI::Option* option : app.get_options()) {
     const std::string name = option->get_single_name();
     const auto value = environ(variable_name(name));
-    if (value && option != app.get_help_ptr()) {
+    // Compose files pass unset settings on as empty variables.
+    if (value && !value->empty() && option != app.get_help_ptr()) {
       if (auto status = apply_value(app, name, *value, variable_name(name)); !status) {
         return status.error();
       }

@@ -17,6 +17,8 @@
 namespace server {
 namespace {
 
+/// Browsers send cookies to all ports of a host, so the port is a part of the name; else two
+/// servers on one host would end each other's sessions.
 constexpr std::string_view kCookieName = "tessera_session";
 
 std::string_view without_port(std::string_view host) {
@@ -61,7 +63,17 @@ std::vector<std::string> watched_jobs(const Request& request) {
   return jobs;
 }
 
-std::string_view cookie_value(std::string_view cookies, std::string_view name) {
+std::string cookie_name(const Request& request) {
+  const std::string_view host = request.header("Host").value_or("");
+  const std::string_view port = host.substr(without_port(host).size());
+  return std::string(kCookieName) + (port.size() > 1 ? "_" + std::string(port.substr(1)) : "");
+}
+
+/// Returns the values of all session cookies, that of this port first.
+std::vector<std::string_view> sessions_in(const Request& request) {
+  const std::string own = cookie_name(request);
+  std::vector<std::string_view> values;
+  std::string_view cookies = request.header("Cookie").value_or("");
   while (!cookies.empty()) {
     const std::size_t end = std::min(cookies.find(';'), cookies.size());
     std::string_view pair = cookies.substr(0, end);
@@ -69,17 +81,18 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     while (!pair.empty() && pair.front() == ' ') {
       pair.remove_prefix(1);
     }
-    if (pair.size() > name.size() && pair.substr(0, name.size()) == name &&
-        pair[name.size()] == '=') {
-      return pair.substr(name.size() + 1);
+    const std::size_t equals = std::min(pair.find('='), pair.size());
+    const std::string_view name = pair.substr(0, equals);
+    if (name.starts_with(kCookieName) && equals + 1 < pair.size()) {
+      values.insert(name == own ? values.begin() : values.end(), pair.substr(equals + 1));
     }
   }
-  return {};
+  return values;
 }
 
 std::string cookie_field(const Request& request, std::string_view value,
                          std::chrono::seconds life) {
-  std::string field(kCookieName);
+  std::string field = cookie_name(request);
   field.append("=").append(value).append("; Path=/; Max-Age=");
   field.append(std::to_string(life.count())).append("; HttpOnly; SameSite=Strict");
   return request.is_https ? field + "; Secure" : field;
@@ -119,9 +132,7 @@ Response unknown_holder(const Request& request) {
   if (bearer_token(request)) {
     return unauthorized(request, Brought::kUnknown, "the key is unknown or has expired");
   }
-  const std::string_view cookies = request.header("Cookie").value_or("");
-  if (request.header("Authorization").value_or("").empty() &&
-      !cookie_value(cookies, kCookieName).empty()) {
+  if (request.header("Authorization").value_or("").empty() && !sessions_in(request).empty()) {
     return unauthorized(request, Brought::kUnknown,
                         "the session has ended, or its key is no longer valid");
   }
@@ -158,11 +169,12 @@ std::optional<Holder> Guard::holder_of(const Request& request) {
     const auto token = bearer_token(request);
     return token ? keys_.holder_of_hash(secret_hash(*token)) : std::nullopt;
   }
-  const auto cookies = request.header("Cookie");
-  const auto hash = cookies
-                        ? sessions_.token_hash_of(cookie_value(*cookies, kCookieName), unix_now())
-                        : std::nullopt;
-  return hash ? keys_.holder_of_hash(*hash) : std::nullopt;
+  for (const std::string_view session : sessions_in(request)) {
+    if (const auto hash = sessions_.token_hash_of(session, unix_now())) {
+      return keys_.holder_of_hash(*hash);
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<Response> Guard::check_host_and_origin(const Request& request) const {
@@ -331,9 +343,10 @@ Response Guard::start_session(const Request& request) {
 }
 
 Response Guard::end_session(const Request& request) {
-  const std::string_view cookies = request.header("Cookie").value_or("");
-  if (const auto ended = sessions_.end(cookie_value(cookies, kCookieName)); !ended) {
-    return error_answer(request, ended.error());
+  for (const std::string_view session : sessions_in(request)) {
+    if (const auto ended = sessions_.end(session); !ended) {
+      return error_answer(request, ended.error());
+    }
   }
   Response response = empty_response();
   response.headers.set("Set-Cookie", cookie_field(request, "", std::chrono::seconds(0)));

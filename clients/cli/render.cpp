@@ -16,6 +16,8 @@
 #include "clients/cli/files.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/render_job.h"
+#include "clients/cli/shown.h"
+#include "core/base/cgroup.h"
 #include "core/color/tone_map.h"
 #include "core/denoise/make_denoiser.h"
 #include "core/image_io/image_io.h"
@@ -150,7 +152,7 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
     return made.error();
   }
   if (!made->note.empty()) {
-    std::fprintf(stderr, "warning: %s\n", made->note.c_str());
+    std::fprintf(stderr, "warning: %s\n", shown(made->note).c_str());
   }
   Shown out = {.look = {}, .by = std::move(made->by), .note = std::move(made->note)};
   out.look = {std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
@@ -330,7 +332,7 @@ int run(const JobFlags& flags) {
     complain("render", name.error());
     return kWrongUsage;
   }
-  const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const int machine = core::usable_threads();
   const int threads = flags.threads > 0 ? flags.threads : machine;
   auto parsed = parse_local_job(flags);
   if (!parsed) {
@@ -342,7 +344,7 @@ int run(const JobFlags& flags) {
     return complain("render", job.error());
   }
   for (const std::string& warning : job->warnings) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    std::fprintf(stderr, "warning: %s\n", shown(warning).c_str());
   }
   return render_to_file(*job, flags, threads);
 }

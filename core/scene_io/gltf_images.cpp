@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/base/cgroup.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_uri.h"
@@ -120,7 +121,7 @@ Status GltfImages::decode_all() {
     }
   };
   {
-    const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+    const auto cores = static_cast<std::size_t>(usable_threads());
     std::vector<std::jthread> others(std::min(std::max<std::size_t>(noted_.size(), 1), cores) - 1);
     for (std::jthread& other : others) {
       other = std::jthread(work);

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "api/job_view.h"
+
 namespace server {
 namespace {
 
@@ -167,6 +169,12 @@ void Metrics::write_http(MetricsText& text) const {
                     metric_label("status", std::to_string(status)),
                 static_cast<double>(count));
   }
+  std::uint64_t errors = 0;
+  for (const auto& [key, count] : requests_) {
+    errors += std::get<int>(key) == 500 ? count : 0;
+  }
+  text.counter("tessera_http_errors_total", "Requests answered with status 500.",
+               static_cast<double>(errors));
   text.family(
       "tessera_http_request_duration_seconds", "histogram",
       "Time from the first byte of a request to the last byte of its response, excluding streams.");
@@ -212,7 +220,12 @@ void Metrics::write(MetricsText& text) const {
   write_http(text);
   text.family("tessera_jobs_ended_total", "counter",
               "Jobs that reached a final state, by stop reason.");
-  for (const auto& [reason, count] : job_ends_) {
+  std::map<std::string, std::uint64_t> ends = job_ends_;
+  // All reasons from the start: increase() does not see the first event of a new series.
+  for (int reason = 1; reason <= static_cast<int>(core::StopReason::kFailed); ++reason) {
+    ends.try_emplace(std::string(api::to_text(static_cast<core::StopReason>(reason))), 0);
+  }
+  for (const auto& [reason, count] : ends) {
     text.sample("tessera_jobs_ended_total", metric_label("reason", reason),
                 static_cast<double>(count));
   }

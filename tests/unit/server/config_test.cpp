@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/server/server_test_support.h"
+
 namespace {
 
 using server::parse_config;
@@ -74,6 +76,49 @@ TEST(Config, ValueMayBeEmptyOrLookLikeAList) {
   EXPECT_EQ(parse({"--key=a=b="})->key, "a=b=");
   EXPECT_EQ(parse({"--hosts", "a,,b", "--port", "9"})->hosts, (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(parse({"--port", "7", "--port", "9"})->port, 9);
+}
+
+TEST(Config, EmptyVariablesCountAsUnset) {
+  const auto config = parse({}, {{"TESSERA_PORT", ""},
+                                 {"TESSERA_THREADS", ""},
+                                 {"TESSERA_MEMORY", ""},
+                                 {"TESSERA_LISTEN", ""},
+                                 {"TESSERA_DEMO", ""}});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->port, 8080);
+  EXPECT_EQ(config->listen, "127.0.0.1");
+}
+
+TEST(Config, ListsAreTrimmedAndOriginsNormal) {
+  const auto config = parse({"--hosts", "a.example, B.example", "--origins",
+                             " https://Shop.example/ ,HTTP://two.example:80,https://[::1]:8443"});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->hosts, (std::vector<std::string>{"a.example", "b.example"}));
+  EXPECT_EQ(config->origins, (std::vector<std::string>{"https://shop.example", "http://two.example",
+                                                       "https://[::1]:8443"}));
+}
+
+TEST(Config, RefusesWhatCanNeverMatch) {
+  for (const char* host : {"https://render.example.org", "*.example.org", "a b", "a/b", "a:x"}) {
+    EXPECT_FALSE(parse({"--hosts", host})) << host;
+  }
+  for (const char* origin : {"shop.example", "https://shop.example/path", "https://*.example",
+                             "https://me@shop.example", "null", "https://"}) {
+    EXPECT_FALSE(parse({"--origins", origin})) << origin;
+  }
+}
+
+TEST(Config, FilesAreReadWholeOrRefused) {
+  test_support::TemporaryFolder folder;
+  const auto refused = parse({"--config", folder.path()});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "is a directory, not a file");
+  EXPECT_FALSE(parse({"--key-file", folder.path()}));
+  const std::string path = folder.file("bom.conf");
+  test_support::write_file(path, "\xef\xbb\xbfport = 8126\n");
+  const auto config = parse({"--config", path});
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->port, 8126);
 }
 
 TEST(Config, DataDirectoryDependsOnTheUser) {

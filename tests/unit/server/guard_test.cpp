@@ -187,6 +187,31 @@ int status_with_cookie(const Guard& guard, const std::string& cookie) {
   return status_of(guard, asked);
 }
 
+// Browsers send the cookies of all ports of a host.
+TEST(Session, IsOfOnePort) {
+  Config config;
+  config.key = "secret";
+  const Guard here(config);
+  const Guard there(config);
+  const auto begin = [](const Guard& guard, const std::string& host) {
+    auto asked = request("POST", "/v1/session", host);
+    asked.headers.set("Authorization", "Bearer secret");
+    const auto begun = guard.start_session(asked);
+    const std::string cookie(begun.headers.find("Set-Cookie").value_or(""));
+    return cookie.substr(0, cookie.find(';'));
+  };
+  const std::string first = begin(here, "localhost:8080");
+  const std::string second = begin(there, "localhost:8081");
+  EXPECT_NE(first.substr(0, first.find('=')), second.substr(0, second.find('=')));
+  const std::string both = first + "; " + second;
+  for (const auto& [guard, host] :
+       {std::pair(&here, "localhost:8080"), std::pair(&there, "localhost:8081")}) {
+    auto asked = request("GET", "/v1/jobs", host);
+    asked.headers.set("Cookie", both);
+    EXPECT_EQ(status_of(*guard, asked), 0) << host;
+  }
+}
+
 TEST(Session, IsRandomAndEndsOnlyByLogout) {
   Config config;
   config.key = "secret";

@@ -79,7 +79,9 @@ Status JobService::resume() {
   if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
     return forgotten;
   }
-  films_.remove_all_loose();
+  if (table_.database().damage().empty()) {  // Otherwise records of these films may be lost.
+    films_.remove_all_loose();
+  }
   const auto rows = table_.unfinished();
   if (!rows) {
     return rows.error();

@@ -13,9 +13,9 @@
 
 #include <unistd.h>
 
-#include "api/flags/output.h"
 #include "clients/cli/cli.h"
 #include "clients/cli/command.h"
+#include "clients/cli/output.h"
 #include "clients/cli/shown.h"
 
 namespace cli {
@@ -93,7 +93,7 @@ int dispatch(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return flags::checked_output("tessera", cli::dispatch(argc, argv));
+    return cli::checked_output("tessera", cli::dispatch(argc, argv));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera: %s\n", cli::shown(error.what()).c_str());
     return cli::kFailed;

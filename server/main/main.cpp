@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "api/flags/output.h"
 #include "clients/cli/cli.h"
+#include "clients/cli/output.h"
 #include "server/app.h"
 #include "server/backup_command.h"
 #include "server/check_command.h"
@@ -49,7 +49,7 @@ int dispatch(std::span<char*> args) {
 
 int main(int argc, char** argv) {
   try {
-    return flags::checked_output("tessera", dispatch({argv, static_cast<std::size_t>(argc)}));
+    return cli::checked_output("tessera", dispatch({argv, static_cast<std::size_t>(argc)}));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera-server: %s\n", error.what());
     return cli::kFailed;

@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "api/job_view.h"
-
 namespace server {
 namespace {
 
@@ -155,6 +153,11 @@ void Metrics::count_job_end(std::string_view reason) {
   ++job_ends_[std::string(reason)];
 }
 
+void Metrics::expect_job_end(std::string_view reason) {
+  const core::MutexLock lock(mutex_);
+  job_ends_.try_emplace(std::string(reason), 0);
+}
+
 void Metrics::count(Counter counter) {
   const core::MutexLock lock(mutex_);
   ++counters_[static_cast<std::size_t>(counter)];
@@ -220,12 +223,7 @@ void Metrics::write(MetricsText& text) const {
   write_http(text);
   text.family("tessera_jobs_ended_total", "counter",
               "Jobs that reached a final state, by stop reason.");
-  std::map<std::string, std::uint64_t> ends = job_ends_;
-  // All reasons from the start: increase() does not see the first event of a new series.
-  for (int reason = 1; reason <= static_cast<int>(core::StopReason::kFailed); ++reason) {
-    ends.try_emplace(std::string(api::to_text(static_cast<core::StopReason>(reason))), 0);
-  }
-  for (const auto& [reason, count] : ends) {
+  for (const auto& [reason, count] : job_ends_) {
     text.sample("tessera_jobs_ended_total", metric_label("reason", reason),
                 static_cast<double>(count));
   }

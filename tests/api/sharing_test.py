@@ -142,7 +142,8 @@ class TooLargeTest(ApiTest):
         self.assertLess(time.monotonic() - before, 15)  # Waiting for memory takes 20 s.
         for refused in (denoised, compared):
             self.assert_problem(refused, 413)
-            self.assertRegex(refused.json()["detail"], r"needs .* MB of memory; the limit .*--memory")
+            self.assertRegex(refused.json()["detail"],
+                             r"needs .* MB of memory; the limit .*--memory")
 
 
 if __name__ == "__main__":

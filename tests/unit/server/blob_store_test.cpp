@@ -37,13 +37,13 @@ TEST(BlobStore, NamesContentByItsHash) {
   EXPECT_EQ(test_support::read_file(folder.file("ba") + "/" + kAbc), "abc");
 }
 
-TEST(BlobStore, DamagedOrLostFilesAreToldAndReplacedByAnUpload) {
+TEST(BlobStore, DamagedOrLostFilesAreReportedAndReplacedByAnUpload) {
   const TemporaryFolder folder;
   const auto store = BlobStore::open(folder.path());
   ASSERT_TRUE(store->put("abc"));
   ASSERT_TRUE(store->check(kAbc));
   const std::string path = folder.file("ba") + "/" + kAbc;
-  const auto is_told = [&](const char* words) {
+  const auto is_reported = [&](const char* words) {
     for (const auto& error :
          {store->read(kAbc).error(), store->open_blob(kAbc).error(), store->check(kAbc).error()}) {
       EXPECT_NE(error.message.find(words), std::string::npos) << error.message;
@@ -51,11 +51,11 @@ TEST(BlobStore, DamagedOrLostFilesAreToldAndReplacedByAnUpload) {
     }
   };
   test_support::damage_file(path, 1);
-  is_told("is damaged");
+  is_reported("is damaged");
   EXPECT_FALSE(store->put("abc")->known);
   EXPECT_EQ(**store->read(kAbc), test_support::bytes_of("abc"));
   std::filesystem::remove(path);
-  is_told("is gone");
+  is_reported("is gone");
 }
 
 TEST(BlobStore, UploadWithAnotherHashLeavesNothing) {

@@ -1,4 +1,4 @@
-// What a database lost is told: damaged, short and missing logs, and damaged databases.
+// Losses of a database are reported: damaged, short and missing logs, and damaged databases.
 #include "server/store/database_mark.h"
 
 #include <cstdint>
@@ -43,7 +43,7 @@ class KilledDatabase : public testing::Test {
 
 TEST_F(KilledDatabase, IsWhole) { EXPECT_EQ(damage(), ""); }
 
-TEST_F(KilledDatabase, ToldWhereverABitOfTheLogFlips) {
+TEST_F(KilledDatabase, ReportedWhereverABitOfTheLogFlips) {
   const std::uint64_t bytes = std::filesystem::file_size(path() + "-wal");
   const std::string log = test_support::read_file(path() + "-wal");
   const std::string base = test_support::read_file(path());
@@ -63,7 +63,7 @@ TEST_F(KilledDatabase, ToldWhereverABitOfTheLogFlips) {
   EXPECT_EQ(damage(), "");
 }
 
-TEST_F(KilledDatabase, ToldIfTheLogIsShortOrMissing) {
+TEST_F(KilledDatabase, ReportedIfTheLogIsShortOrMissing) {
   const std::string log = test_support::read_file(path() + "-wal");
   test_support::write_file(path() + "-wal", std::string_view(log).substr(0, log.size() / 2));
   EXPECT_NE(damage().find("cut short"), std::string::npos);
@@ -72,12 +72,12 @@ TEST_F(KilledDatabase, ToldIfTheLogIsShortOrMissing) {
   EXPECT_EQ(damage(), "");
 }
 
-TEST_F(KilledDatabase, ToldIfTheLogIsGone) {
+TEST_F(KilledDatabase, ReportedIfTheLogIsGone) {
   std::filesystem::remove(path() + "-wal");
   EXPECT_NE(damage().find("is missing"), std::string::npos);
 }
 
-TEST_F(KilledDatabase, ToldIfItsMarkIsDamaged) {
+TEST_F(KilledDatabase, ReportedIfItsMarkIsDamaged) {
   test_support::damage_file(path() + "-mark", 6);
   EXPECT_NE(damage().find("cannot be noticed"), std::string::npos);
 }
@@ -88,7 +88,7 @@ TEST_F(KilledDatabase, ChangesAfterTheMarkAreNoLoss) {
   EXPECT_EQ(damage(), "");
 }
 
-TEST(ClosedDatabase, ToldIfABitFlips) {
+TEST(ClosedDatabase, ReportedIfABitFlips) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");
   ASSERT_TRUE(Database::open(path));

@@ -1,13 +1,13 @@
-#include "api/flags/output.h"
+#include "clients/cli/output.h"
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <iostream>
 
-#include "api/flags/exit_codes.h"
+#include "clients/cli/cli.h"
 
-namespace flags {
+namespace cli {
 
 int checked_output(const char* program, int code) {
   errno = 0;
@@ -21,4 +21,4 @@ int checked_output(const char* program, int code) {
   return code == kDone ? kFailed : code;
 }
 
-}  // namespace flags
+}  // namespace cli

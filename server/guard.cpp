@@ -300,7 +300,8 @@ void Guard::decorate(const Request& request, Response& response) const {
   response.headers.set(
       "Access-Control-Expose-Headers",
       "ETag, Link, Location, Preference-Applied, RateLimit, RateLimit-Policy, "
-      "Retry-After, X-Request-Id, X-Tessera-Ignored, X-Tessera-Range, X-Tessera-Revision");
+      "Retry-After, X-Request-Id, X-Tessera-Exposure, X-Tessera-Ignored, X-Tessera-Range, "
+      "X-Tessera-Revision");
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
     response.headers.set("Access-Control-Allow-Headers",

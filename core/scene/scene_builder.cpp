@@ -45,7 +45,20 @@ class Builder {
     return ok_status();
   }
 
-  const Bounds& bounds() const { return bounds_; }
+  /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
+  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
+  /// is high.
+  Bounds bounds() const {
+    Bounds out = bounds_;
+    if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
+      const float reach = 0.5F * out.diagonal().y;
+      out.min.x -= reach;
+      out.min.z -= reach;
+      out.max.x += reach;
+      out.max.z += reach;
+    }
+    return out;
+  }
   std::size_t placed_triangles() const { return placed_triangles_; }
 
  private:

@@ -9,6 +9,7 @@ set(CORE_TEST_SOURCES
   denoise_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp
+  exposure_test.cpp
   feature_pass_test.cpp
   film_format_test.cpp
   film_merge_test.cpp

@@ -88,7 +88,8 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
   if (!checked) {
     return problem_answer(request, checked.problem());
   }
-  const auto cost = context.jobs.estimate(checked->spec);
+  const auto cost =
+      context.jobs.estimate(checked->spec, request.access.tenant, request.stop_token());
   if (!cost) {
     return error_answer(request, cost.error());
   }

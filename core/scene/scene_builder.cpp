@@ -11,6 +11,7 @@
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
+#include "core/scene/crowding.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/textures/colored_blocks.h"
@@ -23,7 +24,7 @@ class Builder {
  public:
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
-  Status run(int threads, std::string_view isa) {
+  Status run(int threads, std::string_view isa, const std::stop_token& stop) {
     to_.light_groups = {"environment"};
     if (Status s = add_materials(); !s) {
       return s;
@@ -33,7 +34,7 @@ class Builder {
     }
     number_objects(from_, to_);
     place_meshes();
-    if (Status s = build_accel(threads, isa); !s) {
+    if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
     }
     add_lights();
@@ -294,7 +295,7 @@ class Builder {
     return out;
   }
 
-  Status build_accel(int threads, std::string_view isa) {
+  Status build_accel(int threads, std::string_view isa, const std::stop_token& stop) {
     std::vector<AccelGeometry> top;
     for (std::size_t i = 0; i < top_level_; ++i) {
       top.push_back(geometry(to_.meshes[to_.placed[i].mesh]));
@@ -310,7 +311,7 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads, isa);
+    auto accel = Accel::build(top, groups, instances, threads, isa, stop);
     if (!accel) {
       return accel.error();
     }
@@ -477,9 +478,9 @@ class Builder {
 }  // namespace
 
 Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, int threads,
-                                        std::string_view isa) {
+                                        std::string_view isa, const std::stop_token& stop) {
   Builder builder(from, to);
-  if (Status status = builder.run(threads, isa); !status) {
+  if (Status status = builder.run(threads, isa, stop); !status) {
     return status.error();
   }
   return PlacedGeometry{builder.bounds(), builder.placed_triangles()};

@@ -33,6 +33,7 @@ set(CORE_TEST_SOURCES
   roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  settle_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
   spectrum_test.cpp

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/description/moved_vertices.h"
+#include "core/math/offset_ray.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
 
@@ -47,6 +48,7 @@ struct PlacedMesh {
 struct PlacedInstance {
   Transform to_world;
   std::uint32_t first_placed = 0;  ///< into `placed`; geometry g of the group is placed[first + g]
+  InstanceError error;
 };
 
 }  // namespace core

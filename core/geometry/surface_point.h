@@ -29,6 +29,7 @@ struct SurfacePoint {
   /// Height above the triangle, on the ray's side, of the smooth surface implied by its normals; 0
   /// where that is flat or concave.
   float bulge_m = 0;
+  float error_m = 0;  ///< step off the surface (core/math/offset_ray.h)
   std::uint32_t material = 0;
   std::uint32_t light = kNoLight;
   std::uint32_t placed = 0;  ///< index of the PlacedMesh

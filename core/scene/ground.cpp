@@ -86,7 +86,7 @@ void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 vi
     return;
   }
   const Bounds bounds = bounds_of(scene);
-  const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
+  const float radius = bounds.radius_or(1);
   // Slightly below the model, which may have a floor of its own.
   constexpr float kGap = 1e-4F;
   const float height =

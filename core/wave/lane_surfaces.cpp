@@ -26,6 +26,8 @@ struct LaneSurfaces::Rows {
   Vec4 placed[3][N];  ///< positions of instances
   Vec4 turned[3][N];  ///< normals; w: 1 if not yet normalised, as for instances
   alignas(32) float mirror[N];
+  alignas(32) float spread[N];  ///< InstanceError
+  alignas(32) float place_m[N];
   alignas(32) std::int32_t light[N];
   unsigned smooth = 0;
   unsigned double_sided = 0;
@@ -38,7 +40,8 @@ struct LaneSurfaces::Rows {
       for (auto& part : material) {
         part[k] = kNothing;
       }
-      mirror[k] = 1;
+      mirror[k] = spread[k] = 1;
+      place_m[k] = 0;
       light[k] = 0;
     }
   }
@@ -102,7 +105,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
       textured |= bit;
     } else {
       (mesh.kind == Kind::kPlain ? plain : mapped) |= bit;
-      add_triangle(rows, k, mesh, hit, instance == nullptr ? nullptr : &instance->to_world);
+      add_triangle(rows, k, mesh, hit, instance);
     }
   }
   if ((plain | mapped) == 0) {
@@ -128,7 +131,8 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
 
 template <std::size_t N>
 void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                                const Transform* to_world) {
+                                const PlacedInstance* instance) {
+  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
   for (std::size_t part = 0; part < 4; ++part) {
     rows.material[part][k] = mesh.row->at + 4 * part;
   }
@@ -141,6 +145,8 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   }
   if (to_world != nullptr) {
     rows.mirror[k] = to_world->determinant() < 0 ? -1.0F : 1.0F;
+    rows.spread[k] = instance->error.spread;
+    rows.place_m[k] = instance->error.place_m;
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 p = to_world->point(mesh.positions[v[c]]);
       rows.placed[c][k] = {p.x, p.y, p.z, 0};
@@ -189,7 +195,9 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   for (std::size_t c = 0; c < 3; ++c) {
     p[c] = gather(rows.positions[c], behind);
   }
-  const Vec3s<N> n = cross(p[1] - p[0], p[2] - p[0]);
+  const Vec3s<N> edge1 = p[1] - p[0];
+  const Vec3s<N> edge2 = p[2] - p[0];
+  const Vec3s<N> n = cross(edge1, edge2);
   const Vec3s<N> b = barycentrics(p, n, segments);
   out.position = blend(p, b);
   const Floats<N> twice_area = length(n);
@@ -201,6 +209,8 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   s.normal_geometric = geometric * side;
   s.horizon = s.normal_geometric;
   s.origin = out.position;
+  s.error_m = plane_error_m(out.position, edge1, edge2, twice_area, load<N>(rows.spread),
+                            load<N>(rows.place_m));
   Vec3s<N> shading = geometric;
   if (rows.smooth != 0) {
     Corners<N> corner;
@@ -264,6 +274,7 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   s.normal.set(k, shading.frame.n);
   s.horizon.set(k, shading.horizon);
   s.origin.set(k, shading.origin);
+  s.error_m.v[k] = point.error_m;
   s.base_color.set(k, {b.base_color.r, b.base_color.g, b.base_color.b});
   s.metallic.v[k] = b.metallic;
   s.roughness.v[k] = b.roughness;

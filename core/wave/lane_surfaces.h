@@ -80,7 +80,7 @@ class LaneSurfaces {
   bool shines(const Entry& mesh, const RawHit& hit) const;
   template <std::size_t N>
   static void add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                           const Transform* to_world);
+                           const PlacedInstance* instance);
   template <std::size_t N>
   static void add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
                        const Transform* to_world);

@@ -99,8 +99,8 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   }
   Vec3 up_hint = settings.up.value_or(Vec3{0, 1, 0});
   if (posed) {
-    camera.eye_ = *settings.position;
-    camera.forward_ = *settings.target - *settings.position;
+    camera.eye_ = settings.position->rounded();
+    camera.forward_ = (*settings.target - *settings.position).rounded();
   } else if (file != nullptr) {
     camera.eye_ = file->to_world.t;
     camera.forward_ = -file->to_world.z;
@@ -126,7 +126,7 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   camera.up_ = cross(camera.right_, camera.forward_);
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
   const float distance_m =
-      posed ? length(*settings.target - *settings.position)
+      posed ? length((*settings.target - *settings.position).rounded())
             : std::max(
                   dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_),
                   1e-3F * bounds.radius_or(1));

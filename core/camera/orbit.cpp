@@ -32,7 +32,7 @@ CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
   const Vec3 north{-std::cos(phi) * std::sin(theta), std::sin(phi),
                    -std::cos(phi) * std::cos(theta)};
   camera.target = orbit.target.value_or(center);
-  camera.position = *camera.target + outward * radius;
+  camera.position = *camera.target + Place(outward * radius);
   if (!camera.up) {
     camera.up = north;
   }

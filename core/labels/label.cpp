@@ -24,7 +24,7 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
             .instance = placed.instance,
             .material = point.material + 1,
             .primitive = scene.meshes[placed.mesh].primitive,
-            .position = point.position,
+            .position = (Place(point.position) + scene.origin).rounded(),
             .uv = scene.uv(hit, ray),
             .motion = motion != nullptr ? motion->of(scene, point, scene.corner_weights(hit, ray))
                                         : Vec2{}};

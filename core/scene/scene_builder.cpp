@@ -14,6 +14,7 @@
 #include "core/scene/check_geometry.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
+#include "core/scene/round_facets.h"
 #include "core/textures/colored_blocks.h"
 
 namespace core {
@@ -25,6 +26,7 @@ class Builder {
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
   Status run(int threads, std::string_view isa) {
+    to_.origin = from_.origin;
     to_.light_groups = {"environment"};
     if (Status s = add_materials(); !s) {
       return s;
@@ -37,6 +39,7 @@ class Builder {
     if (Status s = build_accel(threads, isa); !s) {
       return s;
     }
+    find_round_facets(to_);
     add_lights();
     Bounds box = bounds_;
     box.add(ground_bounds_);
@@ -186,7 +189,7 @@ class Builder {
     if (to_world != nullptr) {
       const bool mirrored = to_world->determinant() < 0;
       for (Vec3& v : mesh.positions) {
-        v = to_world->point(v);
+        v = exact_point(*to_world, v);
       }
       for (Vec3& n : mesh.normals) {
         n = normalize_or(to_world->normal(n), {0, 0, 1});

@@ -132,7 +132,10 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
     }
     s.normal_shading =
         normalize_or(corner[0] * b.x + corner[1] * b.y + corner[2] * b.z, s.normal_geometric);
-    s.bulge_m = bulge(c, corner, b, dot(s.normal_geometric, ray.direction) <= 0 ? 1.0F : -1.0F);
+    const bool front = dot(s.normal_geometric, ray.direction) <= 0;
+    if (mesh.is_round(hit.primitive, front)) {
+      s.bulge_m = bulge(c, corner, b, front ? 1.0F : -1.0F);
+    }
   }
   const Material& material = materials[mesh.material];
   if (material.has_texture || material.is_emissive) {

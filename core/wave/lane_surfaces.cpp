@@ -30,6 +30,7 @@ struct LaneSurfaces::Rows {
   alignas(32) float place_m[N];
   alignas(32) std::int32_t light[N];
   unsigned smooth = 0;
+  unsigned round[2] = {0, 0};  ///< MeshData::round_sides: front, back
   unsigned double_sided = 0;
 
   Rows() {
@@ -69,11 +70,11 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back({mesh.positions.data(), data(mesh.normals), mesh.indices.data(),
-                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
-                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
-                       m.has_alpha, m.factors.double_sided,
-                       m.is_emissive && m.emissive.texture != nullptr});
+    placed_.push_back({mesh.positions.data(), data(mesh.normals), data(mesh.round_sides),
+                       mesh.indices.data(), &materials_[mesh.material],
+                       maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
+                       data(mesh.tangents), placed.first_light, kind, m.has_alpha,
+                       m.factors.double_sided, m.is_emissive && m.emissive.texture != nullptr});
   }
 }
 
@@ -155,6 +156,11 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   }
   if (mesh.normals != nullptr) {
     rows.smooth |= 1U << k;
+    if (mesh.round_sides != nullptr) {
+      const unsigned sides = mesh.round_sides[hit.primitive];
+      rows.round[0] |= (sides & 1U) << k;
+      rows.round[1] |= (sides >> 1 & 1U) << k;
+    }
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 m = mesh.normals[v[c]];
       const Vec3 n = to_world == nullptr ? m : to_world->normal(m);
@@ -220,9 +226,11 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
     }
     const Mask<N> is_smooth = Mask<N>::of(rows.smooth);
     shading = select(is_smooth, normalize_or(blend(corner, b), geometric), geometric);
-    const Floats<N> above = bulge(p, corner, b, side);
-    const Mask<N> round = is_smooth & (above > zero) & (dot(shading, geometric) > zero);
-    if (round.any()) {
+    const Mask<N> allowed =
+        (front & Mask<N>::of(rows.round[0])) | (~front & Mask<N>::of(rows.round[1]));
+    if (allowed.any()) {
+      const Floats<N> above = bulge(p, corner, b, side);
+      const Mask<N> round = allowed & (above > zero) & (dot(shading, geometric) > zero);
       s.horizon = select(round, facing(shading * side, wo), s.horizon);
       s.origin = select(round, out.position + shading * (side * above), s.origin);
     }

@@ -61,7 +61,8 @@ class LaneSurfaces {
   /// A mesh instance.
   struct Entry {
     const Vec3* positions;
-    const Vec3* normals;  ///< null if absent
+    const Vec3* normals;              ///< null if absent
+    const std::uint8_t* round_sides;  ///< null if none
     const std::uint32_t* indices;
     const Row* row;
     const LaneMaps* maps;  ///< null unless mapped

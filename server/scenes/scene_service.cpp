@@ -225,10 +225,14 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
 
 core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
     const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-    Admission admission) {
+    core::Place origin, Admission admission) {
   using Made = SingleFlightCache<core::MotionTarget>::Made;
   const Memory needed = memory_of_later(id, time_seconds, variant);
-  return later_.get(needed.name, [&]() -> core::Result<Made> {
+  std::string key = needed.name;
+  for (const double at : {origin.x, origin.y, origin.z}) {
+    key += " " + std::to_string(at);
+  }
+  return later_.get(key, [&]() -> core::Result<Made> {
     MemoryGate::Lease lease;
     if (admission == Admission::kNeeded) {
       auto taken = memory_.take(
@@ -246,6 +250,7 @@ core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
     options.time_seconds = time_seconds;
     options.variant = variant;
     options.geometry_only = true;
+    options.origin = origin;
     auto description = describe(*document, std::move(options));
     if (!description) {
       return description.error();

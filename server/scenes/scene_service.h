@@ -106,10 +106,11 @@ class SceneService {
                                                         Admission admission = Admission::kNeeded,
                                                         const SceneStand& stand = {});
 
-  /// Returns the scene at the second time of motion vectors. Errors: of load().
+  /// Returns the scene at the second time of motion vectors, from the origin of that at the first.
+  /// Errors: of load().
   core::Result<std::shared_ptr<const core::MotionTarget>> later(
       const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-      Admission admission = Admission::kNeeded);
+      core::Place origin, Admission admission = Admission::kNeeded);
 
   /// Never null: settings alone give a constant environment. Errors: kInvalidArgument at
   /// "/environment/asset" for an unknown asset or one that is not an image; kUnavailable as for

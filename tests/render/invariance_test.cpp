@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/settings/registry.h"
+#include "tests/render/gltf_stage.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -125,11 +126,68 @@ std::vector<std::string> rows() {
   }
   return names;
 }
-INSTANTIATE_TEST_SUITE_P(AllRows, Invariance, testing::ValuesIn(rows()), [](const auto& info) {
-  std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(AllRows, Invariance, testing::ValuesIn(rows()), [](const auto& row) {
+  std::string name = row.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
+
+/// The room in a file, at a place of the file's world.
+core::SceneDescription at_place(core::Place place) {
+  core::SceneDescription scene = test_support::cornell();
+  core::CameraDescription camera;
+  camera.vertical_fov_rad = 0.7F;
+  camera.to_world.t = {0.5F, 0.5F, 2.2F};
+  scene.cameras.push_back(camera);
+  core::PunctualLightDescription lamp;
+  lamp.name = "lamp";
+  lamp.to_world.t = {0.5F, 0.8F, 0.8F};
+  scene.lights.push_back(lamp);
+  scene.origin = place;  // written as translations of the nodes
+  return test_support::load(core::write_glb(scene));
+}
+
+TEST(FarPlaces, PlaceDoesNotMatter) {
+  const auto mean = [](const core::SceneDescription& scene) {
+    return static_cast<double>(
+        test_support::shoot(scene, {.width = kSide, .height = kSide, .samples = 64, .depth = 3})
+            .mean()
+            .g);
+  };
+  const double plain = mean(at_place({}));
+  // Coordinates of a map, and a shift by 100,000 km.
+  for (const core::Place place : {core::Place{1000, 0, 0}, core::Place{448262.25, 120, 5411932.5},
+                                  core::Place{1e8, 0, -1e8}}) {
+    const core::SceneDescription scene = at_place(place);
+    EXPECT_TRUE(scene.warnings.empty());
+    const core::Place corner = scene.origin + scene.instances.at(0).to_world.t;
+    EXPECT_EQ(corner, place);  // in the file's coordinates
+    EXPECT_NEAR(mean(scene), plain, 0.005 * plain) << place.x;
+  }
+}
+
+TEST(FarPlaces, FloatsOfTheFileThatLostTheShapeAreReported) {
+  // The planted fault: vertices themselves in map coordinates, in steps of half a metre.
+  core::SceneDescription scene = test_support::cornell();
+  for (core::PrimitiveDescription& p : scene.meshes[0].primitives) {
+    for (Vec3& v : p.positions) {
+      v = v + Vec3{448262, 120, 5411932};
+    }
+  }
+  const core::SceneDescription read = test_support::load(core::write_glb(scene));
+  ASSERT_EQ(read.warnings.size(), 1U);
+  EXPECT_NE(read.warnings[0].find("in steps of 0."), std::string::npos) << read.warnings[0];
+}
+
+TEST(FarPlaces, SizesBeyondFloatsAreReported) {
+  for (const float size : {1e-9F, 1e10F}) {
+    core::SceneDescription scene = test_support::cornell();
+    scene.instances[0].to_world = core::scaling({size, size, size});
+    const core::SceneDescription read = test_support::load(core::write_glb(scene));
+    ASSERT_EQ(read.warnings.size(), 1U) << size;
+    EXPECT_NE(read.warnings[0].find("radius"), std::string::npos);
+  }
+}
 
 /// A room of five walls with a lamp under the ceiling, 12 triangles, a corner at the origin; seen
 /// through the open side.

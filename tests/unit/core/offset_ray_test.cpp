@@ -2,8 +2,8 @@
 // place, and no longer than rounding demands.
 #include "core/math/offset_ray.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -177,17 +177,17 @@ TEST(OffsetRay, NorThatOfAnInstance) {
 }
 
 // The planted fault.
-TEST(OffsetRay, AnEighthOfTheStepIsTooShort) {
+TEST(OffsetRay, ASixteenthOfTheStepIsTooShort) {
   for (const float size : kSizes) {
-    EXPECT_GT(alone(size, 30, 0.125F).self_hits, 100) << size;
-    EXPECT_GT(alone(size, 30, 0.125F).light_hits, 100) << size;
+    EXPECT_GT(alone(size, 30, 0.0625F).self_hits, 100) << size;
+    EXPECT_GT(alone(size, 30, 0.0625F).light_hits, 100) << size;
   }
 }
 
 TEST(OffsetRay, TheStepIsAFewRoundings) {
   // 6 roundings of 2^-24 of the taxicab lengths of point (3 coordinates) and two edges (sqrt(3)
-  // times their lengths each), which slivers of a twentieth lengthen at most (1 + 60 / 8) times.
-  constexpr double kMost = 6 * 0x1p-24 * (3 + 2 * 1.7321 * 8.5);
+  // times their lengths each), which thin triangles lengthen at most 9 times.
+  constexpr double kMost = 6 * 0x1p-24 * (3 + 2 * 1.7321 * 9);
   for (const float size : kSizes) {
     EXPECT_LT(alone(size, 30, 1).longest, kMost) << size;
   }

@@ -323,9 +323,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
     if (!seen.contains(pointer) || !usual.contains(pointer)) {
       continue;  // printed where accepted, and refused elsewhere by the parser
     }
-    const bool is_accepted =
-        std::find(row->accepts.begin(), row->accepts.end(), option) != row->accepts.end();
-    if (!is_accepted && seen.at(pointer) != usual.at(pointer)) {
+    if (!core::accepts(*row, option) && seen.at(pointer) != usual.at(pointer)) {
       faults.add(std::string(option), shown(seen.at(pointer)) + " is not used by integrator '" +
                                           spec.render.integrator + "'; its only value there is " +
                                           shown(usual.at(pointer)));

@@ -286,6 +286,9 @@ const auto& table() {
       adaptive_row(),
       shown_if([](const JobSpec& s) { return !s.render.meter.empty(); },
                CustomRow<JobSpec>{"meter", &read_meter, &print_meter, &meter_schema}),
+      choice(
+          "units", [](auto& s) -> auto& { return s.render.units; }, &core::units,
+          "Unit of radiance, irradiance and intensity."),
       flag(
           "spectral", [](auto& s) -> auto& { return s.render.spectral; },
           "True: paths carry three wavelengths instead of three colours."),

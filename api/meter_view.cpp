@@ -19,7 +19,7 @@ const View<core::MeterReading>& meter_reading_view() {
   using Reading = core::MeterReading;
   static const View<Reading> kView = {
       "MeterReading",
-      "Light that arrives at one side of a point. One lux of a light in the scene is one lux here.",
+      "Light that arrives at one side of a point, in lux for all sources alike.",
       {{"position", shape::triple("World, metres."),
         [](const Reading& r) { return triple_of(r.at.position); }},
        {"normal", shape::triple("Unit normal."),
@@ -36,7 +36,7 @@ const View<core::MeterReading>& meter_reading_view() {
         shape::flag("One of the 16 randomisations makes up most of the interval, or no path has "
                     "found light: the interval is only a guess."),
         [](const Reading& r) -> Json { return r.unreliable; }},
-       {"irradiance_rgb", shape::triple("In the scene's units, linear."),
+       {"irradiance_rgb", shape::triple("Lux per channel, linear."),
         [](const Reading& r) -> Json {
           return {number_json(r.irradiance[0]), number_json(r.irradiance[1]),
                   number_json(r.irradiance[2])};

@@ -8,7 +8,7 @@
 #include "core/camera/camera.h"
 #include "core/image_io/image_io.h"
 #include "core/lights/made_environment.h"
-#include "core/render/choose_integrator.h"
+#include "core/render/settle.h"
 #include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
@@ -203,7 +203,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
     }
     view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
   }
-  if (auto chosen = core::settle_integrator(view, job.spec.stop); !chosen) {
+  if (auto chosen = core::settle(view, job.spec.stop); !chosen) {
     return chosen.error();
   } else if (!chosen->empty()) {
     job.spec.render = view.settings;

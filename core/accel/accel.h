@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string_view>
 #include <vector>
 
@@ -70,11 +71,13 @@ class Accel {
   /// Builds the structure. The spans are used in place: they must outlive the Accel, and each
   /// vertex buffer must have four readable bytes past its end. threads: for building. isa:
   /// restricts Embree's instruction set, as returned by resolve_isa(); empty lets Embree choose.
-  /// Errors: kTooLarge if memory runs out, kInternal with Embree's message.
+  /// Errors: kTooLarge if memory runs out, kCancelled if stop was requested, kInternal with
+  /// Embree's message.
   static Result<std::unique_ptr<Accel>> build(std::span<const AccelGeometry> top_level,
                                               std::span<const std::vector<AccelGeometry>> groups,
                                               std::span<const AccelInstance> instances, int threads,
-                                              std::string_view isa = {});
+                                              std::string_view isa = {},
+                                              const std::stop_token& stop = {});
   ~Accel();
   Accel(const Accel&) = delete;
   Accel& operator=(const Accel&) = delete;

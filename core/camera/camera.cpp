@@ -154,6 +154,7 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
   const float x = (2 * film_px.x / width_px_ - 1) * half_width_;
   const float y = (1 - 2 * film_px.y / height_px_) * half_height_;
   CameraRay out;
+  out.film_px = film_px;
   if (type_ == CameraType::kPanorama) {
     out.ray.origin = eye_;
     out.ray.direction = normalize((forward_ * std::cos(x) + right_ * std::sin(x)) * std::cos(y) +

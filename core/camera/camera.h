@@ -35,6 +35,7 @@ class Camera {
     Ray ray;               ///< direction is unit; t is metres
     float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 if orthographic
     float width_m = 0;     ///< width of a pixel at the origin; 0 unless orthographic
+    Vec2 film_px{};
   };
   /// Returns the ray of a film position in pixels of the full film, x to the right, y down. lens in
   /// [0,1)^2.

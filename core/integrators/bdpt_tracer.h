@@ -95,6 +95,15 @@ class BidirectionalPathTracer final : public Integrator {
   std::uint32_t group_at(const PathVertex& met) const noexcept {
     return scene_.placed[met.point.placed].group;
   }
+  /// Returns whether a subpath has only passed clear surfaces if it goes on from the vertex towards
+  /// wi, where they show the backdrop: environment light along such paths is left out.
+  bool shows_backdrop(const Vertex& vertex, Vec3 wi) const noexcept {
+    return backdrop_.is_through_glass() && vertex.is_clear && vertex.medium == nullptr &&
+           passes_clear(vertex.surface, wi);
+  }
+  bool is_environment(std::uint32_t light) const noexcept {
+    return scene_.group_of_light(light) == kEnvironmentGroup;
+  }
   void add_background(CameraSubpath& path) const noexcept;
   void add_unlit(CameraSubpath& path, PathVertex& met) const noexcept;
   void add_emission(CameraSubpath& path, const Vertex& vertex) const noexcept;

@@ -81,7 +81,7 @@ Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
               .time = path.ray.time};
   path.last = {cosine_hemisphere_pdf_solid_angle(local.z), point, normal, 1};
   path.depth = 1;
-  path.is_sharp = false;
+  path.is_sharp = path.is_clear = false;
   paths_.follow(path);
   return direct + path.out.radiance * kPi;
 }

@@ -32,6 +32,10 @@ struct LightSample {
   Vec3 place;                      ///< point on a triangle light
 };
 
+inline bool is_environment(const LightSample& sample) noexcept {
+  return sample.triangle == kNoLight && sample.is_far && !sample.is_delta;
+}
+
 /// A light sample independent of the point that it was drawn for, in a measure that is the same
 /// everywhere: area on triangles [m^2], solid angle for the environment, counting for delta lights.
 struct LightPoint {

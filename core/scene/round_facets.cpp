@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 #include "core/math/offset_ray.h"
@@ -55,7 +57,7 @@ class RoundFacets {
     }
   }
 
-  void run() {
+  Status run(const std::stop_token& stop) {
     for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
       MeshData& mesh = scene_.meshes[m];
       // What moves has no fixed neighbours; light through a surface needs both of its sides.
@@ -65,6 +67,9 @@ class RoundFacets {
       }
       std::vector<std::uint8_t> sides(mesh.triangle_count(), 3);
       for (const Placement& place : places_[m]) {
+        if (stop.stop_requested()) {
+          return Error{ErrorCode::kCancelled, "stopped while looking for round facets", ""};
+        }
         const float small_m = kSmallRise * radius_of(mesh, place);
         for (std::uint32_t t = 0; t < sides.size(); ++t) {
           sides[t] =
@@ -75,6 +80,7 @@ class RoundFacets {
         mesh.round_sides = std::move(sides);
       }
     }
+    return ok_status();
   }
 
  private:
@@ -204,6 +210,8 @@ class RoundFacets {
 
 }  // namespace
 
-void find_round_facets(SceneData& scene) { RoundFacets(scene).run(); }
+Status find_round_facets(SceneData& scene, const std::stop_token& stop) {
+  return RoundFacets(scene).run(stop);
+}
 
 }  // namespace core

@@ -6,11 +6,15 @@
 /// normals, such as boxes, are drawn as the facets that they are.
 #pragma once
 
+#include <stop_token>
+
+#include "core/base/result.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
 
-/// Fills MeshData::round_sides. Pre: scene.placed, instances and accel are complete.
-void find_round_facets(SceneData& scene);
+/// Fills MeshData::round_sides. Pre: scene.placed, instances and accel are complete. Errors:
+/// kCancelled.
+Status find_round_facets(SceneData& scene, const std::stop_token& stop);
 
 }  // namespace core

@@ -48,9 +48,11 @@ struct SceneSummary {
 class Scene {
  public:
   /// Builds a scene and consumes the description. threads: for the acceleration structure. isa: see
-  /// Accel::build(). Errors: kInvalidArgument (indices out of range), kTooLarge, kCancelled.
+  /// Accel::build(). Errors: kInvalidArgument (indices out of range), kTooLarge, kCancelled (stop
+  /// was requested).
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description, int threads,
-                                                    std::string_view isa = {});
+                                                    std::string_view isa = {},
+                                                    const std::stop_token& stop = {});
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

@@ -12,6 +12,7 @@
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
+#include "core/scene/crowding.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/scene/round_facets.h"
@@ -25,7 +26,7 @@ class Builder {
  public:
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
-  Status run(int threads, std::string_view isa) {
+  Status run(int threads, std::string_view isa, const std::stop_token& stop) {
     to_.origin = from_.origin;
     to_.light_groups = {"environment"};
     if (Status s = add_materials(); !s) {
@@ -36,10 +37,9 @@ class Builder {
     }
     number_objects(from_, to_);
     place_meshes();
-    if (Status s = build_accel(threads, isa); !s) {
+    if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
     }
-    find_round_facets(to_);
     add_lights();
     Bounds box = bounds_;
     box.add(ground_bounds_);
@@ -49,7 +49,20 @@ class Builder {
     return ok_status();
   }
 
-  const Bounds& bounds() const { return bounds_; }
+  /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
+  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
+  /// is high.
+  Bounds bounds() const {
+    Bounds out = bounds_;
+    if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
+      const float reach = 0.5F * out.diagonal().y;
+      out.min.x -= reach;
+      out.min.z -= reach;
+      out.max.x += reach;
+      out.max.z += reach;
+    }
+    return out;
+  }
   std::size_t placed_triangles() const { return placed_triangles_; }
 
  private:
@@ -286,7 +299,7 @@ class Builder {
     return out;
   }
 
-  Status build_accel(int threads, std::string_view isa) {
+  Status build_accel(int threads, std::string_view isa, const std::stop_token& stop) {
     std::vector<AccelGeometry> top;
     for (std::size_t i = 0; i < top_level_; ++i) {
       top.push_back(geometry(to_.meshes[to_.placed[i].mesh]));
@@ -302,12 +315,12 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads, isa);
+    auto accel = Accel::build(top, groups, instances, threads, isa, stop);
     if (!accel) {
       return accel.error();
     }
     to_.accel = std::move(accel).value();
-    return ok_status();
+    return find_round_facets(to_, stop);
   }
 
   void add_lights() {
@@ -475,9 +488,9 @@ class Builder {
 }  // namespace
 
 Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, int threads,
-                                        std::string_view isa) {
+                                        std::string_view isa, const std::stop_token& stop) {
   Builder builder(from, to);
-  if (Status status = builder.run(threads, isa); !status) {
+  if (Status status = builder.run(threads, isa, stop); !status) {
     return status.error();
   }
   return PlacedGeometry{builder.bounds(), builder.placed_triangles()};

@@ -11,8 +11,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -49,6 +51,15 @@ struct GltfOptions {
   bool geometry_only = false;
   GltfLimits limits;
 };
+
+/// For GltfLimits::admit: ends the reading with kCancelled when a stop is requested.
+inline std::function<Status(std::uint64_t)> until_stopped(std::stop_token stop) {
+  return [stop = std::move(stop)](std::uint64_t /*bytes*/) {
+    return stop.stop_requested()
+               ? Status(Error{ErrorCode::kCancelled, "stopped while reading the scene", ""})
+               : ok_status();
+  };
+}
 
 /// Looks up a side file by the uri in the glTF (percent-decoded); empty if it was not uploaded.
 using ResolveUri = std::function<SharedBytes(std::string_view uri)>;

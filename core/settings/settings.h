@@ -202,22 +202,36 @@ struct MeterSettings {
 
 enum class BackgroundType { kEnvironment, kTransparent, kColor, kBlurred };
 
-/// The background of camera rays that leave the scene. Mirrors and glass still show the
-/// environment.
+/// The background of camera rays that leave the scene. Mirrors still show the environment.
 struct BackgroundSettings {
   BackgroundType type = BackgroundType::kEnvironment;
   Rgb color = {1, 1, 1};  ///< radiance, for kColor
+  /// Clear surfaces (core/lights/backdrop.h) show the background, not the environment.
+  bool through_glass = false;
 };
 
 enum class GroundType { kNone, kCatcher, kSweep };
+
+enum class ShadowColor { kNeutral, kPhysical };
+
+/// The shadow on a catcher (core/integrators/catcher.h).
+struct ShadowSettings {
+  ShadowColor color = ShadowColor::kNeutral;
+  float strength = 1;  ///< factor of the blocked light, in [0,1]
+  float softness = 0;  ///< sine of the angle by which every light is widened, in [0,1]
+};
 
 /// Something for the model to stand on, horizontal and diffuse, with or without a polished coat.
 struct GroundSettings {
   GroundType type = GroundType::kNone;
   std::optional<float> height_m;  ///< y; empty: the lowest point of the model
   Rgb color = {0.8F, 0.8F, 0.8F};
-  float reflection = 0;  ///< weight of a smooth clear coat, in [0,1]
+  float reflection = 0;        ///< weight of a smooth clear coat, in [0,1]
+  ShadowSettings shadow = {};  ///< for kCatcher
 };
+
+/// The unit of radiance (core/color/photometry.h).
+enum class Units { kPhotometric };
 
 struct RenderSettings {
   FilmSettings film;
@@ -243,6 +257,7 @@ struct RenderSettings {
   GroundSettings ground;
   bool spectral = false;       ///< paths carry wavelengths instead of RGB
   double shutter_seconds = 0;  ///< exposure time; motion during it is blurred
+  Units units = Units::kPhotometric;
   std::uint64_t seed = 0;
 };
 

@@ -260,6 +260,7 @@ void LaneTracer<N>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int d
   path.cone_spread_rad = paths.cone_spread_rad.at[i];
   path.is_sharp = paths.is_sharp.at[i] != 0;
   path.met = &met;
+  path.is_clear = depth == 0;
   path.out.hit = depth > 0;
   lone_.follow(wave, path, paths.slot.at[i]);
   const Rgb found = path.out.radiance * share(depth);

@@ -9,6 +9,7 @@ set(CORE_TEST_SOURCES
   denoise_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp
+  exposure_test.cpp
   feature_pass_test.cpp
   film_format_test.cpp
   film_merge_test.cpp
@@ -33,6 +34,7 @@ set(CORE_TEST_SOURCES
   roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  settle_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
   spectrum_test.cpp

@@ -2299,8 +2299,8 @@ export interface Worker {
   units: number;
   /** Units that it lost or failed, or whose results were wrong. */
   faults: number;
-  state: 'idle' | 'working' | 'draining' | 'unsuitable' | 'left' | 'lost';
-  /** Why the worker is unsuitable. */
+  state: 'idle' | 'working' | 'draining' | 'suspended' | 'unsuitable' | 'left' | 'lost';
+  /** Why the worker is unsuitable or suspended. */
   reason: string | null;
   /** Time of the last report. */
   seen_at: string;

@@ -10,16 +10,14 @@
 ///   camera  z w     position on the lens                  film/camera_sample wave/wave_tracer
 ///                                                         integrators/mlt
 ///                                                         integrators/cached_irradiance
-///   light   x       which light                           integrators/path integrators/direct
+///   light   x       which light                           integrators/path
+///                                                         transport/direct_light
 ///                                                         integrators/bdpt integrators/irradiance
-///                                                         integrators/catcher
-///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media wave/wave_tracer
-///   light   y z     where on it                           integrators/path integrators/direct
+///   light   y z     where on it                           integrators/path
+///                                                         transport/direct_light
 ///                                                         integrators/bdpt integrators/irradiance
-///                                                         integrators/catcher
-///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media wave/wave_tracer
 ///   light   w       Russian roulette of the path          integrators/path

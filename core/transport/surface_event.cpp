@@ -28,8 +28,11 @@ void solid_boundary(PathState& path, const Material& material, PathVertex& verte
   const MaterialDescription& f = material.factors;
   const bool disperses_around = around != nullptr && around->factors.dispersion > 0;
   if ((f.dispersion > 0 || disperses_around) && !(path.wavelength_nm > 0)) {
-    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
-    const WavelengthSample sample = sample_wavelength(u.w);
+    const bool is_shared = path.u_wavelength >= 0;
+    const WavelengthSample sample = sample_wavelength(
+        is_shared ? path.u_wavelength
+                  : path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume)).w);
+    const Rgb color = is_shared ? Rgb(1) : sample.weight;
     path.wavelength_nm = sample.wavelength_nm;
     if (front && !disperses_around) {
       const float outer = ior_of(path, around);
@@ -41,10 +44,10 @@ void solid_boundary(PathState& path, const Material& material, PathVertex& verte
                                            fresnel_dielectric(cos_o, n.b / outer)} /
                                            here
                                      : Rgb(1);
-      b.refraction_weight = sample.weight;
+      b.refraction_weight = color;
       vertex.drew_wavelength = true;
     } else {
-      path.beta *= sample.weight;
+      path.beta *= color;
     }
   }
   b.ior = relative_ior(path, path.media, material, front);

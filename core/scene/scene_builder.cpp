@@ -47,12 +47,12 @@ class Builder {
   }
 
   /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
-  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
-  /// is high.
+  /// level ground, for a quarter of its height: the shadow of light that falls at 76 degrees or
+  /// more, and most of longer ones, since the image is higher or wider than the model.
   Bounds bounds() const {
     Bounds out = bounds_;
     if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
-      const float reach = 0.5F * out.diagonal().y;
+      const float reach = 0.25F * out.diagonal().y;
       out.min.x -= reach;
       out.min.z -= reach;
       out.max.x += reach;

@@ -499,7 +499,7 @@ TEST(Catcher, AutomaticCamerasFrameTheShadow) {
   };
   const core::Bounds own = bounds(GroundType::kSweep);
   const core::Bounds framed = bounds(GroundType::kCatcher);
-  const float reach = 0.5F * own.diagonal().y;
+  const float reach = 0.25F * own.diagonal().y;
   EXPECT_NEAR(framed.max.x, own.max.x + reach, 1e-4F);
   EXPECT_NEAR(framed.min.z, own.min.z - reach, 1e-4F);
   EXPECT_EQ(framed.max.y, own.max.y);

@@ -14,6 +14,7 @@
 #include "core/lights/light.h"
 #include "core/lights/light_tree.h"
 #include "core/materials/material.h"
+#include "core/math/place.h"
 #include "core/math/vec.h"
 #include "core/textures/texture.h"
 
@@ -36,6 +37,7 @@ class SceneData {
   std::vector<PunctualLight> punctual_lights;
   std::vector<std::shared_ptr<const IesProfile>> profiles;  ///< referenced by punctual lights
   LightTree light_tree;  ///< over triangle lights, then point and spot lights
+  Place origin;          ///< SceneDescription::origin
   Vec3 center;           ///< bounding sphere
   float radius_m = 0;
   bool has_alpha = false;
@@ -59,6 +61,12 @@ class SceneData {
     return placed[hit.instance == kNoInstance
                       ? hit.geometry
                       : instances[hit.instance].first_placed + hit.geometry];
+  }
+  /// Returns the hit of a triangle light by a ray.
+  RawHit hit_of(const TriangleLight& light) const noexcept {
+    const std::uint32_t first =
+        light.instance == kNoInstance ? 0 : instances[light.instance].first_placed;
+    return {0, light.instance, light.placed - first, light.triangle};
   }
   /// Returns the point where `ray` hits the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;

@@ -7,9 +7,11 @@ set(RENDER_TEST_SOURCES
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
+  emitters_test.cpp
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp
+  invariance_test.cpp
   irradiance_cache_test.cpp
   irradiance_test.cpp
   media_test.cpp

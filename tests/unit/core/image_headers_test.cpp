@@ -365,8 +365,9 @@ TEST(HdrHeader, ScanlinesOfAllEightOrdersMakeThePicture) {
         const std::vector<float> values = floats_of(image);
         for (std::size_t i = 0; i < 6; ++i) {
           // Radiance takes the middle of a step, OpenImageIO its lower end.
-          EXPECT_NEAR(values[i * 3], 128 + i % 3, 0.6) << order << ' ' << i;
-          EXPECT_NEAR(values[i * 3 + 1], 128 + i / 3, 0.6) << order << ' ' << i;
+          EXPECT_NEAR(values[i * 3], static_cast<double>(128 + i % 3), 0.6) << order << ' ' << i;
+          EXPECT_NEAR(values[i * 3 + 1], static_cast<double>(128 + i / 3), 0.6)
+              << order << ' ' << i;
         }
       }
     }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <span>
@@ -19,6 +20,7 @@
 #include "core/color/tone_map.h"
 #include "core/denoise/make_denoiser.h"
 #include "core/image_io/image_io.h"
+#include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/meter/meter_reading.h"
 #include "core/render/feature_pass.h"
@@ -158,10 +160,19 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
   return out;
 }
 
+/// Returns the exposure of the output in stops; 0 for linear formats.
+double exposure_of(const core::Brightness& brightness, const JobFlags& flags) {
+  if (find_format(flags.output)->high_dynamic_range || flags.exposure.empty()) {
+    return 0;
+  }
+  return flags.exposure == "auto" ? brightness.auto_exposure
+                                  : std::strtod(flags.exposure.c_str(), nullptr);
+}
+
 core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec,
-                           const core::Scene& scene, const std::string& output,
-                           const core::DenoisedLook& look) {
-  const core::ImageFormat& format = *find_format(output);
+                           const core::Scene& scene, const JobFlags& flags,
+                           const core::Brightness& brightness, const core::DenoisedLook& look) {
+  const core::ImageFormat& format = *find_format(flags.output);
   const core::FilmSnapshot film = task.film().snapshot();
   core::Result<core::FloatImage> image =
       look.picture != nullptr     ? core::layer_image(film, "denoised", &look)
@@ -172,6 +183,7 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   }
   core::EncodeOptions options;
   options.whole_channels = core::whole_channels();
+  options.exposure_stops = static_cast<float>(exposure_of(brightness, flags));
   if (format.extension == "exr") {
     api::add_mattes(options.metadata, spec.render.film, &scene);
   }
@@ -179,7 +191,7 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   if (!file) {
     return file.error();
   }
-  return write_file(output, {reinterpret_cast<const char*>(file->data()), file->size()});
+  return write_file(flags.output, {reinterpret_cast<const char*>(file->data()), file->size()});
 }
 
 /// Returns the interval to report; if an error ended the job, only its upper bound holds.
@@ -224,20 +236,20 @@ std::vector<core::MeterReading> readings_of(const core::RenderTask& task,
 
 void print_readings(std::span<const core::MeterReading> readings) {
   for (const core::MeterReading& r : readings) {
-    const core::Vec3 at = r.at.position;
-    std::fprintf(stderr, "meter at %.4g %.4g %.4g: %.4g lux (%.4g to %.4g)%s\n",
-                 static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(at.z),
+    const core::Place at = r.at.position;
+    std::fprintf(stderr, "meter at %.9g %.9g %.9g: %.4g lux (%.4g to %.4g)%s\n", at.x, at.y, at.z,
                  r.illuminance, r.low, r.high, r.unreliable ? ", unreliable" : "");
   }
 }
 
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output,
-                 const Shown& shown) {
+                 const Shown& shown, double exposure, const std::vector<std::string>& warnings) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
   const auto readings = readings_of(task, job.spec.render);
   return {
       {"output", output},
+      {"exposure", exposure},
       {"stop_reason", std::string(api::to_text(task.stop_reason()))},
       {"samples_per_pixel",
        {{"min", progress.samples_min},
@@ -262,7 +274,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"rejected_samples", progress.rejected_samples},
       {"meter", readings.empty() ? Json(nullptr) : Json::parse(api::meter_json(readings))},
       {"film_digest", task.film().digest()},
-      {"warnings", job.warnings}};
+      {"warnings", warnings}};
 }
 
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
@@ -288,18 +300,29 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     return complain("render", shown.error());
   }
   const core::DenoisedLook& look = shown->look;
+  const core::Brightness brightness = core::brightness_of(task.film(), settings.film);
+  const double exposure = exposure_of(brightness, flags);
+  std::vector<std::string> warnings = job.warnings;
+  if (brightness.is_clipped() && flags.exposure.empty()) {
+    warnings.push_back(core::clipped_warning(brightness, "--exposure "));
+    std::fprintf(stderr, "warning: %s\n", warnings.back().c_str());
+  }
   if (const auto written =
-          write_picture(task, job.spec, *job.renderer->view().scene, flags.output, look);
+          write_picture(task, job.spec, *job.renderer->view().scene, flags, brightness, look);
       !written) {
     return complain("render", written.error());
   }
   if (flags.json) {
-    std::printf("%s\n", result_json(task, job, flags.output, *shown).dump(2).c_str());
+    std::printf("%s\n",
+                result_json(task, job, flags.output, *shown, exposure, warnings).dump(2).c_str());
   }
   const ProgressFacts facts = facts_of(progress, valid);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(),
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
                interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());
+  if (flags.exposure == "auto") {
+    std::fprintf(stderr, "exposure: %s stops\n", core::exposure_text(exposure).c_str());
+  }
   print_readings(readings_of(task, settings));
   if (look.picture != nullptr) {
     const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
@@ -328,6 +351,12 @@ int fault_code(const core::Error& error, const JobFlags& flags) {
 int run(const JobFlags& flags) {
   if (const auto name = check_picture_name(flags.output); !name) {
     complain("render", name.error());
+    return kWrongUsage;
+  }
+  PictureQuery shown;
+  shown.exposure = flags.exposure;
+  if (const auto look = check_look(shown, flags.output); !look) {
+    complain("render", look.error());
     return kWrongUsage;
   }
   const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));

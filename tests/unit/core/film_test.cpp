@@ -12,6 +12,7 @@
 #include "core/error/pixel_error.h"
 #include "core/film/filter.h"
 #include "core/layers/layers.h"
+#include "core/render/settle.h"
 #include "core/render/tile_fill.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
@@ -277,7 +278,7 @@ TEST(Film, MeanAndM2MatchTheSamples) {
   // Compares films of n and n + 1 samples: the differences of their sums are the samples.
   test_support::Moments moments[2];
   double before[2] = {};
-  const auto renderer = core::Renderer::create(view);
+  const auto renderer = core::settled_renderer(view);
   ASSERT_TRUE(renderer);
   Film film(view.settings.film, 2);
   TileState state = film.tile(0);

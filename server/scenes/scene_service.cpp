@@ -475,6 +475,10 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
         if (!environment) {
           return at_asset(environment.error());
         }
+        if (auto warning = core::radiance_warning(*image, "the environment"); !warning.empty()) {
+          const core::MutexLock lock(sizes_mutex_);
+          environment_warnings_[*asset] = std::move(warning);
+        }
         const std::uint64_t held_bytes = environment_bytes(*image);
         auto held = memory_.note({.shared = {{key, held_bytes}}}, MemoryGate::Kind::kIdle);
         return Made{.value = with_lease(*std::move(environment), std::move(held)),

@@ -18,6 +18,7 @@ set(RENDER_TEST_SOURCES
   medium_light_test.cpp
   meter_test.cpp
   mlt_test.cpp
+  neutral_shadow_test.cpp
   options_test.cpp
   photons_test.cpp
   planted_bugs_test.cpp

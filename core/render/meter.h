@@ -29,6 +29,7 @@ class Meter {
   std::uint64_t seed_;
   int first_replicate_;
   IrradianceTracer tracer_;
+  std::vector<MediumStack> media_;  ///< around each point; empty: the scene has no solids
 };
 
 }  // namespace core

@@ -15,6 +15,7 @@
 #include "core/lights/light_tree.h"
 #include "core/materials/material.h"
 #include "core/math/vec.h"
+#include "core/media/medium_stack.h"
 #include "core/textures/texture.h"
 
 namespace core {
@@ -31,6 +32,7 @@ class SceneData {
   /// Index into `placed` of the added ground.
   std::optional<std::uint32_t> ground;
   std::vector<PlacedInstance> instances;
+  std::vector<Solid> solids;
   std::unique_ptr<Accel> accel;
   std::vector<TriangleLight> triangle_lights;
   std::vector<PunctualLight> punctual_lights;
@@ -41,7 +43,10 @@ class SceneData {
   bool has_alpha = false;
   bool has_volumes = false;
   bool has_clear = false;
-  bool has_scattering = false;  ///< of the interior of a solid
+  bool has_shared_space = false;  ///< solids may touch or overlap
+  bool has_open_solids = false;
+  bool has_solid_holes = false;  ///< surfaces of solids may have holes
+  bool has_scattering = false;   ///< of the interior of a solid
   /// Names of light groups; the first is that of the environment.
   std::vector<std::string> light_groups;
   std::vector<std::uint32_t> object_mattes;    ///< matte_id() by object id
@@ -59,6 +64,11 @@ class SceneData {
     return placed[hit.instance == kNoInstance
                       ? hit.geometry
                       : instances[hit.instance].first_placed + hit.geometry];
+  }
+  /// Returns the solid that the triangle of `hit` bounds; null if none.
+  const Solid* solid_of(const RawHit& hit) const noexcept {
+    const std::uint32_t solid = placed_mesh(hit).solid;
+    return solid == kNoSolid ? nullptr : &solids[solid];
   }
   /// Returns the point where `ray` hits the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;

@@ -61,7 +61,9 @@ void set_ranks(std::vector<Solid>& solids) {
   std::vector<std::size_t> order(solids.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return size_of(solids[a]) > size_of(solids[b]);
+    const int of_a = solids[a].material->factors.priority;
+    const int of_b = solids[b].material->factors.priority;
+    return of_a != of_b ? of_a < of_b : size_of(solids[a]) > size_of(solids[b]);
   });
   for (std::size_t i = 0; i < order.size(); ++i) {
     solids[order[i]].rank = static_cast<std::uint32_t>(i);

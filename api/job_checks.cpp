@@ -21,9 +21,7 @@ constexpr double kParallelSine = 1e-6;
 struct Exact {
   double x, y, z;
 };
-Exact exact(core::Vec3 v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
-}
+Exact exact(core::Place v) { return {v.x, v.y, v.z}; }
 double norm(Exact v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
 void check_view(const core::CameraSettings& camera, Faults& faults) {

@@ -236,9 +236,8 @@ std::vector<core::MeterReading> readings_of(const core::RenderTask& task,
 
 void print_readings(std::span<const core::MeterReading> readings) {
   for (const core::MeterReading& r : readings) {
-    const core::Vec3 at = r.at.position;
-    std::fprintf(stderr, "meter at %.4g %.4g %.4g: %.4g lux (%.4g to %.4g)%s\n",
-                 static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(at.z),
+    const core::Place at = r.at.position;
+    std::fprintf(stderr, "meter at %.9g %.9g %.9g: %.4g lux (%.4g to %.4g)%s\n", at.x, at.y, at.z,
                  r.illuminance, r.low, r.high, r.unreliable ? ", unreliable" : "");
   }
 }

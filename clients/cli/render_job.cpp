@@ -126,8 +126,8 @@ core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& des
   }
   const core::Bounds bounds = core::bounds_of(description);
   const core::FilmSettings& film = spec.render.film;
-  const auto camera = core::Camera::create(api::camera_in(spec, bounds), description.cameras,
-                                           bounds, film.width, film.height);
+  const auto camera = core::Camera::create(api::camera_in(spec, bounds, description.origin),
+                                           description.cameras, bounds, film.width, film.height);
   if (!camera) {
     return camera.error();
   }
@@ -189,13 +189,14 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   }
   core::View view = {.scene = *scene,
                      .environment = *environment,
-                     .camera = api::camera_in(job.spec, summary.bounds),
+                     .camera = api::camera_in(job.spec, summary.bounds, summary.origin),
                      .later = nullptr,
                      .settings = job.spec.render};
   if (const auto seconds = api::later_seconds(job.spec)) {
     options.time_seconds = seconds;
     options.shutter_seconds = 0;
     options.geometry_only = true;
+    options.origin = summary.origin;
     auto later = load_scene(job.spec.scene, options);
     if (!later) {
       return later.error();

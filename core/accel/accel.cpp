@@ -319,6 +319,28 @@ unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept
   return met;
 }
 
+void Accel::visit_near(Vec3 center, float radius_m,
+                       const std::function<void(const RawHit&)>& visit) const {
+  struct Asked {
+    const std::function<void(const RawHit&)>& visit;
+    std::uint32_t top_geometries;
+  } asked = {visit, impl_->top_geometries};
+  RTCPointQuery query{center.x, center.y, center.z, 0, radius_m};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  const auto meet = [](RTCPointQueryFunctionArguments* met) {
+    const auto& to = *static_cast<const Asked*>(met->userPtr);
+    RawHit hit;
+    hit.instance = met->context->instStackSize == 0 ? kNoInstance
+                                                    : met->context->instID[0] - to.top_geometries;
+    hit.geometry = met->geomID;
+    hit.primitive = met->primID;
+    to.visit(hit);
+    return false;  // the radius stays
+  };
+  rtcPointQuery(impl_->top, &query, &context, +meet, &asked);
+}
+
 bool Accel::has_packets() const noexcept {
   return rtcGetDeviceProperty(impl_->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
 }

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <stop_token>
@@ -98,6 +99,10 @@ class Accel {
   /// boxes took 1.2 to 1.5 times as long (GrassFieldInstanced).
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
+  /// Calls `visit` for every triangle whose bounding box comes within `radius_m` of a point, in the
+  /// rest position; t of its hit is 0.
+  void visit_near(Vec3 center, float radius_m,
+                  const std::function<void(const RawHit&)>& visit) const;
   /// Returns whether Embree traces packets of eight natively.
   bool has_packets() const noexcept;
   std::size_t bytes() const noexcept;

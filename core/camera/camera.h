@@ -29,7 +29,7 @@ namespace core {
 class Camera {
  public:
   /// Selects a camera of the file and applies the job's overrides; frames the scene if there is
-  /// none. Errors: kInvalidArgument at "/camera/...".
+  /// none. All positions count from the scene's origin. Errors: kInvalidArgument at "/camera/...".
   static Result<Camera> create(const CameraSettings& settings,
                                const std::vector<CameraDescription>& cameras, const Bounds& bounds,
                                int width, int height);

@@ -15,6 +15,7 @@
 #include "core/description/moved_vertices.h"
 #include "core/image_io/image.h"
 #include "core/math/bounds.h"
+#include "core/math/place.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
 
@@ -172,6 +173,8 @@ struct CameraDescription {
 
 struct SceneDescription {
   std::string name;
+  /// Point of the file's world from which all positions here count.
+  Place origin;
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MaterialDescription> materials;
   std::vector<MeshDescription> meshes;

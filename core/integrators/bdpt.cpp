@@ -344,8 +344,10 @@ Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
   }
   Vec3 target = from_light.origin();
   if (from_light.medium == nullptr) {
-    const Vec3 n = from_light.surface.point.normal_geometric;
-    target = offset_ray(target, dot(n, wi) < 0 ? n : -n);
+    const SurfacePoint& point = from_light.surface.point;
+    const Vec3 n = point.normal_geometric;
+    target = offset_ray(target, dot(n, wi) < 0 ? n : -n,
+                        plane_error_m(point.error_m, std::sqrt(distance2)));
   }
   Rgb flight_depth;
   const Visibility seen = visibility_of(path, vertex, wi, target, false, flight_depth);

@@ -54,7 +54,7 @@ class BidirectionalPathTracer final : public Integrator {
         ledger_(input),
         max_depth_(input.settings.max_depth) {
     if (input.settings.fog) {
-      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m);
+      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);
     }
   }
 

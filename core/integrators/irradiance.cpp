@@ -25,14 +25,19 @@ IrradianceTracer::IrradianceTracer(const IntegratorInput& input)
     : scene_(input.scene), paths_({input.scene, input.environment, plain(input.settings)}) {}
 
 MediumStack IrradianceTracer::media_at(Vec3 point, Vec3 normal) const noexcept {
-  return solids_around(scene_, offset_ray(point, normal));
+  return solids_around(scene_, origin_at(point, normal));
+}
+
+/// The origin of rays: surfaces of the scene may pass through the point.
+Vec3 IrradianceTracer::origin_at(Vec3 point, Vec3 normal) const noexcept {
+  return offset_ray(point, normal, kPlaneError * (taxicab(point) + 4 * scene_.radius_m));
 }
 
 Rgb IrradianceTracer::sample(Vec3 point, Vec3 normal, const MediumStack& media,
                              const PathSampler& sampler, std::uint64_t& rays) const noexcept {
   TracedPath path{start_path(sampler, rays)};
   path.media = media;
-  return sample_at(path, point, normal, normal);
+  return sample_at(path, point, normal, origin_at(point, normal));
 }
 
 Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
@@ -44,20 +49,20 @@ Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const Pat
   }
   path.media.begin_segment(vertex.face);
   const auto facing = [&](Vec3 n) { return dot(n, vertex.wo_world) < 0 ? -n : n; };
-  return sample_at(path, vertex.point.position, facing(vertex.point.normal_shading),
-                   facing(vertex.point.normal_geometric));
+  const SurfacePoint& point = vertex.point;
+  return sample_at(path, point.position, facing(point.normal_shading),
+                   offset_ray(point.position, facing(point.normal_geometric), point.error_m));
 }
 
-/// side: geometric normal, on whose side rays leave the surface.
+/// origin: of rays, off the surface.
 Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
-                                Vec3 side) const noexcept {
+                                Vec3 origin) const noexcept {
   if (paths_.options().max_depth < 1) {
     return {};
   }
   const LightSampler& lights = paths_.lights();
   path.fog = paths_.fog();
   path.out.hit = true;  // no first surface to record
-  const Vec3 origin = offset_ray(point, side);
   const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kLight));
   Rgb direct;
   const LightSample light =

@@ -61,7 +61,7 @@ class PathTracer final : public Integrator {
         shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
                        samples_lights()) {
     if (input.settings.fog) {
-      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m);
+      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);
     }
   }
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,

@@ -38,7 +38,7 @@ void EmissionSampler::find_starts() {
       // The centre, and close to the corners.
       constexpr float kNear = 0x1p-7F;
       const auto at = [&](float b1, float b2) {
-        return offset_ray(t.p0 + t.edge1 * b1 + t.edge2 * b2, t.normal * side);
+        return offset_ray(t.p0 + t.edge1 * b1 + t.edge2 * b2, t.normal * side, t.error_m);
       };
       const std::array points = {at(1.0F / 3, 1.0F / 3), at(kNear, kNear), at(1 - 2 * kNear, kNear),
                                  at(kNear, 1 - 2 * kNear)};
@@ -104,7 +104,7 @@ EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_positi
     u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
   }
   s.radiance = triangle_radiance(scene_, t, b);
-  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal);
+  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal, t.error_m);
   s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
   return s;
 }

@@ -102,7 +102,7 @@ class LightSampler {
   LightPoint point_of(const LightSample& sample) const noexcept;
   LightView view(const LightPoint& light, Vec3 point) const noexcept;
   /// Returns the end point of a shadow ray to the light: LightSample::target.
-  Vec3 target(const LightPoint& light, const LightView& view) const noexcept;
+  Vec3 target(const LightPoint& light, const LightView& view, Vec3 point) const noexcept;
   /// Returns the density of sample() at `point` for a local light, in the light's measure; 0 if it
   /// does not shine on the point.
   float pdf_measure(const LightPoint& light, Vec3 point, Vec3 normal_world) const noexcept;

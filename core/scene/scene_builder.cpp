@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -14,6 +15,7 @@
 #include "core/scene/crowding.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
+#include "core/scene/round_facets.h"
 #include "core/scene/solids.h"
 #include "core/textures/colored_blocks.h"
 
@@ -26,6 +28,7 @@ class Builder {
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
   Status run(int threads, std::string_view isa, const std::stop_token& stop) {
+    to_.origin = from_.origin;
     to_.light_groups = {"environment"};
     if (Status s = add_materials(); !s) {
       return s;
@@ -201,7 +204,7 @@ class Builder {
     if (to_world != nullptr) {
       const bool mirrored = to_world->determinant() < 0;
       for (Vec3& v : mesh.positions) {
-        v = to_world->point(v);
+        v = exact_point(*to_world, v);
       }
       for (Vec3& n : mesh.normals) {
         n = normalize_or(to_world->normal(n), {0, 0, 1});
@@ -267,10 +270,11 @@ class Builder {
     for (const InstanceDescription& instance : from_.instances) {
       const auto id = static_cast<std::size_t>(instance.mesh);
       if (uses[id] < 2 || groups_[tree_of[id]].empty() ||
-          std::fabs(instance.to_world.determinant()) < 1e-30F) {
+          !(std::fabs(instance.to_world.determinant()) >= std::numeric_limits<float>::min())) {
         continue;
       }
-      to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size())});
+      to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size()),
+                               instance_error(instance.to_world)});
       instance_groups_.push_back(tree_of[id]);
       for (const std::uint32_t mesh : groups_[tree_of[id]]) {
         to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material),
@@ -320,7 +324,7 @@ class Builder {
       return accel.error();
     }
     to_.accel = std::move(accel).value();
-    return ok_status();
+    return find_round_facets(to_, stop);
   }
 
   void add_lights() {
@@ -333,7 +337,7 @@ class Builder {
       const std::size_t end =
           next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
       for (std::size_t i = instance.first_placed; i < end; ++i) {
-        visit_placed(static_cast<std::uint32_t>(i), &instance.to_world, bounds);
+        visit_placed(static_cast<std::uint32_t>(i), &instance, bounds);
       }
     }
     for (const PunctualLightDescription& d : from_.lights) {
@@ -365,8 +369,9 @@ class Builder {
     to_.light_tree = LightTree(bounds);
   }
 
-  void visit_placed(std::uint32_t placed, const Transform* to_world,
+  void visit_placed(std::uint32_t placed, const PlacedInstance* instance,
                     std::vector<LightBounds>& bounds) {
+    const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
@@ -397,6 +402,11 @@ class Builder {
       const float twice_area = length(n);
       light.area_m2 = 0.5F * twice_area;
       light.normal = normalize_or(mirrored ? -n : n, {0, 0, 1});
+      for (const Vec3 p : {light.p0, light.p0 + light.edge1, light.p0 + light.edge2}) {
+        light.error_m = std::max(
+            light.error_m, plane_error_m(p, light.edge1, light.edge2, twice_area,
+                                         instance == nullptr ? InstanceError{} : instance->error));
+      }
       light.placed = placed;
       light.triangle = t;
       light.two_sided = material.factors.double_sided;

@@ -25,10 +25,10 @@ struct PlacedFrom {
 };
 
 /// Fills scene.solids, PlacedMesh::solid and what follows from them. The meshes of one instance
-/// that share borders are one solid, whose medium is that of the largest. Ranks: the smaller solid
-/// wins (by its box), which is the inner one where solids nest; open surfaces, which may extend
-/// without limit, are the largest. Warns, in the description, of surfaces that are not closed or
-/// that face inwards.
+/// that share borders are one solid, whose medium is that of the largest. Ranks: by the priority of
+/// the material; else the smaller solid wins (by its box), which is the inner one where solids
+/// nest; open surfaces, which may extend without limit, are the largest. Warns, in the description,
+/// of surfaces that are not closed or that face inwards.
 void find_solids(SceneData& scene, const PlacedFrom& from);
 
 /// Returns the solids around a point. Source: crossings of rays from there with closed surfaces,

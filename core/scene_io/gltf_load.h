@@ -44,6 +44,9 @@ struct GltfOptions {
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   int scene_index = -1;  ///< -1: the file's default scene
+  /// Point from which positions count; empty: far_origin() of the scene (gltf_origin.h). Scenes at
+  /// several times of one picture share the first one's.
+  std::optional<Place> origin;
   /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;
   GltfLimits limits;

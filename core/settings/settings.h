@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/math/place.h"
 #include "core/math/vec.h"
 
 namespace core {
@@ -88,8 +89,8 @@ struct CameraSettings {
   std::optional<CameraType> type;  ///< empty: perspective if the pose differs from the file's
   std::optional<std::string> name;
   std::optional<int> index;
-  std::optional<Vec3> position;
-  std::optional<Vec3> target;
+  std::optional<Place> position;
+  std::optional<Place> target;
   std::optional<Vec3> up;
   std::optional<float> vertical_fov_degrees;
   /// Height of the film in metres; empty: the file's, or the height that a perspective camera
@@ -173,14 +174,14 @@ struct FogSettings {
 
 /// A point at which irradiance is measured, on the side that `normal` faces.
 struct MeterPoint {
-  Vec3 position;  ///< world [m]
-  Vec3 normal;    ///< of any nonzero length
+  Place position;  ///< world [m]
+  Vec3 normal;     ///< of any nonzero length
   friend bool operator==(const MeterPoint&, const MeterPoint&) = default;
 };
 
 /// Meter points at the centres of a rectangle's cells, facing along edge_u x edge_v. World [m].
 struct MeterPlane {
-  Vec3 origin;
+  Place origin;
   Vec3 edge_u;
   Vec3 edge_v;
   int columns = 0;  ///< along edge_u

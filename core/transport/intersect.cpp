@@ -1,5 +1,7 @@
 #include "core/transport/intersect.h"
 
+#include <algorithm>
+
 #include "core/math/offset_ray.h"
 #include "core/transport/solid_faces.h"
 #include "core/transport/surface_event.h"
@@ -19,7 +21,7 @@ bool draws_hole(const SceneData& scene, PathState& path, const RawHit& hit,
 Ray ray_behind(const SurfacePoint& point, const Ray& ray) noexcept {
   const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
   Ray out = ray;
-  out.origin = offset_ray(point.position, point.normal_geometric * side);
+  out.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
   return out;
 }
 
@@ -53,11 +55,13 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
       }
     }
     is_known = false;
+    float error_m = 0;  // of an interface of several faces
     const Solid* solid = scene.has_volumes ? scene.solid_of(hit) : nullptr;
     if (solid != nullptr) {
-      const SurfacePoint point = scene.surface_point(hit, ray);
+      SurfacePoint point = scene.surface_point(hit, ray);
       enter_late(path.media, *solid, point, ray);
       const FacesAt faces = faces_at(scene, hit, point, ray, path.media);
+      point.error_m = error_m = faces.error_m;
       if (faces.instead) {
         hit = *faces.instead;
       } else if (faces.beyond.top() == path.media.top()) {
@@ -83,7 +87,9 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
       go_on(point);
       continue;
     }
-    return end_at(scene.surface_point(hit, ray));
+    end_at(scene.surface_point(hit, ray));
+    vertex.point.error_m = std::max(vertex.point.error_m, error_m);
+    return true;
   }
   return false;
 }

@@ -25,7 +25,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
                  vertex.light_normal, light_samples};
   }
   path.eta_scale *= sample.eta * sample.eta;
-  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);
+  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n, vertex.point.error_m);
   path.ray.direction = wi;
   if (scene.has_volumes) {
     if (through && vertex.face.solid != nullptr) {

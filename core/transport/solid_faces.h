@@ -12,11 +12,12 @@ struct FacesAt {
   MediumStack beyond;
   /// An opaque surface, or a face of a solid on a hole, at the same place: it is hit instead.
   std::optional<RawHit> instead;
+  float error_m = 0;  ///< step over all of them (SurfacePoint::error_m)
 };
 
-/// Faces that lie between the origins of rays that leave the two sides of a surface (offset_ray)
-/// are one interface, because a ray that passes it meets none of the others. An opaque surface
-/// there hides them. point: of `hit`, which `ray` hits. media: before it.
+/// Faces that coincide up to rounding are one interface: the step of rays off the surface is over
+/// all of them, so that a ray that passes meets none of the others. An opaque surface there hides
+/// them. point: of `hit`, which `ray` hits. media: before it.
 FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& point,
                  const Ray& ray, const MediumStack& media) noexcept;
 

@@ -44,9 +44,10 @@ class ShadowRay {
   /// Meets the surface of a solid. passes_clear: it may transmit without deflection.
   void meet_solid(const Solid& solid, const RawHit& hit, float coverage,
                   bool passes_clear) noexcept {
-    const SurfacePoint point = scene_.surface_point(hit, ray_);
+    SurfacePoint point = scene_.surface_point(hit, ray_);
     enter_late(media_, solid, point, ray_);
     const FacesAt faces = faces_at(scene_, hit, point, ray_, media_);
+    point.error_m = faces.error_m;
     if (faces.instead) {
       open_ = {};
       return;
@@ -192,7 +193,8 @@ Visibility visibility_from(const SceneData& scene, PathState& path, const PathVe
                            const Colors& colors) noexcept {
   const float side = dot(vertex.shading.horizon, wi_world) >= 0 ? 1.0F : -1.0F;
   Ray shadow;
-  shadow.origin = offset_ray(vertex.shading.origin, vertex.shading.normal_geometric * side);
+  shadow.origin = offset_ray(vertex.shading.origin, vertex.shading.normal_geometric * side,
+                             vertex.point.error_m);
   shadow.direction = is_far ? wi_world : target - shadow.origin;
   shadow.t_max = is_far ? kFar : 1.0F;
   MediumStack media = side < 0 && vertex.face.solid != nullptr ? vertex.beyond : path.media;

@@ -381,8 +381,10 @@ void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsd
   WavePaths& paths = wave.paths;
   const std::size_t to = paths.count;
   numbers.compress(paths, to, taken);
-  compress(paths.origin, to,
-           offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric)), taken);
+  compress(
+      paths.origin, to,
+      offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric), s.error_m),
+      taken);
   compress(paths.direction, to, wi, taken);
   compress(paths.beta, to, beta, taken);
   compress(paths.pdf_bsdf.at + to, sample.pdf_solid_angle, taken);
@@ -421,7 +423,7 @@ void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLa
       at.beta * f.value_cos * light.radiance * (weight / light.pdf_solid_angle * Floats<N>(share_));
   const Mask<N> above = dot(s.horizon, light.wi_world) >= zero;
   const Vec3s<N> origin =
-      offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric));
+      offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric), s.error_m);
   WaveShadows& to = wave.shadows;
   compress(to.origin, to.count, origin, taken);
   compress(to.direction, to.count, select(light.is_far, light.wi_world, light.target - origin),

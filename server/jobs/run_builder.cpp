@@ -146,8 +146,9 @@ core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTe
     }
     const core::SceneSummary& summary = (*model)->summary();
     const core::FilmSettings& film = spec.render.film;
-    const auto camera = core::Camera::create(api::camera_in(spec, summary.bounds), summary.cameras,
-                                             summary.bounds, film.width, film.height);
+    const auto camera =
+        core::Camera::create(api::camera_in(spec, summary.bounds, summary.origin), summary.cameras,
+                             summary.bounds, film.width, film.height);
     if (!camera) {
       return camera.error();
     }
@@ -159,10 +160,11 @@ core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTe
   }
   core::View view;
   view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
   view.settings = spec.render;
   if (const auto seconds = api::later_seconds(spec)) {
-    auto later = parts_.scenes.later(spec.scene, *seconds, spec.variant, terms);
+    auto later =
+        parts_.scenes.later(spec.scene, *seconds, spec.variant, (*scene)->summary().origin, terms);
     if (!later) {
       return later.error();
     }

@@ -235,11 +235,15 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
 
 core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
     const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-    const LoadTerms& terms) {
+    core::Place origin, const LoadTerms& terms) {
   using Made = SingleFlightCache<core::MotionTarget>::Made;
   const Memory needed = memory_of_later(id, time_seconds, variant);
+  std::string key = needed.name;
+  for (const double at : {origin.x, origin.y, origin.z}) {
+    key += " " + std::to_string(at);
+  }
   return later_.get(
-      needed.name,
+      key,
       [&]() -> core::Result<Made> {
         MemoryGate::Lease lease;
         if (terms.admission == LoadTerms::Admission::kNeeded) {
@@ -258,6 +262,7 @@ core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
         options.time_seconds = time_seconds;
         options.variant = variant;
         options.geometry_only = true;
+        options.origin = origin;
         auto description = describe(*document, std::move(options), terms.stop);
         if (!description) {
           return description.error();

@@ -113,10 +113,11 @@ class SceneService {
                                                         const LoadTerms& terms = {},
                                                         const SceneStand& stand = {});
 
-  /// Returns the scene at the second time of motion vectors. Errors: of load().
+  /// Returns the scene at the second time of motion vectors, from the origin of that at the first.
+  /// Errors: of load().
   core::Result<std::shared_ptr<const core::MotionTarget>> later(
       const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-      const LoadTerms& terms = {});
+      core::Place origin, const LoadTerms& terms = {});
 
   /// Never null: settings alone give a constant environment. Errors: kInvalidArgument at
   /// "/environment/asset" for an unknown asset or one that is not an image; kUnavailable as for

@@ -10,6 +10,7 @@ set(RENDER_TEST_SOURCES
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp
+  invariance_test.cpp
   irradiance_cache_test.cpp
   irradiance_test.cpp
   media_test.cpp

@@ -285,19 +285,30 @@ TEST(SharedSpace, AGlassOnALiquidIsOneBoundaryOrTwo) {
 }
 
 // The solids overlap by half a metre; only the second absorbs.
-TEST(SharedSpace, BelongsToTheSmallerSolidFromBothSides) {
-  for (const bool turned : {false, true}) {
-    const float side = turned ? -1.0F : 1.0F;
-    const auto slab = [&](float from, float to, int material) {
-      const float low = std::min(side * from, side * to) - 2;
-      const float high = std::max(side * from, side * to) - 2;
-      return box({-3, -3, low}, {3, 3, high}, material);
-    };
-    core::View view =
-        view_of_wall({solid(1, 0), solid(1, 1)}, {slab(0, 1, 0), slab(-1, 0.5F, 1)}, -3.8F);
-    for (const char* name : {"path", "bdpt"}) {
-      view.settings.integrator = name;
-      expect_only(test_support::render(view, 16), std::exp(-1.0), std::exp(-1.5), name);
+TEST(SharedSpace, BelongsToTheHigherPriorityElseToTheSmallerSolid) {
+  struct Case {
+    int first;
+    int second;
+    double metres;
+  };
+  for (const Case& c : {Case{0, 0, 1}, Case{1, 0, 1}, Case{0, 1, 1.5}, Case{-1, 0, 1.5}}) {
+    MaterialDescription first = solid(1, 0);
+    MaterialDescription second = solid(1, 1);
+    first.priority = c.first;
+    second.priority = c.second;
+    for (const bool turned : {false, true}) {  // seen from both sides
+      const float side = turned ? -1.0F : 1.0F;
+      const auto slab = [&](float from, float to, int material) {
+        const float low = std::min(side * from, side * to) - 2;
+        const float high = std::max(side * from, side * to) - 2;
+        return box({-3, -3, low}, {3, 3, high}, material);
+      };
+      core::View view = view_of_wall({first, second}, {slab(0, 1, 0), slab(-1, 0.5F, 1)}, -3.8F);
+      for (const char* name : {"path", "bdpt"}) {
+        view.settings.integrator = name;
+        expect_only(test_support::render(view, 16), std::exp(-c.metres), std::exp(c.metres - 2.5),
+                    name + std::to_string(c.first) + std::to_string(c.second));
+      }
     }
   }
 }

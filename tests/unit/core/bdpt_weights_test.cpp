@@ -195,8 +195,8 @@ class Paths {
     if (vertex.medium == nullptr) {
       const core::PathVertex& at = vertex.surface;
       const bool through = dot(direction, at.shading.horizon) < 0;
-      path.ray.origin =
-          core::offset_ray(vertex.origin(), through ? -at.shading.horizon : at.shading.horizon);
+      path.ray.origin = core::offset_ray(
+          vertex.origin(), through ? -at.shading.horizon : at.shading.horizon, at.point.error_m);
       if (through && at.face.solid != nullptr) {
         path.media = at.beyond;
       }

@@ -20,6 +20,7 @@ set(CORE_TEST_SOURCES
   labels_test.cpp
   light_shares_test.cpp
   object_boxes_test.cpp
+  offset_ray_test.cpp
   oidn_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp

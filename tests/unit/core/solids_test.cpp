@@ -19,11 +19,12 @@ using core::Solid;
 using core::SolidKind;
 using core::Vec3;
 
-MaterialDescription glass() {
+MaterialDescription glass(int priority = 0) {
   MaterialDescription m;
   m.name = "glass";
   m.transmission = 1;
   m.thickness = 1;
+  m.priority = priority;
   return m;
 }
 
@@ -114,6 +115,11 @@ TEST(Solids, ContainThePointsInsideTheirSurface) {
   const MediumStack inner = core::solids_around(data, {0, 0, 0.25F});
   EXPECT_TRUE(inner.holds(data.solids[0]));
   EXPECT_EQ(inner.top(), &data.solids[1]) << "the smaller one";
+}
+
+TEST(Solids, PriorityGoesBeforeSize) {
+  const auto scene = balls({glass(1), glass()}, {1, 0.5F});
+  EXPECT_EQ(core::solids_around(scene->data(), {0, 0, 0.25F}).top(), &scene->data().solids[0]);
 }
 
 TEST(Solids, AnOpenSurfaceContainsWhatSeesItsBackFirst) {

@@ -9,6 +9,7 @@
 #include "core/integrators/registry.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
@@ -276,21 +277,16 @@ void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept
   credit(path, found, {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
 }
 
-void BidirectionalPathTracer::add_unlit(CameraSubpath& path, PathVertex& met) const noexcept {
-  const Rgb color =
-      unlit_color(scene_.materials[met.point.material], met.point, met.wo_world, path.footprint());
-  if (!path.out.hit) {
-    met.shading.frame.n = met.point.normal_shading;
-    record_first_surface(path.out, met, color);
-  }
-  credit(path, {path.beta * color}, {path.bounces(), group_at(met), {0, path.bounces() + 2}});
-}
-
 /// Adds the radiance that the surface emits towards the camera subpath.
 void BidirectionalPathTracer::add_emission(CameraSubpath& path,
                                            const Vertex& vertex) const noexcept {
   const PathVertex& met = vertex.surface;
-  const Rgb radiance = emitted(vertex.scattering->at.material, met.point, met.wo_world);
+  const Material& material = vertex.scattering->at.material;
+  // As for the background, all strategies that share a path need the same radiance.
+  const bool is_filtered = material.factors.unlit && !(path.sums.vc > 0);
+  const Rgb radiance = is_filtered
+                           ? unlit_color(material, met.point, met.wo_world, path.footprint())
+                           : emitted(material, met.point, met.wo_world);
   Found found = {radiance};
   if (!is_black(radiance) && path.bounces() > 0 && met.point.light != kNoLight) {
     found.weight = static_cast<float>(weights_.emission(path, vertex));
@@ -304,23 +300,21 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
                                                const Vertex& vertex) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   const LightSample light = lights_.sample(vertex.origin(), vertex.light_normal(), u.x, {u.y, u.z});
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return;
-  }
-  const ScatterEval f = vertex.evaluate(light.wi_world, TransportMode::kRadiance);
+  ScatterEval f;
+  const DirectLight direct = direct_light(
+      light, [&](Vec3 wi) { return f = vertex.evaluate(wi, TransportMode::kRadiance); });
   const bool is_page = shows_backdrop(vertex, light.wi_world) && is_environment(light.light);
-  if (is_black(f.value_cos) || is_page) {
+  if (is_black(direct.value) || is_page) {
     return;
   }
   Rgb flight_depth;
   const Visibility seen =
       visibility_of(path, vertex, light.wi_world, light.target, light.is_far, flight_depth);
   const auto weight = static_cast<float>(weights_.light_sample(vertex, light, f, flight_depth));
-  credit(path,
-         {vertex.beta * f.value_cos * light.radiance * seen.transmittance *
-              (weight / light.pdf_solid_angle),
-          weight},
-         {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
+  credit(
+      path,
+      {vertex.beta * direct.value * seen.transmittance * (weight / light.pdf_solid_angle), weight},
+      {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
 }
 
 /// Connects a vertex of the camera subpath to one of the light subpath.
@@ -375,12 +369,11 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     }
     if (event == Event::kSurface) {
       if (scene_.materials[met.point.material].factors.unlit) {
-        if (may_meet_light) {
-          add_unlit(path, met);
-        }
-        return;
+        met.shading = {};
+        met.shading.frame.n = met.point.normal_shading;
+      } else {
+        surface_event(scene_, path, met);
       }
-      surface_event(scene_, path, met);
       place.emplace(scene_, path, met);
     } else {
       place.emplace(path, sample);
@@ -388,11 +381,18 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     Vertex& vertex = *place;
     vertex.sums = weights_.at_camera_vertex(path, vertex);
     if (event == Event::kSurface) {
+      const Material& material = vertex.scattering->at.material;
       if (!path.out.hit) {
-        record_first_surface(path.out, met, vertex.bsdf().albedo());
+        record_first_surface(path.out, met,
+                             material.factors.unlit
+                                 ? unlit_color(material, met.point, met.wo_world, path.footprint())
+                                 : vertex.bsdf().albedo());
       }
       if (may_meet_light) {
         add_emission(path, vertex);
+      }
+      if (material.factors.unlit) {
+        return;
       }
     } else if (!path.out.hit) {
       record_first_scattering(path.out, sample, path.ray.direction);

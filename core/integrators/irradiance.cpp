@@ -1,13 +1,15 @@
 #include "core/integrators/irradiance.h"
 
+#include <algorithm>
+
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
 #include "core/sampling/warp.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/surface_event.h"
-#include "core/transport/visibility.h"
 
 namespace core {
 namespace {
@@ -60,26 +62,25 @@ Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
   if (paths_.options().max_depth < 1) {
     return {};
   }
-  const LightSampler& lights = paths_.lights();
+  const MisLightSampler& lights = paths_.lights();
   path.fog = paths_.fog();
   path.out.hit = true;  // no first surface to record
   const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kLight));
+  const DirectLight sampled = direct_light(
+      lights.empty() ? LightSample{} : lights.sample(point, normal, u.x, {u.y, u.z}), [&](Vec3 wi) {
+        const float cosine = std::max(dot(normal, wi), 0.0F);
+        return BsdfEval{Rgb(cosine), cosine_hemisphere_pdf_solid_angle(cosine)};
+      });
   Rgb direct;
-  const LightSample light =
-      lights.empty() ? LightSample{} : lights.sample(point, normal, u.x, {u.y, u.z});
-  const float cosine = dot(normal, light.wi_world);
-  if (light.pdf_solid_angle > 0 && cosine > 0 && !is_black(light.radiance)) {
-    const float weight =
-        light.is_delta ? 1.0F
-                       : paths_.options().mis.weight(light.pdf_solid_angle,
-                                                     cosine_hemisphere_pdf_solid_angle(cosine));
+  if (!is_black(sampled.value)) {
+    const LightSample& light = sampled.light;
     Ray shadow;
     shadow.origin = origin;
     shadow.direction = light.is_far ? light.wi_world : light.target - origin;
     shadow.t_max = light.is_far ? kFar : 1.0F;
     MediumStack media = path.media;
-    const Visibility seen = visibility(scene_, path, shadow, media);
-    direct = light.radiance * seen.transmittance * (cosine * weight / light.pdf_solid_angle);
+    direct = sampled.value * visibility(scene_, path, shadow, media).transmittance *
+             (sampled.weight(paths_.options().mis) / light.pdf_solid_angle);
   }
   const Vec4 v = path.sampler.get_4d(dimension_group(0, BounceGroup::kBsdf));
   const Vec3 local = cosine_hemisphere({v.y, v.z});

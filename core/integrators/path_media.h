@@ -106,13 +106,14 @@ void PathTracer<Options>::add_light_within(TracedPath& path, const MediumSample&
   const Vec3 point = path.ray.origin + path.ray.direction * sample.distance_m;
   const LightSample light = samples_lights() ? lights_.sample(point, {}, u.x, {u.y, u.z})
                                              : lights_.sample_delta(point, u.x);
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
+  const DirectLight direct = direct_light(light, [&](Vec3 wi) {
+    const float phase = henyey_greenstein(dot(path.ray.direction, wi), sample.scatterer->g);
+    return BsdfEval{Rgb(phase), phase};
+  });
+  if (is_black(direct.value)) {
     return;
   }
-  const float phase =
-      henyey_greenstein(dot(path.ray.direction, light.wi_world), sample.scatterer->g);
-  const bool is_shared = !light.is_delta && options_.strategy == Strategy::kMis;
-  float weight = is_shared ? rule(false).weight(light.pdf_solid_angle, phase) : 1.0F;
+  float weight = options_.strategy == Strategy::kMis ? direct.weight(rule(false)) : 1.0F;
   if (aim != nullptr && lights_.is_local(light.light)) {
     const LightPoint on_light = lights_.point_of(light);
     const float along = aim->distances(path, on_light.place).pdf_m(sample.distance_m) *
@@ -124,7 +125,7 @@ void PathTracer<Options>::add_light_within(TracedPath& path, const MediumSample&
                    light.is_far ? kFar : 1.0F};
   credit_medium_light(
       path, shadow,
-      path.beta * colors(path).values(light.radiance) * (phase * weight / light.pdf_solid_angle),
+      path.beta * colors(path).values(direct.value) * (weight / light.pdf_solid_angle),
       light.light);
 }
 

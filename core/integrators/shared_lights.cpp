@@ -313,7 +313,7 @@ Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
   const Member& from = paths_[taken];
   const Expected& of = expected_[taken];
   const LightView& view = views_[which * count + taken];
-  DirectLight out;
+  PathLight out;
   out.light.wi_world = view.wi_world;
   out.light.target = owner_.lights().target(from.light, view, member.vertex.shading.origin);
   out.light.is_far = view.is_far;

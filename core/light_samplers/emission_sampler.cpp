@@ -103,9 +103,10 @@ EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_positi
     s.normal = front ? t.normal : -t.normal;
     u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
   }
-  s.radiance = triangle_radiance(scene_, t, b);
-  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal, t.error_m);
+  const Vec3 place = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+  s.ray.origin = offset_ray(place, s.normal, t.error_m);
   s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
+  s.radiance = triangle_radiance(scene_, t, place, s.ray.direction);
   return s;
 }
 

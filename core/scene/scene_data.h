@@ -72,6 +72,12 @@ class SceneData {
     const std::uint32_t solid = placed_mesh(hit).solid;
     return solid == kNoSolid ? nullptr : &solids[solid];
   }
+  /// Returns the hit of a triangle light by a ray.
+  RawHit hit_of(const TriangleLight& light) const noexcept {
+    const std::uint32_t first =
+        light.instance == kNoInstance ? 0 : instances[light.instance].first_placed;
+    return {0, light.instance, light.placed - first, light.triangle};
+  }
   /// Returns the point where `ray` hits the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;
   /// The hit point as vertices of its triangle and their weights.

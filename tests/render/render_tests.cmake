@@ -7,6 +7,7 @@ set(RENDER_TEST_SOURCES
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
+  emitters_test.cpp
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp

@@ -24,6 +24,7 @@ set(RENDER_TEST_SOURCES
   planted_bugs_test.cpp
   restir_test.cpp
   shutter_test.cpp
+  solids_test.cpp
   spectral_test.cpp
   through_glass_test.cpp
   truth.cpp

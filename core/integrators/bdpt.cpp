@@ -86,28 +86,31 @@ void BidirectionalPathTracer::begin(Subpath& path, const PathSampler& numbers) c
 
 BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
     Subpath& path, PathVertex& met, MediumSample& sample) const noexcept {
-  const bool is_met = intersect(scene_, path, met);
   if (!weights_.has_media() && path.fog == nullptr) {
-    if (is_met) {
-      path.beta *= segment_transmittance(scene_, path, met);
+    return reach(scene_, path, met) ? Event::kSurface : Event::kEscape;
+  }
+  while (true) {
+    const bool is_met = intersect(scene_, path, met);
+    sample = {};
+    const Material* solid = is_met ? segment_solid(path, met) : nullptr;
+    // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
+    if (is_met || path.media.empty()) {
+      const MediumStretch stretch(path, solid != nullptr ? &solid->medium : nullptr,
+                                  is_met ? met.distance_m : kFar);
+      sample = stretch.sample(path);
+      path.beta *= sample.weight;
+      if (stretch.scatters()) {
+        path.flight_depth += stretch.medium().sigma_t * sample.depth_m;
+      }
     }
-    return is_met ? Event::kSurface : Event::kEscape;
-  }
-  sample = {};
-  const Medium* solid = is_met ? segment_medium(scene_, path, met) : nullptr;
-  // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
-  if (is_met || path.media.top() == nullptr) {
-    const MediumStretch stretch(path, solid, is_met ? met.distance_m : kFar);
-    sample = stretch.sample(path);
-    path.beta *= sample.weight;
-    if (stretch.scatters()) {
-      path.flight_depth += stretch.medium().sigma_t * sample.depth_m;
+    if (sample.scatterer != nullptr) {
+      return Event::kMedium;
     }
+    if (!is_met || !met.face.is_hole) {
+      return is_met ? Event::kSurface : Event::kEscape;
+    }
+    pass_hole(path, met);
   }
-  if (sample.scatterer != nullptr) {
-    return Event::kMedium;
-  }
-  return is_met ? Event::kSurface : Event::kEscape;
 }
 
 /// Samples the next direction. Returns false if the path ends.
@@ -147,7 +150,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
 template <typename Visit>
 void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& strategies,
                                            Visit& visit) const noexcept {
-  const EmissionSample light = start_light_path(path, emission_);
+  const EmissionSample light = start_light_path(scene_, path, emission_);
   const float first_size = throughput_size(path.beta);
   PathVertex met;
   MediumSample sample;
@@ -199,6 +202,7 @@ Visibility BidirectionalPathTracer::visibility_of(PathState& path, const Vertex&
                            colors);
   }
   MediumStack media = path.media;
+  media.begin_segment();
   const Ray shadow{vertex.origin(), is_far ? wi : target - vertex.origin(), 0,
                    is_far ? kFar : 1.0F};
   return visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors);
@@ -239,7 +243,7 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
 void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
                                           CameraSplats& splats) const noexcept {
   const auto to_camera = [&](Subpath& path, const Vertex& at) { splat(path, at, splats); };
-  Subpath path{start_path({}, sampler, rays)};
+  Subpath path{start_path(sampler, rays)};
   begin(path, sampler);
   VisitedVertices<decltype(to_camera)> visited{to_camera};
   follow_light(path, {}, visited);
@@ -446,11 +450,11 @@ PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera
                                                  std::span<Rgb> shares) const noexcept {
   VertexMemory memory;
   KeptVertices light{memory.vertices()};
-  Subpath light_path{start_path({}, sampler.branch(1, 2), rays)};
+  Subpath light_path{start_path(sampler.branch(1, 2), rays)};
   begin(light_path, sampler);
   follow_light(light_path, {}, light);
 
-  CameraSubpath path{{start_path(camera_ray, sampler, rays)}, {}, shares};
+  CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
   begin(path, sampler);
   path.last.origin = path.ray.origin;
   path.sums = weights_.from_camera(path.ray);
@@ -471,7 +475,7 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
   VertexMemory memory;
   KeptVisitedVertices<decltype(to_camera)> light{{memory.vertices()}, to_camera};
   if (strategies.has_light_vertices(2)) {
-    Subpath path{start_path({}, from.from_light, rays)};
+    Subpath path{start_path(from.from_light, rays)};
     begin(path, from.from_camera);
     follow_light(path, strategies, light);
     const int reached = light.vertices.empty() ? 1 : light.vertices.back().length() + 1;
@@ -480,7 +484,7 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
     }
   }
   if (strategies.has_camera_vertices(2)) {
-    CameraSubpath path{{start_path(from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
+    CameraSubpath path{{start_path(scene_, from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
     begin(path, from.from_camera);
     path.last.origin = path.ray.origin;
     path.sums = weights_.from_camera(path.ray);

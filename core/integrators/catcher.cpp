@@ -251,7 +251,7 @@ template <typename Options>
 PathSample CatcherTracer<Options>::trace(const Camera::CameraRay& camera_ray,
                                          const PathSampler& sampler,
                                          std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
   while (paths_.next_vertex(path, vertex)) {
     const bool is_ground = scene_.ground && vertex.point.placed == *scene_.ground;

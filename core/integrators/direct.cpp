@@ -48,10 +48,10 @@ Rgb DirectIntegrator::light_sample(PathState& path, const PathVertex& vertex,
 PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                                    std::uint64_t& rays) const noexcept {
   PathSample out;
-  PathState path = start_path(camera_ray, sampler, rays);
+  PathState path = start_path(scene_, camera_ray, sampler, rays);
   PathVertex vertex;
   while (true) {
-    if (!intersect(scene_, path, vertex)) {
+    if (!reach(scene_, path, vertex)) {
       if (backdrop_.is_seen(path.depth, path.is_clear)) {
         const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
         out.alpha -= seen ? 0.0F : luminance(path.beta);
@@ -62,7 +62,6 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
       }
       return out;
     }
-    path.beta *= segment_transmittance(scene_, path, vertex);
     const FoundLight found = found_emission(scene_, lights_, path, vertex);
     out.radiance += path.beta * found.radiance * found.weight(kMis, path.last);
     if (scene_.materials[vertex.point.material].factors.unlit) {

@@ -26,22 +26,30 @@ RenderSettings plain(const RenderSettings& asked) {
 IrradianceTracer::IrradianceTracer(const IntegratorInput& input)
     : scene_(input.scene), paths_({input.scene, input.environment, plain(input.settings)}) {}
 
-Rgb IrradianceTracer::sample(Vec3 point, Vec3 normal, const PathSampler& sampler,
-                             std::uint64_t& rays) const noexcept {
-  TracedPath path{PathState{.sampler = sampler, .rays = rays}};
-  // Surfaces of the scene may pass through the point.
-  const float error_m = kPlaneError * (taxicab(point) + 4 * scene_.radius_m);
-  return sample_at(path, point, normal, offset_ray(point, normal, error_m));
+MediumStack IrradianceTracer::media_at(Vec3 point, Vec3 normal) const noexcept {
+  return solids_around(scene_, origin_at(point, normal));
+}
+
+/// The origin of rays: surfaces of the scene may pass through the point.
+Vec3 IrradianceTracer::origin_at(Vec3 point, Vec3 normal) const noexcept {
+  return offset_ray(point, normal, kPlaneError * (taxicab(point) + 4 * scene_.radius_m));
+}
+
+Rgb IrradianceTracer::sample(Vec3 point, Vec3 normal, const MediumStack& media,
+                             const PathSampler& sampler, std::uint64_t& rays) const noexcept {
+  TracedPath path{start_path(sampler, rays)};
+  path.media = media;
+  return sample_at(path, point, normal, origin_at(point, normal));
 }
 
 Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                                   std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
-  if (!intersect(scene_, path, vertex)) {
+  if (!reach(scene_, path, vertex)) {
     return {};
   }
-  segment_medium(scene_, path, vertex);
+  path.media.begin_segment(vertex.face);
   const auto facing = [&](Vec3 n) { return dot(n, vertex.wo_world) < 0 ? -n : n; };
   const SurfacePoint& point = vertex.point;
   return sample_at(path, point.position, facing(point.normal_shading),

@@ -29,7 +29,7 @@ template <typename Options>
 PathSample PathTracer<Options>::trace_shares(const Camera::CameraRay& camera_ray,
                                              const PathSampler& sampler, std::uint64_t& rays,
                                              std::span<Rgb> shares) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   if constexpr (Options::has_media) {
     path.fog = fog();
     path.shares = shares.empty() ? nullptr : shares.data();
@@ -77,16 +77,19 @@ bool PathTracer<Options>::reach_surface(TracedPath& path, PathVertex& vertex) co
   if constexpr (Options::has_media) {
     return reach_through_media(path, vertex);
   }
-  if (!intersect(scene_, path, vertex)) {
-    add_environment(path);
-    return false;
+  while (intersect(scene_, path, vertex)) {
+    Rgb passed = segment_transmittance(path, vertex);
+    if (!survives(path, passed)) {
+      return false;
+    }
+    path.beta *= passed;
+    if (!vertex.face.is_hole) {
+      return true;
+    }
+    pass_hole(path, vertex);
   }
-  Rgb passed = segment_transmittance(scene_, path, vertex);
-  if (!survives(path, passed)) {
-    return false;
-  }
-  path.beta *= passed;
-  return true;
+  add_environment(path);
+  return false;
 }
 
 template <typename Options>

@@ -30,17 +30,18 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
   while (true) {
     const bool is_met = intersect(scene_, path, vertex);
     // There is no solid behind the last surface; if the stack says so, a mesh has a hole.
-    const Medium* solid = is_met ? segment_medium(scene_, path, vertex) : nullptr;
+    const Material* within = is_met ? segment_solid(path, vertex) : nullptr;
+    const Medium* solid = within != nullptr ? &within->medium : nullptr;
     [[maybe_unused]] Medium seen;
     if constexpr (Options::is_spectral) {
       if (solid != nullptr) {
-        seen = colors(path).medium(*path.media.top());
+        seen = colors(path).medium(*within);
         solid = &seen;
       }
     }
     MediumSample sample;
     std::optional<MediumAim> aim;
-    if (is_met || path.media.top() == nullptr) {
+    if (is_met || path.media.empty()) {
       const MediumStretch stretch(path, solid, is_met ? vertex.distance_m : kFar);
       sample = stretch.sample(path);
       if (can_aim(path, stretch)) {
@@ -54,6 +55,10 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
     path.beta *= sample.weight;
     if (is_black(path.beta)) {
       return false;
+    }
+    if (sample.scatterer == nullptr && is_met && vertex.face.is_hole) {
+      pass_hole(path, vertex);
+      continue;
     }
     if (sample.scatterer == nullptr) {
       if (!is_met) {
@@ -129,6 +134,7 @@ template <typename Options>
 void PathTracer<Options>::credit_medium_light(TracedPath& path, const Ray& shadow, Rgb value,
                                               std::uint32_t light) const noexcept {
   MediumStack media = path.media;
+  media.begin_segment();
   Visibility seen = visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors(path));
   if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
     return;
@@ -144,7 +150,7 @@ bool PathTracer<Options>::can_aim(const TracedPath& path,
                                   const MediumStretch& stretch) const noexcept {
   return aims_in_media_ && stretch.scatters() && samples_lights() && lights_.has_local() &&
          path.medium_scatterings < kMediumScatterings * options_.max_depth &&
-         (stretch.is_fog() || path.media.top()->is_clear);
+         (stretch.is_fog() || path.media.material()->is_clear);
 }
 
 /// Takes one light sample for the whole segment, at a distance chosen for the light. MIS combines

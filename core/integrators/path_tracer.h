@@ -94,6 +94,7 @@ class PathTracer final : public Integrator {
   /// Returns the contribution of a light sample; traces its shadow ray.
   Rgb arriving(TracedPath& path, const PathVertex& vertex, PathLight& direct) const noexcept;
 
+  const SceneData& scene() const noexcept { return scene_; }
   const MisLightSampler& lights() const noexcept { return lights_; }
   const Options& options() const noexcept { return options_; }
   /// The fog around the solids; null if there is none.
@@ -141,7 +142,7 @@ class PathTracer final : public Integrator {
   }
   Surface surface(const TracedPath& path, const PathVertex& vertex) const noexcept {
     if constexpr (Options::is_spectral) {
-      return colors(path).bsdf(scene_, path, vertex);
+      return colors(path).bsdf(path, vertex);
     } else {
       return make_bsdf(vertex.shading, vertex.wo_world);
     }

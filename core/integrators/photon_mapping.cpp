@@ -127,7 +127,7 @@ void PhotonTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) con
   const int replicate = pass.sample() % settings_.replicates;
   for (int i = photons.begin(part); i < photons.end(part); ++i) {
     sampler.start(pass.sample() / settings_.replicates, 0, i * settings_.replicates + replicate);
-    PathState path = start_path({}, sampler, rays);
+    PathState path = start_path(sampler, rays);
     follow_particle(path, photons.parts[static_cast<std::size_t>(part)]);
   }
 }
@@ -146,7 +146,7 @@ void PhotonTracer::follow_particle(PathState& path, std::vector<Photon>& out) co
 
 PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                                 const Prepass& pass, std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   follow(path, static_cast<const Photons&>(pass));
   return path.out;
 }

@@ -124,7 +124,7 @@ class SharedLightsTracer final : public GroupTracer {
 void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& place,
                                std::uint64_t& rays) const noexcept {
   TracedPath& path =
-      member.path.emplace(TracedPath{start_path(from.camera_ray, from.sampler, rays)});
+      member.path.emplace(TracedPath{start_path(owner_.scene(), from.camera_ray, from.sampler, rays)});
   member.is_over = true;
   member.shares = false;
   place.count = 0;

@@ -70,6 +70,9 @@
 ///   stretch w       how far along the stretch             integrators/path_media
 ///   time    x       when within the open shutter          render/renderer render/feature_pass
 ///   extra   0..     holes along a segment                 transport/intersect
+///                                                         transport/visibility
+///   extra   2^30..  volume x and y, behind holes in       transport/medium_sample
+///                   solids
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once
 

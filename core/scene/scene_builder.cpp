@@ -17,6 +17,7 @@
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
 #include "core/scene/round_facets.h"
+#include "core/scene/solids.h"
 
 namespace core {
 namespace {
@@ -41,6 +42,7 @@ class Builder {
       return s;
     }
     add_lights();
+    find_solids(to_, {from_, instance_of_, top_level_});
     Bounds box = bounds_;
     box.add(ground_bounds_);
     box.add(moved_bounds_);
@@ -50,12 +52,12 @@ class Builder {
   }
 
   /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
-  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
-  /// is high.
+  /// level ground, for a quarter of its height: the shadow of light that falls at 76 degrees or
+  /// more, and most of longer ones, since the image is higher or wider than the model.
   Bounds bounds() const {
     Bounds out = bounds_;
     if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
-      const float reach = 0.5F * out.diagonal().y;
+      const float reach = 0.25F * out.diagonal().y;
       out.min.x -= reach;
       out.min.z -= reach;
       out.max.x += reach;
@@ -247,6 +249,7 @@ class Builder {
         to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight,
                               group_of(instance, to_.meshes.back().material), instance.object,
                               instance.instance});
+        instance_of_.push_back(&instance);
       }
     }
     top_level_ = to_.placed.size();
@@ -276,6 +279,7 @@ class Builder {
       for (const std::uint32_t mesh : groups_[tree_of[id]]) {
         to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material),
                               instance.object, instance.instance});
+        instance_of_.push_back(&instance);
       }
     }
   }
@@ -322,7 +326,7 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads, isa, stop);
+    auto accel = Accel::build(top, groups, instances, threads, isa, stop, to_.has_volumes);
     if (!accel) {
       return accel.error();
     }
@@ -442,6 +446,7 @@ class Builder {
   std::vector<std::vector<std::uint32_t>> groups_;
   std::vector<std::uint32_t> instance_groups_;
   std::size_t top_level_ = 0;
+  std::vector<const InstanceDescription*> instance_of_;  ///< of each placed mesh
   std::size_t placed_triangles_ = 0;
   Bounds bounds_;         ///< of the model
   Bounds ground_bounds_;  ///< of the ground

@@ -19,6 +19,7 @@ struct JobFlags {
   std::string scene;        ///< built-in name, scene id, or a file; empty: the job file's
   std::string output;       ///< empty: none
   std::string denoise;      ///< for the output: off, mixed, full; empty: off
+  std::string fireflies;    ///< of the output: set_aside, keep; empty: by its format
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
   std::optional<int> samples_per_pixel;
@@ -72,6 +73,8 @@ core::Result<Json> make_request(const JobFlags& flags);
 /// `where` names; otherwise wrong usage.
 int request_fault_code(const core::Error& error, const JobFlags& flags);
 
+/// --fireflies: set_aside or keep.
+void add_fireflies_option(CLI::App& app, std::string& fireflies);
 /// --denoise: off, mixed or full.
 void add_denoise_option(CLI::App& app, std::string& denoise);
 

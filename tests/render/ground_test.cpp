@@ -12,6 +12,7 @@
 #include "tests/render/asset_files.h"
 #include "tests/render/catcher_stage.h"
 #include "tests/render/truth.h"
+#include "tests/support/errors.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -226,63 +227,44 @@ TEST(Catcher, ErrorIsThatOfTheImageOverWhite) {
     }
   }
   const core::TileSums seen = caught.film->half_sums(0);
-  const core::TileSums expected = core::half_sums(white.rect, white.pixels, white.replicates);
-  EXPECT_NEAR(seen.noise, expected.noise, 1e-6 * expected.noise);  // the image is added in floats
-  EXPECT_NEAR(seen.signal, expected.signal, 1e-6 * expected.signal);
-  const core::TileSums colour =
-      core::half_sums(white.rect, caught.snapshot.pixels, white.replicates);
-  EXPECT_GT(seen.noise, 2 * colour.noise) << "the noise of a shadow is in its alpha";
+  const core::TileSums expected = core::half_sums(white).front();
+  EXPECT_NEAR(seen.grain, expected.grain, 1e-5 * expected.grain);  // the image is added in floats
+  EXPECT_NEAR(seen.doubt, expected.doubt, 1e-5 * expected.doubt);
+  core::FilmSnapshot colour = caught.snapshot;
+  colour.errors_over_white = false;
+  EXPECT_NE(seen.grain, core::half_sums(colour).front().grain)
+      << "the noise of a shadow is in its alpha";
+}
+
+/// The image over white, which its error is about.
+std::vector<Rgb> over_white(const core::FilmSnapshot& film) {
+  std::vector<Rgb> out;
+  for (std::size_t p = 0; p < film.pixel_count(); ++p) {
+    const core::HalfValue v = core::pixel_value(film, p);
+    out.push_back(v.alpha > 0 ? v.mean + Rgb(1 - v.alpha) : v.mean);
+  }
+  return out;
 }
 
 TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
-  // Errors of images of 16 samples against one of 1024, whose own error is an eighth of theirs.
-  const Picture truth = render(transparent_catcher(), 99, 1024);
+  // Images of 16 samples against one of 1024, whose own error is an eighth of theirs.
+  const Picture reference = render(transparent_catcher(), 99, 1024);
+  test_support::Truth truth = test_support::truth_of(reference.snapshot);
+  truth.mu = over_white(reference.snapshot);
   constexpr int kPictures = 20;
-  double squares = 0;
-  double low = 0;
-  double high = 0;
+  int inside = 0;
   for (int i = 0; i < kPictures; ++i) {
     const Picture seen = render(transparent_catcher(), static_cast<std::uint64_t>(i), 16);
-    double off = 0;
-    double signal = 0;
-    for (std::size_t p = 0; p < seen.snapshot.pixel_count(); ++p) {
-      const core::HalfValue a = core::pixel_value(seen.snapshot, p);
-      const core::HalfValue b = core::pixel_value(truth.snapshot, p);
-      for (int c = 0; c < 3; ++c) {
-        const auto over = [c](const core::HalfValue& v) {
-          return static_cast<double>(v.mean[c] + 1 - v.alpha);
-        };
-        off += std::pow(over(a) - over(b), 2);
-        signal += a.alpha > 0 ? over(b) * over(b) : 0;  // other pixels are not counted
-      }
-    }
-    squares += off / signal;
-    low += std::pow(seen.progress.error.low, 2);
-    high += std::pow(seen.progress.error.high, 2);
+    const double error = test_support::defined_error(over_white(seen.snapshot), truth);
+    const core::ErrorInterval& e = seen.progress.error;
+    inside += e.low <= error && error <= e.high ? 1 : 0;
+    EXPECT_LT(e.high, 3 * error) << "the interval is not trivially wide";
   }
-  // The floor of the definition adds less than 1% to the signal of an image as bright as white.
-  EXPECT_GT(squares, 0.9 * low);
-  EXPECT_LT(squares, 1.1 * high);
-  EXPECT_LT(high, 9 * squares) << "the interval is not trivially wide";
+  // Of 20 intervals of 95%, fewer than 16 hold with a probability of 3e-4.
+  EXPECT_GE(inside, 16);
 }
 
-/// Of denoised light and alpha, over white: the squared error of an image, over the light.
-struct Off {
-  std::vector<double> claimed;
-  std::vector<double> real;
-};
-
-double squared(Rgb v) { return static_cast<double>(v.r * v.r + v.g * v.g + v.b * v.b); }
-
-/// Student's t of the differences over images.
-double t_of(const Off& off) {
-  test_support::Moments d;
-  for (std::size_t i = 0; i < off.real.size(); ++i) {
-    d.add(off.claimed[i] - off.real[i]);
-  }
-  return d.mean / d.standard_error();
-}
-
+// The planted fault: its alpha is that of the plain image.
 TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
   constexpr int kTile = 32;
   constexpr int kPictures = 16;
@@ -293,10 +275,11 @@ TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
     view.settings.seed = seed;
     return view;
   };
-  const Picture truth = test_support::render(view_for(99), 1024);
-  const auto before_white = [](Rgb light, float alpha) { return light + Rgb(1 - alpha); };
-  Off honest;
-  Off grainy;
+  const Picture reference = test_support::render(view_for(99), 1024);
+  test_support::Truth truth = test_support::truth_of(reference.snapshot);
+  truth.mu = over_white(reference.snapshot);
+  int inside = 0;
+  int inside_grainy = 0;
   double plain = 0;
   double denoised = 0;
   for (int i = 0; i < kPictures; ++i) {
@@ -305,30 +288,25 @@ TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
         core::denoise(seen.snapshot, nullptr, core::StatisticalDenoiser(), core::parallel_for(2));
     ASSERT_TRUE(made);
     const core::DenoisedPicture& picture = made->picture;
-    double signal = 0;
-    double squares = 0;
-    double with_plain_alpha = 0;
+    std::vector<Rgb> clean;
+    std::vector<Rgb> grainy;
     for (std::size_t p = 0; p < seen.snapshot.pixel_count(); ++p) {
-      const core::HalfValue v = core::pixel_value(truth.snapshot, p);
-      const Rgb expected = before_white(v.mean, v.alpha);
       const float alpha = core::pixel_value(seen.snapshot, p).alpha;
-      signal += alpha > 0 ? squared(expected) : 0;  // other pixels are not counted
       const Rgb light = {picture.full[0][p], picture.full[1][p], picture.full[2][p]};
-      squares += squared(before_white(light, picture.full_alpha[p]) - expected);
-      with_plain_alpha += squared(before_white(light, alpha) - expected);
+      clean.push_back(light + Rgb(1 - picture.full_alpha[p]));
+      grainy.push_back(light + Rgb(1 - alpha));
     }
-    const double claimed = picture.interval(core::DenoiseMode::kFull, 0.95).relative_rmse;
-    honest.claimed.push_back(claimed * claimed);
-    honest.real.push_back(squares / signal);
-    grainy.claimed.push_back(claimed * claimed);
-    grainy.real.push_back(with_plain_alpha / signal);
-    denoised += squares / signal;
-    plain += std::pow(seen.progress.error.relative_rmse, 2);
+    const core::ErrorInterval e = picture.interval(core::DenoiseMode::kFull, 0.95);
+    const double error = test_support::defined_error(clean, truth);
+    const double faulty = test_support::defined_error(grainy, truth);
+    inside += e.low <= error && error <= e.high ? 1 : 0;
+    inside_grainy += e.low <= faulty && faulty <= e.high ? 1 : 0;
+    denoised += error;
+    plain += test_support::defined_error(over_white(seen.snapshot), truth);
   }
-  // P(|t| > 6) with 15 degrees is 2.4e-5.
-  EXPECT_LT(std::fabs(t_of(honest)), 6);
-  EXPECT_LT(t_of(grainy), -6) << "a planted fault: its alpha is not denoised";
-  EXPECT_LT(denoised, 0.8 * plain) << "and the image is denoised";
+  EXPECT_GE(inside, 13);  // of 16 intervals of 95%: fewer with a probability of 7e-3
+  EXPECT_LT(inside_grainy, inside) << "a planted fault: its alpha is not denoised";
+  EXPECT_LT(denoised, 0.9 * plain) << "and the image is denoised";
 }
 
 TEST(Catcher, DenoisedPixelsWithoutShadowStayEmpty) {

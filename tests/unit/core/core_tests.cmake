@@ -32,6 +32,7 @@ set(CORE_TEST_SOURCES
   roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  set_aside_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
   spectrum_test.cpp

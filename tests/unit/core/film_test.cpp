@@ -198,8 +198,10 @@ TEST(Film, NoLayerIsInfiniteIfTheVarianceOverflows) {
   const core::PixelError error = core::pixel_error(snapshot, 0, 0);
   // The halves are 5e37 and 0 in one of the two pooled pixels.
   EXPECT_NEAR(static_cast<double>(error.standard_error.g) / 2.5e37, std::sqrt(0.5), 1e-6);
-  EXPECT_TRUE(
-      std::isfinite(core::half_sums(snapshot.rect, snapshot.pixels, snapshot.replicates).noise));
+  for (const core::TileSums& tile : core::half_sums(snapshot)) {
+    EXPECT_TRUE(std::isfinite(tile.grain));
+    EXPECT_TRUE(std::isfinite(tile.doubt));
+  }
 }
 
 // Layers are computed in bands of rows; the error pools pixels across adjacent bands.

@@ -152,11 +152,7 @@ bool is_ended_by_error(const JobView& job) {
   return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
 }
 
-namespace {
-
-bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
-
-}  // namespace
+static bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
 
 DenoisedView promised(DenoisedView denoised, const JobView& job) {
   // Errors that ended the job were selected by their value: only their upper bound holds.
@@ -204,8 +200,7 @@ const View<JobView>& error_view() {
         [](const JobView& j) { return interval_end(j, j.progress.error.high); }},
        {"grain",
         shape::nullable(
-            shape::real("Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F), A "
-                        "and B the means of the halves.")),
+            shape::real("Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F).")),
         [](const JobView& j) { return number_json(j.progress.error.grain); }},
        {"doubt",
         shape::nullable(shape::real("Light that only one half has found: mean over squares of 16 "

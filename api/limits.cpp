@@ -42,7 +42,7 @@ constexpr std::array kLimits = {
              "Samples per pixel, all replicates together."},
     LimitRow{"stop_seconds", limits::kStopSeconds, "Rendering seconds that a job may request."},
     LimitRow{"stop_cpu_seconds", limits::kStopCpuSeconds, "CPU seconds that a job may request."},
-    LimitRow{"wait_seconds", limits::kWaitSeconds, "Seconds of ?wait and of Prefer: wait."},
+    LimitRow{"wait_seconds", limits::kWaitSeconds, "Seconds of ?wait and of Prefer: wait; the server may respond earlier (--max-wait)."},
     LimitRow{"page_size", limits::kPageSize, "Items of one page of a list."},
     LimitRow{"scene_files", limits::kSceneFiles, "Files of a scene made from assets."},
     LimitRow{"merge_films", limits::kMergeFilms, "Films in one merge."},

@@ -81,6 +81,29 @@ Json tone_map_schema(const ImageReading& defaults) {
   return schema;
 }
 
+// Reads "auto" or a number of stops.
+void read_exposure(const std::string& value, ImageReading& out, const std::string& pointer,
+                   Faults& faults) {
+  out.query.auto_exposure = value == "auto";
+  if (out.query.auto_exposure) {
+    return;
+  }
+  if (const auto stops =
+          read_number(number_in_query(value), {-limits::kExposureStops, limits::kExposureStops},
+                      pointer, faults)) {
+    out.query.exposure_stops = static_cast<float>(*stops);
+  }
+}
+
+Json exposure_schema(const ImageReading& defaults) {
+  return {{"anyOf",
+           {{{"type", "number"},
+             {"minimum", -limits::kExposureStops},
+             {"maximum", limits::kExposureStops}},
+            {{"type", "string"}, {"enum", {"auto"}}}}},
+          {"default", defaults.query.exposure_stops}};
+}
+
 // Reads numbers separated by commas.
 void read_mix(const std::string& value, ImageReading& out, const std::string& pointer,
               Faults& faults) {
@@ -201,11 +224,14 @@ constexpr auto look_rows() {
           "exr, hdr and tif. For beauty and light shares; denoised images are always made without "
           "fireflies. X-Tessera-Set-Aside gives the share of the light that was taken.",
           &read_fireflies, &fireflies_schema},
-      number(
-          "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
-          {-limits::kExposureStops, limits::kExposureStops},
-          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif also stays "
-          "linear, which X-Tessera-Ignored reports."),
+      ParameterField<ImageReading>{
+          "exposure",
+          "Stops, or auto: from the log-average luminance of the film's image, with at most a "
+          "tenth "
+          "of its pixels above white; in an archive or sheet that of the first image. "
+          "X-Tessera-Exposure reports the value. Display formats only. Not for exr and hdr, which "
+          "are linear: 422. tif also stays linear, which X-Tessera-Ignored reports.",
+          &read_exposure, &exposure_schema},
       ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
                                    &read_tone_map, &tone_map_schema},
       ParameterField<ImageReading>{

@@ -144,6 +144,7 @@ struct ImageRange {
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
   float exposure_stops = 0;
+  bool auto_exposure = false;  ///< instead of exposure_stops (core/layers/exposure.h)
   std::optional<core::Rgb>
       background;  ///< display values, each in [0,1]; null: depends on the format
   std::string tone_map = "srgb";

@@ -136,9 +136,10 @@ const View<WorkerView>& worker_view() {
         [](const WorkerView& w) -> Json { return w.units; }},
        {"faults", shape::count("Units that it lost or failed, or whose results were wrong."),
         [](const WorkerView& w) -> Json { return w.faults; }},
-       {"state", shape::one_of({"idle", "working", "draining", "unsuitable", "left", "lost"}),
+       {"state",
+        shape::one_of({"idle", "working", "draining", "suspended", "unsuitable", "left", "lost"}),
         [](const WorkerView& w) -> Json { return w.state; }},
-       {"reason", shape::nullable(shape::text("Why the worker is unsuitable.")),
+       {"reason", shape::nullable(shape::text("Why the worker is unsuitable or suspended.")),
         [](const WorkerView& w) -> Json {
           return w.reason.empty() ? Json(nullptr) : Json(w.reason);
         }},

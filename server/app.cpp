@@ -146,6 +146,9 @@ class App {
     }
     auto app = std::make_unique<App>(config, *isa, *std::move(data), *std::move(database),
                                      *std::move(blobs), *std::move(sessions));
+    if (const std::string& damage = app->database_->damage(); !damage.empty()) {
+      app->log_.write(LogLevel::kError, "database_damaged", {{"detail", damage}});
+    }
     if (const auto keyed = app->check_keys(config); !keyed) {
       return keyed.error();
     }

@@ -42,7 +42,7 @@ struct Leftover {
 struct Findings {
   std::vector<std::string> damages;
   std::vector<Leftover> leftovers;
-  int removed = 0;  ///< Removed leftovers.
+  int removed = 0;  ///< Leftovers moved to orphaned/.
   int jobs = 0;
   int films = 0;
   int scenes = 0;
@@ -199,16 +199,22 @@ void check_comparisons(Database& database, const DataDir& data, Findings& findin
   }
 }
 
-/// Removes nothing if a record is damaged, since the files that it refers to are unknown.
-void repair(Findings& findings) {
-  if (!findings.damages.empty()) {
+/// Moves files to which no record refers to the folder orphaned/, since the record may be what was
+/// lost. Moves nothing if a record is damaged: the files that it refers to are unknown.
+void repair(const DataDir& data, Findings& findings) {
+  if (!findings.damages.empty() || findings.leftovers.empty()) {
     return;
   }
+  const std::filesystem::path folder = std::filesystem::path(data.path()) / "orphaned";
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
   for (const Leftover& leftover : findings.leftovers) {
-    std::error_code code;
-    std::filesystem::remove_all(leftover.path, code);
+    if (!code) {
+      std::filesystem::rename(leftover.path, folder / leftover.path.filename(), code);
+    }
     if (code) {
-      findings.damages.push_back(leftover.words + ": cannot be removed: " + code.message());
+      findings.damages.push_back(leftover.words + ": cannot be moved to " + folder.string() + ": " +
+                                 code.message());
     } else {
       ++findings.removed;
     }
@@ -237,9 +243,11 @@ void print(const Findings& findings, bool as_json) {
   for (const Leftover& leftover : findings.leftovers) {
     std::printf("left over: %s\n", leftover.words.c_str());
   }
-  std::printf("%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over, %d removed\n",
-              findings.jobs, findings.films, findings.scenes, findings.assets,
-              findings.damages.size(), findings.leftovers.size(), findings.removed);
+  std::printf(
+      "%d jobs, %d films, %d scenes, %d assets: %zu damaged, %zu left over, %d moved to "
+      "orphaned/\n",
+      findings.jobs, findings.films, findings.scenes, findings.assets, findings.damages.size(),
+      findings.leftovers.size(), findings.removed);
 }
 
 int complain(const core::Error& error, int code) {
@@ -267,12 +275,18 @@ int check(const std::string& data_dir, bool with_repair, bool as_json) {
     return complain(database.error(), flags::kFailed);
   }
   Findings findings;
+  if (const std::string& damage = (*database)->damage(); !damage.empty()) {
+    findings.damages.push_back("database: " + damage.substr(0, damage.find_last_not_of('\n') + 1) +
+                               " Remove " + data->database_path() +
+                               "-damage to accept this; tessera.db-wal-damaged, if it is there, is "
+                               "a copy of the log.");
+  }
   check_pages(**database, findings);
   check_assets(**database, *data, findings);
   check_jobs(**database, *data, findings);
   check_comparisons(**database, *data, findings);
   if (with_repair) {
-    repair(findings);
+    repair(*data, findings);
   }
   print(findings, as_json);
   return findings.damages.empty() ? flags::kDone : flags::kFailed;
@@ -287,7 +301,8 @@ int check_command(const std::vector<std::string>& args) {
   CLI::App app(kText, "tessera check");
   app.add_option("--data", data, "The data directory; stop the server first.")->type_name("DIR");
   app.add_flag("--json", as_json, "Print the findings as JSON.");
-  app.add_flag("--repair", with_repair, "Remove orphaned files, to which no record refers.");
+  app.add_flag("--repair", with_repair,
+               "Move orphaned files, to which no record refers, to the folder orphaned/.");
   return flags::parse_and_run(app, args, [&] { return check(data, with_repair, as_json); });
 }
 

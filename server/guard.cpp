@@ -4,14 +4,17 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "api/error_codes.h"
+#include "api/header_rows.h"
 #include "api/operations.h"
 #include "server/http/security_headers.h"
 #include "server/http/text.h"
 #include "server/observe/clock.h"
+#include "server/origin.h"
 #include "server/routes/answers.h"
 
 namespace server {
@@ -19,13 +22,22 @@ namespace {
 
 constexpr std::string_view kCookieName = "tessera_session";
 
-std::string_view without_port(std::string_view host) {
-  if (!host.empty() && host.front() == '[') {
-    const std::size_t end = host.find(']');
-    return end == std::string_view::npos ? host : host.substr(0, end + 1);
+/// Browsers send cookies to all ports of a host: servers on several ports have a cookie each.
+std::string cookie_name(const Request& request) {
+  const std::string_view asked = request.forwarded_host.empty()
+                                     ? request.header("Host").value_or("")
+                                     : std::string_view(request.forwarded_host);
+  const std::string_view port = asked.substr(without_port(asked).size());
+  return std::string(kCookieName) + (port.empty() ? "" : "_" + std::string(port.substr(1)));
+}
+
+/// "ETag, Link, ..."
+std::string names_of(std::span<const api::HeaderRow> rows) {
+  std::string names;
+  for (const api::HeaderRow& row : rows) {
+    names.append(names.empty() ? "" : ", ").append(row.name);
   }
-  const std::size_t colon = host.rfind(':');
-  return colon == std::string_view::npos ? host : host.substr(0, colon);
+  return names;
 }
 
 /// Returns the scope that the request's operation needs: "read", "write", "admin", "worker", or ""
@@ -77,14 +89,6 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
   return {};
 }
 
-std::string cookie_field(const Request& request, std::string_view value,
-                         std::chrono::seconds life) {
-  std::string field(kCookieName);
-  field.append("=").append(value).append("; Path=/; Max-Age=");
-  field.append(std::to_string(life.count())).append("; HttpOnly; SameSite=Strict");
-  return request.is_https ? field + "; Secure" : field;
-}
-
 /// Returns TOKEN of `Authorization: Bearer TOKEN`.
 std::optional<std::string_view> bearer_token(const Request& request) {
   constexpr std::string_view kScheme = "Bearer ";
@@ -121,7 +125,7 @@ Response unknown_holder(const Request& request) {
   }
   const std::string_view cookies = request.header("Cookie").value_or("");
   if (request.header("Authorization").value_or("").empty() &&
-      !cookie_value(cookies, kCookieName).empty()) {
+      !cookie_value(cookies, cookie_name(request)).empty()) {
     return unauthorized(request, Brought::kUnknown,
                         "the session has ended, or its key is no longer valid");
   }
@@ -149,8 +153,23 @@ bool Guard::is_known_host(std::string_view host) const {
 }
 
 bool Guard::is_named_origin(std::string_view origin) const {
+  const auto parsed = parse_origin(origin);
   const auto config = config_.now();
-  return std::find(config->origins.begin(), config->origins.end(), origin) != config->origins.end();
+  return parsed && std::find(config->origins.begin(), config->origins.end(), *parsed) !=
+                       config->origins.end();
+}
+
+/// The page was loaded from the host of the request, or from that which a trusted proxy names.
+/// Schemes may differ: proxies end TLS.
+bool Guard::is_same_origin(const Request& request, std::string_view origin) const {
+  const auto parsed = parse_origin(origin);
+  const std::string scheme(origin.substr(0, origin.find("//") + 2));
+  const auto names_this = [&](std::string_view host) {
+    const auto own = parse_origin(scheme + std::string(host));
+    return parsed && own && *parsed == *own;
+  };
+  return names_this(request.header("Host").value_or("")) ||
+         (is_known_host(request.forwarded_host) && names_this(request.forwarded_host));
 }
 
 std::optional<Holder> Guard::holder_of(const Request& request) {
@@ -159,9 +178,9 @@ std::optional<Holder> Guard::holder_of(const Request& request) {
     return token ? keys_.holder_of_hash(secret_hash(*token)) : std::nullopt;
   }
   const auto cookies = request.header("Cookie");
-  const auto hash = cookies
-                        ? sessions_.token_hash_of(cookie_value(*cookies, kCookieName), unix_now())
-                        : std::nullopt;
+  const auto hash =
+      cookies ? sessions_.token_hash_of(cookie_value(*cookies, cookie_name(request)), unix_now())
+              : std::nullopt;
   return hash ? keys_.holder_of_hash(*hash) : std::nullopt;
 }
 
@@ -174,12 +193,13 @@ std::optional<Response> Guard::check_host_and_origin(const Request& request) con
                             "'; add it with --hosts or TESSERA_HOSTS");
   }
   if (const auto origin = request.header("Origin")) {
-    const bool same = equal_ignoring_case(*origin, "http://" + std::string(host)) ||
-                      equal_ignoring_case(*origin, "https://" + std::string(host));
-    if (!same && !is_named_origin(*origin)) {
-      return error_answer(
-          request, core::ErrorCode::kForbidden,
-          "pages of the origin '" + std::string(*origin) + "' may not call this server");
+    if (!is_same_origin(request, *origin) && !is_named_origin(*origin)) {
+      return error_answer(request, api::kForeignOrigin,
+                          "pages of the origin '" + std::string(*origin) +
+                              "' may not call this server as '" + std::string(host) +
+                              "'; name the origin with --origins or TESSERA_ORIGINS, or let the "
+                              "proxy pass on the browser's Host with its port (or trust its "
+                              "X-Forwarded-Host with --trusted-proxies)");
     }
   }
   return std::nullopt;
@@ -290,23 +310,42 @@ void Guard::decorate(const Request& request, Response& response) const {
     response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) +
                                           ";t=" + std::to_string(rate->reset_seconds));
   }
+  if (const auto location = response.headers.find("Location");
+      location && location->starts_with('/')) {
+    response.headers.set("Location", base_path_of(request) + std::string(*location));
+  }
+  // Caches must not give a page of another origin what they stored for this one.
+  if (!config_.now()->origins.empty()) {
+    response.headers.add("Vary", "Origin");
+  }
   const auto origin = request.header("Origin");
   if (!origin || !is_named_origin(*origin)) {
     return;
   }
   response.headers.set("Access-Control-Allow-Origin", *origin);
-  response.headers.add("Vary", "Origin");
   response.headers.set("Access-Control-Allow-Credentials", "true");
-  response.headers.set(
-      "Access-Control-Expose-Headers",
-      "ETag, Link, Location, Preference-Applied, RateLimit, RateLimit-Policy, "
-      "Retry-After, X-Request-Id, X-Tessera-Ignored, X-Tessera-Range, X-Tessera-Revision");
+  static const std::string exposed = names_of(api::response_headers());
+  static const std::string allowed = names_of(api::request_headers());
+  response.headers.set("Access-Control-Expose-Headers", exposed);
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
-    response.headers.set("Access-Control-Allow-Headers",
-                         "Authorization, Content-Type, Idempotency-Key, If-Match, If-None-Match, "
-                         "Last-Event-ID, Prefer, X-Request-Id");
+    response.headers.set("Access-Control-Allow-Headers", allowed);
+    // Chromium's longest, two hours.
+    response.headers.set("Access-Control-Max-Age", "7200");
   }
+}
+
+std::string Guard::base_path_of(const Request& request) const {
+  return request.base_path.empty() ? config_.now()->base_path : request.base_path;
+}
+
+std::string Guard::cookie_field(const Request& request, std::string_view value,
+                                std::chrono::seconds life) const {
+  std::string field = cookie_name(request);
+  field.append("=").append(value).append("; Path=").append(base_path_of(request)).append("/");
+  field.append("; Max-Age=").append(std::to_string(life.count()));
+  field.append("; HttpOnly; SameSite=Strict");
+  return request.is_https ? field + "; Secure" : field;
 }
 
 Response Guard::start_session(const Request& request) {
@@ -332,7 +371,7 @@ Response Guard::start_session(const Request& request) {
 
 Response Guard::end_session(const Request& request) {
   const std::string_view cookies = request.header("Cookie").value_or("");
-  if (const auto ended = sessions_.end(cookie_value(cookies, kCookieName)); !ended) {
+  if (const auto ended = sessions_.end(cookie_value(cookies, cookie_name(request))); !ended) {
     return error_answer(request, ended.error());
   }
   Response response = empty_response();

@@ -46,8 +46,12 @@ httplib::Headers to_httplib(const ApiClient::Headers& headers) {
 }
 
 Reply to_reply(const httplib::Response& response) {
-  return {response.status, response.body, response.get_header_value("Location"),
-          response.get_header_value("Content-Type"), response.get_header_value("WWW-Authenticate")};
+  return {response.status,
+          response.body,
+          response.get_header_value("Location"),
+          response.get_header_value("Content-Type"),
+          response.get_header_value("WWW-Authenticate"),
+          response.get_header_value("X-Tessera-Exposure")};
 }
 
 std::string member(const nlohmann::json& object, const char* name) {

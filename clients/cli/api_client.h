@@ -22,6 +22,7 @@ struct Reply {
   std::string location;
   std::string content_type;
   std::string challenge;  ///< WWW-Authenticate
+  std::string exposure;   ///< X-Tessera-Exposure
 };
 
 /// Checks that the text is an http or https address with a host.

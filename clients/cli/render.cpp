@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <span>
@@ -20,6 +21,7 @@
 #include "core/denoise/make_denoiser.h"
 #include "core/film/set_aside.h"
 #include "core/image_io/image_io.h"
+#include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/meter/meter_reading.h"
 #include "core/render/feature_pass.h"
@@ -160,6 +162,15 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
   return out;
 }
 
+/// Returns the exposure of the output in stops; 0 for linear formats.
+double exposure_of(const core::Brightness& brightness, const JobFlags& flags) {
+  if (find_format(flags.output)->high_dynamic_range || flags.exposure.empty()) {
+    return 0;
+  }
+  return flags.exposure == "auto" ? brightness.auto_exposure
+                                  : std::strtod(flags.exposure.c_str(), nullptr);
+}
+
 /// Returns whether the plain image is written without fireflies. Errors: --fireflies that the
 /// output cannot honour, as for images of the server.
 core::Result<bool> sets_aside(const JobFlags& flags) {
@@ -181,7 +192,8 @@ core::Result<bool> sets_aside(const JobFlags& flags) {
 
 /// Returns the share of the light that was set aside.
 core::Result<double> write_picture(const core::RenderTask& task, const LocalJob& job,
-                                   const JobFlags& flags, const core::DenoisedLook& look) {
+                                   const JobFlags& flags, const core::Brightness& brightness,
+                                   const core::DenoisedLook& look) {
   const api::JobSpec& spec = job.spec;
   const core::ImageFormat& format = *find_format(flags.output);
   core::FilmSnapshot film = task.film().snapshot();
@@ -201,6 +213,7 @@ core::Result<double> write_picture(const core::RenderTask& task, const LocalJob&
   }
   core::EncodeOptions options;
   options.whole_channels = core::whole_channels();
+  options.exposure_stops = static_cast<float>(exposure_of(brightness, flags));
   if (format.extension == "exr") {
     api::add_mattes(options.metadata, spec.render.film, job.renderer->view().scene.get());
   }
@@ -262,20 +275,20 @@ std::vector<core::MeterReading> readings_of(const core::RenderTask& task,
 
 void print_readings(std::span<const core::MeterReading> readings) {
   for (const core::MeterReading& r : readings) {
-    const core::Vec3 at = r.at.position;
-    std::fprintf(stderr, "meter at %.4g %.4g %.4g: %.4g lux (%.4g to %.4g)%s\n",
-                 static_cast<double>(at.x), static_cast<double>(at.y), static_cast<double>(at.z),
+    const core::Place at = r.at.position;
+    std::fprintf(stderr, "meter at %.9g %.9g %.9g: %.4g lux (%.4g to %.4g)%s\n", at.x, at.y, at.z,
                  r.illuminance, r.low, r.high, r.unreliable ? ", unreliable" : "");
   }
 }
 
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output,
-                 const Shown& shown) {
+                 const Shown& shown, double exposure, const std::vector<std::string>& warnings) {
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
   const auto readings = readings_of(task, job.spec.render);
   return {
       {"output", output},
+      {"exposure", exposure},
       {"stop_reason", std::string(api::to_text(task.stop_reason()))},
       {"samples_per_pixel",
        {{"min", progress.samples_min},
@@ -303,7 +316,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"rejected_samples", progress.rejected_samples},
       {"meter", readings.empty() ? Json(nullptr) : Json::parse(api::meter_json(readings))},
       {"film_digest", task.film().digest()},
-      {"warnings", job.warnings}};
+      {"warnings", warnings}};
 }
 
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
@@ -329,12 +342,19 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     return complain("render", shown.error());
   }
   const core::DenoisedLook& look = shown->look;
-  const auto aside = write_picture(task, job, flags, look);
+  const core::Brightness brightness = core::brightness_of(task.film(), settings.film);
+  const double exposure = exposure_of(brightness, flags);
+  std::vector<std::string> warnings = job.warnings;
+  if (brightness.is_clipped() && flags.exposure.empty()) {
+    warnings.push_back(core::clipped_warning(brightness, "--exposure "));
+    std::fprintf(stderr, "warning: %s\n", warnings.back().c_str());
+  }
+  const auto aside = write_picture(task, job, flags, brightness, look);
   if (!aside) {
     return complain("render", aside.error());
   }
   if (flags.json) {
-    Json result = result_json(task, job, flags.output, *shown);
+    Json result = result_json(task, job, flags.output, *shown, exposure, warnings);
     result["set_aside"] = *aside;
     std::printf("%s\n", result.dump(2).c_str());
   }
@@ -344,6 +364,9 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
                interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());
   if (*aside > 0) {
     std::fprintf(stderr, "fireflies: %.2g%% of the light was set aside\n", 100 * *aside);
+  }
+  if (flags.exposure == "auto") {
+    std::fprintf(stderr, "exposure: %s stops\n", core::exposure_text(exposure).c_str());
   }
   print_readings(readings_of(task, settings));
   if (look.picture != nullptr) {
@@ -377,6 +400,12 @@ int run(const JobFlags& flags) {
   }
   if (const auto calm = sets_aside(flags); !calm) {
     complain("render", calm.error());
+    return kWrongUsage;
+  }
+  PictureQuery shown;
+  shown.exposure = flags.exposure;
+  if (const auto look = check_look(shown, flags.output); !look) {
+    complain("render", look.error());
     return kWrongUsage;
   }
   const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));

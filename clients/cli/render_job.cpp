@@ -8,7 +8,7 @@
 #include "core/camera/camera.h"
 #include "core/image_io/image_io.h"
 #include "core/lights/made_environment.h"
-#include "core/render/choose_integrator.h"
+#include "core/render/settle.h"
 #include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
@@ -126,8 +126,8 @@ core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& des
   }
   const core::Bounds bounds = core::bounds_of(description);
   const core::FilmSettings& film = spec.render.film;
-  const auto camera = core::Camera::create(api::camera_in(spec, bounds), description.cameras,
-                                           bounds, film.width, film.height);
+  const auto camera = core::Camera::create(api::camera_in(spec, bounds, description.origin),
+                                           description.cameras, bounds, film.width, film.height);
   if (!camera) {
     return camera.error();
   }
@@ -189,20 +189,21 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   }
   core::View view = {.scene = *scene,
                      .environment = *environment,
-                     .camera = api::camera_in(job.spec, summary.bounds),
+                     .camera = api::camera_in(job.spec, summary.bounds, summary.origin),
                      .later = nullptr,
                      .settings = job.spec.render};
   if (const auto seconds = api::later_seconds(job.spec)) {
     options.time_seconds = seconds;
     options.shutter_seconds = 0;
     options.geometry_only = true;
+    options.origin = summary.origin;
     auto later = load_scene(job.spec.scene, options);
     if (!later) {
       return later.error();
     }
     view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
   }
-  if (auto chosen = core::settle_integrator(view, job.spec.stop); !chosen) {
+  if (auto chosen = core::settle(view, job.spec.stop); !chosen) {
     return chosen.error();
   } else if (!chosen->empty()) {
     job.spec.render = view.settings;

@@ -17,6 +17,7 @@
 #include "clients/cli/render_job.h"
 #include "core/image_io/image_io.h"
 #include "core/lights/made_environment.h"
+#include "core/render/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 
@@ -150,6 +151,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(
   options.time_seconds = spec.time_seconds;
   options.shutter_seconds = spec.render.shutter_seconds;
   options.variant = spec.variant;
+  options.limits.admit = core::until_stopped(stop);
   const auto resolve = [&files](std::string_view uri) -> core::SharedBytes {
     const auto at = files.find(std::string(uri));
     return at == files.end() ? nullptr : at->second;
@@ -161,18 +163,19 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(
   if (const core::Status added = add_ground_of(spec, *description); !added) {
     return added.error();
   }
-  auto scene = core::Scene::build(*std::move(description), options_.threads, options_.isa);
+  auto scene = core::Scene::build(*std::move(description), options_.threads, options_.isa, stop);
   if (!scene) {
     return scene.error();
   }
   core::View view;
   view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
   view.settings = spec.render;
   if (const auto seconds = api::later_seconds(spec)) {
     options.time_seconds = seconds;
     options.shutter_seconds = 0;
     options.geometry_only = true;
+    options.origin = (*scene)->summary().origin;
     auto later = core::load_gltf(*files[""], resolve, options);
     if (!later) {
       return later.error();
@@ -201,7 +204,7 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(
     }
     view.environment = *std::move(environment);
   }
-  auto made = core::Renderer::create(std::move(view));
+  auto made = core::settled_renderer(std::move(view), spec.stop, stop);
   if (!made) {
     return made.error();
   }

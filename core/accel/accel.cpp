@@ -71,6 +71,17 @@ RTCScene new_scene(RTCDevice device) {
   return scene;
 }
 
+/// Embree asks while it builds, on any of its threads, whether to go on.
+bool may_go_on(void* stop, double /*done*/) {
+  return !static_cast<const std::stop_token*>(stop)->stop_requested();
+}
+
+void commit(RTCScene scene, std::stop_token stop) {
+  rtcSetSceneProgressMonitorFunction(scene, &may_go_on, &stop);
+  rtcCommitScene(scene);
+  rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+}
+
 RTCRay to_embree(const Ray& ray) {
   RTCRay out;
   out.org_x = ray.origin.x;
@@ -134,7 +145,7 @@ Accel::~Accel() = default;
 Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_level,
                                             std::span<const std::vector<AccelGeometry>> groups,
                                             std::span<const AccelInstance> instances, int threads,
-                                            std::string_view isa) {
+                                            std::string_view isa, const std::stop_token& stop) {
   std::unique_ptr<Accel> accel(new Accel());
   Impl& impl = *accel->impl_;
   std::string config = "threads=" + std::to_string(threads) + ",set_affinity=0";
@@ -146,13 +157,18 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
     return Error{ErrorCode::kInternal, "Embree could not create a device", ""};
   }
   rtcSetDeviceMemoryMonitorFunction(impl.device, &count_memory, &impl.bytes);
+  const Error stopped = {ErrorCode::kCancelled, "stopped while building the acceleration structure",
+                         ""};
   for (const auto& group : groups) {
+    if (stop.stop_requested()) {
+      return stopped;
+    }
     RTCScene scene = new_scene(impl.device);
     impl.groups.push_back(scene);
     for (std::uint32_t id = 0; id < group.size(); ++id) {
       attach_mesh(impl.device, scene, group[id], id);
     }
-    rtcCommitScene(scene);
+    commit(scene, stop);
   }
   impl.top = new_scene(impl.device);
   impl.top_geometries = static_cast<std::uint32_t>(top_level.size());
@@ -174,8 +190,11 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
     rtcAttachGeometryByID(impl.top, geometry, impl.top_geometries + i);
     rtcReleaseGeometry(geometry);
   }
-  rtcCommitScene(impl.top);
+  commit(impl.top, stop);
   const RTCError error = rtcGetDeviceError(impl.device);
+  if (stop.stop_requested()) {
+    return stopped;
+  }
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
     return Error{ErrorCode::kTooLarge, "not enough memory for the acceleration structure", ""};
   }
@@ -272,6 +291,28 @@ unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept
     met |= shadow.tfar[k] < 0 ? (traced & 1U << k) : 0U;
   }
   return met;
+}
+
+void Accel::visit_near(Vec3 center, float radius_m,
+                       const std::function<void(const RawHit&)>& visit) const {
+  struct Asked {
+    const std::function<void(const RawHit&)>& visit;
+    std::uint32_t top_geometries;
+  } asked = {visit, impl_->top_geometries};
+  RTCPointQuery query{center.x, center.y, center.z, 0, radius_m};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  const auto meet = [](RTCPointQueryFunctionArguments* met) {
+    const auto& to = *static_cast<const Asked*>(met->userPtr);
+    RawHit hit;
+    hit.instance = met->context->instStackSize == 0 ? kNoInstance
+                                                    : met->context->instID[0] - to.top_geometries;
+    hit.geometry = met->geomID;
+    hit.primitive = met->primID;
+    to.visit(hit);
+    return false;  // the radius stays
+  };
+  rtcPointQuery(impl_->top, &query, &context, +meet, &asked);
 }
 
 bool Accel::has_packets() const noexcept {

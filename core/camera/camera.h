@@ -26,7 +26,7 @@ namespace core {
 class Camera {
  public:
   /// Selects a camera of the file and applies the job's overrides; frames the scene if there is
-  /// none. Errors: kInvalidArgument at "/camera/...".
+  /// none. All positions count from the scene's origin. Errors: kInvalidArgument at "/camera/...".
   static Result<Camera> create(const CameraSettings& settings,
                                const std::vector<CameraDescription>& cameras, const Bounds& bounds,
                                int width, int height);
@@ -35,6 +35,7 @@ class Camera {
     Ray ray;               ///< direction is unit; t is metres
     float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 if orthographic
     float width_m = 0;     ///< width of a pixel at the origin; 0 unless orthographic
+    Vec2 film_px{};
   };
   /// Returns the ray of a film position in pixels of the full film, x to the right, y down. lens in
   /// [0,1)^2.

@@ -15,6 +15,7 @@
 #include "core/description/moved_vertices.h"
 #include "core/image_io/image.h"
 #include "core/math/bounds.h"
+#include "core/math/place.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
 
@@ -143,14 +144,14 @@ struct ObjectDescription {
 
 enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot, kProfile };
 
-/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Emits along -z of to_world. Units: one
-/// candela is 1 W/sr, one lux 1 W/m^2.
+/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Emits along -z of to_world. Units:
+/// candela and lux.
 struct PunctualLightDescription {
   std::string name;
   std::string group;  ///< light group; empty: its name
   PunctualType type = PunctualType::kPoint;
-  Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional); color
-                              ///< * multiplier for profiles
+  Rgb intensity = {1, 1, 1};  ///< color * intensity: candela (point, spot), lux (directional);
+                              ///< color * multiplier for profiles
   float range_m = 0;          ///< 0: infinite
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853982F;
@@ -171,6 +172,8 @@ struct CameraDescription {
 
 struct SceneDescription {
   std::string name;
+  /// Point of the file's world from which all positions here count.
+  Place origin;
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MaterialDescription> materials;
   std::vector<MeshDescription> meshes;

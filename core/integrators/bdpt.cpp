@@ -205,7 +205,8 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
     return;
   }
   const ScatterEval f = vertex.evaluate(to.wi_world, TransportMode::kImportance);
-  if (is_black(f.value_cos)) {
+  const bool is_page = shows_backdrop(vertex, to.wi_world) && is_environment(vertex.light);
+  if (is_black(f.value_cos) || is_page) {
     return;
   }
   Rgb flight_depth;
@@ -248,10 +249,11 @@ void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
 
 /// Adds the radiance of the background where the path leaves the scene.
 void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept {
-  if (path.depth == 0 && !backdrop_.is_environment()) {
+  if (backdrop_.is_seen(path.depth, path.is_clear)) {
     const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
-    path.out.alpha = seen ? 1.0F : 0.0F;
-    credit(path, {path.beta * seen.value_or(Rgb{})}, {0, kEnvironmentGroup, {0, 2}});
+    path.out.alpha -= seen ? 0.0F : luminance(path.beta);
+    credit(path, {path.beta * seen.value_or(Rgb{})},
+           {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
     return;
   }
   if (environment_ == nullptr) {
@@ -302,7 +304,8 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
     return;
   }
   const ScatterEval f = vertex.evaluate(light.wi_world, TransportMode::kRadiance);
-  if (is_black(f.value_cos)) {
+  const bool is_page = shows_backdrop(vertex, light.wi_world) && is_environment(light.light);
+  if (is_black(f.value_cos) || is_page) {
     return;
   }
   Rgb flight_depth;
@@ -330,13 +333,17 @@ Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
     return {};
   }
   const ScatterEval g = from_light.evaluate(-wi, TransportMode::kImportance);
-  if (is_black(g.value_cos)) {
+  const bool is_page = shows_backdrop(vertex, wi) && shows_backdrop(from_light, -wi) &&
+                       is_environment(from_light.light);
+  if (is_black(g.value_cos) || is_page) {
     return {};
   }
   Vec3 target = from_light.origin();
   if (from_light.medium == nullptr) {
-    const Vec3 n = from_light.surface.point.normal_geometric;
-    target = offset_ray(target, dot(n, wi) < 0 ? n : -n);
+    const SurfacePoint& point = from_light.surface.point;
+    const Vec3 n = point.normal_geometric;
+    target = offset_ray(target, dot(n, wi) < 0 ? n : -n,
+                        plane_error_m(point.error_m, std::sqrt(distance2)));
   }
   Rgb flight_depth;
   const Visibility seen = visibility_of(path, vertex, wi, target, false, flight_depth);

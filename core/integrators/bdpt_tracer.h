@@ -54,7 +54,7 @@ class BidirectionalPathTracer final : public Integrator {
         ledger_(input),
         max_depth_(input.settings.max_depth) {
     if (input.settings.fog) {
-      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m);
+      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);
     }
   }
 
@@ -94,6 +94,15 @@ class BidirectionalPathTracer final : public Integrator {
   void credit(CameraSubpath& path, const Found& found, const LightOrigin& from) const noexcept;
   std::uint32_t group_at(const PathVertex& met) const noexcept {
     return scene_.placed[met.point.placed].group;
+  }
+  /// Returns whether a subpath has only passed clear surfaces if it goes on from the vertex towards
+  /// wi, where they show the backdrop: environment light along such paths is left out.
+  bool shows_backdrop(const Vertex& vertex, Vec3 wi) const noexcept {
+    return backdrop_.is_through_glass() && vertex.is_clear && vertex.medium == nullptr &&
+           passes_clear(vertex.surface, wi);
+  }
+  bool is_environment(std::uint32_t light) const noexcept {
+    return scene_.group_of_light(light) == kEnvironmentGroup;
   }
   void add_background(CameraSubpath& path) const noexcept;
   void add_unlit(CameraSubpath& path, PathVertex& met) const noexcept;

@@ -59,7 +59,7 @@ struct CameraSubpath : Subpath {
 /// A surface that a subpath has hit, or a point at which it scatters in a medium.
 struct Vertex {
   Vertex(const SceneData& scene, const PathState& path, const PathVertex& met)
-      : surface(met), beta(path.beta), surfaces(path.scatterings() + 1) {
+      : surface(met), beta(path.beta), surfaces(path.scatterings() + 1), is_clear(path.is_clear) {
     in_media = path.medium_scatterings;
     scattering.emplace(scene.materials[surface.point.material], surface, path.footprint());
   }
@@ -120,8 +120,9 @@ struct Vertex {
   PathVertex surface{};                    ///< in media only wo_world and shading.origin
   std::optional<Scattering> scattering{};  ///< at surfaces
   Rgb beta;
-  int surfaces = 0;  ///< scattering events at surfaces, including this vertex
-  int in_media = 0;  ///< the same in media
+  int surfaces = 0;       ///< scattering events at surfaces, including this vertex
+  int in_media = 0;       ///< the same in media
+  bool is_clear = false;  ///< PathState::is_clear on the way here; false in media
   /// Density of a free flight that ends here, divided by its transmittance [1/m]. 1 at surfaces,
   /// where every flight ends that reaches them.
   Rgb extinction = {1, 1, 1};

@@ -81,7 +81,9 @@ Rgb DirectIntegrator::light_sample(PathState& path, const PathVertex& vertex,
     return {};
   }
   const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
-  if (is_black(f.value_cos)) {
+  const bool is_page = path.is_clear && backdrop_.is_through_glass() && is_environment(light) &&
+                       passes_clear(vertex, light.wi_world);
+  if (is_black(f.value_cos) || is_page) {
     return {};
   }
   const float weight =
@@ -98,9 +100,9 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
   PathVertex vertex;
   while (true) {
     if (!intersect(scene_, path, vertex)) {
-      if (path.depth == 0 && !backdrop_.is_environment()) {
+      if (backdrop_.is_seen(path.depth, path.is_clear)) {
         const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
-        out.alpha = seen ? 1.0F : 0.0F;
+        out.alpha -= seen ? 0.0F : luminance(path.beta);
         out.radiance += path.beta * seen.value_or(Rgb{});
       } else {
         out.radiance += path.beta * background(path);

@@ -27,7 +27,9 @@ IrradianceTracer::IrradianceTracer(const IntegratorInput& input)
 Rgb IrradianceTracer::sample(Vec3 point, Vec3 normal, const PathSampler& sampler,
                              std::uint64_t& rays) const noexcept {
   TracedPath path{PathState{.sampler = sampler, .rays = rays}};
-  return sample_at(path, point, normal, normal);
+  // Surfaces of the scene may pass through the point.
+  const float error_m = kPlaneError * (taxicab(point) + 4 * scene_.radius_m);
+  return sample_at(path, point, normal, offset_ray(point, normal, error_m));
 }
 
 Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
@@ -39,20 +41,20 @@ Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const Pat
   }
   segment_medium(scene_, path, vertex);
   const auto facing = [&](Vec3 n) { return dot(n, vertex.wo_world) < 0 ? -n : n; };
-  return sample_at(path, vertex.point.position, facing(vertex.point.normal_shading),
-                   facing(vertex.point.normal_geometric));
+  const SurfacePoint& point = vertex.point;
+  return sample_at(path, point.position, facing(point.normal_shading),
+                   offset_ray(point.position, facing(point.normal_geometric), point.error_m));
 }
 
-/// side: geometric normal, on whose side rays leave the surface.
+/// origin: of rays, off the surface.
 Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
-                                Vec3 side) const noexcept {
+                                Vec3 origin) const noexcept {
   if (paths_.options().max_depth < 1) {
     return {};
   }
   const LightSampler& lights = paths_.lights();
   path.fog = paths_.fog();
   path.out.hit = true;  // no first surface to record
-  const Vec3 origin = offset_ray(point, side);
   const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kLight));
   Rgb direct;
   const LightSample light =
@@ -79,7 +81,7 @@ Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
               .time = path.ray.time};
   path.last = {cosine_hemisphere_pdf_solid_angle(local.z), point, normal, 1};
   path.depth = 1;
-  path.is_sharp = false;
+  path.is_sharp = path.is_clear = false;
   paths_.follow(path);
   return direct + path.out.radiance * kPi;
 }

@@ -25,7 +25,7 @@ class IrradianceTracer {
 
  private:
   /// Continues a path that has reached the point, with its media and ray cone.
-  Rgb sample_at(TracedPath& path, Vec3 point, Vec3 normal, Vec3 side) const noexcept;
+  Rgb sample_at(TracedPath& path, Vec3 point, Vec3 normal, Vec3 origin) const noexcept;
 
   const SceneData& scene_;
   WholeTracer paths_;

@@ -51,22 +51,25 @@ PathSample PathTracer<Options>::trace_shares(const Camera::CameraRay& camera_ray
 template <typename Options>
 void PathTracer<Options>::follow(TracedPath& path) const noexcept {
   PathVertex vertex;
-  while (next_vertex(path, vertex)) {
-    const Surface bsdf = surface(path, vertex);
-    if (!visit(path, vertex, bsdf)) {
-      return;
-    }
-    if (!is_at_max_depth(path)) {
-      if (options_.split_count > 1 && path.depth == 0) {
-        split(path, vertex, bsdf);
-        return;
-      }
-      add_direct_light(path, vertex, bsdf);
-    }
-    if (!extend(path, vertex, bsdf)) {
-      return;
-    }
+  while (next_vertex(path, vertex) && go_on(path, vertex)) {
   }
+}
+
+template <typename Options>
+bool PathTracer<Options>::go_on(TracedPath& path, PathVertex& vertex,
+                                bool may_split) const noexcept {
+  const Surface bsdf = surface(path, vertex);
+  if (!visit(path, vertex, bsdf)) {
+    return false;
+  }
+  if (!is_at_max_depth(path)) {
+    if (may_split && options_.split_count > 1 && path.depth == 0) {
+      split(path, vertex, bsdf);
+      return false;
+    }
+    add_direct_light(path, vertex, bsdf);
+  }
+  return extend(path, vertex, bsdf);
 }
 
 template <typename Options>
@@ -143,11 +146,13 @@ void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_li
 
 template <typename Options>
 void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
-  if (path.depth == 0 && !backdrop_.is_environment()) {
-    const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
-    path.out.alpha = seen ? 1.0F : 0.0F;
-    credit(path, seen ? path.beta * colors(path).values(*seen) : Rgb{}, 0,
-           [] { return kEnvironmentGroup; });
+  if (sees_backdrop(path)) {
+    if (const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction)) {
+      credit(path, path.beta * colors(path).values(*seen), path.bounces(),
+             [] { return kEnvironmentGroup; });
+    } else {
+      path.out.alpha -= luminance(colors(path).color(path.beta));
+    }
     return;
   }
   if (environment_ == nullptr) {
@@ -294,6 +299,10 @@ Rgb PathTracer<Options>::arriving(TracedPath& path, const PathVertex& vertex,
     }
   }
   const LightSample& light = direct.light;
+  if (path.is_clear && backdrop_.is_through_glass() && is_environment(light) &&
+      passes_clear(vertex, light.wi_world)) {
+    return {};
+  }
   Visibility seen = visibility_from(scene_, path, vertex, light.wi_world, light.target,
                                     light.is_far, ClearSurfaces::kPass, colors(path));
   if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
@@ -359,12 +368,14 @@ void PathTracer<Options>::split(TracedPath& path, const PathVertex& vertex,
     branch.sampler = path.sampler.branch(i, options_.split_count);
     branch.branch_weight = share;
     branch.out.radiance = {};
+    branch.out.alpha = 0;
     branch.out.fit = {};
     add_direct_light(branch, vertex, bsdf);
     if (extend(branch, vertex, bsdf)) {
       follow(branch);
     }
     sum += branch.out.radiance;
+    path.out.alpha += branch.out.alpha * share;
     add_branch(path.out.fit, branch.out.fit, share);
   }
   path.out.radiance += sum * share;

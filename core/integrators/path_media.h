@@ -174,7 +174,7 @@ void PathTracer<Options>::add_light_along(TracedPath& path, const MediumAim& aim
   if (!view.is_delta && options_.strategy == Strategy::kMis) {
     weight *= rule(false).weight(pdf_there / view.solid_angle, phase);
   }
-  credit_medium_light(path, {at.point, lights_.target(light, view) - at.point, 0, 1},
+  credit_medium_light(path, {at.point, lights_.target(light, view, at.point) - at.point, 0, 1},
                       path.beta * medium.sigma_s * at.passed * colors(path).values(view.radiance) *
                           (at.density * phase * weight * view.solid_angle / pdf_along),
                       light.light);

@@ -61,7 +61,7 @@ class PathTracer final : public Integrator {
         shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
                        samples_lights()) {
     if (input.settings.fog) {
-      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m);
+      fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);
     }
   }
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
@@ -76,10 +76,17 @@ class PathTracer final : public Integrator {
   void follow(TracedPath& path) const noexcept;
   /// Extends the path to its next surface and shades it. Returns false if the path ends.
   bool next_vertex(TracedPath& path, PathVertex& vertex) const noexcept;
+  /// Shades the surface and samples the next direction, several times if `may_split`. Returns false
+  /// if the path ends.
+  bool go_on(TracedPath& path, PathVertex& vertex, bool may_split = true) const noexcept;
   /// Adds the emission of the surface. Returns false if the path ends.
   bool visit(TracedPath& path, PathVertex& vertex, const Surface& bsdf) const noexcept;
   bool is_at_max_depth(const PathState& path) const noexcept {
     return path.scatterings() >= options_.max_depth;
+  }
+  /// Returns whether the path shows the backdrop if it leaves the scene now.
+  bool sees_backdrop(const PathState& path) const noexcept {
+    return backdrop_.is_seen(path.depth, path.is_clear);
   }
   /// Adds a light sample (next-event estimation).
   void add_direct_light(TracedPath& path, const PathVertex& vertex,

@@ -335,7 +335,7 @@ float usual_photon_radius_m(const SceneData& scene, const Camera& camera,
     }
   }
   if (widths.empty()) {
-    return std::max(scene.radius_m, 1e-3F) / 100;
+    return (scene.radius_m > 0 ? scene.radius_m : 1.0F) / 100;
   }
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
   std::nth_element(widths.begin(), middle, widths.end());

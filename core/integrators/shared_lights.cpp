@@ -315,7 +315,7 @@ Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
   const LightView& view = views_[which * count + taken];
   DirectLight out;
   out.light.wi_world = view.wi_world;
-  out.light.target = owner_.lights().target(from.light, view);
+  out.light.target = owner_.lights().target(from.light, view, member.vertex.shading.origin);
   out.light.is_far = view.is_far;
   out.light.is_delta = view.is_delta;
   out.value = path.beta * of.f.value_cos * view.radiance;

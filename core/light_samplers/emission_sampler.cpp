@@ -49,7 +49,7 @@ EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_positi
     u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
   }
   s.radiance = triangle_radiance(scene_, t, b);
-  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal);
+  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal, t.error_m);
   s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
   return s;
 }

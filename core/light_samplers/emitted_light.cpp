@@ -8,7 +8,7 @@
 namespace core {
 
 float light_disk_radius_m(const SceneData& scene) noexcept {
-  return std::max(scene.radius_m, 1e-6F);
+  return scene.radius_m > 0 ? scene.radius_m : 1.0F;
 }
 
 std::vector<float> light_powers(const SceneData& scene, const Environment* environment) {

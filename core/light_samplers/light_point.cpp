@@ -60,10 +60,12 @@ LightView LightSampler::view(const LightPoint& light, Vec3 point) const noexcept
   return out;
 }
 
-Vec3 LightSampler::target(const LightPoint& light, const LightView& view) const noexcept {
+Vec3 LightSampler::target(const LightPoint& light, const LightView& view,
+                          Vec3 point) const noexcept {
   if (light.light < triangles_) {
-    const Vec3 n = scene_.triangle_lights[light.light].normal;
-    return offset_ray(light.place, dot(n, view.wi_world) > 0 ? -n : n);
+    const TriangleLight& t = scene_.triangle_lights[light.light];
+    return offset_ray(light.place, dot(t.normal, view.wi_world) > 0 ? -t.normal : t.normal,
+                      plane_error_m(t.error_m, length(light.place - point)));
   }
   return view.is_far ? Vec3{} : scene_.punctual_lights[light.light - triangles_].position;
 }

@@ -32,6 +32,10 @@ struct LightSample {
   Vec3 place;                      ///< point on a triangle light
 };
 
+inline bool is_environment(const LightSample& sample) noexcept {
+  return sample.triangle == kNoLight && sample.is_far && !sample.is_delta;
+}
+
 /// A light sample independent of the point that it was drawn for, in a measure that is the same
 /// everywhere: area on triangles [m^2], solid angle for the environment, counting for delta lights.
 struct LightPoint {
@@ -98,7 +102,7 @@ class LightSampler {
   LightPoint point_of(const LightSample& sample) const noexcept;
   LightView view(const LightPoint& light, Vec3 point) const noexcept;
   /// Returns the end point of a shadow ray to the light: LightSample::target.
-  Vec3 target(const LightPoint& light, const LightView& view) const noexcept;
+  Vec3 target(const LightPoint& light, const LightView& view, Vec3 point) const noexcept;
   /// Returns the density of sample() at `point` for a local light, in the light's measure; 0 if it
   /// does not shine on the point.
   float pdf_measure(const LightPoint& light, Vec3 point, Vec3 normal_world) const noexcept;

@@ -19,6 +19,7 @@ struct TriangleLight {
   float area_m2 = 0;
   Rgb radiance;  ///< mean over the triangle; exact without an emissive texture; black only if it
                  ///< emits nowhere
+  float error_m = 0;         ///< step off the triangle anywhere (core/math/offset_ray.h)
   std::uint32_t placed = 0;  ///< index of the PlacedMesh
   std::uint32_t triangle = 0;
   bool two_sided = false;

@@ -14,14 +14,15 @@ constexpr float kDensest = 1e18F;
 
 }  // namespace
 
-Fog::Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept
+Fog::Fog(const FogSettings& settings, Vec3 center, float radius_m, double height_m) noexcept
     : medium_{settings.scattering + settings.absorption, settings.scattering, settings.g},
       center_(center),
       radius_m_(radius_m),
-      falloff_(settings.height_falloff) {}
+      falloff_(settings.height_falloff),
+      at_origin_(static_cast<float>(static_cast<double>(settings.height_falloff) * -height_m)) {}
 
 float Fog::density(Vec3 point) const noexcept {
-  return std::min(std::exp(-falloff_ * point.y), kDensest);
+  return std::min(std::exp(at_origin_ - falloff_ * point.y), kDensest);
 }
 
 Fog::Range Fog::range(Vec3 origin, Vec3 direction, float distance_m) const noexcept {

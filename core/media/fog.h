@@ -13,8 +13,8 @@ namespace core {
 
 class Fog {
  public:
-  /// center, radius_m: the sphere.
-  Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept;
+  /// center, radius_m: the sphere. height_m: of the scene's origin in the file.
+  Fog(const FogSettings& settings, Vec3 center, float radius_m, double height_m = 0) noexcept;
 
   const Medium& medium() const noexcept { return medium_; }
   /// Returns the same fog with other coefficients.
@@ -50,6 +50,7 @@ class Fog {
   Vec3 center_;
   float radius_m_;
   float falloff_;
+  float at_origin_;  ///< exponent of the density at the scene's origin
 };
 
 }  // namespace core

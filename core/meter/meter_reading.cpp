@@ -35,7 +35,7 @@ std::vector<MeterPoint> meter_points(const MeterSettings& settings) {
       for (int column = 0; column < plane.columns; ++column) {
         const float u = (static_cast<float>(column) + 0.5F) / static_cast<float>(plane.columns);
         const float v = (static_cast<float>(row) + 0.5F) / static_cast<float>(plane.rows);
-        points.push_back({plane.origin + plane.edge_u * u + plane.edge_v * v, normal});
+        points.push_back({plane.origin + Place(plane.edge_u * u + plane.edge_v * v), normal});
       }
     }
   }

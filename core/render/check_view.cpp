@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/film/replicate_fit.h"
+#include "core/settings/registry.h"
 
 namespace core {
 namespace {
@@ -27,12 +28,16 @@ Status check_mixing(const RenderSettings& settings, const std::string& reason) {
   return ok_status();
 }
 
-}  // namespace
-
+/// Checks that the integrator supports the dispersion and the media of the scene, and the job's
+/// fog, with these options. integrator: its row; null if there is none. Errors: kInvalidArgument.
 Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
                     const IntegratorEntry* integrator) {
   if (integrator == nullptr) {
     return ok_status();
+  }
+  if (settings.background.through_glass && !accepts(*integrator, kThroughGlass)) {
+    return refused("true is not supported by " + settings.integrator + "; use path",
+                   std::string(kThroughGlass));
   }
   if (scene.has_dispersion && !integrator->disperses) {
     return refused(
@@ -50,6 +55,8 @@ Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
   return check_mixing(settings, "cannot be combined with scattering media");
 }
 
+/// Checks that the integrator supports the shares of the light and spectral paths with the options.
+/// Parameters and errors as above.
 Status check_light(const View& view, const IntegratorEntry* integrator) {
   const RenderSettings& settings = view.settings;
   if (integrator == nullptr || (settings.film.shares.empty() && !settings.spectral)) {
@@ -83,12 +90,12 @@ Status check_light(const View& view, const IntegratorEntry* integrator) {
                     : "cannot be combined with layers bounce:N, light:NAME, st:S,T and irradiance");
 }
 
+/// Checks that the integrator supports an open shutter. Parameters and errors as above.
 Status check_shutter(const RenderSettings& settings, const IntegratorEntry* integrator) {
   if (!(settings.shutter_seconds > 0) || integrator == nullptr) {
     return ok_status();
   }
-  const Options& accepts = integrator->accepts;
-  if (std::find(accepts.begin(), accepts.end(), "/shutter_seconds") == accepts.end()) {
+  if (!accepts(*integrator, "/shutter_seconds")) {
     return refused(settings.integrator + " does not support shutter_seconds; use path",
                    "/shutter_seconds");
   }
@@ -99,6 +106,64 @@ Status check_shutter(const RenderSettings& settings, const IntegratorEntry* inte
     return refused("a meter cannot be combined with shutter_seconds", "/meter");
   }
   return ok_status();
+}
+
+Status check_catcher(const RenderSettings& settings) {
+  if (has_catcher(settings) &&
+      (settings.integrator != "path" || settings.estimator.strategy != Strategy::kMis ||
+       settings.light_sampler == LightSamplerType::kRestir || settings.fog || settings.spectral ||
+       !settings.film.shares.empty())) {
+    return refused(
+        "'catcher' requires integrator 'path' and strategy 'mis'; it cannot be combined with "
+        "'restir', a medium, spectral true or layers bounce:N, light:NAME, st:S,T and irradiance",
+        "/ground/type");
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status check_crop(const FilmSettings& film) {
+  if (film.crop) {
+    const PixelRect& c = *film.crop;
+    if (c.x < 0 || c.y < 0 || c.width < 1 || c.height < 1 || c.x > film.width - c.width ||
+        c.y > film.height - c.height) {
+      return refused("the crop extends beyond the film", "/film/crop");
+    }
+  }
+  return ok_status();
+}
+
+Result<MovingCamera> check_view(const View& view) {
+  const RenderSettings& settings = view.settings;
+  const SceneSummary& summary = view.scene->summary();
+  const IntegratorEntry* integrator = find_integrator(settings.integrator);
+  if (const Status fits = check_crop(settings.film); !fits) {
+    return fits.error();
+  }
+  if (const Status fits = check_matter(settings, summary, integrator); !fits) {
+    return fits.error();
+  }
+  if (const Status fits = check_light(view, integrator); !fits) {
+    return fits.error();
+  }
+  if (const Status fits = check_shutter(settings, integrator); !fits) {
+    return fits.error();
+  }
+  if (const Status fits = check_catcher(settings); !fits) {
+    return fits.error();
+  }
+  auto camera = MovingCamera::create(view.camera, summary.cameras, summary.bounds,
+                                     settings.film.width, settings.film.height);
+  if (camera && camera->first().type() == CameraType::kPanorama && integrator != nullptr &&
+      integrator->splats) {
+    // Filters reach across the seam and the poles of a panorama, where splats would be cut off.
+    return refused(
+        "'panorama' cannot be combined with integrators that splat light paths, such as " +
+            settings.integrator + "; use path",
+        "/camera/type");
+  }
+  return camera;
 }
 
 }  // namespace core

@@ -9,6 +9,7 @@
 #include "core/error/error_estimate.h"
 #include "core/integrators/registry.h"
 #include "core/render/render_task.h"
+#include "core/render/settle.h"
 #include "core/samplers/streams.h"
 #include "core/scene/scene_data.h"
 #include "core/settings/registry.h"
@@ -65,8 +66,9 @@ View pilot_view(const View& view, std::string_view integrator) {
 }
 
 /// Renders a pilot on this thread.
-Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples) {
-  auto renderer = Renderer::create(view);
+Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples,
+                                           const std::stop_token& stop) {
+  auto renderer = settled_renderer(view, {}, stop);
   if (!renderer) {
     return renderer.error();
   }
@@ -75,10 +77,14 @@ Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples) {
   options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
   NullSink sink;
   RenderTask task(*std::move(renderer), film, std::move(options), sink);
+  const std::stop_callback cancel(stop, [&task] { task.cancel(); });
   while (!task.finished()) {
     if (const auto slice = task.take()) {
       task.run(*slice);
     }
+  }
+  if (task.stop_reason() == StopReason::kCancelled) {
+    return Error{ErrorCode::kCancelled, "stopped while choosing the integrator", ""};
   }
   return film;
 }
@@ -207,7 +213,8 @@ std::vector<double> pilot_errors(std::span<const PilotImage> images) {
 namespace {
 
 /// Renders the pilot of a candidate, and one with half the radius if it is biased.
-Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, PilotImage& image) {
+Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, PilotImage& image,
+                               const std::stop_token& stop) {
   View small = pilot_view(view, candidate.integrator);
   const bool is_biased = find_integrator(candidate.integrator)->bias != "none";
   float radius_m = 0;
@@ -222,7 +229,7 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
     radius_m = usual_photon_radius_m(view.scene->data(), *camera, film);
     small.settings.photons.radius_m = radius_m;
   }
-  auto film = render_pilot(small, candidate.samples);
+  auto film = render_pilot(small, candidate.samples, stop);
   if (!film) {
     return film.error();
   }
@@ -234,7 +241,7 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
       .work = static_cast<double>((*film)->rays()) / samples * candidate.ray_weight};
   if (is_biased) {
     small.settings.photons.radius_m = radius_m / 2;
-    film = render_pilot(small, candidate.samples);
+    film = render_pilot(small, candidate.samples, stop);
     if (!film) {
       return film.error();
     }
@@ -265,7 +272,8 @@ std::string text_of(const IntegratorChoice& choice) {
 
 }  // namespace
 
-Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target) {
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
+                                           const std::stop_token& stop) {
   IntegratorChoice choice;
   choice.integrator = kCandidates[0].integrator;
   if (const std::string why = without_pilot(view); !why.empty()) {
@@ -274,7 +282,7 @@ Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_targ
   }
   std::vector<PilotImage> images(may_be_biased(view, has_error_target) ? 3 : 2);
   for (std::size_t k = 0; k < images.size(); ++k) {
-    auto figures = run_pilot(view, kCandidates[k], images[k]);
+    auto figures = run_pilot(view, kCandidates[k], images[k], stop);
     if (!figures) {
       return figures.error();
     }
@@ -298,17 +306,18 @@ Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_targ
   return choice;
 }
 
-Result<std::string> settle_integrator(View& view, const StopRules& stop) {
+Result<std::string> settle_integrator(View& view, const StopRules& rules,
+                                      const std::stop_token& stop) {
   if (view.settings.integrator != kAutomaticIntegrator) {
     return std::string();
   }
-  const auto choice = choose_integrator(view, stop.has_error_target());
+  const auto choice = choose_integrator(view, rules.has_error_target(), stop);
   if (!choice) {
     return choice.error();
   }
   // `auto` accepts no options of estimators and no adaptive sampling, so they are not set.
   const RenderSettings defaults =
-      default_settings(choice->integrator, stop.relative_error.has_value());
+      default_settings(choice->integrator, rules.relative_error.has_value());
   view.settings.integrator = defaults.integrator;
   view.settings.estimator = defaults.estimator;
   view.settings.adaptive = defaults.adaptive;

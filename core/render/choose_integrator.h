@@ -17,6 +17,7 @@
 
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,12 +44,14 @@ struct IntegratorChoice {
 
 /// Chooses the integrator. has_error_target: the image must have a valid error, which sppm has not.
 /// Pre: view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
-/// Renderer::create().
-Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target);
+/// settle().
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
+                                           const std::stop_token& stop = {});
 
 /// Replaces kAutomaticIntegrator by the choice, with its defaults, and returns a warning that names
 /// it. Returns an empty string if the job names its integrator. Errors: as above.
-Result<std::string> settle_integrator(View& view, const StopRules& stop);
+Result<std::string> settle_integrator(View& view, const StopRules& rules,
+                                      const std::stop_token& stop = {});
 
 struct PilotImage {
   FilmSnapshot film;

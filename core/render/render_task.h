@@ -55,6 +55,7 @@ class RenderSink {
 /// thread-safe.
 class Renderer {
  public:
+  /// Renders nothing. Pre: settle() has settled the view (core/render/settle.h).
   /// Errors: kInvalidArgument at "/camera/..." (no such camera, fov of an orthographic camera),
   /// "/film/crop" or "/integrator/type" (the scene has features that it does not support).
   static Result<std::shared_ptr<const Renderer>> create(View view);

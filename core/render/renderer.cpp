@@ -18,12 +18,10 @@
 #include "core/labels/label.h"
 #include "core/labels/motion.h"
 #include "core/render/check_view.h"
-#include "core/render/choose_integrator.h"
 #include "core/render/filtered_splats.h"
 #include "core/render/meter.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
-#include "core/render/split_pilot.h"
 #include "core/render/tile_fill.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
@@ -40,21 +38,19 @@ struct Planned {
   int split_count = 0;                      ///< measured count; 0: not measured
 };
 
-/// Resolves `measured` splitting to a fixed count found by the pilot.
+/// Replaces `measured` splitting by the fixed count that the pilot found.
 Planned planned_integrator(const View& view, const Camera& camera) {
   Planned planned;
   RenderSettings settings = view.settings;
   EstimatorSettings& estimator = settings.estimator;
-  IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera};
-  const auto make = [&] { return make_integrator(input); };
-  input.aims_in_media = pays_to_aim(input);
   if (estimator.splitting == SplittingType::kMeasured) {
-    estimator.splitting = SplittingType::kNone;
-    planned.split_count = measured_split_count(camera, *make(), settings);
+    planned.split_count = view.measured->split_count;
     estimator.split_count = planned.split_count;
     estimator.splitting = SplittingType::kFixed;
   }
-  planned.integrator = make();
+  const IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera,
+                                 view.measured->aims_in_media};
+  planned.integrator = make_integrator(input);
   if (view.wave_width > 0 && !(settings.shutter_seconds > 0)) {
     planned.waves = make_wave_tracer(input, view.wave_width);
   }
@@ -383,56 +379,16 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
 }  // namespace
 
 Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
-  const FilmSettings& film = view.settings.film;
-  if (film.crop) {
-    const PixelRect& c = *film.crop;
-    if (c.x < 0 || c.y < 0 || c.width < 1 || c.height < 1 || c.x > film.width - c.width ||
-        c.y > film.height - c.height) {
-      return Error{ErrorCode::kInvalidArgument, "the crop extends beyond the film", "/film/crop"};
-    }
-  }
-  if (const auto settled = settle_integrator(view, {}); !settled) {
-    return settled.error();
-  }
-  const IntegratorEntry* integrator = find_integrator(view.settings.integrator);
-  if (const Status fits = check_matter(view.settings, view.scene->summary(), integrator); !fits) {
-    return fits.error();
-  }
-  if (const Status fits = check_light(view, integrator); !fits) {
-    return fits.error();
-  }
-  const RenderSettings& settings = view.settings;
-  if (const Status fits = check_shutter(settings, integrator); !fits) {
-    return fits.error();
-  }
-  if (has_catcher(settings) &&
-      (settings.integrator != "path" || settings.estimator.strategy != Strategy::kMis ||
-       settings.light_sampler == LightSamplerType::kRestir || settings.fog || settings.spectral ||
-       !film.shares.empty())) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        "'catcher' requires integrator 'path' and strategy 'mis'; it cannot be combined with "
-        "'restir', a medium, spectral true or layers bounce:N, light:NAME, st:S,T and irradiance",
-        "/ground/type"};
-  }
-  const SceneSummary& summary = view.scene->summary();
-  auto camera =
-      MovingCamera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+  CHECK(view.measured && view.settings.integrator != kAutomaticIntegrator);
+  auto camera = check_view(view);
   if (!camera) {
     return camera.error();
   }
-  if (camera->first().type() == CameraType::kPanorama && integrator != nullptr &&
-      integrator->splats) {
-    // Filters reach across the seam and the poles of a panorama, where splats would be cut off.
-    return Error{ErrorCode::kInvalidArgument,
-                 "'panorama' cannot be combined with integrators that splat light paths, such as " +
-                     settings.integrator + "; use path",
-                 "/camera/type"};
-  }
+  const FilmSettings& film = view.settings.film;
   std::optional<Motion> motion;
   if (film.motion && view.later != nullptr) {
-    const auto later =
-        Camera::create(view.camera, view.later->cameras(), summary.bounds, film.width, film.height);
+    const auto later = Camera::create(view.camera, view.later->cameras(),
+                                      view.scene->summary().bounds, film.width, film.height);
     if (!later) {
       return later.error();
     }

@@ -45,8 +45,9 @@ int best_split_count(const SplitCosts& costs) {
   return best;
 }
 
-SplitCosts measure_split(const Camera& camera, const Integrator& plain,
-                         const RenderSettings& settings, int count) {
+std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& plain,
+                                        const RenderSettings& settings, int count,
+                                        const std::stop_token& stop) {
   prepare_tracing_thread();
   const FilterSampler filter(settings.film.filter);
   PathSampler sampler(SamplerType::kIndependent, 2, hash_combine(settings.seed, kStream));
@@ -55,6 +56,9 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
   std::uint64_t rays = 0;
   int paths = 0;
   for (int i = 0; i < count; ++i) {
+    if (stop.stop_requested()) {
+      return std::nullopt;
+    }
     // Spreads pixels evenly over the film: the R2 sequence (Roberts 2018).
     const double u = 0.5 + i * 0.7548776662466927;
     const double v = 0.5 + i * 0.5698402909980532;
@@ -102,7 +106,7 @@ SplitCosts measure_split(const Camera& camera, const Integrator& plain,
   return out;
 }
 
-bool pays_to_aim(const IntegratorInput& input) {
+std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_token& stop) {
   const SceneData& scene = input.scene;
   const auto& punctual = scene.punctual_lights;
   const bool has_local = !scene.triangle_lights.empty() ||
@@ -115,22 +119,32 @@ bool pays_to_aim(const IntegratorInput& input) {
   }
   RenderSettings settings = input.settings;
   settings.estimator.splitting = SplittingType::kNone;
-  const auto work = [&](bool aims) {
+  const auto work = [&](bool aims) -> std::optional<double> {
     const auto integrator =
         make_integrator({scene, input.environment, settings, input.camera, aims});
-    const SplitCosts costs = measure_split(*input.camera, *integrator, settings);
-    return (costs.way_variance + costs.branch_variance) * (costs.way_rays + costs.branch_rays);
+    const auto costs = measure_split(*input.camera, *integrator, settings, kSplitPixels, stop);
+    if (!costs) {
+      return std::nullopt;
+    }
+    return (costs->way_variance + costs->branch_variance) * (costs->way_rays + costs->branch_rays);
   };
-  return work(true) < work(false);
+  const std::optional<double> aimed = work(true);
+  const std::optional<double> plain = work(false);
+  return aimed && plain ? std::optional(*aimed < *plain) : std::nullopt;
 }
 
-int measured_split_count(const Camera& camera, const Integrator& plain,
-                         const RenderSettings& settings) {
-  const SplitCosts few = measure_split(camera, plain, settings, kPixelsForRays);
-  if (few.branch_rays >= few.way_rays) {
+std::optional<int> measured_split_count(const Camera& camera, const Integrator& plain,
+                                        const RenderSettings& settings,
+                                        const std::stop_token& stop) {
+  const auto few = measure_split(camera, plain, settings, kPixelsForRays, stop);
+  if (few && few->branch_rays >= few->way_rays) {
     return 1;
   }
-  SplitCosts costs = measure_split(camera, plain, settings);
+  const auto measured = measure_split(camera, plain, settings, kSplitPixels, stop);
+  if (!measured) {
+    return std::nullopt;
+  }
+  SplitCosts costs = *measured;
   if (settings.sampler != SamplerType::kIndependent &&
       settings.sampler != SamplerType::kAntithetic) {
     costs.way_variance *= kSpread;

@@ -7,6 +7,9 @@
 /// result is the same on any machine.
 #pragma once
 
+#include <optional>
+#include <stop_token>
+
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
@@ -15,6 +18,7 @@
 namespace core {
 
 inline constexpr int kMeasuredSplitMax = 8;
+inline constexpr int kSplitPixels = 1024;
 
 struct SplitCosts {
   double way_variance = 0;     ///< Var E[Y | X] with camera ray X, continuation Y
@@ -30,19 +34,22 @@ struct SplitCosts {
 int best_split_count(const SplitCosts& costs);
 
 /// Measures the costs. plain: an integrator without splitting. The pixels are spread evenly over
-/// the full film whatever the crop, so that parts agree with the whole.
-SplitCosts measure_split(const Camera& camera, const Integrator& plain,
-                         const RenderSettings& settings, int pixels = 1024);
+/// the full film whatever the crop, so that parts agree with the whole. Empty if stop was requested
+/// before the last pixel.
+std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& plain,
+                                        const RenderSettings& settings, int pixels = kSplitPixels,
+                                        const std::stop_token& stop = {});
 
 /// Returns the best count for the film's sampler, with continuations costing at most as much as the
 /// path that leads to them, because it is not known in advance how much variance well-distributed
-/// points leave. A power of two, as the sets of sobol are.
-int measured_split_count(const Camera& camera, const Integrator& plain,
-                         const RenderSettings& settings);
+/// points leave. A power of two, as the sets of sobol are. Empty as above.
+std::optional<int> measured_split_count(const Camera& camera, const Integrator& plain,
+                                        const RenderSettings& settings,
+                                        const std::stop_token& stop = {});
 
 /// Returns whether variance times rays is smaller if the light samples of `path` also choose
 /// distances in media. This holds for a small light in thin fog; not in dense fog, or if most of
-/// the light is on surfaces.
-bool pays_to_aim(const IntegratorInput& input);
+/// the light is on surfaces. Empty as above.
+std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_token& stop = {});
 
 }  // namespace core

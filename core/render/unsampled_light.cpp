@@ -8,7 +8,7 @@
 namespace core {
 namespace {
 
-/// Roughness below which a lobe (of less than a degree: alpha 0.01) sees a lamp whole or not at all.
+/// Roughness below which a lobe (of less than a degree: alpha 0.01) sees a small emitter whole or not at all.
 constexpr float kPolished = 0.1F;
 
 bool is_polished(const Material& material) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "core/base/result.h"
 #include "core/labels/motion.h"
@@ -10,6 +11,12 @@
 #include "core/settings/settings.h"
 
 namespace core {
+
+/// Options that pilots have measured, so that creating a renderer renders nothing.
+struct Measured {
+  int split_count = 0;         ///< of `measured` splitting; 0 for other types
+  bool aims_in_media = false;  ///< as IntegratorInput::aims_in_media
+};
 
 struct View {
   std::shared_ptr<const Scene> scene;
@@ -21,6 +28,7 @@ struct View {
   /// Paths per wave, if the integrator supports waves: 8, or 1 for tests. 0 traces one path at a
   /// time; the image is the same up to rounding.
   int wave_width = 8;
+  std::optional<Measured> measured = {};  ///< set by settle()
 };
 
 }  // namespace core

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/lights/environment.h"
+#include "core/scene/crowding.h"
 #include "core/scene/scene_builder.h"
 #include "core/scene/scene_data.h"
 
@@ -42,21 +43,22 @@ std::size_t MeshData::bytes() const noexcept {
   return moved + positions.capacity() * sizeof(Vec3) + indices.capacity() * sizeof(std::uint32_t) +
          normals.capacity() * sizeof(Vec3) + tangents.capacity() * sizeof(Vec4) +
          (uv[0].capacity() + uv[1].capacity()) * sizeof(Vec2) + colors.capacity() * sizeof(Vec4) +
-         file_vertices.capacity() * sizeof(std::uint32_t);
+         file_vertices.capacity() * sizeof(std::uint32_t) + round_sides.capacity();
 }
 
 Scene::Scene() : data_(std::make_unique<SceneData>()) {}
 Scene::~Scene() = default;
 
 Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, int threads,
-                                                  std::string_view isa) {
+                                                  std::string_view isa,
+                                                  const std::stop_token& stop) {
   std::shared_ptr<Scene> scene(new Scene());
   SceneSummary& summary = scene->summary_;
   summary.name = description.name;
   for (const MaterialDescription& m : description.materials) {
     summary.materials.push_back(m.name);
   }
-  const auto placed = build_scene_data(description, *scene->data_, threads, isa);
+  const auto placed = build_scene_data(description, *scene->data_, threads, isa, stop);
   if (!placed) {
     return placed.error();
   }
@@ -70,6 +72,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
     scene->environment_ = *std::move(environment);
     summary.has_environment = true;
   }
+  summary.origin = description.origin;
   summary.bounds = placed->bounds;
   summary.triangles = placed->triangles;
   summary.instances = description.instances.size();
@@ -82,6 +85,9 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   summary.animations = std::move(description.animations);
   summary.extensions = std::move(description.extensions);
   summary.warnings = std::move(description.warnings);
+  if (const double met = boxes_met(*scene->data_); met > kBoxesMetMost) {
+    summary.warnings.push_back(crowding_warning(met));
+  }
   summary.has_emissive_strength = description.has_emissive_strength;
   summary.has_scattering = scene->data_->has_scattering;
   for (const Material& m : scene->data_->materials) {

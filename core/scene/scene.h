@@ -23,7 +23,8 @@ class SceneData;  // the parts for integrators: core/scene/scene_data.h
 /// The properties of a scene that GET /v1/scenes/{id} returns.
 struct SceneSummary {
   std::string name;
-  Bounds bounds;              ///< world, metres
+  Place origin;               ///< SceneDescription::origin
+  Bounds bounds;              ///< from the origin, metres
   std::size_t triangles = 0;  ///< counted per instance: a mesh used twice counts twice
   std::size_t instances = 0;
   std::size_t bytes = 0;  ///< geometry, acceleration structure and textures
@@ -47,9 +48,11 @@ struct SceneSummary {
 class Scene {
  public:
   /// Builds a scene and consumes the description. threads: for the acceleration structure. isa: see
-  /// Accel::build(). Errors: kInvalidArgument (indices out of range), kTooLarge, kCancelled.
+  /// Accel::build(). Errors: kInvalidArgument (indices out of range), kTooLarge, kCancelled (stop
+  /// was requested).
   static Result<std::shared_ptr<const Scene>> build(SceneDescription description, int threads,
-                                                    std::string_view isa = {});
+                                                    std::string_view isa = {},
+                                                    const std::stop_token& stop = {});
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

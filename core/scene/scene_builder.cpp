@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -11,8 +12,10 @@
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
+#include "core/scene/crowding.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
+#include "core/scene/round_facets.h"
 #include "core/textures/colored_blocks.h"
 
 namespace core {
@@ -23,7 +26,8 @@ class Builder {
  public:
   Builder(SceneDescription& from, SceneData& to) : from_(from), to_(to) {}
 
-  Status run(int threads, std::string_view isa) {
+  Status run(int threads, std::string_view isa, const std::stop_token& stop) {
+    to_.origin = from_.origin;
     to_.light_groups = {"environment"};
     if (Status s = add_materials(); !s) {
       return s;
@@ -33,7 +37,7 @@ class Builder {
     }
     number_objects(from_, to_);
     place_meshes();
-    if (Status s = build_accel(threads, isa); !s) {
+    if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
     }
     add_lights();
@@ -45,7 +49,20 @@ class Builder {
     return ok_status();
   }
 
-  const Bounds& bounds() const { return bounds_; }
+  /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
+  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
+  /// is high.
+  Bounds bounds() const {
+    Bounds out = bounds_;
+    if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
+      const float reach = 0.5F * out.diagonal().y;
+      out.min.x -= reach;
+      out.min.z -= reach;
+      out.max.x += reach;
+      out.max.z += reach;
+    }
+    return out;
+  }
   std::size_t placed_triangles() const { return placed_triangles_; }
 
  private:
@@ -185,7 +202,7 @@ class Builder {
     if (to_world != nullptr) {
       const bool mirrored = to_world->determinant() < 0;
       for (Vec3& v : mesh.positions) {
-        v = to_world->point(v);
+        v = exact_point(*to_world, v);
       }
       for (Vec3& n : mesh.normals) {
         n = normalize_or(to_world->normal(n), {0, 0, 1});
@@ -250,10 +267,11 @@ class Builder {
     for (const InstanceDescription& instance : from_.instances) {
       const auto id = static_cast<std::size_t>(instance.mesh);
       if (uses[id] < 2 || groups_[tree_of[id]].empty() ||
-          std::fabs(instance.to_world.determinant()) < 1e-30F) {
+          !(std::fabs(instance.to_world.determinant()) >= std::numeric_limits<float>::min())) {
         continue;
       }
-      to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size())});
+      to_.instances.push_back({instance.to_world, static_cast<std::uint32_t>(to_.placed.size()),
+                               instance_error(instance.to_world)});
       instance_groups_.push_back(tree_of[id]);
       for (const std::uint32_t mesh : groups_[tree_of[id]]) {
         to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material),
@@ -281,7 +299,7 @@ class Builder {
     return out;
   }
 
-  Status build_accel(int threads, std::string_view isa) {
+  Status build_accel(int threads, std::string_view isa, const std::stop_token& stop) {
     std::vector<AccelGeometry> top;
     for (std::size_t i = 0; i < top_level_; ++i) {
       top.push_back(geometry(to_.meshes[to_.placed[i].mesh]));
@@ -297,12 +315,12 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads, isa);
+    auto accel = Accel::build(top, groups, instances, threads, isa, stop);
     if (!accel) {
       return accel.error();
     }
     to_.accel = std::move(accel).value();
-    return ok_status();
+    return find_round_facets(to_, stop);
   }
 
   void add_lights() {
@@ -315,7 +333,7 @@ class Builder {
       const std::size_t end =
           next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
       for (std::size_t i = instance.first_placed; i < end; ++i) {
-        visit_placed(static_cast<std::uint32_t>(i), &instance.to_world, bounds);
+        visit_placed(static_cast<std::uint32_t>(i), &instance, bounds);
       }
     }
     for (const PunctualLightDescription& d : from_.lights) {
@@ -347,8 +365,9 @@ class Builder {
     to_.light_tree = LightTree(bounds);
   }
 
-  void visit_placed(std::uint32_t placed, const Transform* to_world,
+  void visit_placed(std::uint32_t placed, const PlacedInstance* instance,
                     std::vector<LightBounds>& bounds) {
+    const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
@@ -379,6 +398,11 @@ class Builder {
       const float twice_area = length(n);
       light.area_m2 = 0.5F * twice_area;
       light.normal = normalize_or(mirrored ? -n : n, {0, 0, 1});
+      for (const Vec3 p : {light.p0, light.p0 + light.edge1, light.p0 + light.edge2}) {
+        light.error_m = std::max(
+            light.error_m, plane_error_m(p, light.edge1, light.edge2, twice_area,
+                                         instance == nullptr ? InstanceError{} : instance->error));
+      }
       light.placed = placed;
       light.triangle = t;
       light.two_sided = material.factors.double_sided;
@@ -464,9 +488,9 @@ class Builder {
 }  // namespace
 
 Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, int threads,
-                                        std::string_view isa) {
+                                        std::string_view isa, const std::stop_token& stop) {
   Builder builder(from, to);
-  if (Status status = builder.run(threads, isa); !status) {
+  if (Status status = builder.run(threads, isa, stop); !status) {
     return status.error();
   }
   return PlacedGeometry{builder.bounds(), builder.placed_triangles()};

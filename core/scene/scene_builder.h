@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <stop_token>
 #include <string_view>
 
 #include "core/base/result.h"
@@ -19,6 +20,6 @@ struct PlacedGeometry {
 
 /// Moves the meshes out of `from`. Errors: as Scene::build().
 Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, int threads,
-                                        std::string_view isa);
+                                        std::string_view isa, const std::stop_token& stop);
 
 }  // namespace core

@@ -14,6 +14,7 @@
 #include "core/lights/light.h"
 #include "core/lights/light_tree.h"
 #include "core/materials/material.h"
+#include "core/math/place.h"
 #include "core/math/vec.h"
 #include "core/textures/texture.h"
 
@@ -36,6 +37,7 @@ class SceneData {
   std::vector<PunctualLight> punctual_lights;
   std::vector<std::shared_ptr<const IesProfile>> profiles;  ///< referenced by punctual lights
   LightTree light_tree;  ///< over triangle lights, then point and spot lights
+  Place origin;          ///< SceneDescription::origin
   Vec3 center;           ///< bounding sphere
   float radius_m = 0;
   bool has_alpha = false;

@@ -108,7 +108,10 @@ Status GltfImages::decode_all() {
     for (std::size_t i = next++; i < noted_.size(); i = next++) {
       Noted& note = noted_[i];
       try {
-        if (!note.pixels) {
+        const Status goes_on = limits_.admit ? limits_.admit(0) : ok_status();
+        if (!goes_on) {
+          note.pixels = goes_on.error();
+        } else if (!note.pixels) {
           note.pixels = decode_image(note.file, {limits_.image_side_max, note.bytes_max});
         }
       } catch (...) {

@@ -208,6 +208,7 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   }
   GltfOptions then = options;
   then.geometry_only = true;
+  then.origin = scene->origin;
   std::vector<SceneDescription> later;
   for (int step = 1; step < kShutterSteps; ++step) {
     then.time_seconds =

@@ -11,8 +11,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -42,10 +44,22 @@ struct GltfOptions {
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   int scene_index = -1;  ///< -1: the file's default scene
+  /// Point from which positions count; empty: far_origin() of the scene (gltf_origin.h). Scenes at
+  /// several times of one picture share the first one's.
+  std::optional<Place> origin;
   /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;
   GltfLimits limits;
 };
+
+/// For GltfLimits::admit: ends the reading with kCancelled when a stop is requested.
+inline std::function<Status(std::uint64_t)> until_stopped(std::stop_token stop) {
+  return [stop = std::move(stop)](std::uint64_t /*bytes*/) {
+    return stop.stop_requested()
+               ? Status(Error{ErrorCode::kCancelled, "stopped while reading the scene", ""})
+               : ok_status();
+  };
+}
 
 /// Looks up a side file by the uri in the glTF (percent-decoded); empty if it was not uploaded.
 using ResolveUri = std::function<SharedBytes(std::string_view uri)>;

@@ -27,7 +27,7 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
         const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
         travelled += length(hole.position - ray.origin);
         path.passed_hole = true;
-        ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
+        ray.origin = offset_ray(hole.position, hole.normal_geometric * side, hole.error_m);
         continue;
       }
     }

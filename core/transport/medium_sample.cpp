@@ -101,6 +101,7 @@ void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) n
   path.is_sharp = false;
   ++path.depth;
   ++path.medium_scatterings;
+  path.is_clear = false;
 }
 
 void record_first_scattering(PathSample& out, const MediumSample& sample, Vec3 direction) noexcept {

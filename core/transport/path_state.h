@@ -40,6 +40,7 @@ struct PathState {
   float cone_spread_rad = 0;
   bool is_sharp = true;      ///< no rough surface so far: textures are filtered as for camera rays
   bool passed_hole = false;  ///< on the current segment
+  bool is_clear = false;     ///< has only passed clear surfaces (core/transport/vertex.h) so far
   const RawHit* met = nullptr;    ///< the end of the current segment, if already known
   MediumStack media{};            ///< the solids that contain the current segment
   std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes so far
@@ -61,6 +62,7 @@ inline PathState start_path(const Camera::CameraRay& camera_ray, const PathSampl
   path.ray = camera_ray.ray;
   path.cone_width_m = camera_ray.width_m;
   path.cone_spread_rad = camera_ray.spread_rad;
+  path.is_clear = true;
   return path;
 }
 

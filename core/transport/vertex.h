@@ -24,6 +24,18 @@ inline Bsdf make_bsdf(const Shading& shading, Vec3 wo_world) noexcept {
               shading.has_layers ? &shading.layers : nullptr);
 }
 
+/// Rough surfaces up to this roughness are clear. Source: Cycles' default for transparent glass
+/// (Film, Roughness Threshold).
+inline constexpr float kClearRoughness = 0.1F;
+
+/// Returns whether light that arrives from wi_world passes a clear rough surface, all of whose
+/// transmission is that of its glass. Smooth surfaces are clear too.
+inline bool passes_clear(const PathVertex& vertex, Vec3 wi_world) noexcept {
+  const Shading& s = vertex.shading;
+  return dot(wi_world, s.horizon) < 0 && s.bsdf.roughness <= kClearRoughness &&
+         !(s.has_layers && s.layers.diffuse_transmission > 0);
+}
+
 /// Records albedo, normal and depth of the first surface for the auxiliary layers.
 inline void record_first_surface(PathSample& out, const PathVertex& vertex, Rgb albedo) noexcept {
   out.hit = true;

@@ -92,7 +92,7 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& toward
     }
     ++path.rays;
     const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
-    ray.origin = offset_ray(hole.position, hole.normal_geometric * side);
+    ray.origin = offset_ray(hole.position, hole.normal_geometric * side, hole.error_m);
     if (!far) {
       ray.direction = end - ray.origin;
     }
@@ -106,7 +106,8 @@ Visibility visibility_from(const SceneData& scene, PathState& path, const PathVe
                            const Colors& colors) noexcept {
   const float side = dot(vertex.shading.horizon, wi_world) >= 0 ? 1.0F : -1.0F;
   Ray shadow;
-  shadow.origin = offset_ray(vertex.shading.origin, vertex.shading.normal_geometric * side);
+  shadow.origin = offset_ray(vertex.shading.origin, vertex.shading.normal_geometric * side,
+                             vertex.point.error_m);
   shadow.direction = is_far ? wi_world : target - shadow.origin;
   shadow.t_max = is_far ? kFar : 1.0F;
   MediumStack media = path.media;

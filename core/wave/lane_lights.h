@@ -106,14 +106,15 @@ class LaneLights {
     const Vec3s<N> d = on_light - point;
     const Floats<N> distance2 = dot(d, d);
     LightLanes<N> out;
-    out.wi_world = d * (one / sqrt(distance2));
+    const Floats<N> distance_m = sqrt(distance2);
+    out.wi_world = d * (one / distance_m);
     const Floats<N> cosine = -dot(t.normal, out.wi_world);
     const Mask<N> behind = t.two_sided & (cosine < zero);
     const Floats<N> cos_light = select(behind, -cosine, cosine);
     const Vec3s<N> towards = select(behind, -t.normal, t.normal);
     const Mask<N> valid =
         (distance2 > zero) & (t.area_m2 > zero) & (cos_light > Floats<N>(kCosLightLeast));
-    out.target = offset_ray(on_light, towards);
+    out.target = offset_ray(on_light, towards, t.error_m + Floats<N>(kPlaneError) * distance_m);
     out.pdf_solid_angle =
         select(valid, pick.prob_light * ((one / t.area_m2) * distance2 / cos_light), zero);
     out.radiance = t.radiance;
@@ -125,7 +126,7 @@ class LaneLights {
   template <std::size_t N>
   struct TriangleRows {
     Vec3s<N> p0, edge1, edge2, normal, radiance;
-    Floats<N> area_m2;
+    Floats<N> area_m2, error_m;
     Mask<N> two_sided;
   };
   template <std::size_t N>
@@ -141,6 +142,7 @@ class LaneLights {
         row[part][k] = &t.p0.x + 4 * part;
       }
       out.two_sided.v[k] = t.two_sided ? -1 : 0;
+      out.error_m.v[k] = t.error_m;
     }
     Floats<N> c[4][4];
     for (std::size_t part = 0; part < 4; ++part) {

@@ -49,7 +49,7 @@ void LonePaths::follow(Wave& wave, TracedPath& path, std::int32_t slot) const no
     if (!extend(path, vertex, bsdf)) {
       return;
     }
-    if (is_for_lanes(path)) {
+    if (!scalar_.sees_backdrop(path) && is_for_lanes(path)) {
       add_waiting(wave, path, slot);
       return;
     }
@@ -74,15 +74,17 @@ void LonePaths::split(Wave& wave, TracedPath& path, const PathVertex& vertex, co
     branch.sampler = path.sampler.branch(k, split_count_);
     branch.branch_weight = share;
     branch.out.radiance = {};
+    branch.out.alpha = 0;
     const std::int32_t branch_slot = slot + ((k + 1) << kContinuationShift);
     if (extend(branch, vertex, bsdf)) {
-      if (is_for_lanes(branch)) {
+      if (!scalar_.sees_backdrop(branch) && is_for_lanes(branch)) {
         add_waiting(wave, branch, branch_slot);
       } else {
         follow(wave, branch, branch_slot);
       }
     }
     sum += branch.out.radiance;
+    path.out.alpha += branch.out.alpha * share;
   }
   path.out.radiance += sum * share;
 }

@@ -260,6 +260,7 @@ void LaneTracer<N>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int d
   path.cone_spread_rad = paths.cone_spread_rad.at[i];
   path.is_sharp = paths.is_sharp.at[i] != 0;
   path.met = &met;
+  path.is_clear = depth == 0;
   path.out.hit = depth > 0;
   lone_.follow(wave, path, paths.slot.at[i]);
   const Rgb found = path.out.radiance * share(depth);
@@ -380,8 +381,10 @@ void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsd
   WavePaths& paths = wave.paths;
   const std::size_t to = paths.count;
   numbers.compress(paths, to, taken);
-  compress(paths.origin, to,
-           offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric)), taken);
+  compress(
+      paths.origin, to,
+      offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric), s.error_m),
+      taken);
   compress(paths.direction, to, wi, taken);
   compress(paths.beta, to, beta, taken);
   compress(paths.pdf_bsdf.at + to, sample.pdf_solid_angle, taken);
@@ -420,7 +423,7 @@ void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLa
       at.beta * f.value_cos * light.radiance * (weight / light.pdf_solid_angle * Floats<N>(share_));
   const Mask<N> above = dot(s.horizon, light.wi_world) >= zero;
   const Vec3s<N> origin =
-      offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric));
+      offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric), s.error_m);
   WaveShadows& to = wave.shadows;
   compress(to.origin, to.count, origin, taken);
   compress(to.direction, to.count, select(light.is_far, light.wi_world, light.target - origin),

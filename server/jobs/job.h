@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -129,15 +130,30 @@ class Job {
   void set_removed() { is_removed_ = true; }
 
   /// Loading is slow, and the job may be paused and resumed in the meantime: only the latest load
-  /// counts. Call both with change_mutex() held.
-  int begin_load() { return ++load_generation_; }
+  /// counts, and earlier ones are stopped. Call with change_mutex() held.
+  struct Load {
+    int generation = 0;
+    std::stop_token stop;
+  };
+  Load begin_load() {
+    std::stop_source next;
+    Load load = {++load_generation_, next.get_token()};
+    swap_load_stop(std::move(next)).request_stop();
+    return load;
+  }
   bool is_latest_load(int generation) const { return generation == load_generation_; }
+  /// Ends a load that is under way.
+  void stop_load() { swap_load_stop({}).request_stop(); }
 
   /// Serializes the changes of one job: held from reading the record until the change is committed
   /// and published. Locked before all other mutexes.
   core::Mutex& change_mutex() { return change_mutex_; }
 
  private:
+  std::stop_source swap_load_stop(std::stop_source next) {
+    const core::MutexLock lock(mutex_);
+    return std::exchange(load_stop_, std::move(next));
+  }
   static SpecText text_of(const JobRecord& record) {
     return {.version = record.view.spec_version,
             .text = std::make_shared<const std::string>(api::spec_json(record.view.spec))};
@@ -157,6 +173,7 @@ class Job {
   JobRecord record_ GUARDED_BY(mutex_);
   SpecText spec_text_ GUARDED_BY(mutex_);
   std::shared_ptr<RenderRun> run_ GUARDED_BY(mutex_);
+  std::stop_source load_stop_ GUARDED_BY(mutex_);
   std::shared_ptr<const StoredFilm> kept_film_ GUARDED_BY(mutex_);
   std::optional<EndMark> end_mark_ GUARDED_BY(mutex_);
   std::optional<api::DenoisedView> denoised_ GUARDED_BY(mutex_);

@@ -25,6 +25,9 @@ constexpr int kPilotsAtATime = 4;
 constexpr std::chrono::milliseconds kUpkeepPause{250};
 constexpr double kHousekeepingSeconds = 600;
 constexpr double kForgetSeconds = 1;
+/// The write-ahead log, which a damaged bit makes worthless from there on, holds the changes of
+/// this time at most.
+constexpr double kWriteBackSeconds = 10;
 constexpr int kForgottenAtATime = 64;
 
 int threads_or_machine(int threads) {
@@ -60,7 +63,10 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
     builder_.set_local_threads(&local_);
     board_ = std::make_unique<WorkBoard>(
         std::make_unique<queue::UnitPublisher>(options_.queue), scheduler_, log_, options_.work,
-        [this](Job& job, const std::string& reason) { builder_.note_waiting(job, reason); });
+        WorkBoard::Calls{
+            .note_waiting =
+                [this](Job& job, const std::string& reason) { builder_.note_waiting(job, reason); },
+            .distrust = [this](const JobPointer& job) { life_.begin_again(job); }});
   }
 }
 
@@ -160,6 +166,7 @@ void JobService::upkeep(const std::stop_token& stop) {
   core::CondVar never;
   auto kept_house = Clock::now();
   auto forgot = kept_house;
+  auto written_back = kept_house;
   const auto seconds_since = [](Clock::time_point then) {
     return std::chrono::duration<double>(Clock::now() - then).count();
   };
@@ -176,6 +183,10 @@ void JobService::upkeep(const std::stop_token& stop) {
       forgot = Clock::now();
       forget_expired();
       life_.go_on_with_room();
+    }
+    if (seconds_since(written_back) > kWriteBackSeconds) {
+      written_back = Clock::now();
+      static_cast<void>(table_.database().checkpoint());  // Retried later.
     }
     if (seconds_since(kept_house) > kHousekeepingSeconds) {
       kept_house = Clock::now();
@@ -220,24 +231,27 @@ int JobService::jobs_without_room() const {
   return count;
 }
 
-core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec) {
-  // Loads scenes only while holding the semaphore: otherwise the scenes of many dry runs would be
-  // in memory at the same time.
-  pilots_.acquire();
-  struct Release {
-    std::counting_semaphore<16>& semaphore;
-    ~Release() { semaphore.release(); }
-  } const release{pilots_};
-  auto renderer = builder_.renderer(pilot_spec(spec), SceneService::Admission::kNeeded);
+core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec, const std::string& tenant,
+                                                const std::stop_token& stop) {
+  // Loads scenes only in its turn: otherwise the scenes of many dry runs would be in memory at the
+  // same time.
+  const auto turn = pilots_.take(tenant, stop, std::nullopt);
+  if (!turn) {
+    return turn.error();
+  }
+  auto renderer = builder_.renderer(pilot_spec(spec), {.stop = stop});
   if (!renderer) {
     return renderer.error();
   }
   const JobMemory memory = builder_.memory_of(spec);
   const auto held = memory_.note({.shared = memory.shared_bytes}, MemoryGate::Kind::kNeeded);
   const auto pilot = std::make_shared<Pilot>(*renderer);
-  scheduler_.add(pilot, Rank{.is_preview = true, .priority = 0});
-  const bool worked = pilot->wait();
+  scheduler_.add(pilot, Rank{.is_preview = true, .priority = 0}, tenant);
+  const bool worked = pilot->wait(stop);
   scheduler_.remove(*pilot);
+  if (stop.stop_requested()) {
+    return Error{ErrorCode::kCancelled, "stopped while the pilot was rendered", ""};
+  }
   if (!worked) {
     return Error{ErrorCode::kUnavailable, "the pilot could not be rendered in time", ""};
   }
@@ -269,11 +283,7 @@ core::Result<core::View> JobService::scene_view(const Job& job) const {
   if (const auto run = job.run()) {
     return run->task().renderer().view();
   }
-  const auto renderer = builder_.renderer(job.record().view.spec, SceneService::Admission::kNeeded);
-  if (!renderer) {
-    return renderer.error();
-  }
-  return (*renderer)->view();
+  return builder_.view(job.record().view.spec, {});
 }
 
 }  // namespace server

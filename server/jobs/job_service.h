@@ -11,7 +11,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <semaphore>
 #include <string>
 #include <thread>
 #include <vector>
@@ -126,8 +125,10 @@ class JobService {
                                                        const Together& together);
 
   /// Estimates the cost of a job from a pilot rendered between other jobs' slices; waits at most
-  /// some seconds. Errors: of loading the scene; kUnavailable when the pilot got no slice.
-  core::Result<CostEstimate> estimate(const api::JobSpec& spec);
+  /// some seconds. Errors: of loading the scene; kUnavailable when the pilot got no slice;
+  /// kCancelled when a stop was requested.
+  core::Result<CostEstimate> estimate(const api::JobSpec& spec, const std::string& tenant,
+                                      const std::stop_token& stop);
 
   /// body: JSON merge patch. if_versions: accepted values of spec_version. Refused: 409, 412, 422.
   Verdict patch(const JobPointer& job, std::string_view body,
@@ -218,7 +219,7 @@ class JobService {
   StorageQuota& quota_;
   MemoryGate& memory_;
   const JobServiceOptions options_;
-  std::counting_semaphore<16> pilots_;
+  Turns pilots_;
   std::atomic<std::int64_t> last_sequence_ = 0;
   ///< Held during a submission with a key, so that two requests with one key create one job.
   core::Mutex keyed_mutex_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "core/layers/exposure.h"
 #include "core/render/render_task.h"
 #include "server/observe/clock.h"
 
@@ -17,6 +18,11 @@ using core::Status;
 
 namespace {
 
+/// Four tenants load two jobs each at the same time.
+constexpr int kLoaders = 8;
+constexpr int kLoadersOfTenant = 2;
+constexpr int kSavers = 2;
+
 Error already_final() {
   return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
 }
@@ -26,9 +32,9 @@ Error already_final() {
 LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds)
     : parts_(parts),
       checkpoint_seconds_(checkpoint_seconds),
-      loaders_(2),
-      preview_loaders_(1),
-      savers_(2) {}
+      loaders_(kLoaders, kLoadersOfTenant, Background::Priority::kOfRendering),
+      preview_loaders_(kLoaders / kLoadersOfTenant, 1, Background::Priority::kOfRendering),
+      savers_(kSavers, kSavers, Background::Priority::kNormal) {}
 
 void LifeCycle::set_draining(bool is_draining) {
   if (draining_.exchange(is_draining) != is_draining) {
@@ -39,6 +45,9 @@ void LifeCycle::set_draining(bool is_draining) {
 
 void LifeCycle::finish_stop() {
   parts_.scheduler.stop();
+  for (const JobPointer& job : parts_.book.holders()) {
+    job->stop_load();
+  }
   loaders_.stop(Background::Waiting::kDrop);
   preview_loaders_.stop(Background::Waiting::kDrop);
   savers_.stop(Background::Waiting::kFinish);
@@ -64,13 +73,14 @@ void LifeCycle::admit() {
       return;
     }
     Background& loaders = place->job()->memory_only() ? preview_loaders_ : loaders_;
-    loaders.post([this, place = std::move(place)] { load(place); });
+    const std::string tenant = place->job()->tenant();
+    loaders.post([this, place = std::move(place)] { load(place); }, tenant);
   }
 }
 
 void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
   const JobPointer& job = place->job();
-  int generation = 0;
+  Job::Load load;
   const Verdict begun = parts_.journal.change(
       *job,
       [](JobRecord& record) -> Verdict {
@@ -81,15 +91,20 @@ void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
         return {};
       },
       {.unstored = Journal::Unstored::kInMemory,
-       .before_publishing = [&](const JobRecord&) { generation = job->begin_load(); }});
+       .before_publishing = [&](const JobRecord&) { load = job->begin_load(); }});
   if (!begun) {
     return;
   }
+  if (stopping_) {  // finish_stop() may have looked before this load began.
+    job->stop_load();
+  }
   try {
     RenderRun::Owner& owner = *this;
-    auto run = parts_.builder.build(place, owner);
+    auto run = parts_.builder.build(place, owner, load.stop);
     if (run) {
-      start(job, *run, generation);
+      start(job, *run, load.generation);
+    } else if (run.error().code == ErrorCode::kCancelled) {
+      // The job has ended or is loaded again; after a restart, if the server stops.
     } else if (run.error().code != ErrorCode::kNoSpace || !pause_for_room(job, nullptr)) {
       fail(job, nullptr, run.error());
     }
@@ -169,6 +184,8 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
     return;
   }
   const std::string digest = run->film()->digest();
+  const core::Brightness brightness =
+      core::brightness_of(*run->film(), job->record().view.spec.render.film);
   keep_film_of(*job, *run);
   const Verdict told = parts_.journal.change(
       *job,
@@ -184,6 +201,12 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
         record.view.peak_bytes = run->peak_bytes();
         note_samples_by_error(record.view);
         record.view.film_digest = digest;
+        std::erase_if(record.view.warnings, [](const std::string& warning) {
+          return warning.find(core::kClippedWords) != std::string::npos;  // before an extension
+        });
+        if (brightness.is_clipped()) {
+          record.view.warnings.push_back(core::clipped_warning(brightness, "exposure="));
+        }
         record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
         record.film_bytes = run->file_bytes();
         return {};
@@ -319,6 +342,7 @@ Verdict LifeCycle::cancel(const JobPointer& job) {
           return;
         }
         parts_.book.dequeue(*job);
+        job->stop_load();
         if (const auto run = job->run()) {
           parts_.scheduler.remove(*run);
           has_left_end = run->take_end();

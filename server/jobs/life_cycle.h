@@ -58,6 +58,10 @@ class LifeCycle final : private RenderRun::Owner {
   /// The same for a change of priority and stop rule.
   void follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after);
 
+  /// Renders the job from its beginning, since its film holds wrong samples, and warns. A job that
+  /// has ended only gets the warning.
+  void begin_again(const JobPointer& job);
+
   /// Saves the films that are due.
   void save_due(const std::stop_token& stop);
   /// Resumes jobs paused for lack of disk space if there is space now.

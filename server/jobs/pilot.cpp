@@ -134,12 +134,10 @@ void Pilot::end() {
   done_.notify_all();
 }
 
-bool Pilot::wait() {
+bool Pilot::wait(const std::stop_token& stop) {
   {
-    const auto until = std::chrono::steady_clock::now() + kPatience;
     const core::MutexLock lock(mutex_);
-    while (!is_done_ && done_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
-    }
+    done_.wait_for(mutex_, stop, kPatience, [this]() REQUIRES(mutex_) { return is_done_; });
   }
   task_.cancel();
   return task_.progress().samples_min > 0;

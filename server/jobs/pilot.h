@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <memory>
+#include <stop_token>
+#include <string>
 
 #include "api/job_spec.h"
 #include "core/base/mutex.h"
@@ -35,8 +37,9 @@ class Pilot final : public SliceSource, private core::RenderSink {
   explicit Pilot(std::shared_ptr<const core::Renderer> renderer);
 
   bool run_slice() override;
-  /// Waits until it is done. Returns false when not every pixel has a sample after some seconds.
-  bool wait();
+  /// Waits until it is done. Returns false when not every pixel has a sample after some seconds, or
+  /// at a stop.
+  bool wait(const std::stop_token& stop);
   /// spec: of the whole job. The interval is that of the mean over tiles, treated as a random
   /// sample, widened by a quarter on each side for variation of the machine's speed. Memory is not
   /// filled in.

@@ -9,8 +9,8 @@
 #include "core/film/film.h"
 #include "core/lights/made_environment.h"
 #include "core/render/allocation.h"
-#include "core/render/choose_integrator.h"
 #include "core/render/result_size.h"
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 #include "server/jobs/work_options.h"
 #include "server/store/files.h"
@@ -136,42 +136,42 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) c
                              " (--memory). " + largest.remedy};
 }
 
-core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
-                                             SceneService::Admission admission) const {
+core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTerms& terms) const {
   SceneStand stand = {.ground = spec.render.ground, .shutter_seconds = spec.render.shutter_seconds};
   if (stand.ground.type == core::GroundType::kSweep) {
     // The wall's position depends on the camera, which may depend on the model.
-    const auto model = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission);
+    const auto model = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, terms);
     if (!model) {
       return model.error();
     }
     const core::SceneSummary& summary = (*model)->summary();
     const core::FilmSettings& film = spec.render.film;
-    const auto camera = core::Camera::create(api::camera_in(spec, summary.bounds), summary.cameras,
-                                             summary.bounds, film.width, film.height);
+    const auto camera =
+        core::Camera::create(api::camera_in(spec, summary.bounds, summary.origin), summary.cameras,
+                             summary.bounds, film.width, film.height);
     if (!camera) {
       return camera.error();
     }
     stand.view_direction = camera->forward();
   }
-  auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, admission, stand);
+  auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, terms, stand);
   if (!scene) {
     return scene.error();
   }
   core::View view;
   view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
   view.settings = spec.render;
   if (const auto seconds = api::later_seconds(spec)) {
-    auto later = parts_.scenes.later(spec.scene, *seconds, spec.variant, admission);
+    auto later =
+        parts_.scenes.later(spec.scene, *seconds, spec.variant, (*scene)->summary().origin, terms);
     if (!later) {
       return later.error();
     }
     view.later = *std::move(later);
   }
   if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
-    auto environment =
-        parts_.scenes.environment(spec.environment_asset, spec.environment, admission);
+    auto environment = parts_.scenes.environment(spec.environment_asset, spec.environment, terms);
     if (!environment) {
       return environment.error();
     }
@@ -183,34 +183,34 @@ core::Result<core::View> RunBuilder::view_of(const api::JobSpec& spec,
 }
 
 core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
-    const api::JobSpec& spec, SceneService::Admission admission) const {
-  auto view = view_of(spec, admission);
-  if (!view) {
-    return view.error();
+    const api::JobSpec& spec, const LoadTerms& terms) const {
+  auto made = view(spec, terms);
+  if (!made) {
+    return made.error();
   }
-  if (const auto settled = core::settle_integrator(*view, spec.stop); !settled) {
-    return settled.error();
-  }
-  return core::Renderer::create(*std::move(view));
+  return core::settled_renderer(*std::move(made), spec.stop, terms.stop);
 }
 
-core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec) const {
-  auto made = view_of(spec, SceneService::Admission::kGiven);
+core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec,
+                                                   const std::stop_token& stop) const {
+  const LoadTerms terms = {LoadTerms::Admission::kGiven, stop};
+  auto made = view(spec, terms);
   // A concurrent dry run may have loaded the same scene and failed for lack of memory that the job
   // has; tries again.
   for (int tries = 0; tries < kLoadTries && !made && made.error().code == ErrorCode::kUnavailable;
        ++tries) {
-    made = view_of(spec, SceneService::Admission::kGiven);
+    made = view(spec, terms);
   }
   return made;
 }
 
-core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer(Job& job) {
-  auto view = admitted_view(job.record().view.spec);
+core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer(
+    Job& job, const std::stop_token& stop) {
+  auto view = admitted_view(job.record().view.spec, stop);
   if (!view) {
     return view.error();
   }
-  auto settled = core::settle_integrator(*view, job.record().view.spec.stop);
+  auto settled = core::settle(*view, job.record().view.spec.stop, stop);
   if (!settled) {
     return settled.error();
   }
@@ -234,12 +234,13 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
 }
 
 core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
-    const std::shared_ptr<JobBook::Place>& place, RenderRun::Owner& owner) {
+    const std::shared_ptr<JobBook::Place>& place, RenderRun::Owner& owner,
+    const std::stop_token& stop) {
   const JobPointer& job = place->job();
   if (auto fault = too_large(job->record().view.spec)) {
     return Error{ErrorCode::kUnavailable, std::move(fault->detail), ""};
   }
-  auto renderer = settled_renderer(*job);
+  auto renderer = settled_renderer(*job, stop);
   if (!renderer) {
     return renderer.error();
   }

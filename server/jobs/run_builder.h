@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "api/job_spec.h"
@@ -46,12 +47,16 @@ class RunBuilder {
   /// Returns empty if the job fits into the memory that one job may hold.
   std::optional<api::FieldError> too_large(const api::JobSpec& spec) const;
   /// Loads the scene and the environment. Errors: of loading.
-  core::Result<std::shared_ptr<const core::Renderer>> renderer(
-      const api::JobSpec& spec, SceneService::Admission admission) const;
+  core::Result<core::View> view(const api::JobSpec& spec, const LoadTerms& terms) const;
+  /// Also renders the pilots of the job's settings. Errors: of loading; of core::settle().
+  core::Result<std::shared_ptr<const core::Renderer>> renderer(const api::JobSpec& spec,
+                                                               const LoadTerms& terms) const;
   /// Loads all inputs of the job and opens its film. Errors: of loading, of the film file;
-  /// kUnavailable when it is too large for the server; kCancelled when the job was deleted.
+  /// kUnavailable when it is too large for the server; kCancelled when the job was deleted, or a
+  /// stop was requested.
   core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Place>& place,
-                                                 RenderRun::Owner& owner);
+                                                 RenderRun::Owner& owner,
+                                                 const std::stop_token& stop);
   const std::string& arithmetic() const { return arithmetic_; }
   const std::string& build_text() const { return build_; }
   /// As core::TaskOptions::denoised_bound, for the job's film.
@@ -65,11 +70,11 @@ class RunBuilder {
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
  private:
-  core::Result<core::View> view_of(const api::JobSpec& spec,
-                                   SceneService::Admission admission) const;
-  core::Result<core::View> admitted_view(const api::JobSpec& spec) const;
+  core::Result<core::View> admitted_view(const api::JobSpec& spec,
+                                         const std::stop_token& stop) const;
   /// Resolves the integrator `auto` and records the choice in the job.
-  core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job);
+  core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job,
+                                                                       const std::stop_token& stop);
   /// Null: workers do not render the job, since a result of theirs might be too large to be taken.
   core::Result<LocalThreads*> threads_beside_workers(Job& job, const core::Film& film);
   core::Result<FilmFile> open_film(Job& job, core::Film& film, core::TaskOptions& options);

@@ -32,6 +32,11 @@ bool goes_first(Rank a, Rank b) {
 
 }  // namespace
 
+void yield_to_requests() {
+  // On Linux a priority belongs to the thread; a missing permission to change it is harmless.
+  [[maybe_unused]] const int priority = ::nice(kNice);
+}
+
 Scheduler::Scheduler(int threads) {
   for (int i = 0; i < std::max(1, threads); ++i) {
     threads_.emplace_back([this] { work(); });
@@ -192,8 +197,7 @@ std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
 }
 
 void Scheduler::work() {
-  // On Linux a priority belongs to the thread; a missing permission to change it is harmless.
-  [[maybe_unused]] const int priority = ::nice(kNice);
+  yield_to_requests();
   mutex_.lock();
   while (!stopping_) {
     const std::shared_ptr<Entry> entry = pick();

@@ -31,6 +31,9 @@ struct Rank {
   friend bool operator==(const Rank&, const Rank&) = default;
 };
 
+/// Lowers the OS priority of the calling thread below that of the threads that answer HTTP.
+void yield_to_requests();
+
 class Scheduler {
  public:
   explicit Scheduler(int threads);

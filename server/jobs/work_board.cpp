@@ -49,13 +49,14 @@ double samples_of(const core::Film& film, const std::vector<core::Slice>& slices
 }  // namespace
 
 WorkBoard::WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler,
-                     Log& log, WorkOptions options, NoteWaiting note_waiting)
+                     Log& log, WorkOptions options, Calls calls)
     : publisher_(std::move(publisher)),
       scheduler_(scheduler),
       log_(log),
       options_(std::move(options)),
-      note_waiting_(std::move(note_waiting)),
+      calls_(std::move(calls)),
       run_name_(make_uuid().substr(0, 8)),
+      own_(1, 1, Background::Priority::kOfRendering),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void WorkBoard::stop() {
@@ -63,6 +64,13 @@ void WorkBoard::stop() {
   if (thread_.joinable()) {
     thread_.join();
   }
+  {
+    const core::MutexLock lock(mutex_);
+    for (auto& [name, unit] : units_) {
+      unit.own.request_stop();
+    }
+  }
+  own_.stop(Background::Waiting::kDrop);
   Units left;
   const core::MutexLock lock(mutex_);
   left.swap(units_);
@@ -83,7 +91,7 @@ bool WorkBoard::is_live(const Worker& worker) const {
 }
 
 bool WorkBoard::works(const Worker& worker) const {
-  return worker.view.reason.empty() && !worker.is_draining && is_live(worker);
+  return why_idle(worker).empty() && !worker.is_draining && is_live(worker);
 }
 
 int WorkBoard::slots() const {
@@ -151,7 +159,8 @@ core::Result<api::WorkerOrders> WorkBoard::report(const Sender& sender,
   known.view.build = report.build;
   known.view.arithmetic = report.arithmetic;
   known.view.threads = report.threads;
-  known.view.reason = orders.reason;
+  known.unsuitable = orders.reason;
+  orders.reason = why_idle(known);
   known.view.seen_at_unix_seconds = unix_now();
   for (const auto& [name, seconds] : report.units) {
     const auto unit = units_.find(name);
@@ -208,8 +217,10 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const Sender
       return not_open(name);
     }
     const auto known = workers_.find(worker);
-    if (known == workers_.end() || !known->second.view.reason.empty()) {
-      return Error{ErrorCode::kUnavailable, "the worker has not reported, or is not suitable", ""};
+    const std::string why_not =
+        known == workers_.end() ? "it has not reported" : why_idle(known->second);
+    if (!why_not.empty()) {
+      return Error{ErrorCode::kUnavailable, "the worker gets no units: " + why_not, ""};
     }
     WorkUnit& unit = found->second;
     if (unit.is_busy) {  // A result may still be requested from another worker.
@@ -218,7 +229,10 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const Sender
     if (unit.wanted() < 1) {
       return Error{ErrorCode::kConflict, "another worker holds the unit", ""};
     }
-    if (has_part_in(unit, sender)) {
+    const bool has_others = std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
+      return works(each.second) && !unit.has_failed(each.first);
+    });
+    if (has_part_in(unit, sender) || (has_others && unit.has_failed(worker))) {
       return Error{ErrorCode::kUnavailable, "the unit is meant for another worker", ""};
     }
     const auto now = Clock::now();
@@ -300,7 +314,6 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
     }
   };
   auto work = work_or_throw();
-  Failures failures;
   std::optional<std::vector<SliceWork>> settled;
   {
     const core::MutexLock lock(mutex_);
@@ -312,14 +325,14 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
     if (!work) {
       ++counts_.refused;
       unit.second.is_busy = false;
-      lose(unit, worker, work.error().message);
+      fail_unit(unit, worker, Fault::kRefused, work.error().message);
       return work.error();
     }
     note_result(unit.second, worker, result.size());
-    settled = settle(unit, worker, *std::move(work), failures);
-    unit.second.is_busy = settled.has_value();
+    unit.second.is_busy = false;
+    settled = settle(unit, worker, *std::move(work));
+    unit.second.is_busy = unit.second.is_busy || settled.has_value();
   }
-  fail(failures);
   if (settled) {
     run->accept(*std::move(settled));
   }
@@ -334,33 +347,29 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
 
 std::optional<std::vector<SliceWork>> WorkBoard::settle(Units::value_type& entry,
                                                         const std::string& worker,
-                                                        std::vector<SliceWork> work,
-                                                        Failures& failures) {
+                                                        std::vector<SliceWork> work) {
   auto& [name, unit] = entry;
   if (const auto lease = unit.lease_of(worker); lease != unit.leases.end()) {
     unit.leases.erase(lease);
   }
   if (!unit.is_checked) {
+    note_unverified(worker, *unit.run);
     return work;
   }
-  std::string digest = core::content_digest(work);
+  WorkUnit::Result result = {worker, core::content_digest(work), std::move(work), Clock::now()};
   if (!unit.first) {
-    unit.first = {worker, std::move(digest), std::move(work), Clock::now()};
+    unit.first = std::move(result);
     return std::nullopt;
   }
-  if (unit.first->digest == digest) {
+  if (unit.first->digest == result.digest) {
     ++counts_.verified;
-    return work;
+    return std::move(result.work);
   }
   ++counts_.differing;
   log_.write(LogLevel::kError, "results_differ",
              {{"unit", name}, {"worker", unit.first->worker}, {"other_worker", worker}});
-  for (const std::string& each : {unit.first->worker, worker}) {
-    ++workers_[each].view.faults;
-  }
-  // Clients see this text; the log names the workers.
-  failures.emplace_back(
-      unit.run, "two workers rendered the same part of the image, with results that differ");
+  unit.other = std::move(result);
+  render_here(entry);
   return std::nullopt;
 }
 
@@ -376,6 +385,9 @@ void WorkBoard::note_result(WorkUnit& unit, const std::string& name, std::size_t
   // A worker renders its units concurrently.
   worker.view.rate = worker.samples / worker.seconds * worker.view.threads;
   ++worker.view.units;
+  if (Clock::now() >= worker.rests_until) {
+    worker.failures = 0;
+  }
   log_.write(LogLevel::kDebug, "unit_rendered",
              {{"worker", name},
               {"seconds", seconds},
@@ -395,23 +407,10 @@ Status WorkBoard::hand_back(const std::string& name, const Sender& sender,
     WorkUnit& unit = found->second;
     unit.leases.erase(unit.lease_of(worker));
   } else {
-    lose(*found, worker, fault);
+    fail_unit(*found, worker, Fault::kRefused, fault);
   }
   tell();
   return core::ok_status();
-}
-
-void WorkBoard::lose(Units::value_type& entry, const std::string& worker,
-                     const std::string& reason) {
-  auto& [name, unit] = entry;
-  ++workers_[worker].view.faults;
-  log_.write(LogLevel::kWarning, "unit_lost",
-             {{"unit", name}, {"worker", worker}, {"detail", reason}});
-  unit.lost.insert(worker);
-  ++unit.losses;
-  unit.last_fault = reason;
-  std::erase_if(unit.leases,
-                [&worker](const WorkUnit::Lease& lease) { return lease.worker == worker; });
 }
 
 JobPointer WorkBoard::job_of_units(const std::string& id) const {
@@ -458,11 +457,13 @@ std::vector<api::WorkerView> WorkBoard::workers() const {
     view.held = std::move(held[id]);
     view.leases = static_cast<int>(view.held.size());
     const bool has_left = worker.is_draining && view.leases == 0;
-    view.state = !is_live(worker)       ? has_left ? "left" : "lost"
-                 : !view.reason.empty() ? "unsuitable"
-                 : worker.is_draining   ? "draining"
-                 : view.leases > 0      ? "working"
-                                        : "idle";
+    view.reason = why_idle(worker);
+    view.state = !is_live(worker)             ? has_left ? "left" : "lost"
+                 : !worker.unsuitable.empty() ? "unsuitable"
+                 : !view.reason.empty()       ? "suspended"
+                 : worker.is_draining         ? "draining"
+                 : view.leases > 0            ? "working"
+                                              : "idle";
     views.push_back(std::move(view));
   }
   return views;

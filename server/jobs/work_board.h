@@ -8,6 +8,13 @@
 ///
 /// Two workers may hold the same unit: for a configured share of units, whose two results must be
 /// equal, and for the last units of a pass, where the first result is taken.
+///
+/// Faults are counted by worker. A worker that fails a unit rests, each time in a row for twice as
+/// long, and does not get that unit again while there are others. If two results differ, or no
+/// worker is left that has not failed a unit, this process renders it. The worker whose result
+/// differs from its own is suspended until it is restarted, and what the film holds of it is
+/// rendered again. A job fails for its workers only if a unit was lost by several of them that
+/// stopped to report while they rendered it.
 #pragma once
 
 #include <atomic>
@@ -26,6 +33,7 @@
 #include "api/worker_view.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "server/jobs/background.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/work_options.h"
 #include "server/jobs/work_unit.h"
@@ -39,9 +47,16 @@ class WorkBoard {
   /// Called by the board's thread. reason: why no worker renders the job; empty: it does not wait.
   using NoteWaiting = std::function<void(Job& job, const std::string& reason)>;
 
+  /// Called when results of a suspended worker are in the job's film without having been verified.
+  using Distrust = std::function<void(const JobPointer& job)>;
+
+  struct Calls {
+    NoteWaiting note_waiting;
+    Distrust distrust;
+  };
   /// scheduler and log must outlive it.
   WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler, Log& log,
-            WorkOptions options, NoteWaiting note_waiting);
+            WorkOptions options, Calls calls);
   ~WorkBoard() { stop(); }
   WorkBoard(const WorkBoard&) = delete;
   WorkBoard& operator=(const WorkBoard&) = delete;
@@ -83,6 +98,8 @@ class WorkBoard {
     std::uint64_t doubled = 0;   ///< Units given to a second worker at the end of a pass.
     std::uint64_t verified = 0;  ///< Units rendered by two workers with equal results.
     std::uint64_t differing = 0;
+    std::uint64_t suspended = 0;  ///< Workers suspended for wrong results.
+    std::uint64_t own = 0;        ///< Units rendered by this process after workers failed.
     bool has_broker = false;
   };
   Counts counts() const;
@@ -94,8 +111,14 @@ class WorkBoard {
     std::string key;  ///< Id of the key that reported it.
     Clock::time_point seen;
     bool is_draining = false;
-    double samples = 0;  ///< In its results.
-    double seconds = 0;  ///< During which it held their leases.
+    double samples = 0;             ///< In its results.
+    double seconds = 0;             ///< During which it held their leases.
+    std::string unsuitable;         ///< Why; empty: it is suitable.
+    std::string suspended;          ///< Why; empty: it is not.
+    int failures = 0;               ///< In a row.
+    Clock::time_point rests_until;  ///< After its last failure.
+    std::string last_fault;
+    std::vector<std::weak_ptr<Job>> unverified;  ///< Jobs that took results of it unverified.
   };
   using Units = std::map<std::string, WorkUnit>;
   using Failures = std::vector<std::pair<std::shared_ptr<RenderRun>, std::string>>;
@@ -108,11 +131,29 @@ class WorkBoard {
   /// worker's.
   std::optional<std::vector<core::SliceWork>> settle(Units::value_type& unit,
                                                      const std::string& worker,
-                                                     std::vector<core::SliceWork> work,
-                                                     Failures& failures) REQUIRES(mutex_);
+                                                     std::vector<core::SliceWork> work)
+      REQUIRES(mutex_);
   void note_result(WorkUnit& unit, const std::string& worker, std::size_t bytes) REQUIRES(mutex_);
-  /// Handles a unit that a worker has failed: another worker gets it, or its job fails.
-  void lose(Units::value_type& unit, const std::string& worker, const std::string& reason)
+  // Faults and disputes: work_trust.cpp.
+  enum class Fault {
+    kLost,    ///< It did not report in time.
+    kRefused  ///< It returned the unit with a reason, or its result is invalid.
+  };
+  /// Handles a unit that a worker has failed: the worker rests, and another one gets the unit.
+  void fail_unit(Units::value_type& unit, const std::string& worker, Fault fault,
+                 const std::string& reason) REQUIRES(mutex_);
+  /// Returns why the worker gets no units now; empty: it gets some.
+  std::string why_idle(const Worker& worker) const;
+  /// Returns whether a worker that has not failed the unit could get it, or renders it.
+  bool has_hope(const WorkUnit& unit) const REQUIRES(mutex_);
+  void note_unverified(const std::string& worker, const RenderRun& run) REQUIRES(mutex_);
+  /// Renders units here that workers cannot.
+  void render_hopeless();
+  void render_here(Units::value_type& unit) REQUIRES(mutex_);
+  /// work: empty if it was stopped.
+  void take_own(const std::string& unit, std::optional<std::vector<core::SliceWork>> work);
+  /// Returns the jobs that took results of it unverified.
+  std::vector<JobPointer> suspend(const std::string& worker, const std::string& reason)
       REQUIRES(mutex_);
   void tell() REQUIRES(mutex_);
   /// Takes the unit off the board. Its workers are asked to report, and learn of it.
@@ -156,7 +197,7 @@ class WorkBoard {
   Scheduler& scheduler_;
   Log& log_;
   const WorkOptions options_;
-  const NoteWaiting note_waiting_;
+  const Calls calls_;
   const std::string run_name_;             ///< Distinguishes units from those of other processes.
   std::optional<std::uint64_t> prepared_;  ///< Generation of the link. This and the following
                                            ///< members are used only by run().
@@ -175,6 +216,7 @@ class WorkBoard {
   std::uint64_t last_unit_ GUARDED_BY(mutex_) = 0;
   Counts counts_ GUARDED_BY(mutex_);
   std::mt19937_64 chance_ GUARDED_BY(mutex_){std::random_device()()};
+  Background own_;  ///< Renders units of this process.
   std::jthread thread_;
 };
 

@@ -28,10 +28,8 @@ constexpr double kUnitBytesMost = kUnitSecondsMost / 20 * 125e6;
 /// Each unit is a share of the remaining pass, so that the last ones are short and end at about the
 /// same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
 constexpr int kShareOfRest = 2;
-/// A unit lost by this many different workers fails its job. With fewer workers, the job fails
-/// after as many losses as if each of kLostMax workers had lost the unit kLostMax times.
+/// A unit lost by this many different workers fails its job: it may be what ends them.
 constexpr std::size_t kLostMax = 3;
-constexpr int kLossesMax = kLostMax * kLostMax;
 /// Delay at which the thread notices events that do not wake it: an expired lease, or a pass
 /// completed by threads of this process. Half of the shortest unit.
 constexpr auto kTick = std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -51,6 +49,7 @@ void WorkBoard::run(const std::stop_token& stop) {
     }
     drop_ended();
     expire_leases();
+    render_hopeless();
     take_unverified();
     has_broker_ = prepare_broker();
     if (has_broker_) {
@@ -74,9 +73,11 @@ void WorkBoard::drop_ended() {
       const auto next = std::next(unit);
       RenderRun& run = *unit->second.run;
       const JobPointer job = run.job();
-      if (!unit->second.is_busy &&
-          (run.task().is_stopping() || run.end() || !job || job->run().get() != &run)) {
-        ended.insert(remove(unit));
+      if (run.task().is_stopping() || run.end() || !job || job->run().get() != &run) {
+        unit->second.own.request_stop();
+        if (!unit->second.is_busy) {
+          ended.insert(remove(unit));
+        }
       }
       unit = next;
     }
@@ -105,14 +106,14 @@ void WorkBoard::note_waiting_jobs() {
   noted_at_ = now;
   for (const std::weak_ptr<Job>& warned : std::exchange(warned_, {})) {
     if (const JobPointer job = warned.lock(); job && reason.empty()) {
-      note_waiting_(*job, "");
+      calls_.note_waiting(*job, "");
     }
   }
   for (const std::shared_ptr<SliceSource>& source : scheduler_.in_turn()) {
     const auto run = std::dynamic_pointer_cast<RenderRun>(source);
     if (const JobPointer job = run && !run->end() ? run->job() : nullptr) {
       const bool waits = !reason.empty() && run->is_lent();
-      note_waiting_(*job, waits ? reason : "");
+      calls_.note_waiting(*job, waits ? reason : "");
       if (waits) {
         warned_.push_back(job);
       }
@@ -165,16 +166,15 @@ void WorkBoard::expire_leases() {
       for (const WorkUnit::Lease& lease : std::vector(unit.leases)) {
         if (!unit.is_busy && now > lease.until) {
           ++counts_.expired;
-          lose(entry, lease.worker, "it did not report in time");
+          fail_unit(entry, lease.worker, Fault::kLost, "it did not report in time");
         }
       }
-      if (unit.lost.size() >= kLostMax || unit.losses >= kLossesMax) {
+      if (unit.lost.size() >= kLostMax) {
         // Clients see this text; the log line of each loss names the worker.
-        failures.emplace_back(unit.run, "a part of the image was lost " +
-                                            std::to_string(unit.losses) + " times, with " +
+        failures.emplace_back(unit.run, "a part of the image was lost with " +
                                             std::to_string(unit.lost.size()) +
-                                            (unit.lost.size() == 1 ? " worker" : " workers") +
-                                            "; the last reason: " + unit.last_fault);
+                                            " workers, which stopped reporting while they "
+                                            "rendered it");
       }
     }
     std::erase_if(workers_, [&](const auto& each) {
@@ -202,6 +202,7 @@ void WorkBoard::take_unverified() {
       if (unit.first && !unit.is_busy && (is_late || (unit.leases.empty() && !has_other))) {
         unit.is_busy = true;
         alone.push_back({name, unit.run, *std::exchange(unit.first, std::nullopt)});
+        note_unverified(alone.back().result.worker, *unit.run);
         log_.write(LogLevel::kWarning, "result_not_verified",
                    {{"unit", name}, {"worker", alone.back().result.worker}});
       }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ struct WorkUnit {
     Clock::time_point until;
     double progress = 0;  ///< CPU seconds, as last reported.
   };
-  /// The first of two results, kept until the other arrives.
+  /// One of two results, kept until the other arrives or a dispute is settled.
   struct Result {
     std::string worker;
     std::string digest;
@@ -39,10 +40,11 @@ struct WorkUnit {
   Clock::time_point published_at;
   std::vector<Lease> leases;
   std::optional<Result> first;
-  bool is_busy = false;        ///< A result is being taken.
-  std::set<std::string> lost;  ///< Workers that lost it.
-  int losses = 0;              ///< Losses by all workers.
-  std::string last_fault;      ///< Reason of the last loss.
+  std::optional<Result> other;    ///< Differs from the first.
+  bool is_busy = false;           ///< A result is being taken, or this process renders the unit.
+  std::stop_source own;           ///< Stops this process from rendering the unit.
+  std::set<std::string> lost;     ///< Workers that took it and did not report in time.
+  std::set<std::string> refused;  ///< Workers that could not render it, or sent an invalid result.
 
   /// Returns the number of further workers that it needs.
   int wanted() const {
@@ -51,6 +53,9 @@ struct WorkUnit {
   std::vector<Lease>::iterator lease_of(const std::string& worker) {
     return std::find_if(leases.begin(), leases.end(),
                         [&worker](const Lease& lease) { return lease.worker == worker; });
+  }
+  bool has_failed(const std::string& worker) const {
+    return lost.contains(worker) || refused.contains(worker);
   }
   bool has_lease(const std::string& worker) const {
     return std::any_of(leases.begin(), leases.end(),

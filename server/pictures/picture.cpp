@@ -13,6 +13,7 @@
 #include "api/matte_manifest.h"
 #include "api/picture_origin.h"
 #include "api/values.h"
+#include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/settings/registry.h"
 #include "server/pictures/denoised_look.h"
@@ -116,6 +117,17 @@ bool is_color(const api::ImageQuery& query) {
   return !share || !share->is_irradiance;
 }
 
+/// Returns the exposure that the picture gets; empty if its format or layer has none.
+std::optional<float> exposure_of(const core::Film& film, const Picture& picture) {
+  if (picture.format.high_dynamic_range || !is_color(picture.query)) {
+    return std::nullopt;
+  }
+  if (!picture.query.auto_exposure) {
+    return picture.query.exposure_stops;
+  }
+  return static_cast<float>(core::brightness_of(film, picture.view.spec.render.film).auto_exposure);
+}
+
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {
   core::EncodeOptions options;
   const bool is_exr = picture.format.extension == "exr";
@@ -130,7 +142,6 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
     }
   }
   options.is_color = is_color(picture.query);
-  options.exposure_stops = picture.query.exposure_stops;
   options.background = picture.query.background;
   options.parts = picture.query.parts;
   options.metadata = provenance(picture.view, about);
@@ -302,7 +313,10 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
     range = value_range(rows, *picture.query.range);
     rows = rescaled(std::move(rows), *range);
   }
-  auto encoded = core::encode_rows(rows, picture.format, encode_options(picture, about_));
+  core::EncodeOptions options = encode_options(picture, about_);
+  const std::optional<float> exposure = exposure_of(film, picture);
+  options.exposure_stops = exposure.value_or(0.0F);
+  auto encoded = core::encode_rows(rows, picture.format, options);
   if (!encoded) {
     return encoded.error();
   }
@@ -314,7 +328,8 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       .range = range,
       .set_aside = sets_aside(picture) || picture.denoised
                        ? std::optional(layers->set_aside().share())
-                       : std::nullopt};
+                       : std::nullopt,
+      .exposure_stops = exposure};
 }
 
 bool wants_names(const core::ImageFormat& format, const core::FilmSettings& film) {

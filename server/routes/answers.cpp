@@ -34,6 +34,9 @@ Response problem_answer(const Request& request, const api::Problem& problem) {
 }
 
 Response error_answer(const Request& request, const core::Error& error) {
+  if (error.code == core::ErrorCode::kCancelled && request.stop_token().stop_requested()) {
+    return error_answer(request, core::ErrorCode::kUnavailable, "the server is stopping");
+  }
   return problem_answer(request, api::from_error(error));
 }
 

@@ -11,6 +11,7 @@
 #include "api/requests.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
+#include "server/http/text.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
@@ -24,6 +25,11 @@ using core::ErrorCode;
 Response upload(const RouteContext& context, Request& request, const std::string& expected_id) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
+  }
+  if (media_type(request.header("Content-Type").value_or("")).starts_with("multipart/")) {
+    return error_answer(request, ErrorCode::kUnsupportedFormat,
+                        "the body is a form, not a file; send the file itself, as with curl "
+                        "--data-binary @FILE");
   }
   StorageQuota::Room room = context.quota.room(request.access.tenant, StorageQuota::Kind::kAsset);
   const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
@@ -87,6 +93,9 @@ Response get(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (const auto found = context.assets.find(id, request.access); !found) {
     return error_answer(request, found.error());
+  }
+  if (const core::Status whole = context.assets.check(id); !whole) {
+    return error_answer(request, whole.error());
   }
   Response response =
       file_response(request, FileSource{.path = context.assets.path_of(id),

@@ -20,9 +20,9 @@
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/observe/clock.h"
+#include "server/observe/turns.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
-#include "server/routes/turn.h"
 #include "server/store/comparison_store.h"
 #include "server/store/uuid.h"
 
@@ -184,7 +184,7 @@ core::Result<ComparisonMaps> make_maps(const core::Comparison& result,
   return maps;
 }
 
-Response create(const RouteContext& context, Turn& turn, Request& request) {
+Response create(const RouteContext& context, Turns& turns, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
@@ -196,7 +196,7 @@ Response create(const RouteContext& context, Turn& turn, Request& request) {
     return error_answer(request,
                         Error{ErrorCode::kInvalidArgument, "one of the two must be a job", "/a"});
   }
-  const auto held = turn.take();
+  const auto held = turns.take(request.access.tenant, request.stop_token());
   if (!held) {
     return error_answer(request, held.error());
   }
@@ -274,9 +274,9 @@ Response map(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_comparison_handlers(const RouteContext& context, HandlerTable& table) {
-  const auto turn = std::make_shared<Turn>();
+  const auto turns = std::make_shared<Turns>(1);
   table["createComparison"] = {
-      .handler = [context, turn](Request& request) { return create(context, *turn, request); },
+      .handler = [context, turns](Request& request) { return create(context, *turns, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
   table["getComparison"] = {
       .handler = [context](Request& request) { return look(context, request); }};

@@ -17,9 +17,9 @@
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
+#include "server/observe/turns.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
-#include "server/routes/turn.h"
 #include "server/store/files.h"
 
 namespace server {
@@ -298,7 +298,7 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   return finished;
 }
 
-Response merge(const RouteContext& context, Turn& turn, Request& request) {
+Response merge(const RouteContext& context, Turns& turns, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
@@ -306,7 +306,7 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
-  const auto held = turn.take();
+  const auto held = turns.take(request.access.tenant, request.stop_token());
   if (!held) {
     return error_answer(request, held.error());
   }
@@ -354,10 +354,10 @@ Response merge(const RouteContext& context, Turn& turn, Request& request) {
 }  // namespace
 
 void add_film_handlers(const RouteContext& context, HandlerTable& table) {
-  const auto turn = std::make_shared<Turn>();
+  const auto turns = std::make_shared<Turns>(1);
   table["getFilm"] = {.handler = [context](Request& request) { return film(context, request); }};
   table["mergeFilms"] = {
-      .handler = [context, turn](Request& request) { return merge(context, *turn, request); },
+      .handler = [context, turns](Request& request) { return merge(context, *turns, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
 }
 

@@ -103,6 +103,10 @@ void write_workers(MetricsText& text, const RouteContext& context) {
                static_cast<double>(counts.verified));
   text.counter("tessera_units_differing_total", "Units whose two results were not equal.",
                static_cast<double>(counts.differing));
+  text.counter("tessera_units_own_total", "Units that the server rendered after workers failed.",
+               static_cast<double>(counts.own));
+  text.counter("tessera_workers_suspended_total", "Workers suspended for wrong results.",
+               static_cast<double>(counts.suspended));
 }
 
 void write_storage(MetricsText& text, const RouteContext& context) {

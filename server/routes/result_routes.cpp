@@ -17,6 +17,7 @@
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"
+#include "core/layers/exposure.h"
 #include "core/meter/meter_reading.h"
 #include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
@@ -126,6 +127,10 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
   return view ? view->scene : nullptr;
 }
 
+std::string exposure_line(std::optional<float> stops) {
+  return stops ? "\r\nX-Tessera-Exposure: " + core::exposure_text(static_cast<double>(*stops)) : "";
+}
+
 /// Sends one image after another until the job has ended, in the form that browsers show in an
 /// <img>.
 class PictureStream {
@@ -198,7 +203,8 @@ class PictureStream {
     sent_ = revision;
     const std::string head = "\r\nContent-Type: " + std::string(format_.mime) +
                              "\r\nContent-Length: " + std::to_string(encoded->content->size()) +
-                             "\r\nX-Tessera-Revision: " + std::to_string(revision) + "\r\n\r\n";
+                             "\r\nX-Tessera-Revision: " + std::to_string(revision) +
+                             exposure_line(encoded->exposure_stops) + "\r\n\r\n";
     // Sends the next delimiter at once: browsers show an image when they have received it.
     return writer.write(head) && writer.write(*encoded->content) &&
            writer.write("\r\n" + delimiter());
@@ -327,6 +333,10 @@ Response image(const RouteContext& context, Request& request) {
   }
   if (encoded->set_aside) {
     response.headers.set("X-Tessera-Set-Aside", percent_text(*encoded->set_aside));
+  }
+  if (encoded->exposure_stops) {
+    response.headers.set("X-Tessera-Exposure",
+                         core::exposure_text(static_cast<double>(*encoded->exposure_stops)));
   }
   if (const std::string ignored = ignored_look(*format, *query); !ignored.empty()) {
     response.headers.set("X-Tessera-Ignored", ignored);

@@ -108,6 +108,9 @@ Response file(const RouteContext& context, Request& request) {
   if (!is_input) {
     return error_answer(request, ErrorCode::kNotFound, "the job does not need the file");
   }
+  if (const Status whole = context.assets.check(id); !whole) {
+    return error_answer(request, whole.error());
+  }
   return file_response(request, {.path = context.assets.path_of(id)});
 }
 

@@ -165,7 +165,13 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
 }
 
 core::Result<core::SceneDescription> SceneService::describe(const Document& document,
-                                                            core::GltfOptions bounded) {
+                                                            core::GltfOptions bounded,
+                                                            const std::stop_token& stop) {
+  bounded.limits.admit = [admit = std::move(bounded.limits.admit),
+                          goes_on = core::until_stopped(stop)](std::uint64_t bytes) {
+    const Status status = goes_on(bytes);
+    return status && admit ? admit(bytes) : status;
+  };
   if (memory_.bytes_max() > 0) {
     bounded.limits.decoded_bytes_max =
         std::min<std::uint64_t>(bounded.limits.decoded_bytes_max, memory_.bytes_max());
@@ -178,83 +184,95 @@ core::Result<core::SceneDescription> SceneService::describe(const Document& docu
 }
 
 core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
-    const Document& document, const core::GltfOptions& options, const SceneStand& stand) {
-  auto description = describe(document, options);
+    const Document& document, const core::GltfOptions& options, const std::stop_token& stop,
+    const SceneStand& stand) {
+  auto description = describe(document, options, stop);
   if (!description) {
     return description.error();
   }
   core::add_ground(*description, stand.ground, stand.view_direction);
-  return core::Scene::build(std::move(*description), options_.threads, options_.isa);
+  return core::Scene::build(std::move(*description), options_.threads, options_.isa, stop);
 }
 
 core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
     const std::string& id, std::optional<double> time_seconds,
-    const std::optional<std::string>& variant, Admission admission, const SceneStand& stand) {
+    const std::optional<std::string>& variant, const LoadTerms& terms, const SceneStand& stand) {
   using Made = SingleFlightCache<core::Scene>::Made;
   const std::string key = cache_key(id, time_seconds, variant, stand);
-  return scenes_.get(key, [&]() -> core::Result<Made> {
-    MemoryGate::Lease lease;
-    if (admission == Admission::kNeeded) {
-      const Memory needed = memory_of_scene(id, time_seconds, variant, stand);
-      auto taken = memory_.take(
-          {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
-      if (!taken) {
-        return taken.error();
-      }
-      lease = *std::move(taken);
-    }
-    const auto document = document_of(id);
-    if (!document) {
-      return document.error();
-    }
-    core::GltfOptions options;
-    options.time_seconds = time_seconds;
-    options.shutter_seconds = stand.shutter_seconds;
-    options.variant = variant;
-    auto scene = build(*document, options, stand);
-    if (!scene) {
-      return scene.error();
-    }
-    if (core::find_builtin_scene(id) != nullptr) {
-      const core::MutexLock lock(builtin_mutex_);
-      builtin_bytes_[id] = (*scene)->summary().bytes;
-    }
-    return held(key, *std::move(scene));
-  });
+  return scenes_.get(
+      key,
+      [&]() -> core::Result<Made> {
+        MemoryGate::Lease lease;
+        if (terms.admission == LoadTerms::Admission::kNeeded) {
+          const Memory needed = memory_of_scene(id, time_seconds, variant, stand);
+          auto taken = memory_.take(
+              {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
+          if (!taken) {
+            return taken.error();
+          }
+          lease = *std::move(taken);
+        }
+        const auto document = document_of(id);
+        if (!document) {
+          return document.error();
+        }
+        core::GltfOptions options;
+        options.time_seconds = time_seconds;
+        options.shutter_seconds = stand.shutter_seconds;
+        options.variant = variant;
+        auto scene = build(*document, options, terms.stop, stand);
+        if (!scene) {
+          return scene.error();
+        }
+        if (core::find_builtin_scene(id) != nullptr) {
+          const core::MutexLock lock(builtin_mutex_);
+          builtin_bytes_[id] = (*scene)->summary().bytes;
+        }
+        return held(key, *std::move(scene));
+      },
+      terms.stop);
 }
 
 core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
     const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-    Admission admission) {
+    core::Place origin, const LoadTerms& terms) {
   using Made = SingleFlightCache<core::MotionTarget>::Made;
   const Memory needed = memory_of_later(id, time_seconds, variant);
-  return later_.get(needed.name, [&]() -> core::Result<Made> {
-    MemoryGate::Lease lease;
-    if (admission == Admission::kNeeded) {
-      auto taken = memory_.take(
-          {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
-      if (!taken) {
-        return taken.error();
-      }
-      lease = *std::move(taken);
-    }
-    const auto document = document_of(id);
-    if (!document) {
-      return document.error();
-    }
-    core::GltfOptions options;
-    options.time_seconds = time_seconds;
-    options.variant = variant;
-    options.geometry_only = true;
-    auto description = describe(*document, std::move(options));
-    if (!description) {
-      return description.error();
-    }
-    auto target = std::make_shared<const core::MotionTarget>(*std::move(description));
-    const std::uint64_t bytes = target->bytes();
-    auto held = memory_.note({.shared = {{needed.name, bytes}}}, MemoryGate::Kind::kIdle);
-    return Made{.value = with_lease(std::move(target), std::move(held)), .bytes = bytes};
-  });
+  std::string key = needed.name;
+  for (const double at : {origin.x, origin.y, origin.z}) {
+    key += " " + std::to_string(at);
+  }
+  return later_.get(
+      key,
+      [&]() -> core::Result<Made> {
+        MemoryGate::Lease lease;
+        if (terms.admission == LoadTerms::Admission::kNeeded) {
+          auto taken = memory_.take(
+              {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
+          if (!taken) {
+            return taken.error();
+          }
+          lease = *std::move(taken);
+        }
+        const auto document = document_of(id);
+        if (!document) {
+          return document.error();
+        }
+        core::GltfOptions options;
+        options.time_seconds = time_seconds;
+        options.variant = variant;
+        options.geometry_only = true;
+        options.origin = origin;
+        auto description = describe(*document, std::move(options), terms.stop);
+        if (!description) {
+          return description.error();
+        }
+        auto target = std::make_shared<const core::MotionTarget>(*std::move(description));
+        const std::uint64_t bytes = target->bytes();
+        auto held = memory_.note({.shared = {{needed.name, bytes}}}, MemoryGate::Kind::kIdle);
+        return Made{.value = with_lease(std::move(target), std::move(held)), .bytes = bytes};
+      },
+      terms.stop);
 }
 
 core::Result<std::string> SceneService::description(const std::string& id, const Access& access) {
@@ -414,43 +432,48 @@ SceneService::Memory SceneService::memory_of_environment(
 
 core::Result<std::shared_ptr<const core::Environment>> SceneService::environment(
     const std::optional<std::string>& asset, const core::EnvironmentSettings& settings,
-    Admission admission) {
+    const LoadTerms& terms) {
   using Made = SingleFlightCache<core::Environment>::Made;
   if (!asset) {
     return core::make_environment(settings);
   }
   const std::string key = environment_key(*asset, settings);
-  return environments_.get(key, [&]() -> core::Result<Made> {
-    MemoryGate::Lease lease;
-    if (admission == Admission::kNeeded) {
-      const Memory needed = memory_of_environment(*asset, settings);
-      auto taken = memory_.take(
-          {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the environment");
-      if (!taken) {
-        return taken.error();
-      }
-      lease = *std::move(taken);
-    }
-    const auto at_asset = [](Error error) {
-      error.where = "/environment/asset";
-      return error;
-    };
-    const auto bytes = assets_.read(*asset, Access::operators());
-    if (!bytes) {
-      return at_asset(bytes.error());
-    }
-    const auto image = core::decode_image(**bytes, core::ImageLimits{});
-    if (!image) {
-      return at_asset(image.error());
-    }
-    auto environment = core::Environment::create(&*image, settings);
-    if (!environment) {
-      return at_asset(environment.error());
-    }
-    const std::uint64_t held_bytes = environment_bytes(*image);
-    auto held = memory_.note({.shared = {{key, held_bytes}}}, MemoryGate::Kind::kIdle);
-    return Made{.value = with_lease(*std::move(environment), std::move(held)), .bytes = held_bytes};
-  });
+  return environments_.get(
+      key,
+      [&]() -> core::Result<Made> {
+        MemoryGate::Lease lease;
+        if (terms.admission == LoadTerms::Admission::kNeeded) {
+          const Memory needed = memory_of_environment(*asset, settings);
+          auto taken =
+              memory_.take({.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}},
+                           "the environment");
+          if (!taken) {
+            return taken.error();
+          }
+          lease = *std::move(taken);
+        }
+        const auto at_asset = [](Error error) {
+          error.where = "/environment/asset";
+          return error;
+        };
+        const auto bytes = assets_.read(*asset, Access::operators());
+        if (!bytes) {
+          return at_asset(bytes.error());
+        }
+        const auto image = core::decode_image(**bytes, core::ImageLimits{});
+        if (!image) {
+          return at_asset(image.error());
+        }
+        auto environment = core::Environment::create(&*image, settings);
+        if (!environment) {
+          return at_asset(environment.error());
+        }
+        const std::uint64_t held_bytes = environment_bytes(*image);
+        auto held = memory_.note({.shared = {{key, held_bytes}}}, MemoryGate::Kind::kIdle);
+        return Made{.value = with_lease(*std::move(environment), std::move(held)),
+                    .bytes = held_bytes};
+      },
+      terms.stop);
 }
 
 }  // namespace server

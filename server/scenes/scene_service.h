@@ -8,8 +8,8 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <semaphore>
 #include <shared_mutex>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +23,7 @@
 #include "core/scene_io/gltf_load.h"
 #include "server/access.h"
 #include "server/observe/memory_gate.h"
+#include "server/observe/turns.h"
 #include "server/scenes/single_flight_cache.h"
 #include "server/scenes/zip.h"
 #include "server/store/assets.h"
@@ -42,8 +43,9 @@ struct SceneServiceOptions {
 
 /// Origin of a scene.
 struct SceneOrigin {
-  Access access = {};     ///< The uploader.
-  std::string name = {};  ///< Empty: the name inside the file.
+  Access access = {};         ///< The uploader.
+  std::string name = {};      ///< Empty: the name inside the file.
+  std::stop_token stop = {};  ///< Ends the checks with kCancelled.
 };
 
 /// Objects added to a scene for a job, and its exposure time.
@@ -51,6 +53,13 @@ struct SceneStand {
   core::GroundSettings ground;
   core::Vec3 view_direction = {0, 0, -1};  ///< As for add_ground().
   double shutter_seconds = 0;              ///< As for load_gltf().
+};
+
+struct LoadTerms {
+  /// Whether the caller already holds memory for loading (an admitted job) or must reserve it.
+  enum class Admission : std::uint8_t { kNeeded, kGiven };
+  Admission admission = Admission::kNeeded;
+  std::stop_token stop = {};  ///< Ends the loading with kCancelled.
 };
 
 class SceneService {
@@ -96,27 +105,26 @@ class SceneService {
   /// Returns a built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
 
-  /// Whether the caller already holds memory for loading (an admitted job) or must reserve it.
-  enum class Admission : std::uint8_t { kNeeded, kGiven };
   /// Errors: kNotFound when the scene is gone; of load_gltf() and Scene::build(); kUnavailable when
   /// memory is short.
   core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id,
                                                         std::optional<double> time_seconds,
                                                         const std::optional<std::string>& variant,
-                                                        Admission admission = Admission::kNeeded,
+                                                        const LoadTerms& terms = {},
                                                         const SceneStand& stand = {});
 
-  /// Returns the scene at the second time of motion vectors. Errors: of load().
+  /// Returns the scene at the second time of motion vectors, from the origin of that at the first.
+  /// Errors: of load().
   core::Result<std::shared_ptr<const core::MotionTarget>> later(
       const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-      Admission admission = Admission::kNeeded);
+      core::Place origin, const LoadTerms& terms = {});
 
   /// Never null: settings alone give a constant environment. Errors: kInvalidArgument at
   /// "/environment/asset" for an unknown asset or one that is not an image; kUnavailable as for
   /// load().
   core::Result<std::shared_ptr<const core::Environment>> environment(
       const std::optional<std::string>& asset, const core::EnvironmentSettings& settings,
-      Admission admission = Admission::kNeeded);
+      const LoadTerms& terms = {});
   /// The same errors, from the header of the file alone; assets that `access` does not see count as
   /// unknown.
   core::Status check_environment(const std::string& asset, const Access& access);
@@ -153,10 +161,11 @@ class SceneService {
   };
   core::Result<EnvironmentSize> size_of_environment(const std::string& asset);
   core::Result<Document> document_of(const std::string& id);
-  core::Result<core::SceneDescription> describe(const Document& document,
-                                                core::GltfOptions options);
+  core::Result<core::SceneDescription> describe(const Document& document, core::GltfOptions options,
+                                                const std::stop_token& stop);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,
                                                          const core::GltfOptions& options,
+                                                         const std::stop_token& stop,
                                                          const SceneStand& stand = {});
   core::Result<Added> add_document(Document document, MemoryGate::Lease lease,
                                    const SceneOrigin& origin);
@@ -174,7 +183,7 @@ class SceneService {
   SingleFlightCache<core::Scene> scenes_;
   SingleFlightCache<core::MotionTarget> later_;
   SingleFlightCache<core::Environment> environments_;
-  std::counting_semaphore<64> uploads_;  ///< Limits concurrent checks, which hold memory.
+  Turns uploads_;  ///< For concurrent checks, which hold memory.
   std::shared_mutex names_mutex_;
   core::Mutex builtin_mutex_;
   std::map<std::string, core::SharedBytes, std::less<>> builtin_ GUARDED_BY(builtin_mutex_);

@@ -120,15 +120,23 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   const std::string main_id = core::sha256_hex(document.bytes->data(), document.bytes->size());
   const std::string id = scene_id(main_id, files);
   if (auto known = known_scene(id, origin.access); !known || known->known) {
+    // An upload replaces stored files that have been damaged.
+    for (const auto& [uri, bytes] : document.files) {
+      if (known && !assets_.check(files[uri])) {
+        static_cast<void>(assets_.put_for_scene(view_of(*bytes), unix_now()));
+      }
+    }
+    if (known && !assets_.check(main_id)) {
+      static_cast<void>(assets_.put_for_scene(view_of(*document.bytes), unix_now()));
+    }
     return known;
   }
-  uploads_.acquire();
-  struct Release {
-    std::counting_semaphore<64>& semaphore;
-    ~Release() { semaphore.release(); }
-  } const release{uploads_};
+  const auto turn = uploads_.take(origin.access.tenant, origin.stop, std::nullopt);
+  if (!turn) {
+    return turn.error();
+  }
   ReadingMemory memory(lease);
-  auto scene = build(document, asking(memory));
+  auto scene = build(document, asking(memory), origin.stop);
   if (!scene) {
     return scene.error();
   }

@@ -1,8 +1,10 @@
 /// SingleFlightCache: a cache of expensive values, limited in bytes, that makes each value once.
 ///
 /// The first caller makes the value; concurrent callers wait for it and share the result or error.
-/// Errors are not cached. Least recently used values are dropped first; a value in use stays alive
-/// outside the cache. A value larger than the whole cache is kept alone, or not at all.
+/// Errors are not cached. A caller whose stop token ends its wait, or its making of the value, gets
+/// kCancelled; one of those who still wait then makes the value. Least recently used values are
+/// dropped first; a value in use stays alive outside the cache. A value larger than the whole cache
+/// is kept alone, or not at all.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -33,25 +36,33 @@ class SingleFlightCache {
   explicit SingleFlightCache(std::uint64_t bytes_max, Oversized oversized = Oversized::kKept)
       : bytes_max_(bytes_max), least_(oversized == Oversized::kKept ? 1 : 0) {}
 
-  /// make: () -> core::Result<Made>; called without a lock, at most once at a time for each key.
+  /// make: () -> core::Result<Made>; called without a lock, at most once at a time for each key. It
+  /// ends with kCancelled soon after a stop is requested.
   template <typename Make>
-  core::Result<Pointer> get(const std::string& key, const Make& make) {
+  core::Result<Pointer> get(const std::string& key, const Make& make,
+                            const std::stop_token& stop = {}) {
     std::shared_ptr<Flight> flight;
     {
       const core::MutexLock lock(mutex_);
-      if (const auto found = entries_.find(key); found != entries_.end()) {
-        order_.splice(order_.begin(), order_, found->second.place);
-        return found->second.value;
-      }
-      if (const auto running = flights_.find(key); running != flights_.end()) {
-        flight = running->second;
-        while (!flight->result) {
-          landed_.wait(mutex_);
+      while (!flight) {
+        if (const auto found = entries_.find(key); found != entries_.end()) {
+          order_.splice(order_.begin(), order_, found->second.place);
+          return found->second.value;
         }
-        return *flight->result;
+        if (const auto running = flights_.find(key); running != flights_.end()) {
+          const std::shared_ptr<Flight> other = running->second;
+          landed_.wait(mutex_, stop, [&other] { return other->result.has_value(); });
+          if (!other->result) {
+            return core::Error{core::ErrorCode::kCancelled, "stopped while waiting", ""};
+          }
+          if (*other->result || other->result->error().code != core::ErrorCode::kCancelled) {
+            return *other->result;
+          }
+          continue;  // Who made it was stopped.
+        }
+        flight = std::make_shared<Flight>();
+        flights_[key] = flight;
       }
-      flight = std::make_shared<Flight>();
-      flights_[key] = flight;
     }
     try {
       core::Result<Made> made = make();

@@ -30,6 +30,8 @@ class Assets {
   core::Result<UniqueFd> open(std::string_view id, const Access& access);
   /// Pre: find() has found the asset.
   std::string path_of(std::string_view id) const { return blobs_.path_of(id); }
+  /// As BlobStore::check().
+  core::Status check(std::string_view id) const { return blobs_.check(id); }
 
   /// Returns whether the tenant keeps it, by a reference or in a scene; if all is shared, whether
   /// any tenant does.

@@ -1,15 +1,19 @@
 /// BlobStore: files named by the sha256 of their content, below assets/.
 ///
 /// A blob is written to a temporary file while it is hashed, synced, renamed to its final name, and
-/// its folder is synced: a visible name has its whole content, even after a power failure.
+/// its folder is synced: a visible name has its whole content, even after a power failure. What is
+/// read is compared with its name, so that a disk's errors are not taken for content.
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/base/sha256.h"
 #include "core/scene_io/gltf_load.h"
@@ -62,16 +66,27 @@ class BlobStore {
   std::optional<std::uint64_t> find(std::string_view id) const;
   /// Returns the path that a blob with that id has or would have. Pre: the id is a sha256.
   std::string path_of(std::string_view id) const;
+  /// Errors: kNotFound for what is no id; kInternal if the file is gone or does not match its name.
   core::Result<UniqueFd> open_blob(std::string_view id) const;
-  /// Returns the whole content. Errors: kNotFound.
+  /// Returns the whole content. Errors: of open_blob().
   core::Result<core::SharedBytes> read(std::string_view id) const;
+  /// Hashes the file, unless it is the same as when it was last found whole: same place, size and
+  /// times. Errors: of open_blob().
+  core::Status check(std::string_view id) const;
   core::Status remove(std::string_view id) const;
 
  private:
   explicit BlobStore(std::string directory) : directory_(std::move(directory)) {}
   std::string folder_of(std::string_view id) const;
+  core::Status check_open(int fd, std::string_view id) const;
 
+  /// Files found whole, by id.
+  struct Whole {
+    core::Mutex mutex;
+    std::map<std::string, std::string, std::less<>> stamps GUARDED_BY(mutex);
+  };
   std::string directory_;
+  std::unique_ptr<Whole> whole_ = std::make_unique<Whole>();
 };
 
 }  // namespace server

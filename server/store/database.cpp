@@ -204,6 +204,10 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   if (const Status whole = check_not_cut(path); !whole) {
     return whole.error();
   }
+  auto damage = DatabaseMark(path).check();
+  if (!damage) {
+    return damage.error();
+  }
   // SQLite would make the file readable by all users; its journals inherit the database's mode.
   if (const auto made = open_file(path, O_RDWR | O_CREAT); !made) {
     return made.error();
@@ -213,7 +217,8 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   sqlite3* handle = nullptr;
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
-  std::unique_ptr<Database> database(new Database(handle, path));  // NOLINT: private constructor.
+  // NOLINTNEXTLINE: private constructor.
+  std::unique_ptr<Database> database(new Database(handle, path, *std::move(damage)));
   if (code != SQLITE_OK) {
     return sqlite_error(code, handle == nullptr ? "no memory" : sqlite3_errmsg(handle), path);
   }
@@ -222,9 +227,9 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   const Status ready = [&] {
     Session session = database->session();
     return session.execute(
-        "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;"
-        "PRAGMA wal_autocheckpoint=1000;");
+        "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;");
   }();
+  sqlite3_wal_hook(handle, &Database::on_commit, database.get());
   if (!ready) {
     return ready.error();
   }
@@ -235,10 +240,48 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   return database;
 }
 
-bool Database::make_room(Session& session) {
-  return reserve_.give_up() || session.execute("PRAGMA wal_checkpoint(TRUNCATE)");
+bool Database::make_room(Session& session) { return reserve_.give_up() || checkpoint(session); }
+
+int Database::on_commit(void* self, sqlite3* handle, const char* name, int pages) {
+  static_cast<const Database*>(self)->mark_.note_commit(static_cast<std::uint32_t>(pages));
+  // As PRAGMA wal_autocheckpoint, whose hook this one replaces. It is tried again later.
+  constexpr int kCheckpointPages = 1000;
+  if (pages >= kCheckpointPages) {
+    static_cast<void>(
+        sqlite3_wal_checkpoint_v2(handle, name, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr));
+  }
+  return SQLITE_OK;
 }
 
-Database::~Database() { sqlite3_close_v2(handle_); }
+Status Database::checkpoint() {
+  Session session(*this);
+  return checkpoint(session);
+}
+
+Status Database::checkpoint(Session& /*session*/) {
+  if (!mark_.has_log()) {
+    return core::ok_status();
+  }
+  mark_.note_unknown();
+  int pages = 0;
+  const int code =
+      sqlite3_wal_checkpoint_v2(handle_, nullptr, SQLITE_CHECKPOINT_TRUNCATE, &pages, nullptr);
+  if (pages > 0) {  // Another process reads.
+    mark_.note_commit(static_cast<std::uint32_t>(pages));
+  }
+  return code == SQLITE_OK || code == SQLITE_BUSY
+             ? core::ok_status()
+             : Status(sqlite_error(code, sqlite3_errmsg(handle_), path_, errno_of(handle_, code)));
+}
+
+Database::~Database() {
+  if (handle_ != nullptr && sqlite3_db_readonly(handle_, "main") == 0) {
+    mark_.note_unknown();
+  }
+  sqlite3_close_v2(handle_);
+  if (!mark_.has_log()) {  // It was the last connection.
+    mark_.note_closed();
+  }
+}
 
 }  // namespace server

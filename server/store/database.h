@@ -15,6 +15,7 @@
 
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "server/store/database_mark.h"
 #include "server/store/disk_reserve.h"
 
 struct sqlite3;
@@ -66,6 +67,10 @@ class Database {
   /// Opens or creates the file. Errors: the file is not a database, or was written by a newer
   /// version.
   static core::Result<std::unique_ptr<Database>> open(const std::string& path);
+  /// Returns what is known to be lost or damaged, in sentences; empty: nothing (DatabaseMark).
+  const std::string& damage() const { return damage_; }
+  /// Writes the log back to the database and empties it.
+  core::Status checkpoint();
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
@@ -124,12 +129,21 @@ class Database {
     return done;
   }
   bool make_room(Session& session);
+  core::Status checkpoint(Session& session);
+  /// Called by SQLite after each commit.
+  static int on_commit(void* self, sqlite3* handle, const char* name, int pages);
 
-  Database(sqlite3* handle, std::string path)
-      : handle_(handle), path_(std::move(path)), reserve_(path_ + "-reserve") {}
+  Database(sqlite3* handle, std::string path, std::string damage)
+      : handle_(handle),
+        path_(std::move(path)),
+        reserve_(path_ + "-reserve"),
+        mark_(path_),
+        damage_(std::move(damage)) {}
   sqlite3* handle_;
   std::string path_;
   DiskReserve reserve_;
+  const DatabaseMark mark_;
+  const std::string damage_;
   core::Mutex mutex_;
 };
 

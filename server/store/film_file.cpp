@@ -128,8 +128,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   std::memcpy(&fields, part.data(), sizeof fields);
   const bool is_first = fields.magic == kFirstHeadMagic;
   const std::size_t fields_bytes = is_first ? kFirstHeadBytes : sizeof fields;
-  const bool is_known = is_first || fields.magic == kSecondHeadMagic || fields.magic == kHeadMagic;
-  if (!is_known || fields.bytes < fields_bytes || fields.bytes > *got) {
+  if (!is_head(fields.magic) || fields.bytes < fields_bytes || fields.bytes > *got) {
     return damaged(path_, "its head is invalid");
   }
   part.resize(fields.bytes);

@@ -20,6 +20,9 @@ inline constexpr std::array<char, 4> kSecondHeadMagic = {'T', 'S', 'F', '2'};
 /// Magic of heads without cpu_seconds_beside.
 inline constexpr std::array<char, 4> kFirstHeadMagic = {'T', 'S', 'F', '1'};
 inline constexpr std::size_t kFirstHeadBytes = 64;
+inline bool is_head(const std::array<char, 4>& magic) {
+  return magic == kHeadMagic || magic == kSecondHeadMagic || magic == kFirstHeadMagic;
+}
 inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&

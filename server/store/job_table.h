@@ -103,6 +103,7 @@ class JobTable {
  public:
   /// database must outlive this.
   explicit JobTable(Database& database) : database_(database) {}
+  Database& database() { return database_; }
 
   /// Returns the number of this run of the server, one above the previous one's.
   core::Result<std::int64_t> next_run();

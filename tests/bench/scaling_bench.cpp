@@ -25,6 +25,7 @@
 #include "core/film/film.h"
 #include "core/film/half_sums.h"
 #include "core/render/render_task.h"
+#include "core/render/settle.h"
 #include "core/render/slice_work.h"
 #include "tests/bench/named_view.h"
 
@@ -186,7 +187,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   const int height = width * 9 / 16;
-  auto renderer = core::Renderer::create(bench::named_view(scene, width, height));
+  auto renderer = core::settled_renderer(bench::named_view(scene, width, height));
   CHECK(renderer);
   const auto cores = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   std::printf("%s, %d x %d, %d samples\n", scene.c_str(), width, height, samples);

@@ -146,6 +146,7 @@ class Jobs(ServerTest):
                 job.save(os.path.join(folder, "p.bmp"))
         self.assertEqual(png_size(job.picture(max_size=12))[:2], (12, 8))
         self.assertNotEqual(job.picture(exposure=2), job.picture())
+        self.assertNotEqual(job.picture(exposure="auto"), job.picture(exposure=9))
         with self.assertRaises(tessera.Invalid):
             job.picture(tonemap="sepia")
         for options in ({"exposure": 2}, {"tonemap": "aces"}):

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/render/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/settings/registry.h"
@@ -153,7 +154,7 @@ TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
 
 TEST(ChooseIntegrator, RendersTheImageOfTheChosenIntegrator) {
   core::View view = automatic("cornell-box");
-  const auto renderer = core::Renderer::create(view);
+  const auto renderer = core::settled_renderer(view);
   ASSERT_TRUE(renderer);
   EXPECT_EQ((*renderer)->view().settings.integrator, "path");
   const std::string warning = *core::settle_integrator(view, {});

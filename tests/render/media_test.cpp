@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "core/media/fog.h"
+#include "core/render/settle.h"
 #include "core/samplers/path_sampler.h"
 #include "core/transport/medium_sample.h"
 #include "tests/render/truth.h"
@@ -279,7 +280,7 @@ TEST(Fog, StrategiesAgreeOnAnEmitterInFog) {
 
 TEST(Media, AreRefusedByIntegratorsThatDoNotSupportThem) {
   const auto message = [](const core::View& view) {
-    const auto renderer = core::Renderer::create(view);
+    const auto renderer = core::settled_renderer(view);
     return renderer ? std::string() : renderer.error().message;
   };
   core::View view = ball(milk(0.9F, 1));

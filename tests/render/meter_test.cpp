@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/lights/made_environment.h"
+#include "core/lights/sun_position.h"
 #include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
@@ -100,7 +102,7 @@ TEST(Meter, MarksReadingsThatRestOnOneRandomisation) {
 }
 
 /// Fraction of the intervals that hold the truth if, beside Gaussian noise, 1,024 paths meet `rate`
-/// events on average that carry `light` each. path_light: as told to the readings.
+/// events on average that carry `light` each. path_light: of meter_readings().
 double covered(double rate, double light, double path_light) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal(1, 0.02);
@@ -124,7 +126,7 @@ double covered(double rate, double light, double path_light) {
 }
 
 // 400 intervals of 95%: below 91% with a probability of 3e-4. An event is 100 / 1024 of the
-// reading, so that one missing is far outside of the Gaussian interval. The planted fault: nobody
+// reading, so that one missing is far outside of the Gaussian interval. The planted fault: no bound of
 // tells how much a path can carry.
 TEST(Meter, IntervalsHoldForRareEvents) {
   for (const double rate : {0.2, 1.0, 4.0, 20.0}) {
@@ -203,6 +205,32 @@ TEST(Meter, MeasuresTheLuxOfPunctualLightsWithoutNoise) {
   view.settings.max_depth = 0;
   view.settings.fog.reset();
   EXPECT_EQ(measure(view, 2).illuminance, 0) << "the point is on a surface";
+}
+
+/// Sun, sky and a lamp of the file in one unit. Source of the sun's illuminance: IES Recommended
+/// Practice RP-21, 127.5 exp(-0.21 / sin h) sin h + 0.8 + 15.5 sqrt(sin h) klx; skies differ by
+/// their haze, 12%.
+TEST(Meter, AddsTheSunAndALampInLux) {
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert(Rgb(1))}, {test_support::quad({50, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0)});
+  core::View view = stage(scene);
+  core::EnvironmentSettings noon;
+  noon.sun = {40, 0, 1782043200};  // 2026-06-21T12:00:00Z
+  view.environment = *core::make_environment(noon);
+  const double sine = std::sin(core::sun_position(*noon.sun).elevation_degrees * kPi / 180);
+  const double published =
+      1000 * (127.5 * std::exp(-0.21 / sine) * sine + 0.8 + 15.5 * std::sqrt(sine));
+  const double sun = measure(view, 1024).illuminance;
+  EXPECT_NEAR(sun, published, 0.12 * published);
+  core::PunctualLightDescription lamp;
+  lamp.type = core::PunctualType::kDirectional;
+  lamp.intensity = Rgb(50'000);
+  lamp.to_world.z = {0, 1, 0};  // shines along -z
+  lamp.to_world.y = {0, 0, -1};
+  scene.lights.push_back(lamp);
+  core::View both = stage(scene);
+  both.environment = view.environment;
+  EXPECT_NEAR(measure(both, 1024).illuminance, sun + 50'000, 0.01 * sun);
 }
 
 // Truth 1: the wall of a closed sphere, albedo and emission 1/2, receives a radiance of 1; after k
@@ -292,7 +320,7 @@ TEST(Meter, DoesNotChangeTheImage) {
 TEST(Meter, CellsOfAPlaneFollowThePointsRowByRow) {
   const auto points = core::meter_points(box().settings.meter);
   ASSERT_EQ(points.size(), 36U);
-  const auto near = [](Vec3 a, Vec3 b) { return length(a - b) < 1e-6F; };
+  const auto near = [](const core::Place& a, Vec3 b) { return length(a.rounded() - b) < 1e-6F; };
   EXPECT_TRUE(near(points[1].position, {0.18F, 0.5F, 0.1F + 0.4F / 7}));
   EXPECT_TRUE(near(points[2].position, {0.18F, 0.5F, 0.1F + 1.2F / 7}));
   EXPECT_TRUE(near(points[35].position, {0.82F, 0.5F, 0.9F - 0.4F / 7}));

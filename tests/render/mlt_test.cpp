@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/render/render_task.h"
+#include "core/render/settle.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
 
@@ -65,7 +66,7 @@ TEST(Metropolis, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = caustic_view();
   const std::string calm = test_support::render(view, 4, 1).film->digest();
   EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm);
-  const auto renderer = core::Renderer::create(view);
+  const auto renderer = core::settled_renderer(view);
   ASSERT_TRUE(renderer);
   core::TaskOptions options;
   options.stop.samples_per_pixel = 4;

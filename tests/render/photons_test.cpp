@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/render/render_task.h"
+#include "core/render/settle.h"
 #include "core/settings/photon_rules.h"
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
@@ -379,7 +380,7 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
     view.settings.integrator = integrator;
     const std::string calm = test_support::render(view, 4, 1).film->digest();
     EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm) << integrator;
-    const auto renderer = core::Renderer::create(view);
+    const auto renderer = core::settled_renderer(view);
     ASSERT_TRUE(renderer);
     core::TaskOptions options;
     options.stop.samples_per_pixel = 4;

@@ -4,12 +4,14 @@ set(RENDER_TEST_SOURCES
   agreement_test.cpp
   bdpt_media_test.cpp
   bounces_test.cpp
+  catcher_error_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp
+  invariance_test.cpp
   irradiance_cache_test.cpp
   irradiance_test.cpp
   media_test.cpp
@@ -22,6 +24,7 @@ set(RENDER_TEST_SOURCES
   restir_test.cpp
   shutter_test.cpp
   spectral_test.cpp
+  through_glass_test.cpp
   truth.cpp
   truths_test.cpp)
 # Features of glTF: scenes made in code, written to a GLB, loaded and rendered small.

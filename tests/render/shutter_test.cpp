@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/render/settle.h"
 #include "core/scene/scene_data.h"
 #include "tests/render/gltf_stage.h"
 
@@ -318,12 +319,12 @@ TEST(Shutter, RefusesUnsupportedMotion) {
   EXPECT_EQ(resting.error().where, "/shutter_seconds");
   File square;
   add_crossing_square(square);
-  const auto bdpt = core::Renderer::create(view_of(square.open(0, 1), 1, "bdpt"));
+  const auto bdpt = core::settled_renderer(view_of(square.open(0, 1), 1, "bdpt"));
   ASSERT_FALSE(bdpt);
   EXPECT_EQ(bdpt.error().where, "/shutter_seconds");
   core::View shared = view_of(square.open(0, 1), 1);
   shared.settings.light_sampler = core::LightSamplerType::kRestir;
-  EXPECT_FALSE(core::Renderer::create(shared));
+  EXPECT_FALSE(core::settled_renderer(shared));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/math/numbers.h"
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 
 namespace test_support {
@@ -194,7 +195,7 @@ Rgb Picture::standard_error() const {
 }
 
 Picture render(const core::View& view, const core::StopRules& stop, int threads) {
-  auto renderer = core::Renderer::create(view);
+  auto renderer = core::settled_renderer(view);
   CHECK(renderer);
   Picture picture;
   picture.film = std::make_shared<core::Film>(view.settings);

@@ -53,10 +53,38 @@ TEST(JobSpec, ShowsEveryDefaultInTheDocumentedOrder) {
     "sampler": {"type": "sobol", "replicates": 2},
     "light_sampler": {"type": "tree"},
     "adaptive": {"type": "none"},
+    "units": "photometric",
     "spectral": false,
     "stop": {"samples_per_pixel": 256}
   })");
   EXPECT_EQ(api::spec_json(spec_of(R"({"scene":"cornell-box"})")), api::dump(expected));
+}
+
+TEST(JobSpec, GlassLetsATransparentBackgroundThroughWhereTheIntegratorCan) {
+  const auto through = [](const std::string& integrator, const std::string& background) {
+    const api::JobSpec spec = spec_of(R"({"scene":"x","integrator":{"type":")" + integrator +
+                                      R"("},"background":)" + background + "}");
+    EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec)) << integrator << background;
+    return spec.render.background.through_glass;
+  };
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    EXPECT_EQ(through(std::string(row.name), R"({"type":"transparent"})"),
+              core::accepts(row, core::kThroughGlass));
+  }
+  EXPECT_FALSE(through("path", R"({"type":"color"})"));
+  EXPECT_TRUE(through("path", R"({"type":"color","through_glass":true})"));
+  EXPECT_FALSE(through("path", R"({"type":"transparent","through_glass":false})"));
+}
+
+TEST(JobSpec, ShadowsAreNeutralUnlessAskedFor) {
+  const api::JobSpec plain = spec_of(R"({"scene":"x","ground":{"type":"catcher"}})");
+  EXPECT_EQ(plain.render.ground.shadow.color, core::ShadowColor::kNeutral);
+  const api::JobSpec asked = spec_of(
+      R"({"scene":"x","ground":{"type":"catcher","shadow":{"color":"physical","strength":0.5}}})");
+  EXPECT_EQ(asked.render.ground.shadow.color, core::ShadowColor::kPhysical);
+  EXPECT_EQ(api::dump(api::to_json(asked)["ground"]["shadow"]),
+            R"({"color":"physical","strength":0.5,"softness":0})");
+  EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(asked)), asked));
 }
 
 TEST(JobSpec, AdaptiveSamplingHasItsParameters) {

@@ -18,6 +18,7 @@
 #include "core/render/eta.h"
 #include "core/render/pass_plan.h"
 #include "core/render/render_task.h"
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -225,7 +226,7 @@ core::View small_view(AdaptiveType type, int replicates = 2) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::Renderer::create(view);
+  auto renderer = core::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

@@ -196,8 +196,8 @@ class Paths {
       const core::PathVertex& at = vertex.surface;
       const bool through = dot(direction, at.shading.horizon) < 0;
       const core::Material& material = data().materials[at.point.material];
-      path.ray.origin =
-          core::offset_ray(vertex.origin(), through ? -at.shading.horizon : at.shading.horizon);
+      path.ray.origin = core::offset_ray(
+          vertex.origin(), through ? -at.shading.horizon : at.shading.horizon, at.point.error_m);
       if (through && material.is_volume) {
         path.media.cross(material, at.shading.front);
       }

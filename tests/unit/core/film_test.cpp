@@ -12,6 +12,7 @@
 #include "core/error/pixel_error.h"
 #include "core/film/filter.h"
 #include "core/layers/layers.h"
+#include "core/render/settle.h"
 #include "core/render/tile_fill.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
@@ -227,7 +228,8 @@ TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
   record_all(view.settings.film);
   const auto picture = test_support::render(view, 4);
   const core::PixelRect rect = {3, 5, 30, 70};
-  const core::FilmSnapshot snapshot = picture.film->snapshot(rect);
+  core::FilmSnapshot snapshot = picture.film->snapshot(rect);
+  snapshot.error_floor = picture.film->error_floor();
   std::vector<std::optional<std::string>> layers = {std::nullopt};
   for (const auto& layer : core::layers()) {
     layers.emplace_back(std::string(layer.name));
@@ -238,7 +240,8 @@ TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
         layer
             ? core::layer_image(snapshot, *layer, &look)
             : core::Result<core::FloatImage>(core::all_layers_image(snapshot, view.settings.film));
-    auto made = core::LayerRows::create(*picture.film, rect, layer, view.settings.film, look);
+    auto made =
+        core::LayerRows::create(*picture.film, rect, layer, view.settings.film, {.denoised = look});
     ASSERT_TRUE(whole && made) << layer.value_or("all");
     const core::ImageRows rows = made->rows();
     ASSERT_EQ(rows.channel_names, whole->channel_names);
@@ -279,7 +282,7 @@ TEST(Film, MeanAndM2MatchTheSamples) {
   // Compares films of n and n + 1 samples: the differences of their sums are the samples.
   test_support::Moments moments[2];
   double before[2] = {};
-  const auto renderer = core::Renderer::create(view);
+  const auto renderer = core::settled_renderer(view);
   ASSERT_TRUE(renderer);
   Film film(view.settings.film, 2);
   TileState state = film.tile(0);

@@ -7,6 +7,7 @@
 
 #include "core/film/film.h"
 #include "core/integrators/integrator.h"
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
@@ -62,7 +63,7 @@ TEST(Integrators, RefuseDispersionUnlessSupported) {
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
   for (const core::IntegratorEntry& row : core::integrators()) {
     view.settings.integrator = row.name;
-    const auto renderer = core::Renderer::create(view);
+    const auto renderer = core::settled_renderer(view);
     EXPECT_EQ(static_cast<bool>(renderer), row.disperses) << row.name;
     if (!renderer) {
       EXPECT_EQ(renderer.error().where, "/integrator/type");

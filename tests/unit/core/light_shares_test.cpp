@@ -7,6 +7,7 @@
 
 #include "core/film/film_format.h"
 #include "core/layers/layers.h"
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
@@ -223,7 +224,7 @@ TEST(LightShares, PartsOfAJobMergeToItsShares) {
 
 TEST(LightShares, RefusesOptionsThatMixPaths) {
   const auto error_of = [](const core::View& view) {
-    const auto renderer = core::Renderer::create(view);
+    const auto renderer = core::settled_renderer(view);
     return renderer ? std::string() : renderer.error().where;
   };
   core::View view = box();

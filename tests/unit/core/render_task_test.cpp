@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -60,7 +61,7 @@ core::View small_view(core::SamplerType sampler = core::SamplerType::kSobol) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::Renderer::create(view);
+  auto renderer = core::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

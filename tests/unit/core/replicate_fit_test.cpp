@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/render/settle.h"
 #include "core/render/tile_fill.h"
 #include "core/sampling/optimal_mis.h"
 #include "tests/support/scenes.h"
@@ -144,7 +145,7 @@ core::View small_view(bool regression) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::Renderer::create(view);
+  auto renderer = core::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/render/render_task.h"
+#include "core/render/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
@@ -47,7 +48,7 @@ std::shared_ptr<Film> film_of(const core::View& view) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::Renderer::create(view);
+  auto renderer = core::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

@@ -11,6 +11,7 @@
 #include <zlib.h>
 
 #include "core/render/result_size.h"
+#include "core/render/settle.h"
 #include "core/render/unit_renderer.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
@@ -35,7 +36,7 @@ core::View small_view() {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::Renderer::create(view);
+  auto renderer = core::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

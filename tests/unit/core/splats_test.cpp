@@ -8,6 +8,7 @@
 
 #include "core/film/film_format.h"
 #include "core/film/film_merge.h"
+#include "core/render/settle.h"
 #include "tests/support/caustic.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -243,7 +244,7 @@ std::string digest_resumed_from(const std::shared_ptr<const core::Renderer>& ren
 TEST(LightPaths, FilmsAreIndependentOfRestarts) {
   const core::View view = light_view();
   const std::string calm = test_support::render(view, 8, 1).film->digest();
-  const auto renderer = core::Renderer::create(view);
+  const auto renderer = core::settled_renderer(view);
   ASSERT_TRUE(renderer);
   for (int taken = 3; taken < 40; taken += 9) {
     const Checkpoint from = checkpoint_after(*renderer, taken);

@@ -69,7 +69,7 @@ TEST(MeasureSplit, FindsBothVariancesOfASeparableIntegrand) {
   for (const auto& [way, branch, rays] :
        {std::tuple{0.1F, 0.6F, 1}, std::tuple{0.2F, 0.6F, 4}, std::tuple{0.5F, 0.1F, 2}}) {
     const core::SplitCosts costs =
-        core::measure_split(*camera, Product(way, branch, rays), settings);
+        *core::measure_split(*camera, Product(way, branch, rays), settings);
     EXPECT_NEAR(costs.branch_rays, rays, 1e-9);
     const auto ratio = static_cast<double>(branch * branch / (way * way));
     const double optimum =
@@ -86,10 +86,10 @@ TEST(MeasureSplit, IsIndependentOfExposure) {
   ASSERT_TRUE(camera);
   core::RenderSettings settings;
   settings.film.width = settings.film.height = 64;
-  const core::SplitCosts usual = core::measure_split(*camera, Product(0.2F, 0.6F, 4), settings);
+  const core::SplitCosts usual = *core::measure_split(*camera, Product(0.2F, 0.6F, 4), settings);
   for (const float exposure : {1.0F / 1024, 1024.0F}) {
     const core::SplitCosts costs =
-        core::measure_split(*camera, Product(0.2F, 0.6F, 4, exposure), settings);
+        *core::measure_split(*camera, Product(0.2F, 0.6F, 4, exposure), settings);
     // Powers of two: equal up to the rounding of sums.
     EXPECT_NEAR(costs.way_variance, usual.way_variance, 1e-9 * usual.way_variance);
     EXPECT_NEAR(costs.branch_variance, usual.branch_variance, 1e-9 * usual.branch_variance);

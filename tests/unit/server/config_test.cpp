@@ -1,8 +1,12 @@
 #include "server/config.h"
 
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 #include <gtest/gtest.h>
+
+#include "tests/unit/server/server_test_support.h"
 
 namespace {
 
@@ -34,6 +38,61 @@ TEST(Config, FlagOverridesItsVariable) {
   EXPECT_EQ(config->queue_max, 3);
   EXPECT_EQ(config->streams_max, 12);
   EXPECT_TRUE(config->demo);
+}
+
+TEST(Config, EmptyVariablesCountAsUnset) {
+  const auto config =
+      parse_config({}, [](const std::string& /*name*/) { return std::optional<std::string>(""); });
+  ASSERT_TRUE(config) << config.error().where;
+  EXPECT_EQ(server::config_text(*config), server::config_text(*parse({})));
+}
+
+TEST(Config, LinksOfServicesAreIgnoredWithAWarning) {
+  for (const char* link : {"tcp://10.96.12.7:80", "udp://10.0.0.1:53"}) {
+    const auto config = parse({}, {{"TESSERA_PORT", link}});
+    ASSERT_TRUE(config);
+    EXPECT_EQ(config->port, 8080);
+    ASSERT_EQ(config->warnings.size(), 1U);
+    EXPECT_NE(config->warnings.front().find("TESSERA_PORT"), std::string::npos);
+  }
+}
+
+TEST(Config, HostsAndOriginsHaveOneSpelling) {
+  const auto config =
+      parse({"--hosts", " A.example, b.example:8080 ,[::1]", "--origins",
+             "HTTPS://Shop.example/, http://two.example:80, https://c.example:444"});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->hosts, (std::vector<std::string>{"a.example", "b.example:8080", "[::1]"}));
+  EXPECT_EQ(config->origins, (std::vector<std::string>{"https://shop.example", "http://two.example",
+                                                       "https://c.example:444"}));
+}
+
+TEST(Config, RefusesHostsAndOriginsThatCouldNeverMatch) {
+  for (const char* host : {"https://a.example", "*.example", "a.example/", "a b", "a:port", "[a]",
+                           "a.example:70000"}) {
+    EXPECT_FALSE(parse({"--hosts", host})) << host;
+  }
+  for (const char* origin : {"shop.example", "https://shop.example/path", "ftp://a.example",
+                             "https://*.example", "https://", "null"}) {
+    EXPECT_FALSE(parse({"--origins", origin})) << origin;
+  }
+}
+
+TEST(Config, FilesAreReadWholeOrRefused) {
+  const test_support::TemporaryFolder folder;
+  const std::string directory = folder.file("folder");
+  std::filesystem::create_directory(directory);
+  for (const char* flag : {"--config", "--key-file"}) {
+    const auto refused = parse({flag, directory});
+    ASSERT_FALSE(refused) << flag;
+    EXPECT_NE(refused.error().message.find("directory"), std::string::npos);
+    EXPECT_FALSE(parse({flag, folder.file("missing")})) << flag;
+  }
+  const std::string marked = folder.file("marked.conf");
+  std::ofstream(marked) << "\xEF\xBB\xBFport = 8126\r\n";
+  const auto config = parse({"--config", marked});
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->port, 8126);
 }
 
 TEST(Config, ReadsBytesAndPercents) {

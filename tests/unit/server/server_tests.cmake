@@ -21,6 +21,7 @@ set(SERVER_TEST_SOURCES
   storage_quota_test.cpp
   store_test.cpp
   tile_stream_test.cpp
+  turns_test.cpp
   webhook_test.cpp
   zip_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -43,6 +44,39 @@ TEST(SingleFlightCache, ErrorsAreSharedButNotKept) {
   });
   EXPECT_EQ(failed.error().message, "none");
   EXPECT_TRUE(cache.get("a", []() -> core::Result<Cache::Made> { return made(1); }));
+}
+
+TEST(SingleFlightCache, WhoStillWaitsMakesTheValueThatAStoppedCallerDidNot) {
+  Cache cache(100);
+  std::stop_source leaver;
+  std::atomic<bool> has_begun = false;
+  std::jthread first([&] {
+    const auto value = cache.get(
+        "a",
+        [&]() -> core::Result<Cache::Made> {
+          has_begun = true;
+          while (!leaver.stop_requested()) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          }
+          return core::Error{core::ErrorCode::kCancelled, "stopped", ""};
+        },
+        leaver.get_token());
+    EXPECT_EQ(value.error().code, core::ErrorCode::kCancelled);
+  });
+  while (!has_begun) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  std::stop_source impatient;
+  impatient.request_stop();
+  const auto never = [&]() -> core::Result<Cache::Made> { return made(9); };
+  EXPECT_EQ(cache.get("a", never, impatient.get_token()).error().code, core::ErrorCode::kCancelled);
+  std::jthread second([&] {
+    const auto value = cache.get("a", []() -> core::Result<Cache::Made> { return made(2); });
+    ASSERT_TRUE(value);
+    EXPECT_EQ(**value, 2);
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  leaver.request_stop();
 }
 
 TEST(SingleFlightCache, EvictsTheLeastRecentlyUsedFirst) {

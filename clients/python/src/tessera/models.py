@@ -1757,7 +1757,7 @@ class Worker(TypedDict):
     held: list[str]
     units: int
     faults: int
-    state: Literal["idle", "working", "draining", "unsuitable", "left", "lost"]
+    state: Literal["idle", "working", "draining", "suspended", "unsuitable", "left", "lost"]
     reason: str | None
     seen_at: str
 

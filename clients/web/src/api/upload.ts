@@ -80,7 +80,7 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
       ? 'application/zip'
       : 'model/gltf-binary';
   const query = `?name=${encodeURIComponent(nameOf(model.file))}`;
-  const scene = await upload<Scene>(`/v1/scenes${query}`, model.file, type, (share) =>
+  const scene = await upload<Scene>(`v1/scenes${query}`, model.file, type, (share) =>
     report(model.file.name, share),
   );
   return { scene, used: [model.file] };
@@ -113,7 +113,7 @@ async function uploadFolder(
   let sent = 0;
   const send = async (file: File): Promise<string> => {
     const answer = await upload<{ id: string }>(
-      '/v1/assets',
+      'v1/assets',
       file,
       'application/octet-stream',
       (share) => report(file.name, (sent + share * file.size) / total),
@@ -157,7 +157,7 @@ function decodeUri(uri: string): string {
 
 export async function uploadEnvironment(file: File, report: UploadReport): Promise<string> {
   const answer = await upload<{ id: string }>(
-    '/v1/assets',
+    'v1/assets',
     file,
     'application/octet-stream',
     (share) => report(file.name, share),

@@ -1,5 +1,5 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
-import { api } from '../api/client';
+import { api, relative } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Comparison, Job } from '../api/types';
 import { compareFilms, type Figures, type Measure } from '../live/comparison';
@@ -285,7 +285,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
                   <img
                     class="compare-canvas"
                     data-testid="flip-map"
-                    src={server.links.flip}
+                    src={relative(server.links.flip)}
                     alt={meaning}
                   />
                 ) : (

@@ -29,7 +29,10 @@ function Downloads({ job }: { job: Job }) {
   const shown = useStore(display);
   const info = useStore(serverInfo);
   const formats = info?.image_formats ?? ['png', 'exr'];
-  const encoded = { exposure: shown.exposure, tonemap: shown.tone };
+  const encoded = {
+    exposure: shown.auto === false ? shown.exposure : 'auto',
+    tonemap: shown.tone,
+  };
   const base = `${sceneTitle(job).replace(/[^\w-]+/g, '-')}-${job.id.slice(0, 8)}`;
   return (
     <Menu

@@ -1,0 +1,65 @@
+#include "core/render/settle.h"
+
+#include <optional>
+#include <utility>
+
+#include "core/integrators/registry.h"
+#include "core/render/check_view.h"
+#include "core/render/choose_integrator.h"
+#include "core/render/split_pilot.h"
+#include "core/scene/scene_data.h"
+
+namespace core {
+namespace {
+
+Error stopped() { return Error{ErrorCode::kCancelled, "stopped while measuring", ""}; }
+
+}  // namespace
+
+Status measure(View& view, const std::stop_token& stop) {
+  const auto camera = check_view(view);
+  if (!camera) {
+    return camera.error();
+  }
+  RenderSettings settings = view.settings;
+  IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera->first()};
+  Measured found;
+  const auto aims = pays_to_aim(input, stop);
+  if (!aims) {
+    return stopped();
+  }
+  found.aims_in_media = input.aims_in_media = *aims;
+  if (settings.estimator.splitting == SplittingType::kMeasured) {
+    settings.estimator.splitting = SplittingType::kNone;
+    const auto count =
+        measured_split_count(camera->first(), *make_integrator(input), settings, stop);
+    if (!count) {
+      return stopped();
+    }
+    found.split_count = *count;
+  }
+  view.measured = found;
+  return ok_status();
+}
+
+Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop) {
+  if (const Status fits = check_crop(view.settings.film); !fits) {
+    return fits.error();
+  }
+  auto chosen = settle_integrator(view, rules, stop);
+  if (!chosen) {
+    return chosen;
+  }
+  const Status measured = measure(view, stop);
+  return measured ? std::move(chosen) : Result<std::string>(measured.error());
+}
+
+Result<std::shared_ptr<const Renderer>> settled_renderer(View view, const StopRules& rules,
+                                                         const std::stop_token& stop) {
+  if (const auto settled = settle(view, rules, stop); !settled) {
+    return settled.error();
+  }
+  return Renderer::create(std::move(view));
+}
+
+}  // namespace core

@@ -3,10 +3,10 @@
 /// A, B: means of a pixel's halves, independent; alpha 0 in both halves: the pixel is not counted.
 ///   F = 0.05 (mean over the image of the root of the luminance of (A + B) / 2)^2
 ///   d = sum over channels of |A - B|,   s = sum over channels of |A| + |B| + 2 F,   r = d / s
-/// r is a pixel's relative difference, 0 to 1. F is a mean of roots, so that neither a lamp nor a
-/// firefly sets it. Doubt pools d r and s over squares of kDoubtSize pixels, anchored at the origin
-/// of the full film: where only one half has found light, d r is nearly d and the quotient nearly
-/// 1; for resolved noise it is the square of r. It is a triangular divergence (Le Cam 1986).
+/// r is a pixel's relative difference, 0 to 1. F is a mean of roots, so that neither an emitter
+/// nor a firefly sets it. Doubt pools d r and s over squares of kDoubtSize pixels, anchored at the
+/// origin of the full film: where only one half has found light, d r is nearly d and the quotient
+/// nearly 1; for resolved noise it is the square of r. It is a triangular divergence (Le Cam 1986).
 #pragma once
 
 #include <cstdint>

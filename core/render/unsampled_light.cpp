@@ -8,7 +8,8 @@
 namespace core {
 namespace {
 
-/// Roughness below which a lobe (of less than a degree: alpha 0.01) sees a small emitter whole or not at all.
+/// Roughness below which a lobe, of less than a degree (alpha 0.01), sees a small emitter whole or
+/// not at all.
 constexpr float kPolished = 0.1F;
 
 bool is_polished(const Material& material) {
@@ -25,8 +26,8 @@ double largest_radiance(const Environment& environment) {
     most = std::max(most, static_cast<double>(luminance(map.texels[i])));
   }
   return environment.has_sun()
-             ? most + static_cast<double>(
-                          luminance(environment.sun_radiance(environment.sun_world())))
+             ? most +
+                   static_cast<double>(luminance(environment.sun_radiance(environment.sun_world())))
              : most;
 }
 

@@ -155,9 +155,8 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   for (std::uint32_t i = 0; i < fields.point_count; ++i) {
     PointFields point;
     take(rest, &point, 1);
-    if (fields.magic != kHeadMagic) {
+    if (fields.magic != kHeadMagic)
       continue;
-    }
     checkpoint.record.points.push_back(core::ConvergencePoint{
         .samples_per_pixel = point.samples_per_pixel,
         .elapsed_seconds = point.elapsed_seconds,

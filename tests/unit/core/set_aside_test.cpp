@@ -12,8 +12,7 @@ core::FilmSnapshot even_film(int replicates = 2) {
   core::FilmSnapshot film;
   film.rect = {0, 0, 16, 16};
   film.replicates = replicates;
-  film.pixels.assign(film.pixel_count() * static_cast<std::size_t>(replicates),
-                     {1, 1, 1, 1, 0, 8});
+  film.pixels.assign(film.pixel_count() * static_cast<std::size_t>(replicates), {1, 1, 1, 1, 0, 8});
   return film;
 }
 

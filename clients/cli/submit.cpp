@@ -128,8 +128,11 @@ int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& pat
   }
   const int code = exit_code_of(*ended);
   if (code == kDone && !flags.job.output.empty()) {
-    const PictureQuery query = {
-        .layer = {}, .exposure = flags.job.exposure, .tone_map = {}, .denoise = flags.job.denoise};
+    const PictureQuery query = {.layer = {},
+                                .exposure = flags.job.exposure,
+                                .tone_map = {},
+                                .denoise = flags.job.denoise,
+                                .fireflies = flags.job.fireflies};
     const auto fetched = fetch_picture(client, path, query, flags.job.output);
     return fetched ? kDone : complain("submit", fetched.error());
   }

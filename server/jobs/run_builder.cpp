@@ -277,9 +277,9 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.options.samples_limit = samples_max_;
   // The run belongs to the job: a shared pointer here would keep both alive.
   parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
-                                                                           double alpha) {
+                                                                           double confidence) {
     const JobPointer asked = weak.lock();
-    return asked != nullptr && ask ? ask(asked, film, alpha)
+    return asked != nullptr && ask ? ask(asked, film, confidence)
                                    : std::numeric_limits<double>::infinity();
   };
   if (!job->memory_only()) {

@@ -307,13 +307,13 @@ class Pixels(ApiTest):
         self.assertEqual(set(curve["slope"]), {"value", "low", "high"})
         points = curve["points"]
         self.assertEqual(points[-1]["samples_per_pixel"], 16)
-        self.assertEqual(points[-1]["relative_rmse"], self.job["error"]["relative_rmse"])
+        self.assertEqual(points[-1]["relative"], self.job["error"]["relative"])
         for before, after in zip(points, points[1:]):
             for member in ("samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays"):
                 self.assertLessEqual(before[member], after[member])
         for point in points:
             self.assertLessEqual({"samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays",
-                                  "relative_rmse", "low", "high"}, set(point))
+                                  "relative", "low", "high"}, set(point))
 
     def test_one_sample_has_unknown_errors(self):
         job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))

@@ -4,6 +4,7 @@ set(RENDER_TEST_SOURCES
   agreement_test.cpp
   bdpt_media_test.cpp
   bounces_test.cpp
+  catcher_error_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp

@@ -15,7 +15,8 @@ inline constexpr core::ErrorCode kRangeNotSatisfiable{10};  ///< a byte range ou
 inline constexpr core::ErrorCode kMisdirected{11};          ///< addressed to another host name
 inline constexpr core::ErrorCode kTooManyRequests{14};      ///< a rate, a queue or a quota is full
 inline constexpr core::ErrorCode kOverQuota{19};            ///< more storage than the quota allows
+inline constexpr core::ErrorCode kForeignOrigin{20};        ///< a page of an origin not named
 /// The largest number of all codes.
-inline constexpr core::ErrorCode kLastErrorCode = kOverQuota;
+inline constexpr core::ErrorCode kLastErrorCode = kForeignOrigin;
 
 }  // namespace api

@@ -24,6 +24,7 @@ constexpr std::array kErrors = {
     ErrorRow{ErrorCode::kBadSyntax, 400, "bad-syntax", "Malformed request"},
     ErrorRow{kUnauthorized, 401, "unauthorized", "Access key required"},
     ErrorRow{ErrorCode::kForbidden, 403, "forbidden", "Not allowed for this access key"},
+    ErrorRow{kForeignOrigin, 403, "foreign-origin", "Not allowed for pages of this origin"},
     ErrorRow{ErrorCode::kNotFound, 404, "not-found", "Not found"},
     ErrorRow{std::nullopt, 405, "method-not-allowed", "Method not allowed"},
     ErrorRow{kNotAcceptable, 406, "not-acceptable", "No acceptable representation"},

@@ -177,7 +177,7 @@ struct FlagRow : RowBase<Get> {
   }
 };
 
-/// Reads core::Vec3 or core::Rgb as an array of three numbers.
+/// Reads core::Vec3, core::Place or core::Rgb as an array of three numbers.
 template <typename Get>
 struct TripleRow : RowBase<Get> {
   Range range;
@@ -185,18 +185,22 @@ struct TripleRow : RowBase<Get> {
   template <typename S>
   void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
     using Value = typename RowBase<Get>::template Member<S>::Value;
+    using Number = std::remove_cvref_t<decltype(std::declval<Value>()[0])>;
     if (this->read_null(value, out)) {
       return;
     }
     if (const auto triple = read_triple(value, range, pointer, faults)) {
-      this->get(out) = Value{triple->x, triple->y, triple->z};
+      this->get(out) = Value{static_cast<Number>(triple->x), static_cast<Number>(triple->y),
+                             static_cast<Number>(triple->z)};
     }
   }
   template <typename S>
   void print(const S& s, Json& object) const {
     const auto* value = this->value_of(this->get, s);
     object[std::string(this->key)] =
-        value == nullptr ? Json(nullptr) : triple_json({(*value)[0], (*value)[1], (*value)[2]});
+        value == nullptr ? Json(nullptr)
+                         : Json::array({number_json((*value)[0]), number_json((*value)[1]),
+                                        number_json((*value)[2])});
   }
   template <typename S>
   void schema(const S& defaults, Json& properties) const {

@@ -21,9 +21,7 @@ constexpr double kParallelSine = 1e-6;
 struct Exact {
   double x, y, z;
 };
-Exact exact(core::Vec3 v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
-}
+Exact exact(core::Place v) { return {v.x, v.y, v.z}; }
 double norm(Exact v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
 void check_view(const core::CameraSettings& camera, Faults& faults) {
@@ -287,11 +285,6 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
   }
   if (stop.denoised_error && spec.denoise.type == core::DenoiserType::kNone) {
     faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
-  } else if (stop.denoised_error && is_known &&
-             core::pixel_errors(render) != core::PixelErrors::kIndependent) {
-    faults.add("/stop/denoised_error",
-               "errors of neighbouring pixels are correlated, so the error of a denoised image has "
-               "no interval; give samples_per_pixel or seconds");
   } else if (stop.denoised_error && is_known && !core::errors_are_valid(render)) {
     refuse("/stop/denoised_error");
   }
@@ -325,9 +318,7 @@ void check_options(const JobSpec& spec, Faults& faults) {
     if (!seen.contains(pointer) || !usual.contains(pointer)) {
       continue;  // printed where accepted, and refused elsewhere by the parser
     }
-    const bool is_accepted =
-        std::find(row->accepts.begin(), row->accepts.end(), option) != row->accepts.end();
-    if (!is_accepted && seen.at(pointer) != usual.at(pointer)) {
+    if (!core::accepts(*row, option) && seen.at(pointer) != usual.at(pointer)) {
       faults.add(std::string(option), shown(seen.at(pointer)) + " is not used by integrator '" +
                                           spec.render.integrator + "'; its only value there is " +
                                           shown(usual.at(pointer)));

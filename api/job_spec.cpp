@@ -286,6 +286,9 @@ const auto& table() {
       adaptive_row(),
       shown_if([](const JobSpec& s) { return !s.render.meter.empty(); },
                CustomRow<JobSpec>{"meter", &read_meter, &print_meter, &meter_schema}),
+      choice(
+          "units", [](auto& s) -> auto& { return s.render.units; }, &core::units,
+          "Unit of radiance, irradiance and intensity."),
       flag(
           "spectral", [](auto& s) -> auto& { return s.render.spectral; },
           "True: paths carry three wavelengths instead of three colours."),
@@ -401,11 +404,23 @@ Json job_request_schema() {
   return object_schema(table(), JobSpec{}, "A job: what to render, how, and when to stop.");
 }
 
-core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds) {
+core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds,
+                               core::Place origin) {
+  const auto from_origin = [origin](std::optional<core::Place>& place) {
+    if (place) {
+      place = *place - origin;
+    }
+  };
+  core::CameraSettings camera = spec.camera;
+  from_origin(camera.position);
+  from_origin(camera.target);
+  if (!spec.orbit) {
+    return camera;
+  }
+  core::CameraOrbit orbit = *spec.orbit;
+  from_origin(orbit.target);
   const core::FilmSettings& film = spec.render.film;
-  return spec.orbit
-             ? core::placed_on_orbit(spec.camera, *spec.orbit, bounds, film.width, film.height)
-             : spec.camera;
+  return core::placed_on_orbit(std::move(camera), orbit, bounds, film.width, film.height);
 }
 
 std::optional<double> later_seconds(const JobSpec& spec) {

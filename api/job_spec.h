@@ -109,8 +109,9 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec);
 /// Warnings about settings that have no effect; parse_job() adds them.
 std::vector<std::string> idle_warnings(const JobSpec& spec);
 
-/// Returns the camera, placed on its orbit if it has one. bounds: of the scene, world, metres.
-core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds);
+/// Returns the camera, placed on its orbit if it has one; its positions count from the scene's
+/// origin. bounds: of the scene, from its origin, metres.
+core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds, core::Place origin);
 
 /// Returns the second time of the layer `motion`; empty if it is not recorded, or in the rest pose.
 std::optional<double> later_seconds(const JobSpec& spec);

@@ -62,7 +62,7 @@ struct JobView {
   std::optional<double> finished_at_unix_seconds;
   JobSpec spec;
   std::uint32_t spec_version = 1;  ///< number of changes of spec; part of the ETag
-  /// Its revision is that of the job. Default: nothing rendered yet (error.relative_rmse NaN).
+  /// Its revision is that of the job. Default: nothing rendered yet (error.relative NaN).
   core::Progress progress = nothing_rendered();
   std::optional<Problem> failure;
   std::optional<int> queue_position;  ///< 0 is next
@@ -114,7 +114,7 @@ std::string asset_json(std::string_view id, std::uint64_t bytes);
 std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
                         std::span<const std::string> jobs);
 
-/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95%
+/// A line through (log samples_per_pixel, log error.relative) by least squares, with its 95%
 /// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are omitted.
 /// The points of one run are dependent, so the interval is only a guide.
 struct Slope {

@@ -7,6 +7,7 @@ namespace api {
 namespace {
 
 Json triple_of(core::Vec3 v) { return {number_json(v.x), number_json(v.y), number_json(v.z)}; }
+Json triple_of(core::Place v) { return {number_json(v.x), number_json(v.y), number_json(v.z)}; }
 
 double watts(const core::MeterReading& reading) {
   return reading.illuminance / core::kLumensPerWatt;
@@ -18,7 +19,7 @@ const View<core::MeterReading>& meter_reading_view() {
   using Reading = core::MeterReading;
   static const View<Reading> kView = {
       "MeterReading",
-      "Light that arrives at one side of a point. One lux of a light in the scene is one lux here.",
+      "Light that arrives at one side of a point, in lux for all sources alike.",
       {{"position", shape::triple("World, metres."),
         [](const Reading& r) { return triple_of(r.at.position); }},
        {"normal", shape::triple("Unit normal."),
@@ -35,7 +36,7 @@ const View<core::MeterReading>& meter_reading_view() {
         shape::flag("One of the 16 randomisations makes up most of the interval, or no path has "
                     "found light: the interval is only a guess."),
         [](const Reading& r) -> Json { return r.unreliable; }},
-       {"irradiance_rgb", shape::triple("In the scene's units, linear."),
+       {"irradiance_rgb", shape::triple("Lux per channel, linear."),
         [](const Reading& r) -> Json {
           return {number_json(r.irradiance[0]), number_json(r.irradiance[1]),
                   number_json(r.irradiance[2])};
@@ -68,9 +69,10 @@ std::string meter_csv(std::span<const core::MeterReading> readings) {
       "x,y,z,normal_x,normal_y,normal_z,irradiance_w_m2,illuminance_lux,low,high,samples,"
       "irradiance_r,irradiance_g,irradiance_b,unreliable\r\n";
   for (const core::MeterReading& r : readings) {
-    for (const float value : {r.at.position.x, r.at.position.y, r.at.position.z, r.at.normal.x,
-                              r.at.normal.y, r.at.normal.z}) {
-      text += number_json(value).dump() + ",";
+    for (const Json& value : {triple_of(r.at.position), triple_of(r.at.normal)}) {
+      for (const Json& part : value) {
+        text += part.dump() + ",";
+      }
     }
     for (const double value : {watts(r), r.illuminance, r.low, r.high}) {
       text += number_text(value) + ",";

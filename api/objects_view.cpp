@@ -9,10 +9,7 @@
 namespace api {
 namespace {
 
-Json triple_of(core::Vec3 v) {
-  return Json::array(
-      {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
-}
+Json triple_of(core::Place p) { return Json::array({p.x, p.y, p.z}); }
 
 Json box_shape(std::string_view doc, bool has_pixels) {
   Json shape = shape::object(doc);
@@ -49,14 +46,16 @@ Json bounds_shape() {
   return shape::nullable(std::move(shape));
 }
 
-Json bounds_json(const core::Bounds& bounds) {
+Json bounds_json(const PlaceView& place) {
+  const core::Bounds& bounds = place.bounds;
   return bounds.empty() ? Json(nullptr)
-                        : Json{{"min", triple_of(bounds.min)}, {"max", triple_of(bounds.max)}};
+                        : Json{{"min", triple_of(place.origin + bounds.min)},
+                               {"max", triple_of(place.origin + bounds.max)}};
 }
 
 template <typename S>
 std::vector<ViewRow<S>> place_rows() {
-  return {{"bounds", bounds_shape(), [](const S& s) { return bounds_json(s.place.bounds); }},
+  return {{"bounds", bounds_shape(), [](const S& s) { return bounds_json(s.place); }},
           {"visible",
            box_shape("Bounding box of the pixels whose centre shows it, on the full film; null: "
                      "none, or the job did not record ids.",
@@ -79,9 +78,10 @@ std::vector<ViewRow<S>> with_place(std::vector<ViewRow<S>> rows) {
 
 Json matrix_json(const ViewpointView& c) {
   Json rows = Json::array();
-  for (const core::Vec3 column : {c.to_world.x, c.to_world.y, c.to_world.z, c.to_world.t}) {
-    for (const float v : {column.x, column.y, column.z}) {
-      rows.push_back(static_cast<double>(v));
+  for (const core::Place column : {core::Place(c.to_world.x), core::Place(c.to_world.y),
+                                   core::Place(c.to_world.z), c.origin + c.to_world.t}) {
+    for (const double v : {column.x, column.y, column.z}) {
+      rows.push_back(v);
     }
     rows.push_back(rows.size() == 15 ? 1 : 0);
   }
@@ -94,7 +94,7 @@ Json world_to_camera(const ViewpointView& c) {
   for (const core::Vec3 axis : {c.to_world.x, -c.to_world.y, -c.to_world.z}) {
     double along = 0;  // component of the camera's position
     for (int i = 0; i < 3; ++i) {
-      along += static_cast<double>(axis[i]) * static_cast<double>(c.to_world.t[i]);
+      along += static_cast<double>(axis[i]) * (c.origin + c.to_world.t)[i];
       rows.push_back(static_cast<double>(axis[i]));
     }
     rows.push_back(0 - along);  // 0 - x is never -0

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/math/bounds.h"
+#include "core/math/place.h"
 #include "core/math/transform.h"
 #include "core/settings/settings.h"
 
@@ -24,7 +25,8 @@ struct BoxView {
 };
 
 struct PlaceView {
-  core::Bounds bounds;             ///< empty: not in the scene
+  core::Place origin;              ///< of the scene
+  core::Bounds bounds;             ///< from the origin; empty: not in the scene
   std::optional<BoxView> visible;  ///< of pixels whose centre shows it
   std::optional<BoxView> amodal;   ///< of its part within the film, hidden or not
 };
@@ -52,7 +54,8 @@ struct ViewpointView {
   int width = 0;
   int height = 0;
   std::array<double, 2> scale_px{};  ///< fx and fy
-  core::Transform to_world;          ///< x to the right, y up, looks along -z
+  core::Place origin;                ///< of the scene
+  core::Transform to_world;          ///< from the origin; x to the right, y up, looks along -z
 };
 struct ObjectsView {
   ViewpointView camera;

@@ -74,7 +74,10 @@ Json parameters_of(const Operation& operation, const std::string& path,
       list.push_back(std::move(parameter));
     }
   }
-  for (const HeaderRow& row : operation.headers) {
+  for (const std::string_view name : operation.headers) {
+    const auto rows = request_headers();
+    const HeaderRow& row = *std::find_if(
+        rows.begin(), rows.end(), [name](const HeaderRow& each) { return each.name == name; });
     list.push_back({{"name", row.name},
                     {"in", "header"},
                     {"required", false},
@@ -111,8 +114,7 @@ Json responses_of(const Operation& operation) {
       response["content"] = content_of(row.content);
     }
     if (row.status == 201) {
-      response["headers"]["Location"] = {{"description", "Path of the created resource."},
-                                         {"schema", {{"type", "string"}}}};
+      response["headers"]["Location"] = {{"$ref", "#/components/headers/Location"}};
     }
     responses[std::to_string(row.status)] = std::move(response);
   }
@@ -177,8 +179,7 @@ Json problem_responses() {
     }
     Json response = problem_response(std::string(row.title) + ".");
     if (row.status == 429 || row.status == 503) {
-      response["headers"]["Retry-After"] = {{"description", "Seconds to wait."},
-                                            {"schema", {{"type", "integer"}}}};
+      response["headers"]["Retry-After"] = {{"$ref", "#/components/headers/Retry-After"}};
     }
     responses[name] = std::move(response);
   }
@@ -259,6 +260,10 @@ Json components() {
   Json body;
   body["schemas"] = std::move(schemas);
   body["responses"] = problem_responses();
+  for (const HeaderRow& row : response_headers()) {
+    body["headers"][std::string(row.name)] = {{"description", row.summary},
+                                              {"schema", Json::parse(row.schema)}};
+  }
   body["securitySchemes"] = {
       {"bearer",
        {{"type", "http"},

@@ -6,18 +6,12 @@
 #include <span>
 #include <string_view>
 
+#include "api/header_rows.h"
 #include "api/json.h"
 
 namespace api {
 
 struct Capabilities;  // api/server_view.h
-
-/// A header. Path parameters follow from the path, query parameters from the table that reads them.
-struct HeaderRow {
-  std::string_view name;
-  std::string_view schema;  ///< JSON text of its schema
-  std::string_view summary;
-};
 
 /// Returns the list of OpenAPI parameter objects of a query string (api/schemas.h).
 using QueryParameters = Json (*)(const Capabilities&);
@@ -43,7 +37,7 @@ struct Operation {
   std::string_view description;
   std::string_view scope;  ///< required scope of the key: "", "read", "write", "admin" or "worker";
                            ///< "" needs no key
-  std::span<const HeaderRow> headers;
+  std::span<const std::string_view> headers;  ///< names of api/header_rows.h
   std::span<const ContentRow> request;
   std::span<const ResponseRow> responses;
   std::span<const int> problems;    ///< statuses of problem responses besides 401 403 429 503

@@ -81,6 +81,29 @@ Json tone_map_schema(const ImageReading& defaults) {
   return schema;
 }
 
+// Reads "auto" or a number of stops.
+void read_exposure(const std::string& value, ImageReading& out, const std::string& pointer,
+                   Faults& faults) {
+  out.query.auto_exposure = value == "auto";
+  if (out.query.auto_exposure) {
+    return;
+  }
+  if (const auto stops =
+          read_number(number_in_query(value), {-limits::kExposureStops, limits::kExposureStops},
+                      pointer, faults)) {
+    out.query.exposure_stops = static_cast<float>(*stops);
+  }
+}
+
+Json exposure_schema(const ImageReading& defaults) {
+  return {{"anyOf",
+           {{{"type", "number"},
+             {"minimum", -limits::kExposureStops},
+             {"maximum", limits::kExposureStops}},
+            {{"type", "string"}, {"enum", {"auto"}}}}},
+          {"default", defaults.query.exposure_stops}};
+}
+
 // Reads numbers separated by commas.
 void read_mix(const std::string& value, ImageReading& out, const std::string& pointer,
               Faults& faults) {
@@ -158,6 +181,30 @@ constexpr std::array kDenoiseShows = {
     core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own image."},
 };
 
+constexpr std::array kFireflies = {
+    core::NamedValue<Fireflies>{"keep", Fireflies::kKeep, "All light as it was sampled."},
+    core::NamedValue<Fireflies>{
+        "set_aside", Fireflies::kSetAside,
+        "No pixel of a half outshines itself in the other half and its eight neighbours."},
+};
+
+constexpr std::array kFirefliesNames = {kFireflies[0].name, kFireflies[1].name};
+
+void read_fireflies(const std::string& value, ImageReading& out, const std::string& pointer,
+                    Faults& faults) {
+  for (const auto& choice : kFireflies) {
+    if (choice.name == value) {
+      out.query.fireflies = choice.value;
+      return;
+    }
+  }
+  faults.add(pointer, not_available(Json(value), kFirefliesNames));
+}
+
+Json fireflies_schema(const ImageReading& /*defaults*/) {
+  return {{"type", "string"}, {"enum", kFirefliesNames}};
+}
+
 /// Rows that select the layer and its display.
 constexpr auto look_rows() {
   return std::tuple{
@@ -170,11 +217,21 @@ constexpr auto look_rows() {
           "biased. For beauty and the layers of denoised images, which show mixed if it is absent. "
           "X-Tessera-Error gives the error. While the job renders, an image may be a few revisions "
           "old: see X-Tessera-Revision."),
-      number(
-          "exposure", [](auto& s) -> auto& { return s.query.exposure_stops; },
-          {-limits::kExposureStops, limits::kExposureStops},
-          "Stops; display formats only. Not for exr and hdr, which are linear: 422. tif also stays "
-          "linear, which X-Tessera-Ignored reports."),
+      ParameterField<ImageReading>{
+          "fireflies",
+          "set_aside: light that one half alone has found and that outshines all around it is "
+          "scaled down to its neighbours, the default of png, jpg and webp; keep: the default of "
+          "exr, hdr and tif. For beauty and light shares; denoised images are always made without "
+          "fireflies. X-Tessera-Set-Aside gives the share of the light that was taken.",
+          &read_fireflies, &fireflies_schema},
+      ParameterField<ImageReading>{
+          "exposure",
+          "Stops, or auto: from the log-average luminance of the film's image, with at most a "
+          "tenth "
+          "of its pixels above white; in an archive or sheet that of the first image. "
+          "X-Tessera-Exposure reports the value. Display formats only. Not for exr and hdr, which "
+          "are linear: 422. tif also stays linear, which X-Tessera-Ignored reports.",
+          &read_exposure, &exposure_schema},
       ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
                                    &read_tone_map, &tone_map_schema},
       ParameterField<ImageReading>{
@@ -271,6 +328,7 @@ Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams 
 }  // namespace
 
 std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
+std::span<const core::NamedValue<Fireflies>> fireflies_choices() { return kFireflies; }
 
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageReading reading;

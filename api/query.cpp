@@ -206,7 +206,7 @@ const auto& wait_table() {
       number(
           "wait", [](auto& s) -> auto& { return s.wait_seconds; }, {0, limits::kWaitSeconds},
           "Respond at a final state (with If-None-Match: at any change), or after this many "
-          "seconds."),
+          "seconds (at most --max-wait, 25 by default)."),
   };
   return kTable;
 }

@@ -15,12 +15,15 @@ Json axis_json(core::Vec3 axis, core::Vec3 otherwise) {
   return triple_json(core::length(axis) > 0 ? core::normalize(axis) : otherwise);
 }
 
-const View<core::Bounds>& bounds_view() {
-  static const View<core::Bounds> kView = {
+const View<core::SceneSummary>& bounds_view() {
+  using Summary = core::SceneSummary;
+  static const View<Summary> kView = {
       "",
       "Axis-aligned box, metres; null: empty.",
-      {{"min", shape::triple(), [](const core::Bounds& b) { return triple_json(b.min); }},
-       {"max", shape::triple(), [](const core::Bounds& b) { return triple_json(b.max); }}}};
+      {{"min", shape::triple(),
+        [](const Summary& s) { return place_json(s.bounds.min, s.origin); }},
+       {"max", shape::triple(),
+        [](const Summary& s) { return place_json(s.bounds.max, s.origin); }}}};
   return kView;
 }
 
@@ -45,7 +48,7 @@ const View<CameraView>& camera_view() {
         }},
        {"vertical_fov_degrees", shape::nullable(shape::real("Null: orthographic.")), &fov_json},
        {"position", shape::triple("Metres."),
-        [](const CameraView& c) { return triple_json(c.camera.to_world.t); }},
+        [](const CameraView& c) { return place_json(c.camera.to_world.t, c.origin); }},
        {"direction", shape::triple("Viewing direction, unit vector."),
         [](const CameraView& c) {
           return axis_json(-c.camera.to_world.z, {0, 0, -1});
@@ -61,7 +64,7 @@ namespace {
 Json cameras_json(const SceneView& view) {
   Json cameras = Json::array();
   for (const core::CameraDescription& camera : view.summary.cameras) {
-    cameras.push_back(camera_view().print({cameras.size(), camera}));
+    cameras.push_back(camera_view().print({cameras.size(), camera, view.summary.origin}));
   }
   return cameras;
 }
@@ -93,7 +96,7 @@ const View<core::PunctualLightDescription>& light_view() {
        {"intensity",
         shape::triple("W/sr, or W/m2 if directional, or a factor of a light profile; linear RGB."),
         [](const Light& l) {
-          return triple_json({l.intensity.r, l.intensity.g, l.intensity.b});
+          return triple_json(core::Vec3{l.intensity.r, l.intensity.g, l.intensity.b});
         }}}};
   return kView;
 }
@@ -109,8 +112,7 @@ const View<SceneView>& scene_view() {
         [](const SceneView& s) -> Json { return s.summary.bytes; }},
        {"bounds", shape::nullable(bounds_view().shape()),
         [](const SceneView& s) {
-          const core::Bounds& bounds = s.summary.bounds;
-          return bounds.empty() ? Json(nullptr) : bounds_view().print(bounds);
+          return s.summary.bounds.empty() ? Json(nullptr) : bounds_view().print(s.summary);
         }},
        {"triangles", shape::count("Counted per use: a mesh used twice counts twice."),
         [](const SceneView& s) -> Json { return s.summary.triangles; }},

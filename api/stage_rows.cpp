@@ -87,9 +87,10 @@ void print_sun(const JobSpec& spec, Json& object) {
 Json sun_schema(const JobSpec& /*defaults*/) {
   Json schema = object_schema(
       sun_table(), core::SunSettings{},
-      "Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at "
-      "noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, "
-      "turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.");
+      "Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level "
+      "ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley "
+      "and Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, "
+      "east is +x.");
   for (auto& property : schema["properties"]) {
     property.erase("default");
   }
@@ -117,7 +118,8 @@ const auto& environment_table() {
           },
           [](const JobSpec& /*defaults*/) {
             Json schema = basic_schema(
-                "string", "Asset with an equirectangular image (.hdr, .exr); null: one colour.",
+                "string",
+                "Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour.",
                 true);
             schema["pattern"] = "^[0-9a-f]{64}$";
             schema["default"] = nullptr;
@@ -128,7 +130,8 @@ const auto& environment_table() {
           choice(
               "preset", [](auto& s) -> auto& { return s.environment.preset; },
               &core::environment_presets,
-              "Procedural studio light, as strong as a white environment; instead of an asset.")),
+              "Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an "
+              "asset.")),
       CustomRow<JobSpec>{"sun", &read_sun, &print_sun, &sun_schema, false, true},
       triple(
           "color", [](auto& s) -> auto& { return s.environment.color; }, kRadiance,
@@ -166,13 +169,30 @@ const auto& background_table() {
            "applies only to type 'color'",
            triple(
                "color", [](auto& s) -> auto& { return s.color; }, kRadiance, "Linear Rec.709.")),
+      when(
+          [](const core::BackgroundSettings& s) {
+            return s.type != core::BackgroundType::kEnvironment;
+          },
+          "does not apply to type 'environment'",
+          shown_if(
+              [](const core::BackgroundSettings& s) {
+                return s.through_glass != (s.type == core::BackgroundType::kTransparent);
+              },
+              flag(
+                  "through_glass", [](auto& s) -> auto& { return s.through_glass; },
+                  "Glass, water and other clear surfaces show the background, not the environment: "
+                  "surfaces that camera paths cross, bent or not, with a roughness of at most 0.1. "
+                  "With type 'transparent' their alpha is 1 less the luminance of the light that "
+                  "they "
+                  "let through. Default: true for 'transparent' with integrators that support it, "
+                  "otherwise false."))),
   };
   return kTable;
 }
 
 const auto& ground_table() {
   constexpr Range kMetres = {-1e9, 1e9};  // as for cameras
-  constexpr Range kAlbedo = {0, 1};
+  constexpr Range kShare = {0, 1};
   constexpr auto kIsThere = [](const core::GroundSettings& s) {
     return s.type != core::GroundType::kNone;
   };
@@ -186,15 +206,35 @@ const auto& ground_table() {
                "Height (y), metres; null: the model's lowest point.")),
       when(kIsThere, kElse,
            triple(
-               "color", [](auto& s) -> auto& { return s.color; }, kAlbedo,
+               "color", [](auto& s) -> auto& { return s.color; }, kShare,
                "Albedo of its surface, linear Rec.709; also of a catcher, which lights the model "
                "from below.")),
       when(kIsThere, kElse,
            number(
-               "reflection", [](auto& s) -> auto& { return s.reflection; }, kAlbedo,
+               "reflection", [](auto& s) -> auto& { return s.reflection; }, kShare,
                "Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a "
                "lacquered surface, which reflects 4% at normal incidence and more at grazing "
                "angles.")),
+      when([](const core::GroundSettings& s) { return s.type == core::GroundType::kCatcher; },
+           "applies only to type 'catcher'",
+           shown_if(
+               [](const core::GroundSettings& s) {
+                 const core::ShadowSettings usual;
+                 return s.shadow.color != usual.color || s.shadow.strength != usual.strength ||
+                        s.shadow.softness != usual.softness;
+               },
+               nested(
+                   "shadow", [](auto& s) -> auto& { return s.shadow; }, "The shadow on a catcher.",
+                   choice(
+                       "color", [](auto& s) -> auto& { return s.color; }, &core::shadow_colors,
+                       "Colour of the shadow."),
+                   number(
+                       "strength", [](auto& s) -> auto& { return s.strength; }, kShare,
+                       "Factor of the blocked light: 0 is no shadow."),
+                   number(
+                       "softness", [](auto& s) -> auto& { return s.softness; }, kShare,
+                       "Sine of the angle by which every light is widened for the shadow: 0 is the "
+                       "shadow that the lights cast.")))),
   };
   return kTable;
 }
@@ -285,9 +325,11 @@ void print_background(const JobSpec& spec, Json& object) {
 }
 
 Json background_schema(const JobSpec& defaults) {
-  return object_schema(
-      background_table(), defaults.render.background,
-      "What the camera sees behind the scene; mirrors and glass show the environment.");
+  Json schema = object_schema(background_table(), defaults.render.background,
+                              "What the camera sees behind the scene; mirrors, and glass unless "
+                              "through_glass is true, show the environment.");
+  schema["properties"]["through_glass"].erase("default");
+  return schema;
 }
 
 void read_ground(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults) {
@@ -311,6 +353,11 @@ void settle_stage(const Json& request, JobSpec& spec) {
       !is_given("/environment/visible")) {
     spec.render.background.type = core::BackgroundType::kTransparent;
   }
+  if (const auto* row = core::find_integrator(spec.render.integrator);
+      row != nullptr && !is_given("/background/through_glass")) {
+    spec.render.background.through_glass =
+        core::is_transparent(spec.render) && core::accepts(*row, core::kThroughGlass);
+  }
   spec.render.film.errors_over_white =
       core::has_catcher(spec.render) && core::is_transparent(spec.render);
 }
@@ -323,6 +370,13 @@ void check_stage(const Json& request, const JobSpec& spec, Faults& faults) {
       (request.at(visible) == false) != (request.at(type) == "transparent")) {
     faults.add("/environment/visible", dump(request.at(visible)) + " contradicts background type " +
                                            shown(request.at(type)) + "; give only one");
+  }
+  if (const auto* row = core::find_integrator(spec.render.integrator);
+      row != nullptr && spec.render.background.through_glass &&
+      !core::accepts(*row, core::kThroughGlass)) {
+    faults.add(std::string(core::kThroughGlass),
+               "true is not supported by integrator '" + spec.render.integrator +
+                   "', whose light paths end on clear surfaces; use path");
   }
   if (core::has_catcher(spec.render)) {
     check_catcher(spec, faults);

@@ -133,8 +133,8 @@ std::optional<bool> read_flag(const Json& value, const std::string& pointer, Fau
   return value.get<bool>();
 }
 
-std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
-                                      const std::string& pointer, Faults& faults) {
+std::optional<core::Place> read_triple(const Json& value, const Range& range,
+                                       const std::string& pointer, Faults& faults) {
   constexpr std::size_t kCount = 3;
   if (!value.is_array() || value.size() != kCount) {
     faults.add(pointer, "expected an array of 3 numbers, got " +
@@ -142,18 +142,18 @@ std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
                                               : std::string(type_text(value))));
     return {};
   }
-  float numbers[kCount] = {};
+  double numbers[kCount] = {};
   bool good = true;
   for (std::size_t i = 0; i < kCount; ++i) {
     const auto number =
         read_number(value[i], range, join_pointer(pointer, std::to_string(i)), faults);
     good = good && number.has_value();
-    numbers[i] = static_cast<float>(number.value_or(0));
+    numbers[i] = number.value_or(0);
   }
   if (!good) {
     return {};
   }
-  return core::Vec3{numbers[0], numbers[1], numbers[2]};
+  return core::Place{numbers[0], numbers[1], numbers[2]};
 }
 
 std::optional<core::Rgb> read_color(std::string_view text, const std::string& pointer,
@@ -214,6 +214,16 @@ Json number_json(float value) { return number_json(shortest_double(value)); }
 
 Json triple_json(core::Vec3 value) {
   return Json::array({number_json(value.x), number_json(value.y), number_json(value.z)});
+}
+
+Json triple_json(core::Place value) {
+  return Json::array({number_json(value.x), number_json(value.y), number_json(value.z)});
+}
+
+Json place_json(core::Vec3 position, core::Place origin) {
+  // Floats are printed short, so that a scene without an origin reads as it was written.
+  return origin == core::Place{} ? triple_json(position)
+                                 : triple_json(core::Place(position) + origin);
 }
 
 Json basic_schema(std::string_view type, std::string_view doc, bool nullable) {

@@ -14,6 +14,7 @@
 #include "api/faults.h"
 #include "api/json.h"
 #include "core/color/rgb.h"
+#include "core/math/place.h"
 #include "core/math/vec.h"
 
 namespace api {
@@ -56,8 +57,8 @@ std::optional<std::string> read_text(const Json& value, const TextRule& rule,
                                      const std::string& pointer, Faults& faults);
 std::optional<bool> read_flag(const Json& value, const std::string& pointer, Faults& faults);
 /// Reads an array of three numbers.
-std::optional<core::Vec3> read_triple(const Json& value, const Range& range,
-                                      const std::string& pointer, Faults& faults);
+std::optional<core::Place> read_triple(const Json& value, const Range& range,
+                                       const std::string& pointer, Faults& faults);
 /// Reads six hexadecimal digits of sRGB; each channel in [0,1], as displayed.
 std::optional<core::Rgb> read_color(std::string_view text, const std::string& pointer,
                                     Faults& faults);
@@ -73,6 +74,9 @@ std::string not_available(const Json& value, std::span<const std::string_view> a
 Json number_json(double value);
 Json number_json(float value);
 Json triple_json(core::Vec3 value);
+Json triple_json(core::Place value);
+/// Prints a position that counts from the scene's origin in the file's coordinates.
+Json place_json(core::Vec3 position, core::Place origin);
 
 /// {"type": type, "description": doc}; nullable adds "null" to the type.
 Json basic_schema(std::string_view type, std::string_view doc, bool nullable = false);

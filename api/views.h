@@ -45,6 +45,7 @@ struct OverloadedView {
 struct CameraView {
   std::size_t index = 0;
   const core::CameraDescription& camera;
+  core::Place origin;  ///< of the scene
 };
 struct SceneView {
   std::string_view id;

@@ -4,17 +4,22 @@
 #include <array>
 #include <cctype>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <sstream>
+#include <system_error>
+#include <utility>
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
 #include "api/flags/flags.h"
 #include "api/limits.h"
-#include "server/config_text.h"
 #include "server/http/text.h"
+#include "server/origin.h"
 
 namespace server {
 namespace {
@@ -34,19 +39,24 @@ CLI::Validator share_or_bytes() {
           ""};
 }
 
-/// Replaces each part of a list by its normal form.
-CLI::Validator each_part(core::Result<std::string> (*normal)(std::string_view)) {
-  return {[normal](std::string& text) {
-            std::string list;
-            for (const std::string& part : split_commas(text)) {
-              const auto made = normal(part);
-              if (!made) {
-                return made.error().message;
+std::vector<std::string> split_commas(const std::string& text) {
+  const std::vector<std::string_view> parts = split_list(text);
+  return {parts.begin(), parts.end()};
+}
+
+/// Rewrites each entry of a list in its one spelling, and refuses entries that could never match.
+CLI::Validator each_entry(core::Result<std::string> (*parse)(std::string_view)) {
+  return {[parse](std::string& text) -> std::string {
+            std::vector<std::string> entries = split_commas(text);
+            for (std::string& entry : entries) {
+              auto parsed = parse(entry);
+              if (!parsed) {
+                return parsed.error().message;
               }
-              list += (list.empty() ? "" : ",") + *made;
+              entry = *std::move(parsed);
             }
-            text = std::move(list);
-            return std::string();
+            text = CLI::detail::join(entries, ",");
+            return {};
           },
           ""};
 }
@@ -134,9 +144,10 @@ void add_flags(CLI::App& app, Config& config) {
   row("metrics-key", config.metrics_key, kSecret,
       "Key required by /metrics; without it, /metrics needs no key.");
   row("hosts", config.hosts, "A,B", "Host names to accept besides the loopback names.")
-      ->transform(each_part(&normal_host));
-  row("origins", config.origins, "A,B", "Origins of other pages that may call this server (CORS).")
-      ->transform(each_part(&normal_origin));
+      ->transform(each_entry(parse_host));
+  row("origins", config.origins, "A,B",
+      "Origins of other pages that may call this server (CORS), such as https://shop.example.org.")
+      ->transform(each_entry(parse_origin));
   row.off("demo", config.demo, "Submit a demo job if there are no jobs yet.");
   row("grace", config.grace_seconds, "SECONDS", "Maximum shutdown time after SIGTERM.")
       ->check(flags::within(0, 3600));
@@ -153,6 +164,10 @@ void add_flags(CLI::App& app, Config& config) {
       ->transform(share_or_bytes());
   row("max-streams", config.streams_max, "N", "Maximum number of open event and tile streams.")
       ->check(flags::within(1, 60000));
+  row("max-wait", config.wait_max_seconds, "SECONDS",
+      "Longest time that ?wait and Prefer: wait are honoured. Proxies give up after 60 seconds "
+      "without a byte, some after 30.")
+      ->check(flags::within(0, static_cast<double>(api::limits::kWaitSeconds)));
   row("max-lab-runs", config.lab_runs_max, "N",
       "Maximum number of concurrent laboratory runs, one thread each; more are refused (429).")
       ->check(flags::within(1, 64));
@@ -203,7 +218,8 @@ void add_flags(CLI::App& app, Config& config) {
   row.off("webhook-private", config.webhook_private,
           "Allow webhooks to loopback and private addresses.");
   row("trusted-proxies", config.trusted_proxies, "CIDR,CIDR",
-      "Networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are trusted.");
+      "Networks of proxies whose Forwarded or X-Forwarded-For, -Proto, -Host and -Port are "
+      "trusted.");
   row("tls-cert", config.tls_cert, "FILE",
       "Certificate chain (PEM); with --tls-key the server uses HTTPS.");
   row("tls-key", config.tls_key, "FILE", "Private key of the certificate (PEM).");
@@ -225,6 +241,19 @@ void add_flags(CLI::App& app, Config& config) {
   row("announce", config.announce, "URL",
       "Public URL to print, if it differs from the listen address.")
       ->configurable(false);
+  row("base-path", config.base_path, "PATH",
+      "Path below which a proxy places this server, such as /render; the proxy removes it from "
+      "requests. A trusted proxy may set X-Forwarded-Prefix instead.")
+      ->transform(CLI::Validator(
+          [](std::string& text) -> std::string {
+            const auto path = base_path(text);
+            if (!path) {
+              return "\"" + text + "\" is not a path such as /render";
+            }
+            text = *path;
+            return {};
+          },
+          ""));
   row("config", config.config_file, "FILE",
       "Configuration file with lines `flag = value`; variables and flags take precedence.")
       ->configurable(false);
@@ -237,6 +266,12 @@ std::string variable_name(std::string flag) {
     return c == '-' ? '_' : static_cast<char>(std::toupper(c));
   });
   return "TESSERA_" + flag;
+}
+
+/// Kubernetes and Docker's links set <SERVICE>_PORT=tcp://ADDRESS:PORT for each service beside the
+/// process: a service named `tessera` thereby sets TESSERA_PORT.
+bool is_service_link(std::string_view value) {
+  return value.starts_with("tcp://") || value.starts_with("udp://") || value.starts_with("sctp://");
 }
 
 /// Returns an app for --help and --describe, which print defaults and variables.
@@ -279,15 +314,30 @@ Status apply_value(CLI::App& app, const std::string& name, const std::string& va
   return apply_args(app, std::array{std::string_view(arg)}, std::move(where));
 }
 
+/// Reads a file of settings. Streams open directories and keep silent about errors while reading.
+core::Result<std::string> read_text(const std::string& path) {
+  std::error_code failed;
+  if (std::filesystem::is_directory(path, failed)) {
+    return Error{ErrorCode::kInvalidArgument, "is a directory; a file is expected", path};
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file.good() && !file.eof()) {
+    return Error{ErrorCode::kInvalidArgument, "cannot be read", path};
+  }
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : std::move(text);
+}
+
 /// Reads `flag = value` on each line; lines that begin with `#` are comments.
 Status apply_file(CLI::App& app, const std::string& path) {
-  const auto text = read_settings_file(path);
+  const auto text = read_text(path);
   if (!text) {
     return text.error();
   }
-  std::istringstream file(*text);
+  std::istringstream lines(*text);
   std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
+  for (int number = 1; std::getline(lines, line); ++number) {
     CLI::detail::trim(line);
     if (line.empty() || line.front() == '#') {
       continue;
@@ -328,7 +378,7 @@ Status read_key_file(Config& config) {
   if (!config.key.empty()) {
     return Error{ErrorCode::kInvalidArgument, "cannot be combined with --key", "--key-file"};
   }
-  const auto text = read_settings_file(config.key_file);
+  const auto text = read_text(config.key_file);
   if (!text) {
     return text.error();
   }
@@ -372,10 +422,13 @@ core::Result<Config> parse_config(std::span<const std::string_view> args, const 
   }
   for (const CLI::Option* option : app.get_options()) {
     const std::string name = option->get_single_name();
-    const auto value = environ(variable_name(name));
-    // Compose files pass unset settings on as empty variables.
-    if (value && !value->empty() && option != app.get_help_ptr()) {
-      if (auto status = apply_value(app, name, *value, variable_name(name)); !status) {
+    // Empty variables count as unset: compose files pass `${NAME:-}`.
+    const std::string value = environ(variable_name(name)).value_or("");
+    if (is_service_link(value)) {
+      config.warnings.push_back(variable_name(name) + "=" + value +
+                                " is ignored: it is the link of a service, not a setting");
+    } else if (!value.empty() && option != app.get_help_ptr()) {
+      if (auto status = apply_value(app, name, value, variable_name(name)); !status) {
         return status.error();
       }
     }

@@ -1,7 +1,8 @@
 /// Config: all operator settings, from one table of flags.
 ///
 /// Precedence, lowest first: defaults, the file named by --config, environment variables
-/// TESSERA_<FLAG> (dashes become underscores), flags. Unknown flags and values out of range are
+/// TESSERA_<FLAG> (dashes become underscores), flags. Empty variables count as unset, and links of
+/// services (tcp://...) are ignored with a warning. Unknown flags and values out of range are
 /// refused with kInvalidArgument; `where` is the flag, the variable, or the file with its line.
 #pragma once
 
@@ -27,16 +28,17 @@ struct Share {
 
 struct Config {
   std::string listen = "127.0.0.1";
-  int port = 8080;                   ///< 0: any free one
-  std::string data_dir;              ///< empty: $XDG_DATA_HOME/tessera, else ~/.local/share/tessera
-  int threads = 0;                   ///< render threads; 0: as many as the machine has
-  std::string isa = "native";        ///< instruction set for Embree: native, sse2 ... avx512
-  std::string key;                   ///< bearer key with all rights; empty: none
-  std::string key_file;              ///< file that `key` was read from
-  std::string worker_key;            ///< bearer key with the scope `worker` only; empty: none
-  std::string metrics_key;           ///< bearer key required by /metrics; empty: none
-  std::vector<std::string> hosts;    ///< names accepted in Host besides the loopback names
-  std::vector<std::string> origins;  ///< other origins whose pages may call the API (CORS)
+  int port = 8080;                 ///< 0: any free one
+  std::string data_dir;            ///< empty: $XDG_DATA_HOME/tessera, else ~/.local/share/tessera
+  int threads = 0;                 ///< render threads; 0: as many as the machine has
+  std::string isa = "native";      ///< instruction set for Embree: native, sse2 ... avx512
+  std::string key;                 ///< bearer key with all rights; empty: none
+  std::string key_file;            ///< file that `key` was read from
+  std::string worker_key;          ///< bearer key with the scope `worker` only; empty: none
+  std::string metrics_key;         ///< bearer key required by /metrics; empty: none
+  std::vector<std::string> hosts;  ///< names accepted in Host besides the loopback names (origin.h)
+  std::vector<std::string> origins;  ///< other origins whose pages may call the API (origin.h)
+  double wait_max_seconds = 25;      ///< longest ?wait and Prefer: wait that is honoured
   double grace_seconds = 10;         ///< longest time from SIGTERM to exit
   LogLevel log_level = LogLevel::kInfo;
   bool shared = false;  ///< every key sees the objects of all tenants
@@ -77,8 +79,10 @@ struct Config {
   double lease_seconds = 15;   ///< of a unit whose worker makes no progress
 
   std::string announce;     ///< public address of the page; empty: the listen address
+  std::string base_path;    ///< path below which a proxy places the server: "/render", or ""
   std::string config_file;  ///< the configuration file that was read
   bool print_config = false;
+  std::vector<std::string> warnings;  ///< about variables that were ignored
 };
 
 /// Reads an environment variable; empty when it is not set.

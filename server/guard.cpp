@@ -4,30 +4,40 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "api/error_codes.h"
+#include "api/header_rows.h"
 #include "api/operations.h"
 #include "server/http/security_headers.h"
 #include "server/http/text.h"
 #include "server/observe/clock.h"
+#include "server/origin.h"
 #include "server/routes/answers.h"
 
 namespace server {
 namespace {
 
-/// Browsers send cookies to all ports of a host, so the port is a part of the name; else two
-/// servers on one host would end each other's sessions.
 constexpr std::string_view kCookieName = "tessera_session";
 
-std::string_view without_port(std::string_view host) {
-  if (!host.empty() && host.front() == '[') {
-    const std::size_t end = host.find(']');
-    return end == std::string_view::npos ? host : host.substr(0, end + 1);
+/// Browsers send cookies to all ports of a host: servers on several ports have a cookie each.
+std::string cookie_name(const Request& request) {
+  const std::string_view asked = request.forwarded_host.empty()
+                                     ? request.header("Host").value_or("")
+                                     : std::string_view(request.forwarded_host);
+  const std::string_view port = asked.substr(without_port(asked).size());
+  return std::string(kCookieName) + (port.empty() ? "" : "_" + std::string(port.substr(1)));
+}
+
+/// "ETag, Link, ..."
+std::string names_of(std::span<const api::HeaderRow> rows) {
+  std::string names;
+  for (const api::HeaderRow& row : rows) {
+    names.append(names.empty() ? "" : ", ").append(row.name);
   }
-  const std::size_t colon = host.rfind(':');
-  return colon == std::string_view::npos ? host : host.substr(0, colon);
+  return names;
 }
 
 /// Returns the scope that the request's operation needs: "read", "write", "admin", "worker", or ""
@@ -63,17 +73,7 @@ std::vector<std::string> watched_jobs(const Request& request) {
   return jobs;
 }
 
-std::string cookie_name(const Request& request) {
-  const std::string_view host = request.header("Host").value_or("");
-  const std::string_view port = host.substr(without_port(host).size());
-  return std::string(kCookieName) + (port.size() > 1 ? "_" + std::string(port.substr(1)) : "");
-}
-
-/// Returns the values of all session cookies, that of this port first.
-std::vector<std::string_view> sessions_in(const Request& request) {
-  const std::string own = cookie_name(request);
-  std::vector<std::string_view> values;
-  std::string_view cookies = request.header("Cookie").value_or("");
+std::string_view cookie_value(std::string_view cookies, std::string_view name) {
   while (!cookies.empty()) {
     const std::size_t end = std::min(cookies.find(';'), cookies.size());
     std::string_view pair = cookies.substr(0, end);
@@ -81,21 +81,12 @@ std::vector<std::string_view> sessions_in(const Request& request) {
     while (!pair.empty() && pair.front() == ' ') {
       pair.remove_prefix(1);
     }
-    const std::size_t equals = std::min(pair.find('='), pair.size());
-    const std::string_view name = pair.substr(0, equals);
-    if (name.starts_with(kCookieName) && equals + 1 < pair.size()) {
-      values.insert(name == own ? values.begin() : values.end(), pair.substr(equals + 1));
+    if (pair.size() > name.size() && pair.substr(0, name.size()) == name &&
+        pair[name.size()] == '=') {
+      return pair.substr(name.size() + 1);
     }
   }
-  return values;
-}
-
-std::string cookie_field(const Request& request, std::string_view value,
-                         std::chrono::seconds life) {
-  std::string field = cookie_name(request);
-  field.append("=").append(value).append("; Path=/; Max-Age=");
-  field.append(std::to_string(life.count())).append("; HttpOnly; SameSite=Strict");
-  return request.is_https ? field + "; Secure" : field;
+  return {};
 }
 
 /// Returns TOKEN of `Authorization: Bearer TOKEN`.
@@ -132,7 +123,9 @@ Response unknown_holder(const Request& request) {
   if (bearer_token(request)) {
     return unauthorized(request, Brought::kUnknown, "the key is unknown or has expired");
   }
-  if (request.header("Authorization").value_or("").empty() && !sessions_in(request).empty()) {
+  const std::string_view cookies = request.header("Cookie").value_or("");
+  if (request.header("Authorization").value_or("").empty() &&
+      !cookie_value(cookies, cookie_name(request)).empty()) {
     return unauthorized(request, Brought::kUnknown,
                         "the session has ended, or its key is no longer valid");
   }
@@ -160,8 +153,23 @@ bool Guard::is_known_host(std::string_view host) const {
 }
 
 bool Guard::is_named_origin(std::string_view origin) const {
+  const auto parsed = parse_origin(origin);
   const auto config = config_.now();
-  return std::find(config->origins.begin(), config->origins.end(), origin) != config->origins.end();
+  return parsed && std::find(config->origins.begin(), config->origins.end(), *parsed) !=
+                       config->origins.end();
+}
+
+/// The page was loaded from the host of the request, or from that which a trusted proxy names.
+/// Schemes may differ: proxies end TLS.
+bool Guard::is_same_origin(const Request& request, std::string_view origin) const {
+  const auto parsed = parse_origin(origin);
+  const std::string scheme(origin.substr(0, origin.find("//") + 2));
+  const auto names_this = [&](std::string_view host) {
+    const auto own = parse_origin(scheme + std::string(host));
+    return parsed && own && *parsed == *own;
+  };
+  return names_this(request.header("Host").value_or("")) ||
+         (is_known_host(request.forwarded_host) && names_this(request.forwarded_host));
 }
 
 std::optional<Holder> Guard::holder_of(const Request& request) {
@@ -169,12 +177,11 @@ std::optional<Holder> Guard::holder_of(const Request& request) {
     const auto token = bearer_token(request);
     return token ? keys_.holder_of_hash(secret_hash(*token)) : std::nullopt;
   }
-  for (const std::string_view session : sessions_in(request)) {
-    if (const auto hash = sessions_.token_hash_of(session, unix_now())) {
-      return keys_.holder_of_hash(*hash);
-    }
-  }
-  return std::nullopt;
+  const auto cookies = request.header("Cookie");
+  const auto hash =
+      cookies ? sessions_.token_hash_of(cookie_value(*cookies, cookie_name(request)), unix_now())
+              : std::nullopt;
+  return hash ? keys_.holder_of_hash(*hash) : std::nullopt;
 }
 
 std::optional<Response> Guard::check_host_and_origin(const Request& request) const {
@@ -186,12 +193,13 @@ std::optional<Response> Guard::check_host_and_origin(const Request& request) con
                             "'; add it with --hosts or TESSERA_HOSTS");
   }
   if (const auto origin = request.header("Origin")) {
-    const bool same = equal_ignoring_case(*origin, "http://" + std::string(host)) ||
-                      equal_ignoring_case(*origin, "https://" + std::string(host));
-    if (!same && !is_named_origin(*origin)) {
-      return error_answer(
-          request, core::ErrorCode::kForbidden,
-          "pages of the origin '" + std::string(*origin) + "' may not call this server");
+    if (!is_same_origin(request, *origin) && !is_named_origin(*origin)) {
+      return error_answer(request, api::kForeignOrigin,
+                          "pages of the origin '" + std::string(*origin) +
+                              "' may not call this server as '" + std::string(host) +
+                              "'; name the origin with --origins or TESSERA_ORIGINS, or let the "
+                              "proxy pass on the browser's Host with its port (or trust its "
+                              "X-Forwarded-Host with --trusted-proxies)");
     }
   }
   return std::nullopt;
@@ -302,23 +310,42 @@ void Guard::decorate(const Request& request, Response& response) const {
     response.headers.set("RateLimit", "\"key\";r=" + std::to_string(rate->remaining) +
                                           ";t=" + std::to_string(rate->reset_seconds));
   }
+  if (const auto location = response.headers.find("Location");
+      location && location->starts_with('/')) {
+    response.headers.set("Location", base_path_of(request) + std::string(*location));
+  }
+  // Caches must not give a page of another origin what they stored for this one.
+  if (!config_.now()->origins.empty()) {
+    response.headers.add("Vary", "Origin");
+  }
   const auto origin = request.header("Origin");
   if (!origin || !is_named_origin(*origin)) {
     return;
   }
   response.headers.set("Access-Control-Allow-Origin", *origin);
-  response.headers.add("Vary", "Origin");
   response.headers.set("Access-Control-Allow-Credentials", "true");
-  response.headers.set(
-      "Access-Control-Expose-Headers",
-      "ETag, Link, Location, Preference-Applied, RateLimit, RateLimit-Policy, "
-      "Retry-After, X-Request-Id, X-Tessera-Ignored, X-Tessera-Range, X-Tessera-Revision");
+  static const std::string exposed = names_of(api::response_headers());
+  static const std::string allowed = names_of(api::request_headers());
+  response.headers.set("Access-Control-Expose-Headers", exposed);
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
-    response.headers.set("Access-Control-Allow-Headers",
-                         "Authorization, Content-Type, Idempotency-Key, If-Match, If-None-Match, "
-                         "Last-Event-ID, Prefer, X-Request-Id");
+    response.headers.set("Access-Control-Allow-Headers", allowed);
+    // Chromium's longest, two hours.
+    response.headers.set("Access-Control-Max-Age", "7200");
   }
+}
+
+std::string Guard::base_path_of(const Request& request) const {
+  return request.base_path.empty() ? config_.now()->base_path : request.base_path;
+}
+
+std::string Guard::cookie_field(const Request& request, std::string_view value,
+                                std::chrono::seconds life) const {
+  std::string field = cookie_name(request);
+  field.append("=").append(value).append("; Path=").append(base_path_of(request)).append("/");
+  field.append("; Max-Age=").append(std::to_string(life.count()));
+  field.append("; HttpOnly; SameSite=Strict");
+  return request.is_https ? field + "; Secure" : field;
 }
 
 Response Guard::start_session(const Request& request) {
@@ -343,10 +370,9 @@ Response Guard::start_session(const Request& request) {
 }
 
 Response Guard::end_session(const Request& request) {
-  for (const std::string_view session : sessions_in(request)) {
-    if (const auto ended = sessions_.end(session); !ended) {
-      return error_answer(request, ended.error());
-    }
+  const std::string_view cookies = request.header("Cookie").value_or("");
+  if (const auto ended = sessions_.end(cookie_value(cookies, cookie_name(request))); !ended) {
+    return error_answer(request, ended.error());
   }
   Response response = empty_response();
   response.headers.set("Set-Cookie", cookie_field(request, "", std::chrono::seconds(0)));

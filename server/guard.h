@@ -5,6 +5,7 @@
 /// description, so that a browser can load the form in which users enter a key.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,8 +31,9 @@ class Guard {
   /// without a key, 429 for too many requests; else empty, and sets request.principal to the key's
   /// id, request.access to its rights, and request.is_of_worker.
   std::optional<Response> check(Request& request);
-  /// Adds the browser security headers, CORS headers for origins that the operator named, and the
-  /// key's remaining rate. Responses to requests with a key are marked as not for shared caches.
+  /// Adds the browser security headers, CORS headers for origins that the operator named
+  /// (api/header_rows.h), and the key's remaining rate. Responses to requests with a key are marked
+  /// as not for shared caches.
   void decorate(const Request& request, Response& response) const;
   /// POST /v1/session: turns the bearer token into a cookie for images and events.
   Response start_session(const Request& request);
@@ -40,7 +42,12 @@ class Guard {
 
  private:
   bool is_known_host(std::string_view host) const;
+  bool is_same_origin(const Request& request, std::string_view origin) const;
   bool is_named_origin(std::string_view origin) const;
+  std::string cookie_field(const Request& request, std::string_view value,
+                           std::chrono::seconds life) const;
+  /// Path of this server for the client: "/render" behind a proxy that places it there, else "".
+  std::string base_path_of(const Request& request) const;
   std::optional<Response> check_probe(const Request& request) const;
   std::optional<Response> check_host_and_origin(const Request& request) const;
   std::optional<Holder> holder_of(const Request& request);

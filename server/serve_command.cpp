@@ -68,6 +68,9 @@ int serve_command(std::span<const std::string_view> args) {
     std::fputs(config_text(*config).c_str(), stdout);
     return 0;
   }
+  for (const std::string& warning : config->warnings) {
+    std::fprintf(stderr, "tessera serve: warning: %s\n", warning.c_str());
+  }
   warn_of_open_key(args, *config);
   return serve(*config, [args] { return read_config(args); });
 }

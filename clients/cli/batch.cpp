@@ -31,6 +31,7 @@ struct BatchFlags {
   std::string output;  ///< .zip; empty: none
   std::string sheet;   ///< .png; empty: none
   std::string format = "png";
+  std::string exposure;
   std::string denoise;
   VideoOptions video;  ///< without output: none
   bool wait = false;
@@ -115,17 +116,17 @@ core::Status download(ApiClient& client, const std::string& path, const std::str
 }
 
 core::Status fetch_pictures(ApiClient& client, const BatchFlags& flags, const std::string& path) {
-  const std::string denoise = flags.denoise.empty() ? "" : "denoise=" + flags.denoise;
+  std::string look = flags.denoise.empty() ? "" : "&denoise=" + flags.denoise;
+  look += flags.exposure.empty() ? "" : "&exposure=" + encode_url(flags.exposure);
   if (!flags.output.empty()) {
-    const std::string query =
-        "?format=" + encode_url(flags.format) + (denoise.empty() ? "" : "&" + denoise);
+    const std::string query = "?format=" + encode_url(flags.format) + look;
     if (auto got = download(client, path + "/archive.zip" + query, flags.output); !got) {
       return got;
     }
   }
   return flags.sheet.empty()
              ? core::ok_status()
-             : download(client, path + "/sheet.png" + (denoise.empty() ? "" : "?") + denoise,
+             : download(client, path + "/sheet.png" + (look.empty() ? "" : "?" + look.substr(1)),
                         flags.sheet);
 }
 
@@ -140,11 +141,15 @@ core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& 
                       (flags.denoise.empty() ? "" : "&denoise=" + flags.denoise));
     }
   }
+  // All frames get the automatic exposure of the first.
+  std::string exposure = flags.exposure;
   return write_video(flags.video, paths.size(), [&](std::size_t i) -> core::Result<std::string> {
-    const auto reply = client.get(paths[i]);
+    const auto reply =
+        client.get(paths[i] + (exposure.empty() ? "" : "&exposure=" + encode_url(exposure)));
     if (!reply) {
       return reply.error();
     }
+    exposure = exposure == "auto" ? reply->exposure : exposure;
     return reply->body;
   });
 }
@@ -257,6 +262,7 @@ int batch(const Args& args) {
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("N")
       ->capture_default_str();
+  add_exposure_option(app, flags.exposure);
   add_denoise_option(app, flags.denoise);
   app.add_flag("--dry-run", flags.dry_run, "Only validate the batch and print the jobs' names");
   app.add_flag("--json", flags.json, "Print the batch as JSON");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 
 #include "api/limits.h"
 #include "clients/cli/command.h"
@@ -27,23 +28,6 @@ std::string format_of(const std::string& output) {
     return extension == "jpe" ? "jpg" : extension;
   }
   return extension;
-}
-
-/// Refuses exposure and tone map for linear formats, unless they have no effect.
-core::Status check_look(const PictureQuery& query, const std::string& output) {
-  constexpr std::array<std::string_view, 3> kLinear = {"exr", "hdr", "tif"};
-  const std::string format = format_of(output);
-  if (std::find(kLinear.begin(), kLinear.end(), format) == kLinear.end()) {
-    return core::ok_status();
-  }
-  const bool plain =
-      query.tone_map.empty() || query.tone_map == "srgb" || query.tone_map == "linear";
-  if (plain && query.exposure.value_or(0) == 0) {
-    return core::ok_status();
-  }
-  return Error{ErrorCode::kInvalidArgument,
-               "is for .png, .jpg and .webp; ." + format + " is linear",
-               plain ? "--exposure" : "--tonemap"};
 }
 
 int run(const ServerFlags& server, const std::string& id, const PictureQuery& query,
@@ -84,6 +68,24 @@ int run_film(const ServerFlags& server, const std::string& id, const std::string
 
 }  // namespace
 
+core::Status check_look(const PictureQuery& query, const std::string& output) {
+  constexpr std::array<std::string_view, 3> kLinear = {"exr", "hdr", "tif"};
+  const std::string format = format_of(output);
+  if (std::find(kLinear.begin(), kLinear.end(), format) == kLinear.end()) {
+    return core::ok_status();
+  }
+  const bool plain =
+      query.tone_map.empty() || query.tone_map == "srgb" || query.tone_map == "linear";
+  const bool usual = query.exposure.empty() || (query.exposure != "auto" &&
+                                                std::strtod(query.exposure.c_str(), nullptr) == 0);
+  if (plain && usual) {
+    return core::ok_status();
+  }
+  return Error{ErrorCode::kInvalidArgument,
+               "is for .png, .jpg and .webp; ." + format + " is linear",
+               plain ? "--exposure" : "--tonemap"};
+}
+
 core::Status check_picture_name(const std::string& output) {
   if (output == "-" && is_terminal(stdout)) {
     return Error{ErrorCode::kInvalidArgument,
@@ -107,14 +109,17 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
   if (!query.layer.empty()) {
     add("layer", query.layer);
   }
-  if (query.exposure) {
-    add("exposure", std::to_string(*query.exposure));
+  if (!query.exposure.empty()) {
+    add("exposure", query.exposure);
   }
   if (!query.tone_map.empty()) {
     add("tonemap", query.tone_map);
   }
   if (!query.denoise.empty()) {
     add("denoise", query.denoise);
+  }
+  if (!query.fireflies.empty()) {
+    add("fireflies", query.fireflies);
   }
   const auto reply = client.get(path + "/image." + format_of(output) + parameters);
   if (!reply) {
@@ -141,15 +146,14 @@ int fetch(const Args& args) {
                  "beauty albedo normal depth alpha samples variance error denoised denoised_error "
                  "denoise_bias denoise_bias_error (default for EXR: all except denoised ones)")
       ->type_name("L");
-  app.add_option("--exposure", query.exposure, "Exposure in stops; only for .png, .jpg and .webp")
-      ->check(within(-api::limits::kExposureStops, api::limits::kExposureStops))
-      ->type_name("STOPS");
+  add_exposure_option(app, query.exposure);
   app.add_option("--tonemap", query.tone_map,
                  "Tone map: srgb linear aces agx khronos-neutral; only for .png, .jpg and .webp")
       ->type_name("T");
   add_denoise_option(app, query.denoise);
+  add_fireflies_option(app, query.fireflies);
   app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")
-      ->excludes("--layer", "--exposure", "--tonemap", "--denoise");
+      ->excludes("--layer", "--exposure", "--tonemap", "--denoise", "--fireflies");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] {
     return film ? run_film(server, id, output) : run(server, id, query, output);

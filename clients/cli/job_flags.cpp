@@ -79,12 +79,32 @@ core::Result<Json> read_job_file(const std::string& path) {
 
 }  // namespace
 
+void add_fireflies_option(CLI::App& app, std::string& fireflies) {
+  app.add_option("--fireflies", fireflies,
+                 "set_aside: single bright pixels are scaled down to their neighbours (the default "
+                 "of .png, .jpg and .webp); keep: all light as sampled")
+      ->check(CLI::IsMember({"set_aside", "keep"}))
+      ->type_name("MODE");
+}
+
 void add_denoise_option(CLI::App& app, std::string& denoise) {
   app.add_option("--denoise", denoise,
                  "Image to write: off, mixed (denoised, mixed with the plain one where that is "
                  "better), full (the denoiser's own)")
       ->check(CLI::IsMember({"off", "mixed", "full"}))
       ->type_name("MODE");
+}
+
+CLI::Option* add_exposure_option(CLI::App& app, std::string& exposure) {
+  const CLI::Validator stops = within(-limits::kExposureStops, limits::kExposureStops);
+  const auto fault = [stops](std::string text) {
+    return text == "auto" ? std::string() : stops(text);
+  };
+  return app
+      .add_option("--exposure", exposure,
+                  "Exposure in stops, or auto, which fits the image; only for .png, .jpg and .webp")
+      ->check(CLI::Validator(fault, ""))
+      ->type_name("STOPS");
 }
 
 namespace {
@@ -134,11 +154,14 @@ void add_view_flags(CLI::App& app, JobFlags& flags) {
                  "Rotation of the environment, counter-clockwise seen from above, degrees")
       ->type_name("D");
   app.add_option("--intensity", flags.environment_intensity,
-                 "Multiplier of the environment's light (1); 0.03 suits the sun at noon")
+                 "Multiplier of the environment's light (1)")
       ->type_name("I");
   app.add_flag("--transparent", flags.is_transparent,
                "Transparent background: the environment (white without --environment) lights the "
                "scene but is not visible");
+  app.add_flag("--opaque-glass", flags.has_opaque_glass,
+               "Glass before a transparent background shows the environment instead of letting "
+               "what is behind the image through");
 }
 
 /// Environment, background and ground.
@@ -170,6 +193,14 @@ void add_stage_flags(CLI::App& app, JobFlags& flags) {
       ->type_name("M");
   app.add_option("--ground-reflection", flags.ground_reflection,
                  "Weight of a smooth coat on the ground: 0 is diffuse, 1 reflects the model")
+      ->type_name("0..1");
+  app.add_option("--shadow", flags.shadow,
+                 "Colour of the shadow on a catcher: neutral (none), physical")
+      ->type_name("TYPE");
+  app.add_option("--shadow-strength", flags.shadow_strength, "Strength of that shadow (1)")
+      ->type_name("0..1");
+  app.add_option("--shadow-softness", flags.shadow_softness,
+                 "Sine of the angle by which lights are widened for that shadow (0)")
       ->type_name("0..1");
 }
 
@@ -219,6 +250,18 @@ core::Status put_stage(const JobFlags& flags, Json& request) {
   }
   if (flags.ground_reflection) {
     object_at(request, "ground")["reflection"] = *flags.ground_reflection;
+  }
+  if (flags.has_opaque_glass) {
+    object_at(request, "background")["through_glass"] = false;
+  }
+  if (flags.shadow) {
+    object_at(object_at(request, "ground"), "shadow")["color"] = *flags.shadow;
+  }
+  if (flags.shadow_strength) {
+    object_at(object_at(request, "ground"), "shadow")["strength"] = *flags.shadow_strength;
+  }
+  if (flags.shadow_softness) {
+    object_at(object_at(request, "ground"), "shadow")["softness"] = *flags.shadow_softness;
   }
   return core::ok_status();
 }
@@ -276,7 +319,9 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("-o,--output", flags.output,
                  "Image to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
       ->type_name("FILE");
+  add_exposure_option(app, flags.exposure);
   add_denoise_option(app, flags.denoise);
+  add_fireflies_option(app, flags.fireflies);
   app.add_option("--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");

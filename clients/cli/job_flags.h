@@ -18,7 +18,9 @@ using Json = nlohmann::ordered_json;
 struct JobFlags {
   std::string scene;        ///< built-in name, scene id, or a file; empty: the job file's
   std::string output;       ///< empty: none
+  std::string exposure;     ///< for the output: stops or auto; empty: 0
   std::string denoise;      ///< for the output: off, mixed, full; empty: off
+  std::string fireflies;    ///< of the output: set_aside, keep; empty: by its format
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
   std::optional<int> samples_per_pixel;
@@ -40,12 +42,16 @@ struct JobFlags {
   std::optional<double> environment_rotation_degrees;
   std::optional<double> environment_intensity;
   bool is_transparent = false;
+  bool has_opaque_glass = false;
   std::optional<std::string> preset;      ///< of the environment
   std::vector<std::string> sun;           ///< latitude, longitude, time; or empty
   std::optional<std::string> background;  ///< a type, or a colour as six digits of sRGB
   std::optional<std::string> ground;
   std::optional<double> ground_height;
   std::optional<double> ground_reflection;
+  std::optional<std::string> shadow;
+  std::optional<double> shadow_strength;
+  std::optional<double> shadow_softness;
   std::optional<std::string> integrator;
   std::optional<std::string> sampler;
   std::optional<std::string> light_sampler;
@@ -72,6 +78,10 @@ core::Result<Json> make_request(const JobFlags& flags);
 /// `where` names; otherwise wrong usage.
 int request_fault_code(const core::Error& error, const JobFlags& flags);
 
+/// --fireflies: set_aside or keep.
+void add_fireflies_option(CLI::App& app, std::string& fireflies);
+/// --exposure: a number of stops, or auto.
+CLI::Option* add_exposure_option(CLI::App& app, std::string& exposure);
 /// --denoise: off, mixed or full.
 void add_denoise_option(CLI::App& app, std::string& denoise);
 

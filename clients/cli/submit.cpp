@@ -102,9 +102,13 @@ core::Result<Json> post_job(ApiClient& client, const Json& request) {
   return parse_object(reply->body);
 }
 
-void tell_warnings(const Json& job) {
+/// known: warnings reported before; may be null.
+void tell_warnings(const Json& job, const Json& known = {}) {
   if (const auto found = job.find("warnings"); found != job.end() && found->is_array()) {
     for (const Json& warning : *found) {
+      if (std::find(known.begin(), known.end(), warning) != known.end()) {
+        continue;
+      }
       std::fprintf(stderr, "warning: %s\n",
                    shown(warning.is_string() ? warning.get<std::string>() : "").c_str());
     }
@@ -112,19 +116,24 @@ void tell_warnings(const Json& job) {
 }
 
 /// Follows the job to its end and downloads the image if requested.
-int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& path) {
+int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& path,
+             const Json& told) {
   const auto ended = follow_with_progress(client, path, stderr);
   if (!ended) {
     return complain("submit", ended.error());
   }
   std::fprintf(stderr, "%s\n", shown(closing_text(*ended)).c_str());
+  tell_warnings(*ended, told);
   if (flags.job.json) {
     std::printf("%s\n", ended->dump(2).c_str());
   }
   const int code = exit_code_of(*ended);
   if (code == kDone && !flags.job.output.empty()) {
-    const PictureQuery query = {
-        .layer = {}, .exposure = {}, .tone_map = {}, .denoise = flags.job.denoise};
+    const PictureQuery query = {.layer = {},
+                                .exposure = flags.job.exposure,
+                                .tone_map = {},
+                                .denoise = flags.job.denoise,
+                                .fireflies = flags.job.fireflies};
     const auto fetched = fetch_picture(client, path, query, flags.job.output);
     return fetched ? kDone : complain("submit", fetched.error());
   }
@@ -160,7 +169,7 @@ int run(const SubmitFlags& flags) {
         std::fprintf(stderr, "tessera submit: the job is %s\n", id.c_str());
       }
     }
-    return wait_for(**client, flags, "/v1/jobs/" + encode_url(id));
+    return wait_for(**client, flags, "/v1/jobs/" + encode_url(id), job->value("warnings", Json()));
   }
   std::printf("%s\n", flags.job.json ? job->dump(2).c_str() : id.c_str());
   if (std::fflush(stdout) != 0) {

@@ -169,12 +169,13 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(
   }
   core::View view;
   view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
   view.settings = spec.render;
   if (const auto seconds = api::later_seconds(spec)) {
     options.time_seconds = seconds;
     options.shutter_seconds = 0;
     options.geometry_only = true;
+    options.origin = (*scene)->summary().origin;
     auto later = core::load_gltf(*files[""], resolve, options);
     if (!later) {
       return later.error();

@@ -33,8 +33,8 @@ echo "job $job"
 call "/v1/jobs/$job/events" -N | sed -n 's/^event: //p' | sort | uniq -c
 
 # The error comes with its interval.
-call "/v1/jobs/$job?wait=60" >job.json
-echo "relative error $(member error.relative_rmse <job.json)," \
+call "/v1/jobs/$job?wait=25" >job.json
+echo "relative error $(member error.relative <job.json)," \
   "95% between $(member error.low <job.json) and $(member error.high <job.json)"
 
 # The image, its error as an image, everything as EXR, one pixel, the course of the error.
@@ -47,13 +47,13 @@ call "/v1/jobs/$job/convergence" -o convergence.json
 # More of the same image.
 call "/v1/jobs/$job/extend" -H 'Content-Type: application/json' \
   -d '{"stop": {"samples_per_pixel": 64}}' -o /dev/null
-call "/v1/jobs/$job?wait=60" >job.json
+call "/v1/jobs/$job?wait=25" >job.json
 echo "$(member state <job.json) with $(member progress.samples_per_pixel.mean <job.json) samples"
 
 # A scene of one's own goes up as a file.
 call /v1/scenes/glass/gltf -o glass.glb
 scene=$(call /v1/scenes -H 'Content-Type: model/gltf-binary' --data-binary @glass.glb | member id)
-call /v1/jobs -H 'Content-Type: application/json' -H 'Prefer: wait=60' -d '{
+call /v1/jobs -H 'Content-Type: application/json' -H 'Prefer: wait=25' -d '{
   "scene": "'"$scene"'",
   "film": {"width": 80, "height": 45},
   "stop": {"samples_per_pixel": 8}

@@ -6,6 +6,8 @@ declare const process: { env: Record<string, string | undefined> };
 const upstream = process.env.TESSERA_SERVER ?? 'http://127.0.0.1:8090';
 
 export default defineConfig({
+  // Relative addresses: a proxy may place the page below a path.
+  base: './',
   plugins: [markdownChapters()],
   esbuild: { jsx: 'automatic', jsxImportSource: 'preact', legalComments: 'none' },
   // Files, never data: URLs, so that a strict Content-Security-Policy holds.

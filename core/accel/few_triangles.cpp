@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/math/lane_math.h"
+#include "core/math/offset_ray.h"
 
 namespace core {
 namespace {
@@ -15,8 +16,18 @@ using Lanes = Floats<8>;
 /// roundings.
 constexpr float kSlack = 0x1p-20F;
 
-Lanes inner(const Vec3s<8>& a, Vec3 b, Lanes beside) {
-  return fused(a.x, Lanes(b.x), fused(a.y, Lanes(b.y), fused(a.z, Lanes(b.z), beside)));
+Lanes inner(const Vec3s<8>& a, Vec3 b) {
+  return fused(a.x, Lanes(b.x), fused(a.y, Lanes(b.y), a.z * Lanes(b.z)));
+}
+
+/// Twice the area's vector, rounded once: the products of a sliver's edges nearly cancel.
+Vec3 normal_of(Vec3 e1, Vec3 e2) {
+  const auto minor = [](float a, float b, float c, float d) {
+    return static_cast<float>(static_cast<double>(a) * static_cast<double>(b) -
+                              static_cast<double>(c) * static_cast<double>(d));
+  };
+  return {minor(e1.y, e2.z, e1.z, e2.y), minor(e1.z, e2.x, e1.x, e2.z),
+          minor(e1.x, e2.y, e1.y, e2.x)};
 }
 
 }  // namespace
@@ -32,10 +43,9 @@ struct FewTriangles::Rays {
   Lanes scale;  ///< of coordinates, times the length of the direction
 
   Rays(const RayPacket& rays, Vec3 center, float radius_m)
-      : origin(load<8>(rays.origin_x) - Lanes(center.x), load<8>(rays.origin_y) - Lanes(center.y),
-               load<8>(rays.origin_z) - Lanes(center.z)),
+      : origin(load<8>(rays.origin_x), load<8>(rays.origin_y), load<8>(rays.origin_z)),
         direction(load<8>(rays.direction_x), load<8>(rays.direction_y), load<8>(rays.direction_z)),
-        scale((length(origin) + Lanes(radius_m)) * length(direction)) {}
+        scale((length(origin - Vec3s<8>(center)) + Lanes(radius_m)) * length(direction)) {}
 };
 
 FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
@@ -59,8 +69,8 @@ FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
     for (std::uint32_t t = 0; 3 * std::size_t{t} < mesh.indices.size(); ++t) {
       Corners& corners = triangles.emplace_back(Corners{{geometry, t}, {}});
       for (std::size_t c = 0; c < 3; ++c) {
-        corners.at[c] = mesh.positions[mesh.indices[3 * std::size_t{t} + c]] - center_;
-        radius_m_ = std::max(radius_m_, length(corners.at[c]));
+        corners.at[c] = mesh.positions[mesh.indices[3 * std::size_t{t} + c]];
+        radius_m_ = std::max(radius_m_, length(corners.at[c] - center_));
       }
     }
   }
@@ -80,7 +90,10 @@ bool FewTriangles::pair_up(std::vector<Corners>& triangles) {
     for (std::size_t turn = 0; turn < 3; ++turn) {
       const Vec3(&p)[3] = triangles[i].at;
       const Vec3 corner[3] = {p[turn], p[(turn + 1) % 3], p[(turn + 2) % 3]};
-      const Vec3 opposite = corner[1] + corner[2] - corner[0];
+      const Vec3 edge = corner[2] - corner[0];
+      const Vec3 opposite = corner[1] + edge;
+      // Half of what the opposite triangle may be off the plane of this one.
+      const float apart = 0.5F * kPlaneError * (taxicab(opposite) + taxicab(edge));
       for (std::size_t j = i + 1; j < triangles.size(); ++j) {
         const Vec3(&q)[3] = triangles[j].at;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -88,7 +101,7 @@ bool FewTriangles::pair_up(std::vector<Corners>& triangles) {
           const Vec3 b = q[(k + 2) % 3];
           const bool shares =
               (a == corner[1] && b == corner[2]) || (a == corner[2] && b == corner[1]);
-          if (shares && is_at(q[k], opposite, kSlack / 4 * radius_m_)) {
+          if (shares && is_at(q[k], opposite, apart)) {
             shapes_.push_back(shape_of(corner));
             names_.push_back({triangles[i].name, triangles[j].name});
             triangles.erase(triangles.begin() + static_cast<std::ptrdiff_t>(j));
@@ -105,18 +118,15 @@ bool FewTriangles::pair_up(std::vector<Corners>& triangles) {
 FewTriangles::Shape FewTriangles::shape_of(const Vec3 (&corner)[3]) {
   const Vec3 e1 = corner[1] - corner[0];
   const Vec3 e2 = corner[2] - corner[0];
-  const Vec3 n = core::cross(e1, e2);
+  const Vec3 n = normal_of(e1, e2);
   const float twice_area = std::hypot(n.x, n.y, n.z);
   Shape out;  // never hit: no ray crosses a plane without a normal
   if (twice_area > 0) {
-    const auto affine = [&](Vec3 at) { return Affine{at, -dot(at, corner[0])}; };
     const float scale = kSlack * twice_area;
     const Vec3 unit = n * (1 / twice_area);
     const Vec3 u = core::cross(e2, unit) * (1 / twice_area);
     const Vec3 v = core::cross(unit, e1) * (1 / twice_area);
-    out = {affine(n),
-           {affine(u), affine(v)},
-           {scale * length(u), scale * length(v), scale * length(u + v)}};
+    out = {corner[0], n, {u, v}, {scale * length(u), scale * length(v), scale * length(u + v)}};
   }
   return out;
 }
@@ -135,15 +145,14 @@ struct FewTriangles::Crossing {
 /// them. kIsWhole: tests the parallelogram, else the triangle.
 template <bool kIsWhole>
 inline FewTriangles::Crossing FewTriangles::cross(const Shape& shape, const Rays& rays) noexcept {
-  const Lanes cosine = inner(rays.direction, shape.plane.at, Lanes(0));
-  const Lanes over = Lanes(-1) / cosine;
-  const Lanes t = inner(rays.origin, shape.plane.at, Lanes(shape.plane.beside)) * over;
-  const Vec3s<8> point = {fused(rays.direction.x, t, rays.origin.x),
-                          fused(rays.direction.y, t, rays.origin.y),
-                          fused(rays.direction.z, t, rays.origin.z)};
-  const auto barycentric = [&](const Affine& of) { return inner(point, of.at, Lanes(of.beside)); };
-  const Lanes b1 = barycentric(shape.barycentric[0]);
-  const Lanes b2 = barycentric(shape.barycentric[1]);
+  const Vec3s<8> origin = rays.origin - Vec3s<8>(shape.corner);
+  const Lanes over = Lanes(-1) / inner(rays.direction, shape.normal);
+  const Lanes t = inner(origin, shape.normal) * over;
+  const Vec3s<8> point = {fused(rays.direction.x, t, origin.x),
+                          fused(rays.direction.y, t, origin.y),
+                          fused(rays.direction.z, t, origin.z)};
+  const Lanes b1 = inner(point, shape.barycentric[0]);
+  const Lanes b2 = inner(point, shape.barycentric[1]);
   const Lanes sum = b1 + b2;
   const Lanes near = rays.scale * abs(over);
   const auto beyond = [&](Lanes b, float slack) { return fused(near, Lanes(slack), b); };

@@ -2,8 +2,9 @@
 /// which costs less than a tree. Two triangles that form a parallelogram are intersected as one.
 ///
 /// A ray is intersected with the plane first; the barycentric coordinates of that point are then
-/// two affine functions of it. Source: Havel and Herout, Yet Faster Ray-Triangle Intersection, IEEE
-/// TVCG 16(3), 2010.
+/// two linear functions of it, about a vertex. Source: Havel and Herout, Yet Faster Ray-Triangle
+/// Intersection, IEEE TVCG 16(3), 2010. The difference of a ray's origin and a vertex is exact up
+/// to a rounding, so a ray that starts off a triangle by offset_ray() does not hit it.
 #pragma once
 
 #include <array>
@@ -30,16 +31,12 @@ class FewTriangles {
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
 
  private:
-  /// An affine function about center_: value = dot(at, point) + beside.
-  struct Affine {
-    Vec3 at;
-    float beside = 0;
-  };
   /// A triangle, or the parallelogram of which it is one half.
   struct Shape {
-    Affine plane;           ///< distance in units of the normal's length
-    Affine barycentric[2];  ///< of the second and third vertex
-    float slack[3] = {};    ///< see cross()
+    Vec3 corner;          ///< the first vertex, about which the others are
+    Vec3 normal;          ///< as long as twice the area
+    Vec3 barycentric[2];  ///< gradients of the coordinates of the second and third vertex
+    float slack[3] = {};  ///< see cross()
   };
   struct Name {
     std::uint32_t geometry;

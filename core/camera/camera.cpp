@@ -99,15 +99,15 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   }
   Vec3 up_hint = settings.up.value_or(Vec3{0, 1, 0});
   if (posed) {
-    camera.eye_ = *settings.position;
-    camera.forward_ = *settings.target - *settings.position;
+    camera.eye_ = settings.position->rounded();
+    camera.forward_ = (*settings.target - *settings.position).rounded();
   } else if (file != nullptr) {
     camera.eye_ = file->to_world.t;
     camera.forward_ = -file->to_world.z;
     up_hint = settings.up.value_or(file->to_world.y);
   } else {
     const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
-    const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
+    const float radius = bounds.radius_or(1);
     const float distance = fitting_distance_m(radius, fov, aspect);
     camera.eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
     camera.forward_ = center - camera.eye_;
@@ -126,10 +126,10 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   camera.up_ = cross(camera.right_, camera.forward_);
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
   const float distance_m =
-      posed ? length(*settings.target - *settings.position)
+      posed ? length((*settings.target - *settings.position).rounded())
             : std::max(
                   dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_),
-                  1e-3F);
+                  1e-3F * bounds.radius_or(1));
   camera.focus_distance_m_ = settings.focus_distance_m.value_or(distance_m);
   if (camera.type_ == CameraType::kPanorama) {
     camera.half_height_ = 0.5F * kPi;
@@ -154,6 +154,8 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
   const float x = (2 * film_px.x / width_px_ - 1) * half_width_;
   const float y = (1 - 2 * film_px.y / height_px_) * half_height_;
   CameraRay out;
+  out.film_px = film_px;
+  out.start = start_.get();
   if (type_ == CameraType::kPanorama) {
     out.ray.origin = eye_;
     out.ray.direction = normalize((forward_ * std::cos(x) + right_ * std::sin(x)) * std::cos(y) +

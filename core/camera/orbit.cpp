@@ -20,7 +20,7 @@ float fitting_distance_m(float radius_m, float vertical_fov_rad, float aspect) {
 CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
                                const Bounds& bounds, int width, int height) {
   const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
-  const float size = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
+  const float size = bounds.radius_or(1);
   const float fov = camera.vertical_fov_degrees.value_or(kUsualFovDegrees) * kDegree;
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
   const float radius = orbit.radius_m.value_or(fitting_distance_m(size, fov, aspect));
@@ -32,7 +32,7 @@ CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
   const Vec3 north{-std::cos(phi) * std::sin(theta), std::sin(phi),
                    -std::cos(phi) * std::cos(theta)};
   camera.target = orbit.target.value_or(center);
-  camera.position = *camera.target + outward * radius;
+  camera.position = *camera.target + Place(outward * radius);
   if (!camera.up) {
     camera.up = north;
   }

@@ -16,12 +16,12 @@ struct CameraOrbit {
   float theta_degrees = 0;
   float phi_degrees = 75;         ///< 0: from above, 180: from below
   std::optional<float> radius_m;  ///< empty: the bounding sphere just fits the view
-  std::optional<Vec3> target;     ///< empty: the centre of the bounding box
+  std::optional<Place> target;    ///< empty: the centre of the bounding box
   friend bool operator==(const CameraOrbit&, const CameraOrbit&) = default;
 };
 
 /// Returns `camera` with the orbit's position, target and, unless it has one, up direction. bounds:
-/// of the scene, metres, world. width, height: of the film, pixels.
+/// of the scene, metres. width, height: of the film, pixels. All positions count from one origin.
 CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
                                const Bounds& bounds, int width, int height);
 

@@ -15,6 +15,7 @@
 #include "core/description/moved_vertices.h"
 #include "core/image_io/image.h"
 #include "core/math/bounds.h"
+#include "core/math/place.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
 
@@ -67,6 +68,7 @@ struct MaterialDescription {
   TextureDescription transmission_texture;  ///< R
   float thickness = 0;                      ///< 0: thin-walled; positive: the mesh bounds a volume
   TextureDescription thickness_texture;
+  int priority = 0;  ///< where solids overlap, space belongs to the highest (extras.priority)
   float attenuation_distance = 0;  ///< metres; 0 or less: infinite
   Rgb attenuation_color = {1, 1, 1};
   Rgb multiscatter_color = {0, 0, 0};  ///< of an infinitely deep medium under diffuse light; 0:
@@ -143,14 +145,14 @@ struct ObjectDescription {
 
 enum class PunctualType : std::uint8_t { kDirectional, kPoint, kSpot, kProfile };
 
-/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Emits along -z of to_world. Units: one
-/// candela is 1 W/sr, one lux 1 W/m^2.
+/// KHR_lights_punctual, or EXT_lights_ies (kProfile). Emits along -z of to_world. Units:
+/// candela and lux.
 struct PunctualLightDescription {
   std::string name;
   std::string group;  ///< light group; empty: its name
   PunctualType type = PunctualType::kPoint;
-  Rgb intensity = {1, 1, 1};  ///< color * intensity: W/sr (point, spot), W/m^2 (directional); color
-                              ///< * multiplier for profiles
+  Rgb intensity = {1, 1, 1};  ///< color * intensity: candela (point, spot), lux (directional);
+                              ///< color * multiplier for profiles
   float range_m = 0;          ///< 0: infinite
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853982F;
@@ -171,6 +173,8 @@ struct CameraDescription {
 
 struct SceneDescription {
   std::string name;
+  /// Point of the file's world from which all positions here count.
+  Place origin;
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<MaterialDescription> materials;
   std::vector<MeshDescription> meshes;

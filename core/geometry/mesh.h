@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/description/moved_vertices.h"
+#include "core/math/offset_ray.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
 
@@ -21,6 +22,9 @@ struct MeshData {
   std::array<std::vector<Vec2>, 2> uv;
   std::vector<Vec4> colors;
   std::vector<std::uint32_t> file_vertices;  ///< as in PrimitiveDescription
+  /// By triangle: bit 0 if rays may leave its front from the smooth surface of its normals, bit 1
+  /// the back (core/scene/round_facets.h); empty: none.
+  std::vector<std::uint8_t> round_sides;
   std::uint32_t material = 0;
   std::uint32_t primitive = 0;  ///< PrimitiveDescription::id
   bool in_world_space = false;
@@ -28,11 +32,15 @@ struct MeshData {
   /// up to 1, padded like `positions`. Rays at time 0 hit the mesh itself.
   std::vector<MovedVertices> later;
 
+  bool is_round(std::uint32_t triangle, bool front) const noexcept {
+    return !round_sides.empty() && (round_sides[triangle] >> (front ? 0 : 1) & 1) != 0;
+  }
   std::size_t triangle_count() const noexcept { return indices.size() / 3; }
   std::size_t bytes() const noexcept;
 };
 
 inline constexpr std::uint32_t kNoLight = 0xffffffffU;
+inline constexpr std::uint32_t kNoSolid = 0xffffffffU;
 
 /// A mesh that rays can hit: in the top level, or through an instance.
 struct PlacedMesh {
@@ -42,11 +50,13 @@ struct PlacedMesh {
   std::uint32_t group = 0;               ///< index into SceneData::light_groups
   std::uint32_t object = 0;              ///< ObjectDescription::id
   std::uint32_t instance = 0;
+  std::uint32_t solid = kNoSolid;  ///< index into SceneData::solids
 };
 
 struct PlacedInstance {
   Transform to_world;
   std::uint32_t first_placed = 0;  ///< into `placed`; geometry g of the group is placed[first + g]
+  InstanceError error;
 };
 
 }  // namespace core

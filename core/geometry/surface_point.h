@@ -27,8 +27,9 @@ struct SurfacePoint {
   std::array<Vec2, 2> uv_edge1;
   std::array<Vec2, 2> uv_edge2;
   /// Height above the triangle, on the ray's side, of the smooth surface implied by its normals; 0
-  /// where that is flat or concave.
+  /// where that is flat or concave, and where MeshData::is_round() is false.
   float bulge_m = 0;
+  float error_m = 0;  ///< step off the surface (core/math/offset_ray.h)
   std::uint32_t material = 0;
   std::uint32_t light = kNoLight;
   std::uint32_t placed = 0;  ///< index of the PlacedMesh

@@ -5,10 +5,12 @@
 #include <memory_resource>
 #include <optional>
 
+#include "core/color/wavelength.h"
 #include "core/integrators/bdpt_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
@@ -74,30 +76,41 @@ class VertexMemory {
 
 }  // namespace
 
+void BidirectionalPathTracer::begin(Subpath& path, const PathSampler& numbers) const noexcept {
+  path.fog = fog_ ? &*fog_ : nullptr;
+  if (has_dispersion_) {
+    path.u_wavelength = numbers.get_4d(dimension_group(0, BounceGroup::kVolume)).w;
+    path.wavelength_color = sample_wavelength(path.u_wavelength).weight;
+  }
+}
+
 BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
     Subpath& path, PathVertex& met, MediumSample& sample) const noexcept {
-  const bool is_met = intersect(scene_, path, met);
   if (!weights_.has_media() && path.fog == nullptr) {
-    if (is_met) {
-      path.beta *= segment_transmittance(scene_, path, met);
+    return reach(scene_, path, met) ? Event::kSurface : Event::kEscape;
+  }
+  while (true) {
+    const bool is_met = intersect(scene_, path, met);
+    sample = {};
+    const Material* solid = is_met ? segment_solid(path, met) : nullptr;
+    // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
+    if (is_met || path.media.empty()) {
+      const MediumStretch stretch(path, solid != nullptr ? &solid->medium : nullptr,
+                                  is_met ? met.distance_m : kFar);
+      sample = stretch.sample(path);
+      path.beta *= sample.weight;
+      if (stretch.scatters()) {
+        path.flight_depth += stretch.medium().sigma_t * sample.depth_m;
+      }
     }
-    return is_met ? Event::kSurface : Event::kEscape;
-  }
-  sample = {};
-  const Medium* solid = is_met ? segment_medium(scene_, path, met) : nullptr;
-  // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
-  if (is_met || path.media.top() == nullptr) {
-    const MediumStretch stretch(path, solid, is_met ? met.distance_m : kFar);
-    sample = stretch.sample(path);
-    path.beta *= sample.weight;
-    if (stretch.scatters()) {
-      path.flight_depth += stretch.medium().sigma_t * sample.depth_m;
+    if (sample.scatterer != nullptr) {
+      return Event::kMedium;
     }
+    if (!is_met || !met.face.is_hole) {
+      return is_met ? Event::kSurface : Event::kEscape;
+    }
+    pass_hole(path, met);
   }
-  if (sample.scatterer != nullptr) {
-    return Event::kMedium;
-  }
-  return is_met ? Event::kSurface : Event::kEscape;
 }
 
 /// Samples the next direction. Returns false if the path ends.
@@ -137,7 +150,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
 template <typename Visit>
 void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& strategies,
                                            Visit& visit) const noexcept {
-  const EmissionSample light = start_light_path(path, emission_);
+  const EmissionSample light = start_light_path(scene_, path, emission_);
   const float first_size = throughput_size(path.beta);
   PathVertex met;
   MediumSample sample;
@@ -189,6 +202,7 @@ Visibility BidirectionalPathTracer::visibility_of(PathState& path, const Vertex&
                            colors);
   }
   MediumStack media = path.media;
+  media.begin_segment();
   const Ray shadow{vertex.origin(), is_far ? wi : target - vertex.origin(), 0,
                    is_far ? kFar : 1.0F};
   return visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors);
@@ -205,13 +219,15 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
     return;
   }
   const ScatterEval f = vertex.evaluate(to.wi_world, TransportMode::kImportance);
-  if (is_black(f.value_cos)) {
+  const bool is_page = shows_backdrop(vertex, to.wi_world) && is_environment(vertex.light);
+  if (is_black(f.value_cos) || is_page) {
     return;
   }
   Rgb flight_depth;
   const Visibility seen = visibility_of(path, vertex, to.wi_world, to.origin, false, flight_depth);
   const auto weight = static_cast<float>(weights_.splat(vertex, to, f, flight_depth));
-  const Found found = {vertex.beta * f.value_cos * seen.transmittance *
+  const Rgb color = path.color(vertex.disperses(to.wi_world));
+  const Found found = {vertex.beta * f.value_cos * seen.transmittance * color *
                            (weight * to.importance.we / to.pdf_solid_angle),
                        weight};
   splats.add(to.importance.film_px, found.value);
@@ -227,8 +243,8 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
 void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
                                           CameraSplats& splats) const noexcept {
   const auto to_camera = [&](Subpath& path, const Vertex& at) { splat(path, at, splats); };
-  Subpath path{start_path({}, sampler, rays)};
-  path.fog = fog_ ? &*fog_ : nullptr;
+  Subpath path{start_path(sampler, rays)};
+  begin(path, sampler);
   VisitedVertices<decltype(to_camera)> visited{to_camera};
   follow_light(path, {}, visited);
 }
@@ -248,10 +264,12 @@ void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
 
 /// Adds the radiance of the background where the path leaves the scene.
 void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept {
-  if (path.depth == 0 && !backdrop_.is_environment()) {
+  const Rgb arriving = path.beta * path.color(path.wavelength_nm > 0);
+  if (backdrop_.is_seen(path.depth, path.is_clear)) {
     const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
-    path.out.alpha = seen ? 1.0F : 0.0F;
-    credit(path, {path.beta * seen.value_or(Rgb{})}, {0, kEnvironmentGroup, {0, 2}});
+    path.out.alpha -= seen ? 0.0F : luminance(arriving);
+    credit(path, {arriving * seen.value_or(Rgb{})},
+           {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
     return;
   }
   if (environment_ == nullptr) {
@@ -266,31 +284,26 @@ void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept
     const bool is_shared = path.sums.vc > 0;
     found.value = (is_shared ? environment_->radiance(direction) : found.value) * found.weight;
   }
-  found.value = path.beta * found.value;
+  found.value = arriving * found.value;
   credit(path, found, {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
-}
-
-void BidirectionalPathTracer::add_unlit(CameraSubpath& path, PathVertex& met) const noexcept {
-  const Rgb color =
-      unlit_color(scene_.materials[met.point.material], met.point, met.wo_world, path.footprint());
-  if (!path.out.hit) {
-    met.shading.frame.n = met.point.normal_shading;
-    record_first_surface(path.out, met, color);
-  }
-  credit(path, {path.beta * color}, {path.bounces(), group_at(met), {0, path.bounces() + 2}});
 }
 
 /// Adds the radiance that the surface emits towards the camera subpath.
 void BidirectionalPathTracer::add_emission(CameraSubpath& path,
                                            const Vertex& vertex) const noexcept {
   const PathVertex& met = vertex.surface;
-  const Rgb radiance = emitted(vertex.scattering->at.material, met.point, met.wo_world);
+  const Material& material = vertex.scattering->at.material;
+  // As for the background, all strategies that share a path need the same radiance.
+  const bool is_filtered = material.factors.unlit && !(path.sums.vc > 0);
+  const Rgb radiance = is_filtered
+                           ? unlit_color(material, met.point, met.wo_world, path.footprint())
+                           : emitted(material, met.point, met.wo_world);
   Found found = {radiance};
   if (!is_black(radiance) && path.bounces() > 0 && met.point.light != kNoLight) {
     found.weight = static_cast<float>(weights_.emission(path, vertex));
     found.value = radiance * found.weight;
   }
-  found.value = path.beta * found.value;
+  found.value = path.beta * path.color(vertex.is_dispersed) * found.value;
   credit(path, found, {path.bounces(), group_at(met), {0, path.bounces() + 2}});
 }
 
@@ -298,11 +311,11 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
                                                const Vertex& vertex) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   const LightSample light = lights_.sample(vertex.origin(), vertex.light_normal(), u.x, {u.y, u.z});
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return;
-  }
-  const ScatterEval f = vertex.evaluate(light.wi_world, TransportMode::kRadiance);
-  if (is_black(f.value_cos)) {
+  ScatterEval f;
+  const DirectLight direct = direct_light(
+      light, [&](Vec3 wi) { return f = vertex.evaluate(wi, TransportMode::kRadiance); });
+  const bool is_page = shows_backdrop(vertex, light.wi_world) && is_environment(light.light);
+  if (is_black(direct.value) || is_page) {
     return;
   }
   Rgb flight_depth;
@@ -310,8 +323,8 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
       visibility_of(path, vertex, light.wi_world, light.target, light.is_far, flight_depth);
   const auto weight = static_cast<float>(weights_.light_sample(vertex, light, f, flight_depth));
   credit(path,
-         {vertex.beta * f.value_cos * light.radiance * seen.transmittance *
-              (weight / light.pdf_solid_angle),
+         {vertex.beta * direct.value * seen.transmittance *
+              path.color(vertex.disperses(light.wi_world)) * (weight / light.pdf_solid_angle),
           weight},
          {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
 }
@@ -330,19 +343,24 @@ Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
     return {};
   }
   const ScatterEval g = from_light.evaluate(-wi, TransportMode::kImportance);
-  if (is_black(g.value_cos)) {
+  const bool is_page = shows_backdrop(vertex, wi) && shows_backdrop(from_light, -wi) &&
+                       is_environment(from_light.light);
+  if (is_black(g.value_cos) || is_page) {
     return {};
   }
   Vec3 target = from_light.origin();
   if (from_light.medium == nullptr) {
-    const Vec3 n = from_light.surface.point.normal_geometric;
-    target = offset_ray(target, dot(n, wi) < 0 ? n : -n);
+    const SurfacePoint& point = from_light.surface.point;
+    const Vec3 n = point.normal_geometric;
+    target = offset_ray(target, dot(n, wi) < 0 ? n : -n,
+                        plane_error_m(point.error_m, std::sqrt(distance2)));
   }
   Rgb flight_depth;
   const Visibility seen = visibility_of(path, vertex, wi, target, false, flight_depth);
   const auto weight =
       static_cast<float>(weights_.connection(vertex, from_light, wi, f, g, flight_depth));
-  return {vertex.beta * f.value_cos * from_light.beta * g.value_cos * seen.transmittance *
+  const Rgb color = path.color(vertex.disperses(wi) || from_light.disperses(-wi));
+  return {vertex.beta * f.value_cos * from_light.beta * g.value_cos * seen.transmittance * color *
               (weight / distance2),
           weight};
 }
@@ -364,12 +382,12 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     }
     if (event == Event::kSurface) {
       if (scene_.materials[met.point.material].factors.unlit) {
-        if (may_meet_light) {
-          add_unlit(path, met);
-        }
-        return;
+        met.shading = {};
+        met.drew_wavelength = false;
+        met.shading.frame.n = met.point.normal_shading;
+      } else {
+        surface_event(scene_, path, met);
       }
-      surface_event(scene_, path, met);
       place.emplace(scene_, path, met);
     } else {
       place.emplace(path, sample);
@@ -377,11 +395,18 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     Vertex& vertex = *place;
     vertex.sums = weights_.at_camera_vertex(path, vertex);
     if (event == Event::kSurface) {
+      const Material& material = vertex.scattering->at.material;
       if (!path.out.hit) {
-        record_first_surface(path.out, met, vertex.bsdf().albedo());
+        record_first_surface(path.out, met,
+                             material.factors.unlit
+                                 ? unlit_color(material, met.point, met.wo_world, path.footprint())
+                                 : vertex.bsdf().albedo());
       }
       if (may_meet_light) {
         add_emission(path, vertex);
+      }
+      if (material.factors.unlit) {
+        return;
       }
     } else if (!path.out.hit) {
       record_first_scattering(path.out, sample, path.ray.direction);
@@ -425,12 +450,12 @@ PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera
                                                  std::span<Rgb> shares) const noexcept {
   VertexMemory memory;
   KeptVertices light{memory.vertices()};
-  Subpath light_path{start_path({}, sampler.branch(1, 2), rays)};
-  light_path.fog = fog_ ? &*fog_ : nullptr;
+  Subpath light_path{start_path(sampler.branch(1, 2), rays)};
+  begin(light_path, sampler);
   follow_light(light_path, {}, light);
 
-  CameraSubpath path{{start_path(camera_ray, sampler, rays)}, {}, shares};
-  path.fog = light_path.fog;
+  CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
+  begin(path, sampler);
   path.last.origin = path.ray.origin;
   path.sums = weights_.from_camera(path.ray);
   follow_camera(path, {}, light.vertices);
@@ -450,8 +475,8 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
   VertexMemory memory;
   KeptVisitedVertices<decltype(to_camera)> light{{memory.vertices()}, to_camera};
   if (strategies.has_light_vertices(2)) {
-    Subpath path{start_path({}, from.from_light, rays)};
-    path.fog = fog_ ? &*fog_ : nullptr;
+    Subpath path{start_path(from.from_light, rays)};
+    begin(path, from.from_camera);
     follow_light(path, strategies, light);
     const int reached = light.vertices.empty() ? 1 : light.vertices.back().length() + 1;
     if (strategies.only && reached < strategies.only->light) {
@@ -459,8 +484,8 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
     }
   }
   if (strategies.has_camera_vertices(2)) {
-    CameraSubpath path{{start_path(from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
-    path.fog = fog_ ? &*fog_ : nullptr;
+    CameraSubpath path{{start_path(scene_, from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
+    begin(path, from.from_camera);
     path.last.origin = path.ray.origin;
     path.sums = weights_.from_camera(path.ray);
     follow_camera(path, strategies, light.vertices);

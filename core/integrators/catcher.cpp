@@ -6,11 +6,13 @@
 
 #include "core/bsdf/clearcoat_lobe.h"
 #include "core/integrators/registry.h"
+#include "core/math/frame.h"
+#include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
-#include "core/transport/visibility.h"
 
 namespace core {
 
@@ -111,105 +113,160 @@ Rgb BareGround::radiance(Vec3 point, Vec3 wo_world) const noexcept {
   return diffuse * ((1 - coat.e_wo) / (1 - coat.e_average)) + mirrored;
 }
 
+template <typename Options>
+Vec3 CatcherTracer<Options>::soft(const PathVertex& vertex, Vec3 wi_world, Vec2 u) const noexcept {
+  const float sine2 = shadow_.softness * shadow_.softness;
+  // Uniform over the cap: 1 - cos is linear in u.
+  const float fall = u.x * sine2 / (1 + std::sqrt(1 - sine2));
+  const float sine = std::sqrt(fall * (2 - fall));
+  const float phi = kTwoPi * u.y;
+  const Vec3 wi =
+      frame_from_normal(wi_world).to_world({sine * std::cos(phi), sine * std::sin(phi), 1 - fall});
+  const Vec3 n = vertex.shading.horizon;
+  return wi - n * std::min(2 * dot(wi, n), 0.0F);  // mirrored at the ground
+}
+
+template <typename Options>
+float CatcherTracer<Options>::inside_border(Vec2 film_px) const noexcept {
+  if (!has_border_) {
+    return 1;
+  }
+  constexpr float kWidth = 1.0F / 8;  // of the shorter side
+  const auto width = static_cast<float>(film_.width);
+  const auto height = static_cast<float>(film_.height);
+  const float inside = std::min({film_px.x, film_px.y, width - film_px.x, height - film_px.y});
+  const float t = std::clamp(inside / (kWidth * std::min(width, height)), 0.0F, 1.0F);
+  return t * t * (3 - 2 * t);
+}
+
 /// Adds a light sample, which the model may occlude.
 template <typename Options>
 void CatcherTracer<Options>::add_light_sample(TracedPath& path, const PathVertex& vertex,
-                                              const Bsdf& bsdf, Change& change) const noexcept {
-  const LightSampler& lights = paths_.lights();
-  if (lights.empty()) {
+                                              const Bsdf& bsdf, Changes& changes) const noexcept {
+  const DirectLight direct = sample_direct_light(path, vertex, bsdf, paths_.lights());
+  if (is_black(direct.value)) {
     return;
   }
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
-  const LightSample light =
-      lights.sample(vertex.shading.origin, vertex.light_normal, u.x, {u.y, u.z});
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return;
+  const LightSample& light = direct.light;
+  const Rgb value = direct.value * (direct.weight(paths_.options().mis) / light.pdf_solid_angle);
+  Vec3 wi = light.wi_world;
+  Vec3 target = light.target;
+  const bool is_of_model = light.triangle != kNoLight;
+  if (shadow_.softness > 0 && !is_of_model) {
+    const Vec4 v = path.sampler.get_4d(choice_group(path.depth));
+    wi = soft(vertex, wi, {v.x, v.y});
+    target = vertex.shading.origin + wi * length(light.target - vertex.shading.origin);
   }
-  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
-  if (is_black(f.value_cos)) {
-    return;
+  const Rgb open = visibility_from(scene_, path, vertex, wi, target, light.is_far).transmittance;
+  if (is_of_model) {
+    changes.diffuse.bounced += value * open;
+  } else {
+    changes.diffuse.blocked += value * (Rgb(1) - open);
   }
-  const float weight =
-      light.is_delta ? 1.0F : paths_.options().mis.weight(light.pdf_solid_angle, f.pdf_solid_angle);
-  const Rgb value = f.value_cos * light.radiance * (weight / light.pdf_solid_angle);
-  const Rgb open = visibility_from(scene_, path, vertex, light.wi_world, light.target, light.is_far)
-                       .transmittance;
-  if (light.triangle != kNoLight) {
-    change.more += value * open;  // an emitter of the model
-    return;
-  }
-  change.more += value * (open - Rgb(1));
-  change.blocked += value * (Rgb(1) - open);
 }
 
 /// Samples a BSDF direction: it hits the model, or sees the environment with and without the model.
 template <typename Options>
 void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& vertex,
-                                           const Bsdf& bsdf, Change& change) const noexcept {
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+                                           const Bsdf& bsdf, Changes& changes) const noexcept {
+  const int depth = path.depth;
+  const Vec4 u = path.sampler.get_4d(dimension_group(depth, BounceGroup::kBsdf));
   const BsdfSample sample = bsdf.sample(u.x, {u.y, u.z});
   if (is_black(sample.weight)) {
     return;
   }
+  Change& change = sample.is_delta ? changes.mirrored : changes.diffuse;
+  const bool is_soft = shadow_.softness > 0 && !sample.is_delta;
+  const Vec3 wi = vertex.shading.frame.to_world(sample.wi_local);
+  Rgb hidden;  // fraction of the environment that a softened shadow takes
+  if (is_soft) {
+    const Vec4 v = path.sampler.get_4d(choice_group(depth));
+    hidden =
+        Rgb(1) -
+        visibility_from(scene_, path, vertex, soft(vertex, wi, {v.z, v.w}), {}, true).transmittance;
+  }
   scatter(scene_, path, vertex, sample, 1);
   RawHit hit;
   ++path.rays;
-  if (!scene_.accel->intersect(path.ray, hit)) {
+  const bool is_met = scene_.accel->intersect(path.ray, hit);
+  if (!is_met && is_black(hidden)) {
     return;
   }
   Rgb kept_away;
   if (environment_ != nullptr) {
-    const Vec3 direction = path.ray.direction;
-    if (sample.is_delta) {
-      kept_away = path.beta * environment_->background(direction);
-    } else {
-      const float pdf_light =
-          paths_.lights().pdf_environment(direction, vertex.shading.origin, vertex.light_normal);
-      kept_away = path.beta * environment_->radiance(direction) *
-                  paths_.options().mis.weight(path.last.pdf_bsdf, pdf_light);
-    }
+    const FoundLight found = found_background(*environment_, paths_.lights(), path);
+    kept_away = path.beta * found.radiance * found.weight(paths_.options().mis, path.last);
   }
-  path.met = &hit;
-  paths_.follow(path);
-  change.more += path.out.radiance - kept_away;
-  // The ray may leave the scene through holes.
-  change.blocked += path.out.hit ? kept_away : Rgb{};
+  if (is_met) {
+    path.met = &hit;
+    paths_.follow(path);
+    // The ray may leave the scene through holes.
+    change.bounced += path.out.radiance - (path.out.hit ? Rgb{} : kept_away);
+    hidden = is_soft ? hidden : Rgb(path.out.hit ? 1.0F : 0.0F);
+  }
+  change.blocked += kept_away * hidden;
+}
+
+template <typename Options>
+void CatcherTracer<Options>::catch_light(TracedPath& path, const PathVertex& vertex,
+                                         Vec2 film_px) const noexcept {
+  const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+  if (!path.out.hit) {
+    record_first_surface(path.out, vertex, bsdf.albedo());
+  }
+  Changes changes;
+  if (!paths_.is_at_max_depth(path)) {
+    TracedPath from{path};
+    from.beta = Rgb(1);
+    from.out = {};
+    add_light_sample(from, vertex, bsdf, changes);
+    add_direction(from, vertex, bsdf, changes);
+  }
+  changes.diffuse.blocked *= shadow_.strength;
+  const Rgb bare = bare_.radiance(vertex.point.position, vertex.wo_world);
+  const auto share = [](float part, float whole) { return whole > 0 ? part / whole : 0.0F; };
+  const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
+  const Rgb blocked = changes.diffuse.blocked + changes.mirrored.blocked;
+  const Rgb bounced = changes.diffuse.bounced + changes.mirrored.bounced;
+  float alpha = 0;
+  Rgb color;
+  if (shadow_.color == ShadowColor::kNeutral) {
+    // Bounced light takes part of the shadow away, which is as strong as its strength.
+    const Rgb diffuse = changes.diffuse.blocked - changes.diffuse.bounced * shadow_.strength;
+    alpha = share(luminance(diffuse), luminance(bare)) * inside_border(film_px) +
+            share(luminance(changes.mirrored.blocked), luminance(bare));
+    color = changes.mirrored.bounced + (seen ? *seen * (1 - alpha) : Rgb{});
+  } else if (seen) {
+    const Rgb part = {share(blocked.r, bare.r), share(blocked.g, bare.g), share(blocked.b, bare.b)};
+    color = *seen * (Rgb(1) - part) + bounced;
+  } else {
+    alpha = share(luminance(blocked), luminance(bare));
+    color = bounced - blocked + bare * alpha;
+  }
+  path.out.radiance += path.beta * color;
+  path.out.alpha -= luminance(path.beta) * (seen ? 0.0F : 1 - alpha);
 }
 
 template <typename Options>
 PathSample CatcherTracer<Options>::trace(const Camera::CameraRay& camera_ray,
                                          const PathSampler& sampler,
                                          std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
-  const bool is_ground =
-      intersect(scene_, path, vertex) && scene_.ground && vertex.point.placed == *scene_.ground;
-  if (!is_ground) {
-    return paths_.trace(camera_ray, sampler, rays);
+  while (paths_.next_vertex(path, vertex)) {
+    const bool is_ground = scene_.ground && vertex.point.placed == *scene_.ground;
+    if (is_ground && (path.depth == 0 || paths_.sees_backdrop(path))) {
+      vertex.light_normal = vertex.shading.horizon;
+      catch_light(path, vertex, camera_ray.film_px);
+      return path.out;
+    }
+    // The branches of a split path would not be caught behind glass.
+    const bool is_glass = backdrop_.is_through_glass() && vertex.shading.bsdf.transmission > 0;
+    if (!paths_.go_on(path, vertex, !is_glass)) {
+      return path.out;
+    }
   }
-  segment_medium(scene_, path, vertex);
-  surface_event(scene_, path, vertex);
-  const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
-  vertex.light_normal = vertex.shading.horizon;
-  PathSample out;
-  record_first_surface(out, vertex, bsdf.albedo());
-  Change change;
-  if (!paths_.is_at_max_depth(path)) {
-    add_light_sample(path, vertex, bsdf, change);
-    add_direction(path, vertex, bsdf, change);
-  }
-  const Rgb bounced = change.more + change.blocked;
-  const Rgb bare = bare_.radiance(vertex.point.position, vertex.wo_world);
-  const auto share = [](float part, float whole) { return whole > 0 ? part / whole : 0.0F; };
-  if (const std::optional<Rgb> seen = backdrop_.seen(camera_ray.ray.direction)) {
-    const Rgb blocked = {share(change.blocked.r, bare.r), share(change.blocked.g, bare.g),
-                         share(change.blocked.b, bare.b)};
-    out.radiance = *seen * (Rgb(1) - blocked) + bounced;
-    return out;
-  }
-  out.alpha = share(luminance(change.blocked), luminance(bare));
-  out.radiance = change.more + bare * out.alpha;
-  return out;
+  return path.out;
 }
 
 std::unique_ptr<const Integrator> make_catcher(const IntegratorInput& input) {

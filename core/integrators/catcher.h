@@ -1,17 +1,25 @@
 /// Shadow and reflection catcher: a ground of which the camera sees only the changes that the model
 /// makes to it. It is diffuse, with or without a smooth clear coat.
 ///
-/// With B the radiance of the ground without the model, and the radiance with it
-/// W = B - blocked + bounced, where `blocked` is light of the lights that does not arrive and
-/// `bounced` the light that comes from the model: alpha a = blocked / B, as luminances, and the
-/// colour, premultiplied, C = W - (1 - a) B. So C + (1 - a) X is W over a ground that looks like X
-/// = B, whatever the noise, and where the model changes nothing a and C are 0 without noise:
-/// blocked light is that of the very samples that meet the model. Where the background X is known
-/// the shadow is coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel.
-/// B has a closed form: distant lights are the same everywhere on the ground, punctual ones are
-/// sums, and a smooth coat mirrors one direction of the environment. A mirrored part of the model
-/// blocks what the coat would mirror without it. Lights of the model are bounced. Source of the
-/// idea: Debevec, Rendering Synthetic Objects into Real Scenes, SIGGRAPH 1998.
+/// B is the radiance of the ground without the model; `blocked` is light of the lights that the
+/// model keeps from it, `bounced` the light that comes from the model. B has a closed form: distant
+/// lights are the same everywhere on the ground, punctual ones are sums, and a smooth coat mirrors
+/// one direction of the environment. A mirrored part of the model blocks what the coat would mirror
+/// without it. Lights of the model are bounced. Blocked light is that of the very samples that meet
+/// the model, so where the model changes nothing there is no noise. ShadowSettings::strength scales
+/// the diffuse blocked light. Source of the idea: Debevec, Rendering Synthetic Objects into Real
+/// Scenes, SIGGRAPH 1998.
+///
+/// physical: W = B - blocked + bounced is the radiance with the model. Alpha a = blocked / B, as
+/// luminances, and the colour, premultiplied, C = W - (1 - a) B: C + (1 - a) X is W over a ground
+/// that looks like X = B, whatever the noise. Where the background X is known the shadow is
+/// coloured as the light is: W over it is X (1 - blocked / B) + bounced, by channel.
+///
+/// neutral: a = (blocked - bounced) / B, as luminances, of the diffuse ground, times a factor that
+/// falls to 0 at the border of the film, plus what the mirrored model blocks; C is what the coat
+/// mirrors of the model. So over any X the shadow is X darkened, as much as B would be; light that
+/// the model adds to the diffuse ground only weakens its shadow. Source: Cycles' shadow catcher,
+/// whose alpha is 1 less the mean of the channels of W / B.
 #pragma once
 
 #include <array>
@@ -49,25 +57,41 @@ class CatcherTracer final : public Integrator {
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
         bare_(input.scene, input.environment, input.settings.ground),
+        shadow_(input.settings.ground.shadow),
+        film_(input.settings.film),
+        has_border_(input.camera != nullptr && input.camera->type() != CameraType::kPanorama),
         paths_(input) {}
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;
 
  private:
-  /// The change of the ground's light due to the model. blocked: the light that the model occludes.
+  /// The change of the ground's light due to the model.
   struct Change {
-    Rgb more;
     Rgb blocked;
+    Rgb bounced;
   };
+  struct Changes {
+    Change diffuse;
+    Change mirrored;
+  };
+  /// Ends the path on the ground.
+  void catch_light(TracedPath& path, const PathVertex& vertex, Vec2 film_px) const noexcept;
   void add_light_sample(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
-                        Change& change) const noexcept;
+                        Changes& changes) const noexcept;
   void add_direction(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
-                     Change& change) const noexcept;
+                     Changes& changes) const noexcept;
+  /// Returns a direction within the softness of wi, above the ground. u in [0,1)^2.
+  Vec3 soft(const PathVertex& vertex, Vec3 wi_world, Vec2 u) const noexcept;
+  /// Returns the factor of a neutral shadow at a film position.
+  float inside_border(Vec2 film_px) const noexcept;
 
   const SceneData& scene_;
   const Environment* environment_;
   Backdrop backdrop_;
   BareGround bare_;
+  ShadowSettings shadow_;
+  FilmSettings film_;
+  bool has_border_;
   PathTracer<Options> paths_;
 };
 

@@ -10,7 +10,7 @@
 namespace core {
 namespace {
 
-constexpr std::array<std::string_view, 14> kPathOptions = {
+constexpr std::array<std::string_view, 15> kPathOptions = {
     "/integrator/max_depth",
     "/estimator/strategy",
     "/estimator/mis",
@@ -25,26 +25,36 @@ constexpr std::array<std::string_view, 14> kPathOptions = {
     "/medium",
     "/spectral",
     "/shutter_seconds",
+    kThroughGlass,
 };
-constexpr std::array<std::string_view, 5> kDirectOptions = {
-    "/sampler/type", "/sampler/replicates", "/adaptive", "/spectral", "/shutter_seconds"};
+constexpr std::array<std::string_view, 6> kDirectOptions = {
+    "/sampler/type", "/sampler/replicates", "/adaptive",
+    "/spectral",     "/shutter_seconds",    kThroughGlass};
 constexpr std::array<std::string_view, 3> kLightTraceOptions = {
     "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
-constexpr std::array<std::string_view, 4> kBdptOptions = {"/integrator/max_depth", "/sampler/type",
-                                                          "/sampler/replicates", "/medium"};
-constexpr std::array<std::string_view, 5> kAutomaticOptions = {
-    "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/medium", "/spectral"};
+constexpr std::array<std::string_view, 5> kBdptOptions = {
+    "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/medium", kThroughGlass};
+constexpr std::array<std::string_view, 6> kAutomaticOptions = {"/integrator/max_depth",
+                                                               "/sampler/type",
+                                                               "/sampler/replicates",
+                                                               "/medium",
+                                                               "/spectral",
+                                                               kThroughGlass};
 constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth",
                                                          "/sampler/replicates"};
-constexpr std::array<std::string_view, 6> kSppmOptions = {
-    "/integrator/max_depth", "/integrator/photons", "/integrator/radius_m",
-    "/integrator/alpha",     "/sampler/type",       "/sampler/replicates"};
-constexpr std::array<std::string_view, 6> kPhotonMapOptions = {
-    "/integrator/max_depth",    "/integrator/photons", "/integrator/radius_m",
-    "/integrator/final_gather", "/sampler/type",       "/sampler/replicates"};
-constexpr std::array<std::string_view, 6> kCacheOptions = {
-    "/integrator/max_depth", "/integrator/tolerance", "/integrator/rays",
-    "/integrator/records",   "/sampler/type",         "/sampler/replicates"};
+constexpr std::array<std::string_view, 7> kSppmOptions = {
+    "/integrator/max_depth", "/integrator/photons", "/integrator/radius_m", "/integrator/alpha",
+    "/sampler/type",         "/sampler/replicates", kThroughGlass};
+constexpr std::array<std::string_view, 7> kPhotonMapOptions = {"/integrator/max_depth",
+                                                               "/integrator/photons",
+                                                               "/integrator/radius_m",
+                                                               "/integrator/final_gather",
+                                                               "/sampler/type",
+                                                               "/sampler/replicates",
+                                                               kThroughGlass};
+constexpr std::array<std::string_view, 7> kCacheOptions = {
+    "/integrator/max_depth", "/integrator/tolerance", "/integrator/rays", "/integrator/records",
+    "/sampler/type",         "/sampler/replicates",   kThroughGlass};
 
 constexpr std::array kIntegrators = {
     IntegratorEntry{.name = "path",
@@ -85,7 +95,6 @@ constexpr std::array kIntegrators = {
                     .make = &make_bdpt,
                     .accepts = kBdptOptions,
                     .splats = true,
-                    .disperses = false,
                     .media = true,
                     .shares = true,
                     .strategies = true},
@@ -97,8 +106,7 @@ constexpr std::array kIntegrators = {
         .error = ErrorValidity::kFromChains,
         .make = &make_metropolis,
         .accepts = kMltOptions,
-        .splats = true,
-        .disperses = false},
+        .splats = true},
     IntegratorEntry{.name = "photon-map",
                     .summary = "Photon mapping: photons from the lights, gathered within a fixed "
                                "radius; caustics directly from the map, other indirect light after "

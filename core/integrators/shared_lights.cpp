@@ -123,8 +123,8 @@ class SharedLightsTracer final : public GroupTracer {
 /// Traces to the first surface.
 void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& place,
                                std::uint64_t& rays) const noexcept {
-  TracedPath& path =
-      member.path.emplace(TracedPath{start_path(from.camera_ray, from.sampler, rays)});
+  TracedPath& path = member.path.emplace(
+      TracedPath{start_path(owner_.scene(), from.camera_ray, from.sampler, rays)});
   member.is_over = true;
   member.shares = false;
   place.count = 0;
@@ -313,9 +313,9 @@ Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
   const Member& from = paths_[taken];
   const Expected& of = expected_[taken];
   const LightView& view = views_[which * count + taken];
-  DirectLight out;
+  PathLight out;
   out.light.wi_world = view.wi_world;
-  out.light.target = owner_.lights().target(from.light, view);
+  out.light.target = owner_.lights().target(from.light, view, member.vertex.shading.origin);
   out.light.is_far = view.is_far;
   out.light.is_delta = view.is_delta;
   out.value = path.beta * of.f.value_cos * view.radiance;

@@ -16,7 +16,7 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
     const SurfacePoint point = scene.surface_point(hit, ray);
     if (scene.has_alpha && scene.coverage(hit, ray) < 0.5F) {
       const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
-      ray.origin = offset_ray(point.position, point.normal_geometric * side);
+      ray.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
       continue;
     }
     const PlacedMesh& placed = scene.placed[point.placed];
@@ -24,7 +24,7 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
             .instance = placed.instance,
             .material = point.material + 1,
             .primitive = scene.meshes[placed.mesh].primitive,
-            .position = point.position,
+            .position = (Place(point.position) + scene.origin).rounded(),
             .uv = scene.uv(hit, ray),
             .motion = motion != nullptr ? motion->of(scene, point, scene.corner_weights(hit, ray))
                                         : Vec2{}};
@@ -47,7 +47,7 @@ void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
 void count_matte(const SceneData& scene, PathState& path, MatteKinds kinds, int half,
                  std::span<MattePixel> pixel) noexcept {
   PathVertex vertex;
-  if (!intersect(scene, path, vertex)) {
+  if (!reach(scene, path, vertex)) {
     return;
   }
   MatteRank hit;

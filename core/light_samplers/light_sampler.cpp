@@ -53,7 +53,8 @@ LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float p
   if (!(distance2 > 0) || !(t.area_m2 > 0)) {
     return s;
   }
-  s.wi_world = d * (1 / std::sqrt(distance2));
+  const float distance_m = std::sqrt(distance2);
+  s.wi_world = d * (1 / distance_m);
   float cos_light = -dot(t.normal, s.wi_world);
   Vec3 towards = t.normal;
   if (t.two_sided && cos_light < 0) {
@@ -63,13 +64,13 @@ LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float p
   if (!(cos_light > kCosLightLeast)) {
     return s;
   }
-  s.target = offset_ray(on_light, towards);
+  s.target = offset_ray(on_light, towards, plane_error_m(t.error_m, distance_m));
   s.triangle = light;
   s.light = light;
   s.place = on_light;
   s.prob_light = prob;
   s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
-  s.radiance = triangle_radiance(scene_, t, b);
+  s.radiance = triangle_radiance(scene_, t, on_light, -s.wi_world);
   return s;
 }
 

@@ -4,6 +4,8 @@
 /// Source: PBR 4th ed. 12.6.3.
 #pragma once
 
+#include <limits>
+
 #include "core/math/lane_math.h"
 
 namespace core {
@@ -46,7 +48,8 @@ Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> n
   const Vec3s<N> d = point - node.center;
   const Floats<N> distance2 = dot(d, d);
   // At distance 0 the vector is zero too, and so is its product with any factor.
-  const Floats<N> inverse = one / sqrt(max(distance2, Floats<N>(1e-30F)));
+  const Floats<N> inverse =
+      one / sqrt(max(distance2, Floats<N>(std::numeric_limits<float>::min())));
   const Floats<N> along = dot(d, node.axis);
   // One-sided lights send no light to points behind them.
   Mask<N> none = along + node.axis_reach <= zero;
@@ -62,7 +65,7 @@ Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> n
   none = none | (cos_p <= node.cos_theta_e);
   // With emission over the whole sphere (points) the cosine is unrelated to power.
   const Floats<N> cosine = select(node.cos_theta_e < Floats<N>(-0.99F), one, cos_p);
-  const Floats<N> d2 = max(max(distance2, node.radius2), Floats<N>(1e-20F));
+  const Floats<N> d2 = max(max(distance2, node.radius2), Floats<N>(1e-30F));
   Floats<N> value = node.power * cosine / d2;
   const Mask<N> has_side = dot(normal, normal) > zero;
   if (has_side.any()) {

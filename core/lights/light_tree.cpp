@@ -42,15 +42,15 @@ double cone_measure(float cos_theta_o, float cos_theta_e) {
 }
 
 /// Returns the cost of a group: power times surface times the measure of its cone of directions.
-/// Source: Conty Estevez and Kulla 2018, eq. 1.
+/// Source: Conty Estevez and Kulla 2018, eq. 1. Pre: the diagonal is above 0 along the axis.
 double orientation_cost(const LightBounds& b, Vec3 parent_diagonal, int axis) {
   const Vec3 d = b.box.diagonal();
   const double area = 2.0 * static_cast<double>(d.x * d.y + d.y * d.z + d.z * d.x);
   const float longest = max_component(parent_diagonal);
-  const double regular = static_cast<double>(longest) /
-                         std::max(1e-12, static_cast<double>(component(parent_diagonal, axis)));
+  const double regular =
+      static_cast<double>(longest) / static_cast<double>(component(parent_diagonal, axis));
   return static_cast<double>(b.power) * cone_measure(b.cos_theta_o, b.cos_theta_e) * regular *
-         std::max(area, 1e-12);
+         std::max(area, 1e-12 * static_cast<double>(longest) * static_cast<double>(longest));
 }
 
 }  // namespace

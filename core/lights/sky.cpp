@@ -81,7 +81,8 @@ Sky::Sky(const SunPosition& sun) {
             0.15346 * s * s * s - 0.26756 * s * s + 0.06670 * s + 0.26688};
   for (int nm = 380; nm <= 780; ++nm) {
     const double arrives = sun_radiance_per_nm(nm) * transmittance(nm, s);
-    sun_.radiance += color_matching(static_cast<float>(nm)) * static_cast<float>(arrives);
+    sun_.radiance +=
+        color_matching(static_cast<float>(nm)) * static_cast<float>(arrives * kLumensPerWatt);
   }
   sun_.radiance = {std::max(sun_.radiance.r, 0.0F), std::max(sun_.radiance.g, 0.0F),
                    std::max(sun_.radiance.b, 0.0F)};
@@ -106,7 +107,7 @@ Rgb Sky::above(Vec3 d) const {
   const auto cos_theta = static_cast<double>(std::max(d.y, 1e-4F));
   const double gamma =
       std::acos(std::clamp(static_cast<double>(dot(d, sun_.direction)), -1.0, 1.0));
-  const double big_y = luminance_.over_zenith(cos_theta, gamma, theta_sun_) / kLumensPerWatt;
+  const double big_y = luminance_.over_zenith(cos_theta, gamma, theta_sun_);  // cd/m^2
   const double x = x_.over_zenith(cos_theta, gamma, theta_sun_);
   const double y = y_.over_zenith(cos_theta, gamma, theta_sun_);
   const auto cx = static_cast<float>(x / y * big_y);

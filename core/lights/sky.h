@@ -2,8 +2,8 @@
 ///
 /// Source: Preetham, Shirley and Smits, A Practical Analytic Model for Daylight, SIGGRAPH 1999:
 /// luminance and chromaticity of the sky, and attenuation of the sun (without ozone, water vapour
-/// and mixed gases, which absorb a few percent). Radiance is in W/(m^2 sr) of nominal white:
-/// luminance in cd/m^2 over 683 lm/W.
+/// and mixed gases, which absorb a few percent). Radiance is in cd/m^2, as that of all lights
+/// (core/color/photometry.h).
 #pragma once
 
 #include "core/color/rgb.h"
@@ -21,7 +21,7 @@ class Sky {
   /// reflectance kGroundAlbedo.
   Rgb radiance(Vec3 direction) const;
   const SunDisc& sun() const { return sun_; }
-  /// Returns the irradiance of a horizontal surface from sky and sun.
+  /// Returns the irradiance of a horizontal surface from sky and sun [lux].
   Rgb irradiance() const { return irradiance_; }
 
   /// Source: ASHRAE Handbook, Fundamentals: ground reflectance if nothing is known.

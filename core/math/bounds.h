@@ -26,6 +26,11 @@ struct Bounds {
   }
   constexpr Vec3 center() const noexcept { return (min + max) * 0.5F; }
   constexpr Vec3 diagonal() const noexcept { return max - min; }
+  /// Half the diagonal; `otherwise` for an empty box or a point, which have no size.
+  float radius_or(float otherwise) const noexcept {
+    const float radius = empty() ? 0.0F : 0.5F * length(diagonal());
+    return radius > 0 ? radius : otherwise;
+  }
 };
 
 }  // namespace core

@@ -4,8 +4,11 @@
 /// Each follows its scalar counterpart step by step, so results agree up to rounding.
 #pragma once
 
+#include <limits>
+
 #include "core/math/lanes.h"
 #include "core/math/numbers.h"
+#include "core/math/offset_ray.h"
 #include "core/math/vec.h"
 
 namespace core {
@@ -54,7 +57,8 @@ Floats<N> length(Vec3s<N> a) {
 template <std::size_t N>
 Vec3s<N> normalize_or(Vec3s<N> a, Vec3s<N> otherwise) {
   const Floats<N> squared = dot(a, a);
-  const Mask<N> usable = (squared > Floats<N>(1e-30F)) & is_finite(squared);
+  const Mask<N> usable =
+      (squared >= Floats<N>(std::numeric_limits<float>::min())) & is_finite(squared);
   return select(usable, a * (Floats<N>(1) / sqrt(squared)), otherwise);
 }
 template <std::size_t N>
@@ -86,15 +90,23 @@ Frames<N> frame_from_normal(Vec3s<N> n) {
 
 /// core/math/offset_ray.h
 template <std::size_t N>
-Vec3s<N> offset_ray(Vec3s<N> p, Vec3s<N> n) {
-  const auto moved = [](Floats<N> x, Floats<N> along) {
-    const Ints<N> steps = truncated(Floats<N>(256) * along);
-    const Floats<N> near_zero = x + Floats<N>(1.0F / 65536.0F) * along;
-    const Ints<N> signed_steps = select(x < Floats<N>(0), Ints<N>(0) - steps, steps);
-    return select(abs(x) < Floats<N>(1.0F / 32.0F), near_zero,
-                  floats_of(bits_of(x) + signed_steps));
-  };
-  return {moved(p.x, n.x), moved(p.y, n.y), moved(p.z, n.z)};
+Vec3s<N> offset_ray(Vec3s<N> p, Vec3s<N> n, Floats<N> error_m) {
+  return p + n * error_m;
+}
+template <std::size_t N>
+Floats<N> taxicab(Vec3s<N> a) {
+  return abs(a.x) + abs(a.y) + abs(a.z);
+}
+/// spread, place_m: InstanceError
+template <std::size_t N>
+Floats<N> plane_error_m(Vec3s<N> p, Vec3s<N> edge1, Vec3s<N> edge2, Floats<N> twice_area,
+                        Floats<N> spread, Floats<N> place_m) {
+  const Floats<N> a = taxicab(edge1);
+  const Floats<N> b = taxicab(edge2);
+  const Floats<N> sliver =
+      min(Floats<N>(kSliverShare) * a * b / twice_area, Floats<N>(kSliverMost));
+  return Floats<N>(kPlaneError) *
+         (spread * (taxicab(p) + place_m) + (a + b) * (Floats<N>(1) + sliver));
 }
 
 /// Returns sine and cosine for |x| <= 2 pi. Source: Moshier's Cephes library, sinf and cosf; errors

@@ -1,28 +1,75 @@
 /// Offsets ray origins from surfaces; all rays that leave a surface use this.
+///
+/// A step off a surface exceeds the distance that rounding may put between a point computed from
+/// the triangle's vertices and the plane that an intersector sees, and is no longer than that: it
+/// has no length of its own, so that scenes of any size look alike. Source: Pharr, Jakob and
+/// Humphreys, PBR 4th ed., 6.8 (Managing Rounding Error). The bound is linear in
+/// - the coordinates of the point, which is a sum of vertices times barycentric coordinates,
+/// - the edges of the triangle: intersectors subtract the ray's origin from the vertices,
+/// - their lengths over the triangle's height, up to 64: the normal of a sliver is inexact.
 #pragma once
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
 
+#include "core/math/transform.h"
 #include "core/math/vec.h"
 
 namespace core {
 
-/// Moves p to the side of the surface that n_geometric points to, by a number of float steps that
-/// exceeds the error of a hit point computed from the triangle's vertices. Source: Waechter and
-/// Binder, A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems 2019, ch. 6.
-inline Vec3 offset_ray(Vec3 p, Vec3 n_geometric) noexcept {
-  constexpr float kOrigin = 1.0F / 32.0F;
-  constexpr float kFloatScale = 1.0F / 65536.0F;
-  constexpr float kIntScale = 256.0F;
-  const auto moved = [](float x, float n) {
-    const auto steps = static_cast<std::int32_t>(kIntScale * n);
-    const float near_zero = x + kFloatScale * n;
-    const auto bits = std::bit_cast<std::int32_t>(x) + (x < 0 ? -steps : steps);
-    return std::fabs(x) < kOrigin ? near_zero : std::bit_cast<float>(bits);
-  };
-  return {moved(p.x, n_geometric.x), moved(p.y, n_geometric.y), moved(p.z, n_geometric.z)};
+/// Error of a distance to a plane relative to the lengths above: 6 roundings of 2^-24. Embree's
+/// robust kernels hit the triangle that a ray leaves at 2 in 3e-5 of cases and at 4 in none of
+/// 1e6 (random triangles and instances); few_triangles.cpp needs 3.
+inline constexpr float kPlaneError = 6 * 0x1p-24F;
+inline constexpr float kSliverShare = 1.0F / 8;  ///< of that ratio: 1/8 suffices by the same count
+inline constexpr float kSliverMost = 8;
+
+constexpr float taxicab(Vec3 a) noexcept {
+  return (a.x < 0 ? -a.x : a.x) + (a.y < 0 ? -a.y : a.y) + (a.z < 0 ? -a.z : a.z);
+}
+
+/// How an instance magnifies rounding: rays are transformed to its space, vertices back.
+struct InstanceError {
+  float spread = 1;   ///< largest row sum of |A| |A^-1|, A the linear part; 1 without an instance
+  float place_m = 0;  ///< taxicab length of the translation
+};
+
+/// Pre: the determinant is not 0.
+inline InstanceError instance_error(const Transform& to_world) noexcept {
+  const Vec3 column[3] = {to_world.x, to_world.y, to_world.z};
+  const float over = 1 / to_world.determinant();
+  const Vec3 row[3] = {cross(column[1], column[2]) * over, cross(column[2], column[0]) * over,
+                       cross(column[0], column[1]) * over};
+  InstanceError out = {0, taxicab(to_world.t)};
+  for (int i = 0; i < 3; ++i) {
+    float sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sum += std::fabs(column[k][i]) * taxicab(row[k]);
+    }
+    out.spread = std::max(out.spread, sum);
+  }
+  return out;
+}
+
+/// Returns the step off a triangle at point p, in metres. twice_area: length of the edges' cross
+/// product.
+inline float plane_error_m(Vec3 p, Vec3 edge1, Vec3 edge2, float twice_area,
+                           InstanceError instance = {}) noexcept {
+  const float a = taxicab(edge1);
+  const float b = taxicab(edge2);
+  const float sliver = std::min(kSliverMost, kSliverShare * a * b / twice_area);
+  return kPlaneError * (instance.spread * (taxicab(p) + instance.place_m) + (a + b) * (1 + sliver));
+}
+
+/// Returns the step off a triangle towards rays that end there, which start at a distance.
+inline float plane_error_m(float error_m, float distance_m) noexcept {
+  return error_m + kPlaneError * distance_m;
+}
+
+/// Moves p by error_m to the side of the surface that n_geometric (unit) points to.
+constexpr Vec3 offset_ray(Vec3 p, Vec3 n_geometric, float error_m) noexcept {
+  return p + n_geometric * error_m;
 }
 
 }  // namespace core

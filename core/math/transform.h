@@ -25,6 +25,18 @@ struct Transform {
   constexpr float determinant() const noexcept { return dot(cross(x, y), z); }
 };
 
+/// Returns m.point(p) rounded once: far from the origin of either space the products nearly cancel.
+constexpr Vec3 exact_point(const Transform& m, Vec3 p) noexcept {
+  const auto sum = [p](float x, float y, float z, float t) {
+    return static_cast<float>(static_cast<double>(x) * static_cast<double>(p.x) +
+                              static_cast<double>(y) * static_cast<double>(p.y) +
+                              static_cast<double>(z) * static_cast<double>(p.z) +
+                              static_cast<double>(t));
+  };
+  return {sum(m.x.x, m.y.x, m.z.x, m.t.x), sum(m.x.y, m.y.y, m.z.y, m.t.y),
+          sum(m.x.z, m.y.z, m.z.z, m.t.z)};
+}
+
 /// Applies b, then a: (a * b).point(p) == a.point(b.point(p)).
 constexpr Transform operator*(const Transform& a, const Transform& b) noexcept {
   return {a.vector(b.x), a.vector(b.y), a.vector(b.z), a.point(b.t)};

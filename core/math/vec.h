@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 namespace core {
 
@@ -58,7 +59,9 @@ inline Vec3 normalize(Vec3 a) noexcept { return a * (1.0F / length(a)); }
 /// Returns the unit vector of a, or `otherwise` if the length of a is unusable.
 inline Vec3 normalize_or(Vec3 a, Vec3 otherwise) noexcept {
   const float squared = dot(a, a);
-  return squared > 1e-30F && std::isfinite(squared) ? a * (1.0F / std::sqrt(squared)) : otherwise;
+  return squared >= std::numeric_limits<float>::min() && std::isfinite(squared)
+             ? a * (1.0F / std::sqrt(squared))
+             : otherwise;
 }
 
 inline bool is_finite(Vec3 a) noexcept {

@@ -13,8 +13,8 @@ namespace core {
 
 class Fog {
  public:
-  /// center, radius_m: the sphere.
-  Fog(const FogSettings& settings, Vec3 center, float radius_m) noexcept;
+  /// center, radius_m: the sphere. height_m: of the scene's origin in the file.
+  Fog(const FogSettings& settings, Vec3 center, float radius_m, double height_m = 0) noexcept;
 
   const Medium& medium() const noexcept { return medium_; }
   /// Returns the same fog with other coefficients.
@@ -39,17 +39,11 @@ class Fog {
   Range range(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
 
  private:
-  struct Span {
-    Range range;
-    float density = 0;  ///< at the start
-    float slope = 0;    ///< of the density's logarithm along the ray [1/m]
-  };
-  Span span(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
-
   Medium medium_;
   Vec3 center_;
   float radius_m_;
   float falloff_;
+  float at_origin_;  ///< exponent of the density at the scene's origin
 };
 
 }  // namespace core

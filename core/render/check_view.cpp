@@ -35,6 +35,10 @@ Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
   if (integrator == nullptr) {
     return ok_status();
   }
+  if (settings.background.through_glass && !accepts(*integrator, kThroughGlass)) {
+    return refused("true is not supported by " + settings.integrator + "; use path",
+                   std::string(kThroughGlass));
+  }
   if (scene.has_dispersion && !integrator->disperses) {
     return refused(
         "the scene has dispersion, which " + settings.integrator + " does not support; use path",
@@ -91,8 +95,7 @@ Status check_shutter(const RenderSettings& settings, const IntegratorEntry* inte
   if (!(settings.shutter_seconds > 0) || integrator == nullptr) {
     return ok_status();
   }
-  const Options& accepts = integrator->accepts;
-  if (std::find(accepts.begin(), accepts.end(), "/shutter_seconds") == accepts.end()) {
+  if (!accepts(*integrator, "/shutter_seconds")) {
     return refused(settings.integrator + " does not support shutter_seconds; use path",
                    "/shutter_seconds");
   }

@@ -25,10 +25,12 @@ class Meter {
   bool render(int chunk, MeterChunk& state, int last_sample, const std::stop_token& stop) const;
 
  private:
-  std::vector<MeterPoint> points_;
+  std::vector<MeterPoint> points_;  ///< in the file's coordinates
   std::uint64_t seed_;
   int first_replicate_;
+  Place origin_;  ///< of the scene
   IrradianceTracer tracer_;
+  std::vector<MediumStack> media_;  ///< around each point; empty: the scene has no solids
 };
 
 }  // namespace core

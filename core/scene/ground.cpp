@@ -86,11 +86,13 @@ void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 vi
     return;
   }
   const Bounds bounds = bounds_of(scene);
-  const float radius = bounds.empty() ? 1.0F : std::max(0.5F * length(bounds.diagonal()), 1e-6F);
+  const float radius = bounds.radius_or(1);
   // Slightly below the model, which may have a floor of its own.
   constexpr float kGap = 1e-4F;
   const float height =
-      settings.height_m.value_or(bounds.empty() ? 0.0F : bounds.min.y - kGap * radius);
+      settings.height_m
+          ? static_cast<float>(static_cast<double>(*settings.height_m) - scene.origin.y)
+          : (bounds.empty() ? 0.0F : bounds.min.y - kGap * radius);
   Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
   center.y = height;
   const Vec3 level = {view_direction.x, 0, view_direction.z};

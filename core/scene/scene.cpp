@@ -43,7 +43,7 @@ std::size_t MeshData::bytes() const noexcept {
   return moved + positions.capacity() * sizeof(Vec3) + indices.capacity() * sizeof(std::uint32_t) +
          normals.capacity() * sizeof(Vec3) + tangents.capacity() * sizeof(Vec4) +
          (uv[0].capacity() + uv[1].capacity()) * sizeof(Vec2) + colors.capacity() * sizeof(Vec4) +
-         file_vertices.capacity() * sizeof(std::uint32_t);
+         file_vertices.capacity() * sizeof(std::uint32_t) + round_sides.capacity();
 }
 
 Scene::Scene() : data_(std::make_unique<SceneData>()) {}
@@ -72,6 +72,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
     scene->environment_ = *std::move(environment);
     summary.has_environment = true;
   }
+  summary.origin = description.origin;
   summary.bounds = placed->bounds;
   summary.triangles = placed->triangles;
   summary.instances = description.instances.size();

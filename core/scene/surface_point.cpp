@@ -103,8 +103,8 @@ Vec3 carried(Vec3 way, const Corners& from, const Corners& to) {
 }  // namespace
 
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
-  const Transform* to_world =
-      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+  const PlacedInstance* instance = hit.instance == kNoInstance ? nullptr : &instances[hit.instance];
+  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
   const Corners c = corners(mesh, to_world, hit.primitive, ray.time);
@@ -115,6 +115,8 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   SurfacePoint s;
   s.position = c.p[0] * b.x + c.p[1] * b.y + c.p[2] * b.z;
   const float twice_area = length(n);
+  s.error_m = plane_error_m(s.position, c.p[1] - c.p[0], c.p[2] - c.p[0], twice_area,
+                            instance == nullptr ? InstanceError{} : instance->error);
   s.normal_geometric =
       twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
   s.normal_shading = s.normal_geometric;
@@ -130,7 +132,10 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
     }
     s.normal_shading =
         normalize_or(corner[0] * b.x + corner[1] * b.y + corner[2] * b.z, s.normal_geometric);
-    s.bulge_m = bulge(c, corner, b, dot(s.normal_geometric, ray.direction) <= 0 ? 1.0F : -1.0F);
+    const bool front = dot(s.normal_geometric, ray.direction) <= 0;
+    if (mesh.is_round(hit.primitive, front)) {
+      s.bulge_m = bulge(c, corner, b, front ? 1.0F : -1.0F);
+    }
   }
   const Material& material = materials[mesh.material];
   if (material.has_texture || material.is_emissive) {

@@ -180,6 +180,9 @@ class SceneWriter {
     } else if (m.ior_curve.formula == IorFormula::kSellmeier) {
       json["extras"]["ior_sellmeier"] = {{"b", m.ior_curve.a}, {"c_um2", m.ior_curve.c}};
     }
+    if (m.priority != 0) {
+      json["extras"]["priority"] = m.priority;
+    }
     return json;
   }
 
@@ -307,11 +310,13 @@ class SceneWriter {
   }
 
   void write_node(Json node, const Transform& m) {
+    const Place t = scene_.origin + m.t;
+    const Json place = scene_.origin == Place{} ? array_of(m.t) : Json::array({t.x, t.y, t.z});
     if (!(m.x == Vec3{1, 0, 0} && m.y == Vec3{0, 1, 0} && m.z == Vec3{0, 0, 1})) {
-      node["matrix"] = {m.x.x, m.x.y, m.x.z, 0, m.y.x, m.y.y, m.y.z, 0,
-                        m.z.x, m.z.y, m.z.z, 0, m.t.x, m.t.y, m.t.z, 1};
-    } else if (!(m.t == Vec3{})) {
-      node["translation"] = array_of(m.t);
+      node["matrix"] = {m.x.x, m.x.y, m.x.z, 0, m.y.x,    m.y.y,    m.y.z,    0,
+                        m.z.x, m.z.y, m.z.z, 0, place[0], place[1], place[2], 1};
+    } else if (!(m.t == Vec3{} && scene_.origin == Place{})) {
+      node["translation"] = place;
     }
     writer_.add("nodes", node.dump());
   }

@@ -44,6 +44,9 @@ struct GltfOptions {
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   int scene_index = -1;  ///< -1: the file's default scene
+  /// Point from which positions count; empty: far_origin() of the scene (gltf_origin.h). Scenes at
+  /// several times of one picture share the first one's.
+  std::optional<Place> origin;
   /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;
   GltfLimits limits;
@@ -66,9 +69,13 @@ using ResolveUri = std::function<SharedBytes(std::string_view uri)>;
 Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
                                    const GltfOptions& options);
 
-/// Returns the side files of a glTF document, in document order, without repeats and data URIs.
-/// Errors: as load_gltf().
-Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
-                                           const GltfLimits& limits = {});
+/// Whether there is a file with that name, a percent-decoded uri.
+using HasFile = std::function<bool(std::string_view name)>;
+
+/// Returns the names of the files that load_gltf() reads of those that `has` has, and of those that
+/// it needs besides, in the order of the document, each once: of buffers, of images of textures and
+/// of the environment, and of light profiles. Errors: as load_gltf().
+Result<std::vector<std::string>> gltf_files(std::span<const std::byte> file, const HasFile& has,
+                                            const GltfLimits& limits = {});
 
 }  // namespace core

@@ -117,6 +117,14 @@ std::vector<int> below(const tinygltf::Model& model, const std::vector<int>& sta
 
 }  // namespace
 
+Affine Affine::from(Place origin) const noexcept {
+  Affine out = *this;
+  for (std::size_t r = 0; r < 3; ++r) {
+    out.column[3][r] -= origin[static_cast<int>(r)];
+  }
+  return out;
+}
+
 Transform Affine::to_transform() const noexcept {
   const auto vec = [](const Column& c) {
     return Vec3{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/math/place.h"
 #include "core/math/transform.h"
 #include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/tinygltf.h"
@@ -17,6 +18,8 @@ struct Affine {
   /// Columns x, y, z, t.
   std::array<std::array<double, 3>, 4> column = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 
+  /// Returns the map whose images count from another place.
+  Affine from(Place origin) const noexcept;
   Transform to_transform() const noexcept;
   bool is_finite() const noexcept;  ///< after conversion to floats
 };

@@ -12,6 +12,7 @@
 #include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_nodes.h"
+#include "core/scene_io/gltf_origin.h"
 
 namespace core {
 namespace {
@@ -68,6 +69,7 @@ class NodePlacer {
         return status;
       }
     }
+    count_from_origin();
     return ok_status();
   }
 
@@ -75,8 +77,20 @@ class NodePlacer {
   const tinygltf::Node& node_at(int node) const {
     return model_.nodes[static_cast<std::size_t>(node)];
   }
-  Transform transform_of(int node) const {
-    return world_[static_cast<std::size_t>(node)].to_transform();
+  const Affine& matrix_of(int node) const { return world_[static_cast<std::size_t>(node)]; }
+
+  /// Subtracts the scene's origin in double, before positions become floats.
+  void count_from_origin() {
+    scene_.origin =
+        options_.origin ? *options_.origin : find_origin(scene_, instances_, scene_.warnings);
+    const auto put = [this](const std::vector<Affine>& from, auto& to) {
+      for (std::size_t i = 0; i < from.size(); ++i) {
+        to[i].to_world = from[i].from(scene_.origin).to_transform();
+      }
+    };
+    put(instances_, scene_.instances);
+    put(lights_, scene_.lights);
+    put(cameras_, scene_.cameras);
   }
 
   void place_camera(int node) {
@@ -95,7 +109,7 @@ class NodePlacer {
       camera.vertical_fov_rad = static_cast<float>(in.perspective.yfov);
       camera.aspect_ratio = static_cast<float>(in.perspective.aspectRatio);
     }
-    camera.to_world = transform_of(node);
+    cameras_.push_back(matrix_of(node));
   }
 
   void place_light(int node) {
@@ -117,7 +131,7 @@ class NodePlacer {
     light.range_m = static_cast<float>(in.range);
     light.inner_cone_rad = static_cast<float>(in.spot.innerConeAngle);
     light.outer_cone_rad = static_cast<float>(in.spot.outerConeAngle);
-    light.to_world = transform_of(node);
+    lights_.push_back(matrix_of(node));
     light.group = group_of(node);
   }
 
@@ -132,7 +146,7 @@ class NodePlacer {
     light.intensity =
         value_rgb(*extension, "color", Rgb(1)) * value_number(*extension, "multiplier", 1);
     light.profile = value_integer(*extension, "light", 0);
-    light.to_world = transform_of(node);
+    lights_.push_back(matrix_of(node));
     light.group = group_of(node);
   }
 
@@ -171,12 +185,13 @@ class NodePlacer {
     if (const auto* extension = find_extension(n.extensions, "EXT_mesh_gpu_instancing")) {
       return place_many(node, use, extension->Get("attributes"));
     }
-    return place(node, use, transform_of(node));
+    return place(node, use, matrix_of(node));
   }
 
-  Status place(int node, MeshUse& use, const Transform& to_world) {
+  Status place(int node, MeshUse& use, const Affine& matrix) {
+    Transform to_world = matrix.to_transform();
     if (!is_singular(to_world)) {
-      return add_instance(use, to_world, node);
+      return add_instance(use, matrix, node);
     }
     const bool nothing_left = is_zero(cross(to_world.x, to_world.y)) &&
                               is_zero(cross(to_world.y, to_world.z)) &&
@@ -185,14 +200,17 @@ class NodePlacer {
       return ok_status();  // scaled to a point or a line, as animations do to hide objects
     }
     use.node = node;
+    Affine moved;
+    moved.column[3] = matrix.column[3];
+    to_world.t = {};
     use.baked = &to_world;
-    return add_instance(use, Transform{}, node);
+    return add_instance(use, moved, node);
   }
 
   static bool is_zero(Vec3 v) { return !(length_squared(v) > 0); }
 
   /// copy: index among the node's instances.
-  Status add_instance(const MeshUse& use, const Transform& to_world, int node,
+  Status add_instance(const MeshUse& use, const Affine& to_world, int node,
                       std::uint32_t copy = 0) {
     auto mesh = meshes_.mesh_for(use);
     if (!mesh) {
@@ -207,7 +225,10 @@ class NodePlacer {
           "more than " + std::to_string(options_.limits.instances_max) + " instances in the scene",
           "/nodes/" + std::to_string(node)};
     }
-    scene_.instances.push_back({*mesh, to_world, group_of(node),
+    instances_.push_back(to_world);
+    scene_.instances.push_back({*mesh,
+                                {},
+                                group_of(node),
                                 static_cast<std::uint32_t>(node) + 1,
                                 first_instance_[static_cast<std::size_t>(node)] + copy});
     return ok_status();
@@ -234,6 +255,8 @@ class NodePlacer {
                                   std::to_string(skin.joints.size()) + " joints");
       }
     }
+    // Near the joints, so that vertices far from the file's origin keep their detail.
+    const Affine base = base_of(skin.joints);
     std::vector<Transform> joints;
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
       Affine matrix = world_[static_cast<std::size_t>(skin.joints[j])];
@@ -250,11 +273,25 @@ class NodePlacer {
         return invalid(where + "/joints/" + std::to_string(j),
                        "the joint's matrix is too large for a 32-bit float");
       }
-      joints.push_back(matrix.to_transform());
+      joints.push_back(
+          matrix.from({base.column[3][0], base.column[3][1], base.column[3][2]}).to_transform());
     }
     use.node = node;
     use.joint_matrices = joints;
-    return add_instance(use, Transform{}, node);
+    return add_instance(use, base, node);
+  }
+
+  /// A translation to the joints of a skin if they are far away, else none.
+  Affine base_of(const std::vector<int>& joints) const {
+    PlaceBox box;
+    for (const int joint : joints) {
+      const auto& t = matrix_of(joint).column[3];
+      box.add({t[0], t[1], t[2]});
+    }
+    const Place near = far_origin(box);
+    Affine out;
+    out.column[3] = {near.x, near.y, near.z};
+    return out;
   }
 
   Status place_many(int node, MeshUse& use, const tinygltf::Value& attributes) {
@@ -287,8 +324,7 @@ class NodePlacer {
       if (is_singular(to_world.to_transform())) {
         continue;
       }
-      if (status = add_instance(use, to_world.to_transform(), node, static_cast<std::uint32_t>(i));
-          !status) {
+      if (status = add_instance(use, to_world, node, static_cast<std::uint32_t>(i)); !status) {
         return status;
       }
     }
@@ -328,7 +364,8 @@ class NodePlacer {
   const AnimatedNodes& animated_;
   SceneDescription& scene_;
   std::vector<Affine> world_;
-  std::vector<std::uint32_t> first_instance_;  ///< of each node
+  std::vector<Affine> instances_, lights_, cameras_;  ///< of those in scene_
+  std::vector<std::uint32_t> first_instance_;         ///< of each node
 };
 
 }  // namespace

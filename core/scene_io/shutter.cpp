@@ -78,7 +78,7 @@ Result<MovedVertices> moved(const PrimitiveDescription& now, const PrimitiveDesc
     if (file >= then.positions.size() || (!now.normals.empty() && file >= then.normals.size())) {
       return refused("a mesh changes its vertices while the shutter is open");
     }
-    out.positions.push_back(to_world.point(then.positions[file]));
+    out.positions.push_back(exact_point(to_world, then.positions[file]));
     if (!now.normals.empty()) {
       out.normals.push_back(normalize_or(to_world.normal(then.normals[file]), {0, 0, 1}));
     }
@@ -168,7 +168,7 @@ class Shutter {
     for (std::size_t k = 0; k < steps.size(); ++k) {
       std::vector<Vec3> first = own.primitives[k].positions;
       for (Vec3& p : first) {
-        p = instance.to_world.point(p);
+        p = exact_point(instance.to_world, p);
       }
       own.primitives[k].later = fewest(first, std::move(steps[k]));
     }
@@ -186,7 +186,7 @@ class Shutter {
   static bool is_at_rest(const PrimitiveDescription& now, const Transform& to_world,
                          const MovedVertices& then) {
     for (std::size_t v = 0; v < now.positions.size(); ++v) {
-      if (!(to_world.point(now.positions[v]) == then.positions[v])) {
+      if (!(exact_point(to_world, now.positions[v]) == then.positions[v])) {
         return false;
       }
     }

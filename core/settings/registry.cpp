@@ -219,6 +219,20 @@ constexpr std::array kGrounds = {
                            "A studio sweep: a floor that curves up into a wall behind the model, "
                            "as seen from the camera."},
 };
+constexpr std::array kShadowColors = {
+    NamedValue<ShadowColor>{"neutral", ShadowColor::kNeutral,
+                            "Without colour: alpha is the luminance that the model takes from the "
+                            "ground. Fades to 0 at the border of the image."},
+    NamedValue<ShadowColor>{"physical", ShadowColor::kPhysical,
+                            "In the colours of the light that is left, and of the light that the "
+                            "model reflects onto the ground."},
+};
+constexpr std::array kUnits = {
+    NamedValue<Units>{"photometric", Units::kPhotometric,
+                      "A radiance of 1 is 1 cd/m2: candelas, lux and nits of the file count as "
+                      "they are, the watts of sun and sky 683 lm/W, and 1 in an image, colour or "
+                      "preset is 1 cd/m2."},
+};
 constexpr std::array kPresets = {
     NamedValue<EnvironmentPreset>{"studio", EnvironmentPreset::kStudio,
                                   "Soft boxes against grey: key, fill, one above and one behind."},
@@ -257,6 +271,8 @@ std::span<const NamedValue<FilterType>> filters() { return kFilters; }
 std::span<const NamedValue<FogType>> fog_types() { return kFogTypes; }
 std::span<const NamedValue<BackgroundType>> backgrounds() { return kBackgrounds; }
 std::span<const NamedValue<GroundType>> grounds() { return kGrounds; }
+std::span<const NamedValue<ShadowColor>> shadow_colors() { return kShadowColors; }
+std::span<const NamedValue<Units>> units() { return kUnits; }
 std::span<const NamedValue<EnvironmentPreset>> environment_presets() { return kPresets; }
 std::span<const NamedValue<CameraType>> camera_types() { return kCameraTypes; }
 

@@ -101,12 +101,21 @@ std::span<const NamedValue<FilterType>> filters();
 std::span<const NamedValue<FogType>> fog_types();
 std::span<const NamedValue<BackgroundType>> backgrounds();
 std::span<const NamedValue<GroundType>> grounds();
+std::span<const NamedValue<ShadowColor>> shadow_colors();
+std::span<const NamedValue<Units>> units();
 std::span<const NamedValue<EnvironmentPreset>> environment_presets();
 std::span<const NamedValue<CameraType>> camera_types();
 
 /// Returns whether the ground is a shadow catcher.
 inline bool has_catcher(const RenderSettings& settings) {
   return settings.ground.type == GroundType::kCatcher;
+}
+/// The option of integrators whose clear surfaces can show the background.
+inline constexpr std::string_view kThroughGlass = "/background/through_glass";
+/// Returns whether the integrator honours the option.
+inline bool accepts(const IntegratorEntry& integrator, std::string_view option) {
+  return std::find(integrator.accepts.begin(), integrator.accepts.end(), option) !=
+         integrator.accepts.end();
 }
 inline bool is_transparent(const RenderSettings& settings) {
   return settings.background.type == BackgroundType::kTransparent;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/math/place.h"
 #include "core/math/vec.h"
 
 namespace core {
@@ -88,8 +89,8 @@ struct CameraSettings {
   std::optional<CameraType> type;  ///< empty: perspective if the pose differs from the file's
   std::optional<std::string> name;
   std::optional<int> index;
-  std::optional<Vec3> position;
-  std::optional<Vec3> target;
+  std::optional<Place> position;
+  std::optional<Place> target;
   std::optional<Vec3> up;
   std::optional<float> vertical_fov_degrees;
   /// Height of the film in metres; empty: the file's, or the height that a perspective camera
@@ -173,14 +174,14 @@ struct FogSettings {
 
 /// A point at which irradiance is measured, on the side that `normal` faces.
 struct MeterPoint {
-  Vec3 position;  ///< world [m]
-  Vec3 normal;    ///< of any nonzero length
+  Place position;  ///< world [m]
+  Vec3 normal;     ///< of any nonzero length
   friend bool operator==(const MeterPoint&, const MeterPoint&) = default;
 };
 
 /// Meter points at the centres of a rectangle's cells, facing along edge_u x edge_v. World [m].
 struct MeterPlane {
-  Vec3 origin;
+  Place origin;
   Vec3 edge_u;
   Vec3 edge_v;
   int columns = 0;  ///< along edge_u
@@ -201,22 +202,36 @@ struct MeterSettings {
 
 enum class BackgroundType { kEnvironment, kTransparent, kColor, kBlurred };
 
-/// The background of camera rays that leave the scene. Mirrors and glass still show the
-/// environment.
+/// The background of camera rays that leave the scene. Mirrors still show the environment.
 struct BackgroundSettings {
   BackgroundType type = BackgroundType::kEnvironment;
   Rgb color = {1, 1, 1};  ///< radiance, for kColor
+  /// Clear surfaces (core/lights/backdrop.h) show the background, not the environment.
+  bool through_glass = false;
 };
 
 enum class GroundType { kNone, kCatcher, kSweep };
+
+enum class ShadowColor { kNeutral, kPhysical };
+
+/// The shadow on a catcher (core/integrators/catcher.h).
+struct ShadowSettings {
+  ShadowColor color = ShadowColor::kNeutral;
+  float strength = 1;  ///< factor of the blocked light, in [0,1]
+  float softness = 0;  ///< sine of the angle by which every light is widened, in [0,1]
+};
 
 /// Something for the model to stand on, horizontal and diffuse, with or without a polished coat.
 struct GroundSettings {
   GroundType type = GroundType::kNone;
   std::optional<float> height_m;  ///< y; empty: the lowest point of the model
   Rgb color = {0.8F, 0.8F, 0.8F};
-  float reflection = 0;  ///< weight of a smooth clear coat, in [0,1]
+  float reflection = 0;        ///< weight of a smooth clear coat, in [0,1]
+  ShadowSettings shadow = {};  ///< for kCatcher
 };
+
+/// The unit of radiance (core/color/photometry.h).
+enum class Units { kPhotometric };
 
 struct RenderSettings {
   FilmSettings film;
@@ -242,6 +257,7 @@ struct RenderSettings {
   GroundSettings ground;
   bool spectral = false;       ///< paths carry wavelengths instead of RGB
   double shutter_seconds = 0;  ///< exposure time; motion during it is blurred
+  Units units = Units::kPhotometric;
   std::uint64_t seed = 0;
 };
 

@@ -14,6 +14,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   const Vec3 wi = vertex.shading.frame.to_world(sample.wi_local);
   const bool through = dot(wi, vertex.shading.horizon) < 0;
   path.beta *= sample.weight;
+  path.is_clear = path.is_clear && through && (sample.is_delta || passes_clear(vertex, wi));
   if (vertex.drew_wavelength && !through) {
     path.wavelength_nm = 0;  // only refraction disperses
   }
@@ -24,13 +25,15 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
                  vertex.light_normal, light_samples};
   }
   path.eta_scale *= sample.eta * sample.eta;
-  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n);
+  path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n, vertex.point.error_m);
   path.ray.direction = wi;
-  if (through && scene.has_volumes) {
-    const Material& material = scene.materials[vertex.point.material];
-    if (material.is_volume) {
-      path.media.cross(material, vertex.shading.front);
+  if (scene.has_volumes) {
+    if (through && vertex.face.solid != nullptr) {
+      path.media = vertex.beyond;
     }
+    path.media.begin_segment(vertex.face);
+    path.solid_holes = 0;
+    path.passed_m = 0;
   }
   if (!sample.is_delta) {
     path.cone_spread_rad +=

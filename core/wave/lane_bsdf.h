@@ -27,6 +27,7 @@ struct SurfaceLanes {
   Vec3s<N> normal;
   Vec3s<N> horizon;
   Vec3s<N> origin;
+  Floats<N> error_m;  ///< SurfacePoint::error_m
   Vec3s<N> base_color;
   Floats<N> metallic, roughness, alpha;
   Vec3s<N> f0;

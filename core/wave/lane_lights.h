@@ -1,9 +1,10 @@
 /// LightSampler::sample() in lanes.
 ///
-/// Evaluated in SIMD: untextured triangles in small light trees without distant lights, and with
-/// any tree a sky without a sun. Everything else is sampled lane by lane.
+/// Evaluated in SIMD: triangles of uniform emission in small light trees without distant lights,
+/// and with any tree a sky without a sun. Everything else is sampled lane by lane.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 
@@ -28,12 +29,11 @@ struct LightLanes {
 
 class LaneLights {
  public:
-  LaneLights(const SceneData& scene, const LightSampler& lights)
+  LaneLights(const SceneData& scene, const MisLightSampler& lights)
       : scene_(scene), lights_(lights), sky_(lights.sky_beside_tree()) {
-    for (const TriangleLight& t : scene.triangle_lights) {
-      has_texture_ = has_texture_ || t.textured;
-    }
-    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() && !has_texture_ &&
+    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() &&
+               std::none_of(scene.triangle_lights.begin(), scene.triangle_lights.end(),
+                            [](const TriangleLight& t) { return t.varies; }) &&
                scene.light_tree.size() == scene.triangle_lights.size();
     const Environment* sky = lights.sky_beside_tree();
     has_sky_ =
@@ -106,14 +106,15 @@ class LaneLights {
     const Vec3s<N> d = on_light - point;
     const Floats<N> distance2 = dot(d, d);
     LightLanes<N> out;
-    out.wi_world = d * (one / sqrt(distance2));
+    const Floats<N> distance_m = sqrt(distance2);
+    out.wi_world = d * (one / distance_m);
     const Floats<N> cosine = -dot(t.normal, out.wi_world);
     const Mask<N> behind = t.two_sided & (cosine < zero);
     const Floats<N> cos_light = select(behind, -cosine, cosine);
     const Vec3s<N> towards = select(behind, -t.normal, t.normal);
     const Mask<N> valid =
         (distance2 > zero) & (t.area_m2 > zero) & (cos_light > Floats<N>(kCosLightLeast));
-    out.target = offset_ray(on_light, towards);
+    out.target = offset_ray(on_light, towards, t.error_m + Floats<N>(kPlaneError) * distance_m);
     out.pdf_solid_angle =
         select(valid, pick.prob_light * ((one / t.area_m2) * distance2 / cos_light), zero);
     out.radiance = t.radiance;
@@ -125,7 +126,7 @@ class LaneLights {
   template <std::size_t N>
   struct TriangleRows {
     Vec3s<N> p0, edge1, edge2, normal, radiance;
-    Floats<N> area_m2;
+    Floats<N> area_m2, error_m;
     Mask<N> two_sided;
   };
   template <std::size_t N>
@@ -141,6 +142,7 @@ class LaneLights {
         row[part][k] = &t.p0.x + 4 * part;
       }
       out.two_sided.v[k] = t.two_sided ? -1 : 0;
+      out.error_m.v[k] = t.error_m;
     }
     Floats<N> c[4][4];
     for (std::size_t part = 0; part < 4; ++part) {
@@ -156,8 +158,7 @@ class LaneLights {
   }
 
   const SceneData& scene_;
-  const LightSampler& lights_;
-  bool has_texture_ = false;
+  const MisLightSampler& lights_;
   bool has_few_ = false;
   LaneEnvironment sky_;
   bool has_sky_ = false;

@@ -26,8 +26,11 @@ struct LaneSurfaces::Rows {
   Vec4 placed[3][N];  ///< positions of instances
   Vec4 turned[3][N];  ///< normals; w: 1 if not yet normalised, as for instances
   alignas(32) float mirror[N];
+  alignas(32) float spread[N];  ///< InstanceError
+  alignas(32) float place_m[N];
   alignas(32) std::int32_t light[N];
   unsigned smooth = 0;
+  unsigned round[2] = {0, 0};  ///< MeshData::round_sides: front, back
   unsigned double_sided = 0;
 
   Rows() {
@@ -38,7 +41,8 @@ struct LaneSurfaces::Rows {
       for (auto& part : material) {
         part[k] = kNothing;
       }
-      mirror[k] = 1;
+      mirror[k] = spread[k] = 1;
+      place_m[k] = 0;
       light[k] = 0;
     }
   }
@@ -66,11 +70,11 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back({mesh.positions.data(), data(mesh.normals), mesh.indices.data(),
-                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
-                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
-                       m.has_alpha, m.factors.double_sided,
-                       m.is_emissive && m.emissive.texture != nullptr});
+    placed_.push_back({mesh.positions.data(), data(mesh.normals), data(mesh.round_sides),
+                       mesh.indices.data(), &materials_[mesh.material],
+                       maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
+                       data(mesh.tangents), placed.first_light, kind, m.has_alpha,
+                       m.factors.double_sided, m.is_emissive && m.emissive.texture != nullptr});
   }
 }
 
@@ -102,7 +106,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
       textured |= bit;
     } else {
       (mesh.kind == Kind::kPlain ? plain : mapped) |= bit;
-      add_triangle(rows, k, mesh, hit, instance == nullptr ? nullptr : &instance->to_world);
+      add_triangle(rows, k, mesh, hit, instance);
     }
   }
   if ((plain | mapped) == 0) {
@@ -128,7 +132,8 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
 
 template <std::size_t N>
 void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                                const Transform* to_world) {
+                                const PlacedInstance* instance) {
+  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
   for (std::size_t part = 0; part < 4; ++part) {
     rows.material[part][k] = mesh.row->at + 4 * part;
   }
@@ -141,6 +146,8 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   }
   if (to_world != nullptr) {
     rows.mirror[k] = to_world->determinant() < 0 ? -1.0F : 1.0F;
+    rows.spread[k] = instance->error.spread;
+    rows.place_m[k] = instance->error.place_m;
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 p = to_world->point(mesh.positions[v[c]]);
       rows.placed[c][k] = {p.x, p.y, p.z, 0};
@@ -149,6 +156,11 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   }
   if (mesh.normals != nullptr) {
     rows.smooth |= 1U << k;
+    if (mesh.round_sides != nullptr) {
+      const unsigned sides = mesh.round_sides[hit.primitive];
+      rows.round[0] |= (sides & 1U) << k;
+      rows.round[1] |= (sides >> 1 & 1U) << k;
+    }
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 m = mesh.normals[v[c]];
       const Vec3 n = to_world == nullptr ? m : to_world->normal(m);
@@ -189,7 +201,9 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   for (std::size_t c = 0; c < 3; ++c) {
     p[c] = gather(rows.positions[c], behind);
   }
-  const Vec3s<N> n = cross(p[1] - p[0], p[2] - p[0]);
+  const Vec3s<N> edge1 = p[1] - p[0];
+  const Vec3s<N> edge2 = p[2] - p[0];
+  const Vec3s<N> n = cross(edge1, edge2);
   const Vec3s<N> b = barycentrics(p, n, segments);
   out.position = blend(p, b);
   const Floats<N> twice_area = length(n);
@@ -201,6 +215,8 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   s.normal_geometric = geometric * side;
   s.horizon = s.normal_geometric;
   s.origin = out.position;
+  s.error_m = plane_error_m(out.position, edge1, edge2, twice_area, load<N>(rows.spread),
+                            load<N>(rows.place_m));
   Vec3s<N> shading = geometric;
   if (rows.smooth != 0) {
     Corners<N> corner;
@@ -210,9 +226,11 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
     }
     const Mask<N> is_smooth = Mask<N>::of(rows.smooth);
     shading = select(is_smooth, normalize_or(blend(corner, b), geometric), geometric);
-    const Floats<N> above = bulge(p, corner, b, side);
-    const Mask<N> round = is_smooth & (above > zero) & (dot(shading, geometric) > zero);
-    if (round.any()) {
+    const Mask<N> allowed =
+        (front & Mask<N>::of(rows.round[0])) | (~front & Mask<N>::of(rows.round[1]));
+    if (allowed.any()) {
+      const Floats<N> above = bulge(p, corner, b, side);
+      const Mask<N> round = allowed & (above > zero) & (dot(shading, geometric) > zero);
       s.horizon = select(round, facing(shading * side, wo), s.horizon);
       s.origin = select(round, out.position + shading * (side * above), s.origin);
     }
@@ -264,6 +282,7 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   s.normal.set(k, shading.frame.n);
   s.horizon.set(k, shading.horizon);
   s.origin.set(k, shading.origin);
+  s.error_m.v[k] = point.error_m;
   s.base_color.set(k, {b.base_color.r, b.base_color.g, b.base_color.b});
   s.metallic.v[k] = b.metallic;
   s.roughness.v[k] = b.roughness;

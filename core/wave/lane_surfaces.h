@@ -61,7 +61,8 @@ class LaneSurfaces {
   /// A mesh instance.
   struct Entry {
     const Vec3* positions;
-    const Vec3* normals;  ///< null if absent
+    const Vec3* normals;              ///< null if absent
+    const std::uint8_t* round_sides;  ///< null if none
     const std::uint32_t* indices;
     const Row* row;
     const LaneMaps* maps;  ///< null unless mapped
@@ -80,7 +81,7 @@ class LaneSurfaces {
   bool shines(const Entry& mesh, const RawHit& hit) const;
   template <std::size_t N>
   static void add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                           const Transform* to_world);
+                           const PlacedInstance* instance);
   template <std::size_t N>
   static void add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
                        const Transform* to_world);

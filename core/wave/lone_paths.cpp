@@ -12,7 +12,7 @@ bool is_for_lanes(const TracedPath& path) noexcept {
   constexpr float kRounding = 32 * 0x1p-24F;
   const Vec3 n = path.last.light_normal;
   const bool may_be_lit_from_behind = dot(n, n) == 0;
-  return path.media.top() == nullptr && std::fabs(path.eta_scale - 1) <= kRounding &&
+  return path.media.empty() && std::fabs(path.eta_scale - 1) <= kRounding &&
          path.wavelength_nm == 0 && path.null_scatterings == 0 && path.alpha_tests == 0 &&
          !(path.last.pdf_bsdf > 0 && may_be_lit_from_behind);
 }
@@ -49,7 +49,7 @@ void LonePaths::follow(Wave& wave, TracedPath& path, std::int32_t slot) const no
     if (!extend(path, vertex, bsdf)) {
       return;
     }
-    if (is_for_lanes(path)) {
+    if (!scalar_.sees_backdrop(path) && is_for_lanes(path)) {
       add_waiting(wave, path, slot);
       return;
     }
@@ -74,15 +74,17 @@ void LonePaths::split(Wave& wave, TracedPath& path, const PathVertex& vertex, co
     branch.sampler = path.sampler.branch(k, split_count_);
     branch.branch_weight = share;
     branch.out.radiance = {};
+    branch.out.alpha = 0;
     const std::int32_t branch_slot = slot + ((k + 1) << kContinuationShift);
     if (extend(branch, vertex, bsdf)) {
-      if (is_for_lanes(branch)) {
+      if (!scalar_.sees_backdrop(branch) && is_for_lanes(branch)) {
         add_waiting(wave, branch, branch_slot);
       } else {
         follow(wave, branch, branch_slot);
       }
     }
     sum += branch.out.radiance;
+    path.out.alpha += branch.out.alpha * share;
   }
   path.out.radiance += sum * share;
 }

@@ -59,6 +59,79 @@ std::optional<Bytes> parse_hop(std::string_view text) {
   return parse_address(text);
 }
 
+/// What a proxy says of the request that it received. Texts that it does not say are empty.
+struct Hop {
+  std::string client;
+  std::string scheme;
+  std::string host;
+};
+
+/// Parses `for=192.0.2.60;proto=https;host="a.example:8443"` (RFC 7239, 4).
+Hop parse_forwarded(std::string_view element) {
+  Hop hop;
+  while (!element.empty()) {
+    const std::string_view pair = trim(element.substr(0, element.find(';')));
+    element.remove_prefix(std::min(element.find(';'), element.size() - 1) + 1);
+    const std::size_t equals = std::min(pair.find('='), pair.size());
+    std::string_view value = pair.substr(std::min(equals + 1, pair.size()));
+    if (value.size() >= 2 && value.front() == '"' && value.back() == '"') {
+      value = value.substr(1, value.size() - 2);
+    }
+    const std::string_view name = pair.substr(0, equals);
+    if (equal_ignoring_case(name, "for")) {
+      hop.client = value;
+    } else if (equal_ignoring_case(name, "proto")) {
+      hop.scheme = value;
+    } else if (equal_ignoring_case(name, "host")) {
+      hop.host = value;
+    }
+  }
+  return hop;
+}
+
+/// Returns the value of the field that the i-th hop from the right added. A field with one value
+/// was set by the first proxy and passed on by all.
+std::string value_of_hop(const std::vector<std::string_view>& values, std::size_t from_right) {
+  if (values.empty()) {
+    return {};
+  }
+  return std::string(values.size() == 1 || from_right >= values.size()
+                         ? values.front()
+                         : values[values.size() - 1 - from_right]);
+}
+
+/// Returns what the proxies say, the nearest one last.
+std::vector<Hop> forwarded_hops(const Headers& headers) {
+  std::vector<Hop> hops;
+  if (const auto forwarded = headers.joined("Forwarded")) {
+    for (const std::string_view element : split_list(*forwarded)) {
+      hops.push_back(parse_forwarded(element));
+    }
+    return hops;
+  }
+  const auto list_of = [&headers](const char* name) { return headers.joined(name).value_or(""); };
+  const std::string clients = list_of("X-Forwarded-For");
+  const std::string schemes = list_of("X-Forwarded-Proto");
+  const std::string hosts = list_of("X-Forwarded-Host");
+  const std::string ports = list_of("X-Forwarded-Port");
+  const auto client_list = split_list(clients);
+  const std::size_t count = std::max<std::size_t>(client_list.size(), 1);
+  for (std::size_t i = count; i-- > 0;) {
+    Hop hop;
+    hop.client = client_list.empty() ? "" : std::string(client_list[count - 1 - i]);
+    hop.scheme = value_of_hop(split_list(schemes), i);
+    hop.host = value_of_hop(split_list(hosts), i);
+    const std::string port = value_of_hop(split_list(ports), i);
+    const bool has_port =
+        hop.host.rfind(':') > hop.host.rfind(']') + 1 && hop.host.rfind(':') != std::string::npos;
+    if (!hop.host.empty() && !port.empty() && !has_port) {
+      hop.host += ":" + port;
+    }
+    hops.push_back(std::move(hop));
+  }
+  return hops;
+}
+
 }  // namespace
 
 core::Result<Networks> Networks::parse(const std::vector<std::string>& texts) {
@@ -118,22 +191,31 @@ std::string peer_address(int fd) {
 void note_client(Request& request, std::string_view peer, bool is_tls, const Networks& trusted) {
   request.remote_addr = peer;
   request.is_https = is_tls;
+  request.forwarded_host.clear();
+  request.base_path.clear();
   if (!trusted.contains(peer)) {
     return;
   }
-  if (const auto scheme = request.headers.joined("X-Forwarded-Proto")) {
-    const auto schemes = split_list(*scheme);
-    request.is_https = !schemes.empty() && equal_ignoring_case(schemes.back(), "https");
+  if (const auto prefix = request.headers.find("X-Forwarded-Prefix")) {
+    request.base_path = base_path(*prefix).value_or("");
   }
-  const std::string hops = request.headers.joined("X-Forwarded-For").value_or("");
-  std::vector<std::string_view> list = split_list(hops);
-  while (!list.empty() && trusted.contains(request.remote_addr)) {
-    const auto hop = parse_hop(list.back());
-    if (!hop) {
-      return;
+  std::vector<Hop> hops = forwarded_hops(request.headers);
+  while (!hops.empty() && trusted.contains(request.remote_addr)) {
+    const Hop& hop = hops.back();
+    if (!hop.scheme.empty()) {
+      request.is_https = equal_ignoring_case(hop.scheme, "https");
     }
-    request.remote_addr = address_text(*hop);
-    list.pop_back();
+    if (!hop.host.empty()) {
+      request.forwarded_host = hop.host;
+    }
+    if (!hop.client.empty()) {
+      const auto address = parse_hop(hop.client);
+      if (!address) {
+        return;
+      }
+      request.remote_addr = address_text(*address);
+    }
+    hops.pop_back();
   }
 }
 

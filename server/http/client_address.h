@@ -34,9 +34,10 @@ class Networks {
 /// IPv4-mapped addresses are returned as IPv4.
 std::string peer_address(int fd);
 
-/// Sets request.remote_addr and request.is_https. X-Forwarded-For and X-Forwarded-Proto count only
-/// as far as the hops that added them are trusted: the client is the first untrusted address from
-/// the right.
+/// Sets request.remote_addr, is_https, forwarded_host and, from X-Forwarded-Prefix, base_path.
+/// X-Forwarded-For, -Proto, -Host and -Port, or Forwarded (RFC 7239) in their place, count only as
+/// far as the hops that added them are trusted: the client is the first untrusted address from the
+/// right, whose proxy, the one that received the client's request, also tells scheme and host.
 void note_client(Request& request, std::string_view peer, bool is_tls, const Networks& trusted);
 
 /// Returns the key by which connections are counted: an IPv4 address, or the first 64 bits of an

@@ -89,10 +89,12 @@ struct Request {
   Headers headers;
   /// Numeric address of the client, without port; behind a trusted proxy, the client that it names.
   std::string remote_addr;
-  bool is_https = false;              ///< The client uses TLS to this server or to a trusted proxy.
-  std::string request_id;             ///< The client's X-Request-Id if well-formed, else a new one.
-  std::string route;                  ///< Pattern of the matched route, for metrics; empty if none.
-  std::string principal;              ///< Id of the caller's key; filled by the before-hook.
+  bool is_https = false;            ///< The client uses TLS to this server or to a trusted proxy.
+  std::string forwarded_host = {};  ///< Host that the client asked a trusted proxy for; or empty.
+  std::string base_path = {};  ///< Path below which a trusted proxy places this server: "/render".
+  std::string request_id;      ///< The client's X-Request-Id if well-formed, else a new one.
+  std::string route;           ///< Pattern of the matched route, for metrics; empty if none.
+  std::string principal;       ///< Id of the caller's key; filled by the before-hook.
   std::string principal_name = {};    ///< Display name of the key; filled by the before-hook.
   Access access = {};                 ///< Rights of the caller; filled by the before-hook.
   bool is_of_worker = false;          ///< `tessera worker` sent it; filled by the before-hook.

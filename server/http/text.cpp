@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <limits>
 
 namespace server {
@@ -137,6 +138,18 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std:
     params.emplace_back(std::move(*name), std::move(*value));
   }
   return params;
+}
+
+std::optional<std::string> base_path(std::string_view text) {
+  while (text.ends_with('/')) {
+    text.remove_suffix(1);
+  }
+  const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("/-._~").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  const bool is_path = text.empty() || (text.front() == '/' && text.find("//") == text.npos);
+  return is_plain && is_path ? std::optional<std::string>(text) : std::nullopt;
 }
 
 std::string media_type(std::string_view content_type) {

@@ -26,6 +26,11 @@ std::optional<std::string> percent_decode(std::string_view text, PlusSign plus);
 /// Parses `a=1&b=2`; a name without `=` has an empty value. Returns empty on a broken escape.
 std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std::string_view text);
 
+/// Returns "/a/b" for "/a/b" and "/a/b/", and "" for "/": what precedes the paths of a server that
+/// a proxy places below a path. Returns empty for anything else than a path of unreserved
+/// characters.
+std::optional<std::string> base_path(std::string_view text);
+
 /// Returns the media type in lower case without parameters: "text/html" for "Text/HTML;
 /// charset=utf-8".
 std::string media_type(std::string_view content_type);

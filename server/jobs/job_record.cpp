@@ -118,10 +118,9 @@ JobRow to_row(const JobRecord& record) {
   row.rays = view.progress.rays;
   row.rejected_samples = view.progress.rejected_samples;
   row.peak_bytes = view.peak_bytes;
-  row.error_rmse = known(view.progress.error.relative_rmse);
-  row.error_low = known(view.progress.error.low);
-  row.error_high = known(view.progress.error.high);
-  row.error_unreliable = view.progress.error.unreliable;
+  row.error_grain = known(view.progress.error.grain);
+  row.error_doubt = known(view.progress.error.doubt);
+  row.error_reach = known(view.progress.error.reach);
   if (view.spec.retention_seconds && view.finished_at_unix_seconds) {
     row.delete_at = *view.finished_at_unix_seconds + *view.spec.retention_seconds;
   }
@@ -184,8 +183,9 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   progress.cpu_seconds = row.cpu_seconds;
   progress.rays = row.rays;
   progress.rejected_samples = row.rejected_samples;
-  progress.error = {value_or_nan(row.error_rmse), value_or_nan(row.error_low),
-                    value_or_nan(row.error_high), row.error_unreliable};
+  progress.error = row.error_grain && row.error_doubt && row.error_reach
+                       ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach)
+                       : core::unknown_error();
   if (row.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;
   }

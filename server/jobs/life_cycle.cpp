@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "core/layers/exposure.h"
 #include "core/render/render_task.h"
 #include "server/observe/clock.h"
 
@@ -183,6 +184,8 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
     return;
   }
   const std::string digest = run->film()->digest();
+  const core::Brightness brightness =
+      core::brightness_of(*run->film(), job->record().view.spec.render.film);
   keep_film_of(*job, *run);
   const Verdict told = parts_.journal.change(
       *job,
@@ -198,6 +201,12 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
         record.view.peak_bytes = run->peak_bytes();
         note_samples_by_error(record.view);
         record.view.film_digest = digest;
+        std::erase_if(record.view.warnings, [](const std::string& warning) {
+          return warning.find(core::kClippedWords) != std::string::npos;  // before an extension
+        });
+        if (brightness.is_clipped()) {
+          record.view.warnings.push_back(core::clipped_warning(brightness, "exposure="));
+        }
         record.film = job->memory_only() ? FilmPlace::kNone : FilmPlace::kOnDisk;
         record.film_bytes = run->file_bytes();
         return {};

@@ -146,8 +146,9 @@ core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTe
     }
     const core::SceneSummary& summary = (*model)->summary();
     const core::FilmSettings& film = spec.render.film;
-    const auto camera = core::Camera::create(api::camera_in(spec, summary.bounds), summary.cameras,
-                                             summary.bounds, film.width, film.height);
+    const auto camera =
+        core::Camera::create(api::camera_in(spec, summary.bounds, summary.origin), summary.cameras,
+                             summary.bounds, film.width, film.height);
     if (!camera) {
       return camera.error();
     }
@@ -159,10 +160,11 @@ core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTe
   }
   core::View view;
   view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds);
+  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
   view.settings = spec.render;
   if (const auto seconds = api::later_seconds(spec)) {
-    auto later = parts_.scenes.later(spec.scene, *seconds, spec.variant, terms);
+    auto later =
+        parts_.scenes.later(spec.scene, *seconds, spec.variant, (*scene)->summary().origin, terms);
     if (!later) {
       return later.error();
     }
@@ -252,6 +254,12 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   if (!camera) {
     return camera.error();
   }
+  if (spec.environment_asset) {
+    const std::string warning = parts_.scenes.environment_warning(*spec.environment_asset);
+    if (const auto warned = warn(*job, warning); !warned) {
+      return warned.error();
+    }
+  }
   parts_.book.end_load(*job, memory_of(spec, camera->forward()).shared_bytes);
   RenderRun::Parts parts;
   parts.job = job;
@@ -269,9 +277,9 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.options.samples_limit = samples_max_;
   // The run belongs to the job: a shared pointer here would keep both alive.
   parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
-                                                                           double alpha) {
+                                                                           double confidence) {
     const JobPointer asked = weak.lock();
-    return asked != nullptr && ask ? ask(asked, film, alpha)
+    return asked != nullptr && ask ? ask(asked, film, confidence)
                                    : std::numeric_limits<double>::infinity();
   };
   if (!job->memory_only()) {
@@ -290,6 +298,10 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
 }
 
 Status RunBuilder::warn(Job& job, const std::string& warning) {
+  const std::vector<std::string> told = job.record().view.warnings;
+  if (warning.empty() || std::find(told.begin(), told.end(), warning) != told.end()) {
+    return core::ok_status();
+  }
   const auto modify = [&](JobRecord& record) -> Verdict {
     record.view.warnings.push_back(warning);
     return {};
@@ -311,11 +323,8 @@ core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const c
   const std::string warning = "Workers cannot render this job: one of their results could have " +
                               memory_words(needed) + ", and this server accepts " +
                               memory_words(most) + ". The server renders the job alone.";
-  const std::vector<std::string> told = job.record().view.warnings;
-  if (std::find(told.begin(), told.end(), warning) == told.end()) {
-    if (const auto warned = warn(job, warning); !warned) {
-      return warned.error();
-    }
+  if (const auto warned = warn(job, warning); !warned) {
+    return warned.error();
   }
   return static_cast<LocalThreads*>(nullptr);
 }

@@ -60,7 +60,8 @@ class RunBuilder {
   const std::string& arithmetic() const { return arithmetic_; }
   const std::string& build_text() const { return build_; }
   /// As core::TaskOptions::denoised_bound, for the job's film.
-  using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
+  using DenoisedBound =
+      std::function<double(const JobPointer&, const core::Film&, double confidence)>;
   /// local must outlive the runs.
   void set_local_threads(LocalThreads* local) { local_ = local; }
   /// Warns that the job waits for that reason, or removes the warning if there is none.

@@ -26,7 +26,7 @@ std::string ignored_look(const core::ImageFormat& format, const api::ImageQuery&
   if (!format.high_dynamic_range) {
     return "";
   }
-  std::string names = query.exposure_stops != 0 ? "exposure" : "";
+  std::string names = query.exposure_stops != 0 || query.auto_exposure ? "exposure" : "";
   if (has_tone_map(query)) {
     names += names.empty() ? "tonemap" : ", tonemap";
   }

@@ -60,8 +60,8 @@ SeenIds seen_ids(const core::Film& film) {
 }
 
 api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::ObjectBox>& boxes,
-                        const std::map<std::uint32_t, Seen>& seen) {
-  api::PlaceView out;
+                        const std::map<std::uint32_t, Seen>& seen, core::Place origin) {
+  api::PlaceView out = {.origin = origin, .bounds = {}, .visible = {}, .amodal = {}};
   if (const auto box = boxes.find(id); box != boxes.end()) {
     out.bounds = box->second.bounds;
     if (const auto& in_view = box->second.in_view) {
@@ -120,6 +120,7 @@ core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const 
   }
   api::ObjectsView out;
   out.camera = viewpoint_of(*camera, width, height);
+  out.camera.origin = summary.origin;
   out.has_ids = film.has_labels();
   const SeenIds seen = out.has_ids ? seen_ids(film) : SeenIds{};
   std::set<std::uint32_t> instances;
@@ -144,15 +145,17 @@ core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const 
   const std::vector<std::string> names = core::object_names(summary.objects);
   for (std::size_t i = 0; i < summary.objects.size(); ++i) {
     const core::ObjectDescription& object = summary.objects[i];
-    out.objects.push_back({.id = object.id,
-                           .pointer = "/nodes/" + std::to_string(object.id - 1),
-                           .name = names[i],
-                           .first_instance = object.first_instance,
-                           .instances = object.instances,
-                           .place = place_of(object.id, boxes.objects, seen.objects)});
+    out.objects.push_back(
+        {.id = object.id,
+         .pointer = "/nodes/" + std::to_string(object.id - 1),
+         .name = names[i],
+         .first_instance = object.first_instance,
+         .instances = object.instances,
+         .place = place_of(object.id, boxes.objects, seen.objects, summary.origin)});
   }
   for (const auto& [id, where] : seen.instances) {
-    out.instances.push_back({id, where.object, place_of(id, boxes.instances, seen.instances)});
+    out.instances.push_back(
+        {id, where.object, place_of(id, boxes.instances, seen.instances, summary.origin)});
   }
   std::vector<std::string> materials = summary.materials;
   materials.emplace_back("default");

@@ -13,6 +13,7 @@
 #include "api/matte_manifest.h"
 #include "api/picture_origin.h"
 #include "api/values.h"
+#include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/settings/registry.h"
 #include "server/pictures/denoised_look.h"
@@ -64,10 +65,10 @@ std::map<std::string, std::string> provenance(const api::JobView& view,
       {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
       {"Software", "Tessera " + about.version},
   };
-  if (std::isfinite(view.progress.error.relative_rmse)) {
-    texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
-    texts["tessera:relative_rmse_interval"] = api::number_text(view.progress.error.low) + " " +
-                                              api::number_text(view.progress.error.high);
+  if (std::isfinite(view.progress.error.relative)) {
+    texts["tessera:error"] = api::number_text(view.progress.error.relative);
+    texts["tessera:error_interval"] = api::number_text(view.progress.error.low) + " " +
+                                      api::number_text(view.progress.error.high);
   }
   if (!view.ledger.empty()) {
     texts["tessera:samples"] = api::ledger_json(view.ledger);
@@ -116,6 +117,17 @@ bool is_color(const api::ImageQuery& query) {
   return !share || !share->is_irradiance;
 }
 
+/// Returns the exposure that the picture gets; empty if its format or layer has none.
+std::optional<float> exposure_of(const core::Film& film, const Picture& picture) {
+  if (picture.format.high_dynamic_range || !is_color(picture.query)) {
+    return std::nullopt;
+  }
+  if (!picture.query.auto_exposure) {
+    return picture.query.exposure_stops;
+  }
+  return static_cast<float>(core::brightness_of(film, picture.view.spec.render.film).auto_exposure);
+}
+
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {
   core::EncodeOptions options;
   const bool is_exr = picture.format.extension == "exr";
@@ -130,7 +142,6 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
     }
   }
   options.is_color = is_color(picture.query);
-  options.exposure_stops = picture.query.exposure_stops;
   options.background = picture.query.background;
   options.parts = picture.query.parts;
   options.metadata = provenance(picture.view, about);
@@ -196,6 +207,37 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
   return std::nullopt;
 }
 
+/// EXR of all layers stays raw, since its variances are those of the raw halves.
+std::optional<Error> refused_fireflies(const Picture& picture) {
+  const auto refused = [](std::string why) {
+    return Error{ErrorCode::kInvalidArgument, std::move(why), "/fireflies"};
+  };
+  if (!picture.query.fireflies) {
+    return std::nullopt;
+  }
+  if (picture.denoised) {
+    return *picture.query.fireflies == api::Fireflies::kKeep
+               ? std::optional(refused("denoised images are made without fireflies"))
+               : std::nullopt;
+  }
+  if (shows_all_layers(picture)) {
+    return *picture.query.fireflies == api::Fireflies::kKeep
+               ? std::nullopt
+               : std::optional(refused("an EXR of all layers keeps its light; give layer=beauty"));
+  }
+  return core::has_fireflies(std::string(layer_of(picture.query)))
+             ? std::nullopt
+             : std::optional(refused("applies only to beauty and light shares"));
+}
+
+bool sets_aside(const Picture& picture) {
+  const auto by_format =
+      picture.format.high_dynamic_range ? api::Fireflies::kKeep : api::Fireflies::kSetAside;
+  return !picture.denoised && !shows_all_layers(picture) &&
+         core::has_fireflies(std::string(layer_of(picture.query))) &&
+         picture.query.fireflies.value_or(by_format) == api::Fireflies::kSetAside;
+}
+
 /// Returns a weight for each of the film's shares: 0 for those that are not part of the image.
 std::vector<float> all_weights(const core::Film& film, std::span<const float> mix) {
   std::vector<float> weights;
@@ -229,6 +271,9 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (const auto refused = refused_ids(picture)) {
     return *refused;
   }
+  if (const auto refused = refused_fireflies(picture)) {
+    return *refused;
+  }
   const std::uint64_t bytes = working_bytes(film, picture);
   // The film itself is held too.
   if (const core::Status fits = memory_.check(bytes + film.bytes(), "the image"); !fits) {
@@ -248,8 +293,11 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       film, picture.rect,
       all_layers ? std::nullopt : std::optional(layer->value_or(std::string(core::kBeauty))),
       picture.view.spec.render.film,
-      {picture.denoised, is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
-      picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix));
+      {.denoised = {picture.denoised,
+                    is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
+       .mix =
+           picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix),
+       .sets_aside = sets_aside(picture)});
   if (!layers) {
     return Error{layers.error().code, layers.error().message, "/layer"};
   }
@@ -270,7 +318,10 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
     range = value_range(rows, *picture.query.range);
     rows = rescaled(std::move(rows), *range);
   }
-  auto encoded = core::encode_rows(rows, picture.format, encode_options(picture, about_));
+  core::EncodeOptions options = encode_options(picture, about_);
+  const std::optional<float> exposure = exposure_of(film, picture);
+  options.exposure_stops = exposure.value_or(0.0F);
+  auto encoded = core::encode_rows(rows, picture.format, options);
   if (!encoded) {
     return encoded.error();
   }
@@ -279,7 +330,11 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   return EncodedPicture{
       .content =
           with_lease(std::make_shared<const std::string>(*std::move(encoded)), *std::move(lease)),
-      .range = range};
+      .range = range,
+      .set_aside = sets_aside(picture) || picture.denoised
+                       ? std::optional(layers->set_aside().share())
+                       : std::nullopt,
+      .exposure_stops = exposure};
 }
 
 bool wants_names(const core::ImageFormat& format, const core::FilmSettings& film) {

@@ -57,6 +57,15 @@ void paste(const core::Image& image, core::FloatImage& sheet, int left, int top)
   }
 }
 
+/// All images get the automatic exposure of the first, so that they can be compared and played.
+api::ImageQuery settled(api::ImageQuery look, const EncodedPicture& first) {
+  if (look.auto_exposure && first.exposure_stops) {
+    look.auto_exposure = false;
+    look.exposure_stops = *first.exposure_stops;
+  }
+  return look;
+}
+
 }  // namespace
 
 core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
@@ -89,11 +98,12 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
 
 void BatchPictures::write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
                                   const core::ImageFormat& format, StreamWriter& writer) const {
+  const api::ImageQuery look = settled(look_, first);
   ZipWriter zip;
   std::set<std::string> names;
   for (const JobPointer& job : jobs) {
     const auto made =
-        job == jobs.front() ? core::Result<EncodedPicture>(first) : picture(job, format, look_);
+        job == jobs.front() ? core::Result<EncodedPicture>(first) : picture(job, format, look);
     if (!made) {
       log_.write(LogLevel::kError, "archive_ended",
                  {{"job", job->id()}, {"detail", made.error().message}});
@@ -137,6 +147,7 @@ core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jo
     if (!made) {
       continue;  // Nothing rendered yet, or the film is gone.
     }
+    look = settled(look, *made);
     const auto image =
         core::decode_image(std::as_bytes(std::span(*made->content)), core::ImageLimits{});
     if (!image) {

@@ -105,9 +105,16 @@ std::optional<Response> refuse_webhook(const RouteContext& context, const Reques
                : std::nullopt;
 }
 
+/// Returns the time to wait, which gateways in front of the server must outlast.
+double honoured_wait(const RouteContext& context, double asked_seconds) {
+  return std::min(asked_seconds, context.config.wait_max_seconds);
+}
+
 Response submitted_answer(const RouteContext& context, const Request& request,
-                          const JobService::Submitted& submitted, std::optional<int> wait) {
+                          const JobService::Submitted& submitted) {
   const Job& job = *submitted.job;
+  const auto asked = api::prefer_wait_seconds(request.headers.joined("Prefer").value_or(""));
+  const auto wait = asked ? std::optional(honoured_wait(context, *asked)) : std::nullopt;
   // The job exists already: without a free stream the Prefer header is ignored.
   const bool waits = wait && take_stream_place(context, request);
   int status = submitted.is_replay ? 200 : 201;
@@ -121,7 +128,7 @@ Response submitted_answer(const RouteContext& context, const Request& request,
   Response response = job_answer(status, job, view);
   response.headers.set("Location", "/v1/jobs/" + job.id());
   if (waits) {
-    response.headers.set("Preference-Applied", "wait=" + std::to_string(*wait));
+    response.headers.set("Preference-Applied", "wait=" + api::number_text(*wait));
   }
   return response;
 }
@@ -153,8 +160,7 @@ Response put(const RouteContext& context, Request& request) {
   if (!submitted) {
     return problem_answer(request, submitted.problem());
   }
-  return submitted_answer(context, request, *submitted,
-                          api::prefer_wait_seconds(request.headers.joined("Prefer").value_or("")));
+  return submitted_answer(context, request, *submitted);
 }
 
 /// The job request in the body, and the body's hash.
@@ -226,8 +232,7 @@ Response create(const RouteContext& context, Request& request) {
   if (!submitted) {
     return problem_answer(request, submitted.problem());
   }
-  return submitted_answer(context, request, *submitted,
-                          api::prefer_wait_seconds(request.headers.joined("Prefer").value_or("")));
+  return submitted_answer(context, request, *submitted);
 }
 
 Response list(const RouteContext& context, Request& request) {
@@ -274,7 +279,7 @@ Response look(const RouteContext& context, Request& request) {
     if (!take_stream_place(context, request)) {
       return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
     }
-    const auto deadline = deadline_in(query->wait_seconds);
+    const auto deadline = deadline_in(honoured_wait(context, query->wait_seconds));
     if (known) {
       wait_for_change(context.jobs, job, *known, deadline, request.stop_token());
     } else {
@@ -283,10 +288,13 @@ Response look(const RouteContext& context, Request& request) {
   }
   const api::JobView view = context.jobs.view(job);
   const std::string etag = api::job_etag(view);
-  if (is_not_modified(request, etag)) {
-    return not_modified(etag);
+  Response response =
+      is_not_modified(request, etag) ? not_modified(etag) : job_answer(200, job, view);
+  if (honoured_wait(context, query->wait_seconds) < query->wait_seconds) {
+    response.headers.set("Preference-Applied",
+                         "wait=" + api::number_text(context.config.wait_max_seconds));
   }
-  return job_answer(200, job, view);
+  return response;
 }
 
 Response patch(const RouteContext& context, Request& request) {

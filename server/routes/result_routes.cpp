@@ -1,7 +1,9 @@
 // Results of a job: image, pixels, convergence.
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
@@ -15,7 +17,9 @@
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"
+#include "core/layers/exposure.h"
 #include "core/meter/meter_reading.h"
+#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
@@ -70,6 +74,13 @@ Error unknown_format() {
   return Error{api::kNotAcceptable, "images come as " + list, ""};
 }
 
+/// Prints a share, such as "0.21%".
+std::string percent_text(double share) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2f%%", 100 * share);
+  return text.data();
+}
+
 std::string picture_etag(const Request& request, const Picture& picture,
                          const std::string& revision) {
   std::string query = std::string(picture.format.extension) + "?";
@@ -114,6 +125,10 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
   }
   const auto view = jobs.scene_view(job);
   return view ? view->scene : nullptr;
+}
+
+std::string exposure_line(std::optional<float> stops) {
+  return stops ? "\r\nX-Tessera-Exposure: " + core::exposure_text(static_cast<double>(*stops)) : "";
 }
 
 /// Sends one image after another until the job has ended, in the form that browsers show in an
@@ -188,7 +203,8 @@ class PictureStream {
     sent_ = revision;
     const std::string head = "\r\nContent-Type: " + std::string(format_.mime) +
                              "\r\nContent-Length: " + std::to_string(encoded->content->size()) +
-                             "\r\nX-Tessera-Revision: " + std::to_string(revision) + "\r\n\r\n";
+                             "\r\nX-Tessera-Revision: " + std::to_string(revision) +
+                             exposure_line(encoded->exposure_stops) + "\r\n\r\n";
     // Sends the next delimiter at once: browsers show an image when they have received it.
     return writer.write(head) && writer.write(*encoded->content) &&
            writer.write("\r\n" + delimiter());
@@ -315,11 +331,25 @@ Response image(const RouteContext& context, Request& request) {
                          api::number_text(static_cast<double>(encoded->range->low)) + "," +
                              api::number_text(static_cast<double>(encoded->range->high)));
   }
+  if (encoded->set_aside) {
+    response.headers.set("X-Tessera-Set-Aside", percent_text(*encoded->set_aside));
+  }
+  if (encoded->exposure_stops) {
+    response.headers.set("X-Tessera-Exposure",
+                         core::exposure_text(static_cast<double>(*encoded->exposure_stops)));
+  }
   if (const std::string ignored = ignored_look(*format, *query); !ignored.empty()) {
     response.headers.set("X-Tessera-Ignored", ignored);
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", api::bias_of(view));
+  core::ErrorInterval error = view.progress.error;
+  if (!core::errors_are_valid(view.spec.render)) {
+    error.low = error.high = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (const std::string text = error_text(error); !text.empty()) {
+    response.headers.set("X-Tessera-Error", text);
+  }
   if (picture.denoised_view) {
     const DenoisedFacts facts = denoised_facts(*picture.denoised_view, *query);
     response.headers.set("X-Tessera-Denoiser", facts.denoiser);
@@ -398,7 +428,10 @@ core::Result<std::vector<core::MeterReading>> meter_of(const RouteContext& conte
   if (!film) {
     return film.error();
   }
-  auto readings = core::meter_readings(core::meter_points(meter), (*film)->meter());
+  // Without the scene, which may have been deleted, only the samples bound the readings.
+  const auto view = context.jobs.scene_view(job);
+  auto readings = core::meter_readings(core::meter_points(meter), (*film)->meter(),
+                                       view ? core::unsampled_path_light(*view) : 0);
   if (readings.empty()) {
     return Error{ErrorCode::kConflict, "the meter has no sample yet", ""};
   }

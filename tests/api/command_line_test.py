@@ -3,11 +3,20 @@
 import json
 import math
 import os
+import re
 import subprocess
 import tempfile
 import urllib.parse
 
-from harness import BINARY, ApiTest, hdr_image, job_body, tessera, triangle_glb
+from harness import (
+    BINARY,
+    ApiTest,
+    hdr_image,
+    job_body,
+    png_pixels,
+    tessera,
+    triangle_glb,
+)
 
 
 class CommandLine(ApiTest):
@@ -272,7 +281,32 @@ class CommandLine(ApiTest):
         self.assertEqual(code, 0, said)
         self.assertEqual(json.loads(printed)["spec"]["stop"]["relative_error"], 0.05)
 
+    def test_render_shows_bright_light_with_an_exposure(self):
+        noon = ("--sun", "40,0,2026-06-21T12:00:00Z", "--spp", "4", "--size", "32x18", "--json")
+
+        def render(*flags):
+            code, printed, said = tessera("render", "furnace", "-o", self.picture, *noon, *flags)
+            self.assertEqual(code, 0, said)
+            with open(self.picture, "rb") as file:
+                return json.loads(printed), said, file.read()
+
+        result, said, _ = render()
+        self.assertEqual(result["exposure"], 0)
+        told = re.search(r"([0-9]+) % of the pixels are above 1; --exposure (-[0-9.]+) shows", said)
+        self.assertGreater(int(told[1]), 50, said)
+        self.assertTrue(any("above 1" in warning for warning in result["warnings"]))
+        auto, said, picture = render("--exposure", "auto")
+        self.assertEqual(auto["exposure"], float(told[2]))
+        self.assertNotIn("above 1", said)
+        self.assertEqual(render("--exposure", told[2])[2], picture)
+        self.assertGreater(len({p for row in png_pixels(picture) for p in row}), 20)
+
     def test_display_options_for_a_linear_format_are_2(self):
+        for flag in ("2", "auto"):
+            file = self.picture[:-3] + "exr"
+            code, _, said = tessera("render", "furnace", "-o", file, "--exposure", flag)
+            self.assertEqual(code, 2, said)
+            self.assertIn("--exposure", said)
         job = self.server.render(job_body())["id"]
         for suffix in ("exr", "hdr", "tif", "tiff"):
             file = self.picture[:-3] + suffix

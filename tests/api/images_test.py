@@ -106,11 +106,30 @@ class Images(ApiTest):
         self.assertEqual(len(bodies), 5)
         self.assertEqual(self.image("/image.png?tonemap=srgb").body, plain)
 
+    def test_automatic_exposure_is_told_and_is_that_number(self):
+        self.assertEqual(self.image().headers["X-Tessera-Exposure"], "0")
+        auto = self.image("/image.png?exposure=auto")
+        stops = float(auto.headers["X-Tessera-Exposure"])
+        self.assertAlmostEqual(10 * stops, round(10 * stops), 5)
+        for suffix in ("png", "jpg", "webp"):
+            told = self.image(f"/image.{suffix}?exposure=auto")
+            self.assertEqual(float(told.headers["X-Tessera-Exposure"]), stops)
+            self.assertEqual(told.body, self.image(f"/image.{suffix}?exposure={stops}").body)
+        # A property of the film: the same for parts, thumbnails and layers of colour.
+        for query in ("x=3&y=3&width=9&height=9", "max_size=16", "layer=albedo"):
+            told = self.image(f"/image.png?exposure=auto&{query}")
+            self.assertEqual(float(told.headers["X-Tessera-Exposure"]), stops, query)
+        data = self.image("/image.png?exposure=auto&layer=normal")
+        self.assertIsNone(data.headers["X-Tessera-Exposure"])
+        self.assert_problem(self.server.get(self.path + "/image.png?exposure=best"), 422,
+                            "/exposure")
+
     def test_linear_formats_refuse_display_options(self):
         for suffix in ("exr", "hdr"):
             plain = self.image(f"/image.{suffix}").body
             for query, pointer in (
                 ("exposure=2", "/exposure"),
+                ("exposure=auto", "/exposure"),
                 ("tonemap=aces", "/tonemap"),
                 ("tonemap=agx&exposure=-1", "/exposure"),
                 ("stream=1&exposure=2", "/exposure"),
@@ -288,13 +307,13 @@ class Pixels(ApiTest):
         self.assertEqual(set(curve["slope"]), {"value", "low", "high"})
         points = curve["points"]
         self.assertEqual(points[-1]["samples_per_pixel"], 16)
-        self.assertEqual(points[-1]["relative_rmse"], self.job["error"]["relative_rmse"])
+        self.assertEqual(points[-1]["relative"], self.job["error"]["relative"])
         for before, after in zip(points, points[1:]):
             for member in ("samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays"):
                 self.assertLessEqual(before[member], after[member])
         for point in points:
             self.assertLessEqual({"samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays",
-                                  "relative_rmse", "low", "high"}, set(point))
+                                  "relative", "low", "high"}, set(point))
 
     def test_one_sample_has_unknown_errors(self):
         job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))

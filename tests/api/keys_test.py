@@ -60,7 +60,7 @@ class Keyed(unittest.TestCase):
                 answer.headers["WWW-Authenticate"], 'Bearer realm="tessera", error="invalid_token"'
             )
             self.assertIn("is unknown or has expired", answer.json()["detail"])
-        cookie = {"Authorization": "", "Cookie": "tessera_session=old"}
+        cookie = {"Authorization": "", "Cookie": f"tessera_session_{self.server.port}=old"}
         self.assertIn(
             "session", self.server.request("GET", "/v1/jobs", headers=cookie).json()["detail"]
         )

@@ -1,6 +1,8 @@
 """The surroundings of a model: backgrounds, procedural light, ground."""
 
-from harness import ApiTest, job_body, png_pixels
+import re
+
+from harness import ApiTest, job_body, png_pixels, triangle_glb
 
 
 class Stage(ApiTest):
@@ -20,7 +22,7 @@ class Stage(ApiTest):
     def test_presets_and_the_sun_light_the_scene(self):
         sun = {"latitude": 52.5, "longitude": 13.4, "time": "2026-06-21T10:00:00Z"}
         for environment in ({"preset": "studio"}, {"preset": "tent"}, {"preset": "rim"},
-                            {"sun": sun, "intensity": 0.03}):
+                            {"sun": sun, "intensity": 1e-4}):
             job, rows = self.picture(environment=environment,
                                      background={"type": "blurred"})
             shades = {pixel for row in rows for pixel in map(tuple, row)}
@@ -46,6 +48,83 @@ class Stage(ApiTest):
             self.server.get(f"/v1/jobs/{job['id']}/image.png?background=ffffff").body
         )
         self.assertEqual(len(white[0][0]), 3)
+
+    def test_shadow_is_neutral_unless_physical_is_asked_for(self):
+        sun = {"latitude": 52.5, "longitude": 13.4, "time": "2026-06-21T07:00:00Z"}
+        pictures = {}
+        for color in ("neutral", "physical"):
+            shadow = {} if color == "neutral" else {"shadow": {"color": color}}
+            job, rows = self.picture(
+                ground={"type": "catcher", **shadow},
+                environment={"sun": sun},
+                query="?exposure=auto",
+            )
+            self.assertEqual("shadow" in job["spec"]["ground"], color == "physical")
+            pictures[color] = [p for row in rows for p in row if 30 < p[3] < 220]
+        self.assertGreater(len(pictures["neutral"]), 20)
+        black = [p for p in pictures["neutral"] if p[:3] == (0, 0, 0)]
+        # Edges of the model are partly covered, too.
+        self.assertGreater(len(black), len(pictures["neutral"]) / 2)
+        self.assertTrue(any(p[2] > p[0] + 20 for p in pictures["physical"]), "blue of the sky")
+
+    def test_refuses_shadows_and_glass_with_their_pointer(self):
+        for members, pointer in (
+            ({"ground": {"type": "sweep", "shadow": {"strength": 1}}}, "/ground/shadow"),
+            ({"ground": {"type": "catcher", "shadow": {"strength": 2}}}, "/ground/shadow/strength"),
+            ({"ground": {"type": "catcher", "shadow": {"softness": -1}}},
+             "/ground/shadow/softness"),
+            ({"ground": {"type": "catcher", "shadow": {"color": "blue"}}}, "/ground/shadow/color"),
+            ({"background": {"type": "environment", "through_glass": True}},
+             "/background/through_glass"),
+            ({"background": {"type": "transparent", "through_glass": True},
+              "integrator": {"type": "mlt"}}, "/background/through_glass"),
+            ({"units": "radiometric"}, "/units"),
+        ):
+            answer = self.server.post("/v1/jobs", job_body("furnace", **members))
+            self.assert_problem(answer, 422, pointer)
+
+    def test_glass_lets_the_page_through(self):
+        # A clear pane in the form of a triangle.
+        primitive = {"attributes": {"POSITION": 0}, "material": 0}
+        pane = {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
+                "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}
+        model = triangle_glb(meshes=[{"primitives": [primitive]}], materials=[pane],
+                             extensionsUsed=["KHR_materials_transmission"])
+        scene = self.server.post("/v1/scenes", model, {"Content-Type": "model/gltf-binary"})
+        self.assertIn(scene.status, (200, 201), scene)
+
+        def middle(**background):
+            body = job_body(scene.json()["id"], samples=64,
+                            background={"type": "transparent", **background},
+                            environment={"color": [1, 1, 1]})
+            body["film"] = {"width": 32, "height": 32}
+            job = self.server.render(body)
+            self.assertEqual(job["spec"]["background"], {"type": "transparent", **background})
+            rows = png_pixels(self.server.get(f"/v1/jobs/{job['id']}/image.png").body)
+            return rows[16][16][3]
+
+        # Index 1.5 reflects 4%, a little more at the camera's angle: 10 of 255.
+        self.assertLess(abs(middle() - 10), 25)
+        self.assertEqual(middle(through_glass=False), 255)
+
+    def test_a_clipped_picture_says_so_and_names_an_exposure(self):
+        sun = {"latitude": 40, "longitude": 0, "time": "2026-06-21T12:00:00Z"}
+        job, _ = self.picture(environment={"sun": sun})
+        told = [w for w in job["warnings"] if "above 1" in w]
+        self.assertEqual(len(told), 1, job["warnings"])
+        exposure = float(re.search(r"exposure=(-[0-9.]+) shows", told[0])[1])
+        auto = self.server.get(f"/v1/jobs/{job['id']}/image.png?exposure=auto")
+        self.assertEqual(float(auto.headers["X-Tessera-Exposure"]), exposure)
+        shades = {p for row in png_pixels(auto.body) for p in map(tuple, row)}
+        self.assertGreater(len(shades), 20)
+        # Told once, also after more samples.
+        path = f"/v1/jobs/{job['id']}"
+        self.assertEqual(self.server.post(f"{path}/extend", {"stop": {"samples_per_pixel": 16}})
+                         .status, 200)
+        again = self.server.wait(job["id"])
+        self.assertEqual(len([w for w in again["warnings"] if "above 1" in w]), 1)
+        dim, _ = self.picture(environment={"color": [1, 1, 1]})
+        self.assertFalse([w for w in dim["warnings"] if "above 1" in w])
 
     def test_denoised_alpha_is_that_of_its_own_pixel(self):
         # Higher than the bands of 32 rows in which images are encoded.

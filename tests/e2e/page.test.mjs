@@ -177,6 +177,43 @@ test('exposure changes the plain image without a request, the denoised one with 
   }),
 );
 
+test('exposure follows the image until it is set', { timeout: 300_000 }, async () => {
+  // A white sky of 2^10 cd/m2.
+  const job = await (
+    await ask(`${server.url}/v1/jobs`, {
+      method: 'POST',
+      headers: { 'Content-Type': 'application/json', Prefer: 'wait=60' },
+      body: JSON.stringify({
+        scene: 'furnace',
+        film: { width: 96, height: 54 },
+        environment: { color: [1024, 1024, 1024] },
+        stop: { samples_per_pixel: 8 },
+      }),
+    })
+  ).json();
+  const answer = await ask(`${server.url}/v1/jobs/${job.id}/image.png?exposure=auto`);
+  const told = Number(answer.headers.get('X-Tessera-Exposure'));
+  assert.ok(told < -8, `${told} stops`);
+  await withPage(
+    desktop,
+    async (page) => {
+      const stops = () => page.$eval('[data-testid=exposure]', (input) => input.valueAsNumber);
+      const isAuto = () => page.getAttribute('[data-testid=exposure-auto]', 'aria-pressed');
+      await until('the exposure', async () => Math.abs((await stops()) - told) < 0.15);
+      assert.equal(await isAuto(), 'true');
+      const before = await until('the picture', () => pictureNow(page));
+      await page.focus('[data-testid=exposure]');
+      for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
+      await until('a darker picture', () => isOther(page, before));
+      assert.equal(await isAuto(), 'false');
+      await page.click('[data-testid=exposure-auto]');
+      await until('the exposure again', async () => Math.abs((await stops()) - told) < 0.15);
+      assert.deepEqual(await accessibilityFaults(page), []);
+    },
+    `#/jobs/${job.id}`,
+  );
+});
+
 test('the PNG can be downloaded', { timeout: 300_000 }, () =>
   withRender(desktop, async (page) => {
     await finished(page);

@@ -90,12 +90,13 @@ std::vector<Subject> subjects() {
 }
 
 core::View view_of(core::SceneDescription scene, GroundType kind, float reflection) {
-  core::GroundSettings ground = {GroundType::kCatcher, 0.0F, kGroundColor, reflection};
+  core::GroundSettings ground = {GroundType::kCatcher, 0.0F, kGroundColor, reflection, {}};
   core::add_ground(scene, ground);
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
   test_support::look_at(view, {0.5F, 7, 5}, {0, 0.5F, 0}, 50);
   view.environment = sky();
   ground.type = kind;
+  ground.shadow.color = core::ShadowColor::kPhysical;
   view.settings.ground = ground;
   view.settings.max_depth = 6;
   return view;

@@ -1,6 +1,7 @@
 // Shading normals: coarse smooth-shaded meshes lit from the side stay lossless, and all strategies
 // agree. The false alarm rate of each z-test is that of 4.5 standard deviations, 7e-6.
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -80,6 +81,67 @@ TEST(GltfTerminator, CoarseBallIsShadedLikeASphere) {
   const Terminator facets = lit_from_the_side(8, true);  // the planted fault, which must fail
   EXPECT_GT(facets.error, 0.03);
   EXPECT_LT(facets.darkest, 0.8);
+}
+
+/// A box with eight vertices and averaged normals.
+core::PrimitiveDescription smooth_box(Vec3 at, Vec3 size, int material) {
+  core::PrimitiveDescription p;
+  p.material = material;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 corner = {static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1),
+                         static_cast<float>(i >> 2)};
+    p.positions.push_back(at + corner * size);
+    p.normals.push_back(core::normalize(corner * 2 - Vec3{1, 1, 1}));
+  }
+  p.indices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+               2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  return p;
+}
+
+/// Mean radiance in a closed room in a white sky, seen from inside.
+double light_in_a_closed_room(core::PrimitiveDescription body) {
+  using test_support::quad;
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert({0.8F, 0.8F, 0.8F})},
+      {quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, 0), quad({-2, 2.1F, -2}, {4, 0, 0}, {0, 0, 4}, 0),
+       quad({-2, 0, -2}, {4, 0, 0}, {0, 2.1F, 0}, 0), quad({-2, 0, 2}, {0, 2.1F, 0}, {4, 0, 0}, 0),
+       quad({-2, 0, -2}, {0, 2.1F, 0}, {0, 0, 4}, 0), quad({2, 0, -2}, {0, 0, 4}, {0, 2.1F, 0}, 0),
+       std::move(body)});
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  test_support::look_at(view, {0.3F, 0.8F, 1.9F}, {0, 0.4F, 0}, 70);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  return static_cast<double>(test_support::render(view, 64).mean().g);
+}
+
+TEST(GltfTerminator, NoLightEntersAClosedRoomThroughWhatStandsInIt) {
+  // A cabinet whose top is 0.1 below the ceiling, and a ball sunk into the floor: rays that left
+  // from a smooth surface above their facets would start outside.
+  EXPECT_EQ(light_in_a_closed_room(smooth_box({-1, 0, -1}, {2, 2, 2}, 0)), 0);
+  for (const int stacks : {5, 8, 12}) {
+    EXPECT_EQ(light_in_a_closed_room(test_support::sphere({0, 0.25F, 0}, 0.5F, stacks, false, 0)),
+              0)
+        << stacks;
+  }
+}
+
+TEST(GltfTerminator, WhatStandsOnASmoothBoxCastsItsContactShadow) {
+  // A black wall of height h across a white slab, under a white sky: at a distance d the wall hides
+  // (1 - d / sqrt(d^2 + h^2)) / 2 of the light. In the middle of the slab the normal is upright.
+  constexpr double kDistance = 0.05;
+  constexpr double kHeight = 1;
+  core::SceneDescription scene =
+      test_support::scene_of({test_support::lambert({1, 1, 1}), test_support::lambert({0, 0, 0})},
+                             {smooth_box({-1, -0.1F, -1}, {2, 0.1F, 2}, 0),
+                              test_support::quad({-40, 0, -0.05F}, {80, 0, 0}, {0, 1, 0}, 1)});
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+  test_support::look_at(view, {0, 0.5F, 0.001F}, {0, 0, 0}, 1);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.max_depth = 1;
+  const Picture picture = test_support::render(view, 1024);
+  const double expected = (1 + kDistance / std::hypot(kDistance, kHeight)) / 2;
+  EXPECT_NEAR(picture.mean().g, expected,
+              0.01 + kSigmas * static_cast<double>(picture.standard_error().g));
+  EXPECT_LT(picture.standard_error().g, 0.01F);
 }
 
 TEST(GltfTerminator, LosslessBallsWithShadingNormalsAreInvisible) {

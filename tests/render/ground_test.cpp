@@ -2,6 +2,7 @@
 // model on the real ground.
 #include "core/scene/ground.h"
 
+#include <array>
 #include <cmath>
 #include <span>
 
@@ -106,7 +107,7 @@ TEST(Catcher, BarePolishedGroundHasItsClosedFormUnderUniformLight) {
 TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert({0, 0, 0})}, {test_support::sphere({0, 40, -40}, 4, 12, false, 0)});
-  core::GroundSettings ground = {GroundType::kCatcher, 0.0F, {0, 0, 0}, 1};
+  core::GroundSettings ground = {GroundType::kCatcher, 0.0F, {0, 0, 0}, 1, {}};
   core::add_ground(scene, ground);
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
   // The image of the ball is in the centre: the mirrored camera looks at the ball.
@@ -138,8 +139,8 @@ TEST(Catcher, OverTheBareGroundEqualsARealGroundForAssets) {
     const auto picture = [&](GroundType seen, float reflection, bool bare, std::uint64_t seed) {
       core::SceneDescription scene = *loaded;
       scene.cameras.clear();
-      const core::GroundSettings ground = {GroundType::kCatcher, bounds.min.y, kGroundColor,
-                                           reflection};
+      const core::GroundSettings ground = {
+          GroundType::kCatcher, bounds.min.y, kGroundColor, reflection, {}};
       core::add_ground(scene, ground);
       if (bare) {
         scene.instances.erase(scene.instances.begin(), scene.instances.end() - 1);
@@ -149,6 +150,7 @@ TEST(Catcher, OverTheBareGroundEqualsARealGroundForAssets) {
       view.environment = sky;
       view.settings.ground = ground;
       view.settings.ground.type = seen;
+      view.settings.ground.shadow.color = core::ShadowColor::kPhysical;
       view.settings.max_depth = 6;
       if (seen == GroundType::kCatcher) {
         view.settings.background.type = BackgroundType::kTransparent;
@@ -212,125 +214,6 @@ TEST(Catcher, HasNoNoiseWhereTheModelHasNoEffect) {
   EXPECT_NEAR(most, 1, 1e-4F);
 }
 
-TEST(Catcher, ErrorIsThatOfTheImageOverWhite) {
-  const Picture caught = render(transparent_catcher(), 2, 16);
-  core::FilmSnapshot white = caught.snapshot;
-  for (std::size_t i = 0; i < white.pixels.size(); i += 2) {
-    // else it counts as empty
-    if (white.pixels[i].mean_alpha + white.pixels[i + 1].mean_alpha > 0) {
-      for (core::ReplicatePixel& p : std::span(white.pixels).subspan(i, 2)) {
-        p.mean_r += 1 - p.mean_alpha;
-        p.mean_g += 1 - p.mean_alpha;
-        p.mean_b += 1 - p.mean_alpha;
-      }
-    }
-  }
-  const core::TileSums seen = caught.film->half_sums(0);
-  const core::TileSums expected = core::half_sums(white.rect, white.pixels, white.replicates);
-  EXPECT_NEAR(seen.noise, expected.noise, 1e-6 * expected.noise);  // the image is added in floats
-  EXPECT_NEAR(seen.signal, expected.signal, 1e-6 * expected.signal);
-  const core::TileSums colour =
-      core::half_sums(white.rect, caught.snapshot.pixels, white.replicates);
-  EXPECT_GT(seen.noise, 2 * colour.noise) << "the noise of a shadow is in its alpha";
-}
-
-TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
-  // Errors of images of 16 samples against one of 1024, whose own error is an eighth of theirs.
-  const Picture truth = render(transparent_catcher(), 99, 1024);
-  constexpr int kPictures = 20;
-  double squares = 0;
-  double low = 0;
-  double high = 0;
-  for (int i = 0; i < kPictures; ++i) {
-    const Picture seen = render(transparent_catcher(), static_cast<std::uint64_t>(i), 16);
-    double off = 0;
-    double signal = 0;
-    for (std::size_t p = 0; p < seen.snapshot.pixel_count(); ++p) {
-      const core::HalfValue a = core::pixel_value(seen.snapshot, p);
-      const core::HalfValue b = core::pixel_value(truth.snapshot, p);
-      for (int c = 0; c < 3; ++c) {
-        const auto over = [c](const core::HalfValue& v) {
-          return static_cast<double>(v.mean[c] + 1 - v.alpha);
-        };
-        off += std::pow(over(a) - over(b), 2);
-        signal += a.alpha > 0 ? over(b) * over(b) : 0;  // other pixels are not counted
-      }
-    }
-    squares += off / signal;
-    low += std::pow(seen.progress.error.low, 2);
-    high += std::pow(seen.progress.error.high, 2);
-  }
-  // The floor of the definition adds less than 1% to the signal of an image as bright as white.
-  EXPECT_GT(squares, 0.9 * low);
-  EXPECT_LT(squares, 1.1 * high);
-  EXPECT_LT(high, 9 * squares) << "the interval is not trivially wide";
-}
-
-/// Of denoised light and alpha, over white: the squared error of an image, over the light.
-struct Off {
-  std::vector<double> claimed;
-  std::vector<double> real;
-};
-
-double squared(Rgb v) { return static_cast<double>(v.r * v.r + v.g * v.g + v.b * v.b); }
-
-/// Student's t of the differences over images.
-double t_of(const Off& off) {
-  test_support::Moments d;
-  for (std::size_t i = 0; i < off.real.size(); ++i) {
-    d.add(off.claimed[i] - off.real[i]);
-  }
-  return d.mean / d.standard_error();
-}
-
-TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
-  constexpr int kTile = 32;
-  constexpr int kPictures = 16;
-  const auto view_for = [](std::uint64_t seed) {
-    core::View view = transparent_catcher();
-    view.settings.film.width = kTile;
-    view.settings.film.height = kTile;
-    view.settings.seed = seed;
-    return view;
-  };
-  const Picture truth = test_support::render(view_for(99), 1024);
-  const auto before_white = [](Rgb light, float alpha) { return light + Rgb(1 - alpha); };
-  Off honest;
-  Off grainy;
-  double plain = 0;
-  double denoised = 0;
-  for (int i = 0; i < kPictures; ++i) {
-    const Picture seen = test_support::render(view_for(static_cast<std::uint64_t>(i)), 4);
-    const auto made =
-        core::denoise(seen.snapshot, nullptr, core::StatisticalDenoiser(), core::parallel_for(2));
-    ASSERT_TRUE(made);
-    const core::DenoisedPicture& picture = made->picture;
-    double signal = 0;
-    double squares = 0;
-    double with_plain_alpha = 0;
-    for (std::size_t p = 0; p < seen.snapshot.pixel_count(); ++p) {
-      const core::HalfValue v = core::pixel_value(truth.snapshot, p);
-      const Rgb expected = before_white(v.mean, v.alpha);
-      const float alpha = core::pixel_value(seen.snapshot, p).alpha;
-      signal += alpha > 0 ? squared(expected) : 0;  // other pixels are not counted
-      const Rgb light = {picture.full[0][p], picture.full[1][p], picture.full[2][p]};
-      squares += squared(before_white(light, picture.full_alpha[p]) - expected);
-      with_plain_alpha += squared(before_white(light, alpha) - expected);
-    }
-    const double claimed = picture.interval(core::DenoiseMode::kFull, 0.95).relative_rmse;
-    honest.claimed.push_back(claimed * claimed);
-    honest.real.push_back(squares / signal);
-    grainy.claimed.push_back(claimed * claimed);
-    grainy.real.push_back(with_plain_alpha / signal);
-    denoised += squares / signal;
-    plain += std::pow(seen.progress.error.relative_rmse, 2);
-  }
-  // P(|t| > 6) with 15 degrees is 2.4e-5.
-  EXPECT_LT(std::fabs(t_of(honest)), 6);
-  EXPECT_LT(t_of(grainy), -6) << "a planted fault: its alpha is not denoised";
-  EXPECT_LT(denoised, 0.8 * plain) << "and the image is denoised";
-}
-
 TEST(Catcher, DenoisedPixelsWithoutShadowStayEmpty) {
   core::SceneDescription scene = model();
   scene.materials[0] = test_support::lambert({0, 0, 0});
@@ -352,9 +235,23 @@ TEST(Catcher, DenoisedPixelsWithoutShadowStayEmpty) {
   EXPECT_NEAR(most, 1, 1e-3F);
 }
 
+TEST(Catcher, AutomaticCamerasFrameTheShadow) {
+  const auto bounds = [](GroundType type) {
+    core::SceneDescription scene = model();
+    core::add_ground(scene, {type, {}, kGroundColor, 0, {}});
+    return test_support::build(std::move(scene))->summary().bounds;
+  };
+  const core::Bounds own = bounds(GroundType::kSweep);
+  const core::Bounds framed = bounds(GroundType::kCatcher);
+  const float reach = 0.25F * own.diagonal().y;
+  EXPECT_NEAR(framed.max.x, own.max.x + reach, 1e-4F);
+  EXPECT_NEAR(framed.min.z, own.min.z - reach, 1e-4F);
+  EXPECT_EQ(framed.max.y, own.max.y);
+}
+
 TEST(Sweep, FillsTheImageBehindTheModel) {
   core::SceneDescription scene = model();
-  core::GroundSettings ground = {GroundType::kSweep, {}, kGroundColor};
+  core::GroundSettings ground = {GroundType::kSweep, {}, kGroundColor, 0, {}};
   const Vec3 from = {6, 3, 6};
   const Vec3 to = {0, 1, 0};
   core::add_ground(scene, ground, to - from);

@@ -4,24 +4,30 @@ set(RENDER_TEST_SOURCES
   agreement_test.cpp
   bdpt_media_test.cpp
   bounces_test.cpp
+  catcher_error_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
+  emitters_test.cpp
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp
+  invariance_test.cpp
   irradiance_cache_test.cpp
   irradiance_test.cpp
   media_test.cpp
   medium_light_test.cpp
   meter_test.cpp
   mlt_test.cpp
+  neutral_shadow_test.cpp
   options_test.cpp
   photons_test.cpp
   planted_bugs_test.cpp
   restir_test.cpp
   shutter_test.cpp
+  solids_test.cpp
   spectral_test.cpp
+  through_glass_test.cpp
   truth.cpp
   truths_test.cpp)
 # Features of glTF: scenes made in code, written to a GLB, loaded and rendered small.

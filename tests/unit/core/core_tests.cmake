@@ -9,6 +9,7 @@ set(CORE_TEST_SOURCES
   denoise_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp
+  exposure_test.cpp
   feature_pass_test.cpp
   film_format_test.cpp
   film_merge_test.cpp
@@ -19,6 +20,7 @@ set(CORE_TEST_SOURCES
   labels_test.cpp
   light_shares_test.cpp
   object_boxes_test.cpp
+  offset_ray_test.cpp
   oidn_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp
@@ -32,9 +34,11 @@ set(CORE_TEST_SOURCES
   roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  set_aside_test.cpp
   settle_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
+  solids_test.cpp
   spectrum_test.cpp
   splats_test.cpp
   split_pilot_test.cpp

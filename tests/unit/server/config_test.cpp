@@ -1,5 +1,7 @@
 #include "server/config.h"
 
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 #include <gtest/gtest.h>
@@ -36,6 +38,61 @@ TEST(Config, FlagOverridesItsVariable) {
   EXPECT_EQ(config->queue_max, 3);
   EXPECT_EQ(config->streams_max, 12);
   EXPECT_TRUE(config->demo);
+}
+
+TEST(Config, EmptyVariablesCountAsUnset) {
+  const auto config =
+      parse_config({}, [](const std::string& /*name*/) { return std::optional<std::string>(""); });
+  ASSERT_TRUE(config) << config.error().where;
+  EXPECT_EQ(server::config_text(*config), server::config_text(*parse({})));
+}
+
+TEST(Config, LinksOfServicesAreIgnoredWithAWarning) {
+  for (const char* link : {"tcp://10.96.12.7:80", "udp://10.0.0.1:53"}) {
+    const auto config = parse({}, {{"TESSERA_PORT", link}});
+    ASSERT_TRUE(config);
+    EXPECT_EQ(config->port, 8080);
+    ASSERT_EQ(config->warnings.size(), 1U);
+    EXPECT_NE(config->warnings.front().find("TESSERA_PORT"), std::string::npos);
+  }
+}
+
+TEST(Config, HostsAndOriginsHaveOneSpelling) {
+  const auto config =
+      parse({"--hosts", " A.example, b.example:8080 ,[::1]", "--origins",
+             "HTTPS://Shop.example/, http://two.example:80, https://c.example:444"});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->hosts, (std::vector<std::string>{"a.example", "b.example:8080", "[::1]"}));
+  EXPECT_EQ(config->origins, (std::vector<std::string>{"https://shop.example", "http://two.example",
+                                                       "https://c.example:444"}));
+}
+
+TEST(Config, RefusesHostsAndOriginsThatCouldNeverMatch) {
+  for (const char* host : {"https://a.example", "*.example", "a.example/", "a b", "a:port", "[a]",
+                           "a.example:70000"}) {
+    EXPECT_FALSE(parse({"--hosts", host})) << host;
+  }
+  for (const char* origin : {"shop.example", "https://shop.example/path", "ftp://a.example",
+                             "https://*.example", "https://", "null"}) {
+    EXPECT_FALSE(parse({"--origins", origin})) << origin;
+  }
+}
+
+TEST(Config, FilesAreReadWholeOrRefused) {
+  const test_support::TemporaryFolder folder;
+  const std::string directory = folder.file("folder");
+  std::filesystem::create_directory(directory);
+  for (const char* flag : {"--config", "--key-file"}) {
+    const auto refused = parse({flag, directory});
+    ASSERT_FALSE(refused) << flag;
+    EXPECT_NE(refused.error().message.find("directory"), std::string::npos);
+    EXPECT_FALSE(parse({flag, folder.file("missing")})) << flag;
+  }
+  const std::string marked = folder.file("marked.conf");
+  std::ofstream(marked) << "\xEF\xBB\xBFport = 8126\r\n";
+  const auto config = parse({"--config", marked});
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->port, 8126);
 }
 
 TEST(Config, ReadsBytesAndPercents) {
@@ -76,49 +133,6 @@ TEST(Config, ValueMayBeEmptyOrLookLikeAList) {
   EXPECT_EQ(parse({"--key=a=b="})->key, "a=b=");
   EXPECT_EQ(parse({"--hosts", "a,,b", "--port", "9"})->hosts, (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(parse({"--port", "7", "--port", "9"})->port, 9);
-}
-
-TEST(Config, EmptyVariablesCountAsUnset) {
-  const auto config = parse({}, {{"TESSERA_PORT", ""},
-                                 {"TESSERA_THREADS", ""},
-                                 {"TESSERA_MEMORY", ""},
-                                 {"TESSERA_LISTEN", ""},
-                                 {"TESSERA_DEMO", ""}});
-  ASSERT_TRUE(config);
-  EXPECT_EQ(config->port, 8080);
-  EXPECT_EQ(config->listen, "127.0.0.1");
-}
-
-TEST(Config, ListsAreTrimmedAndOriginsNormal) {
-  const auto config = parse({"--hosts", "a.example, B.example", "--origins",
-                             " https://Shop.example/ ,HTTP://two.example:80,https://[::1]:8443"});
-  ASSERT_TRUE(config);
-  EXPECT_EQ(config->hosts, (std::vector<std::string>{"a.example", "b.example"}));
-  EXPECT_EQ(config->origins, (std::vector<std::string>{"https://shop.example", "http://two.example",
-                                                       "https://[::1]:8443"}));
-}
-
-TEST(Config, RefusesWhatCanNeverMatch) {
-  for (const char* host : {"https://render.example.org", "*.example.org", "a b", "a/b", "a:x"}) {
-    EXPECT_FALSE(parse({"--hosts", host})) << host;
-  }
-  for (const char* origin : {"shop.example", "https://shop.example/path", "https://*.example",
-                             "https://me@shop.example", "null", "https://"}) {
-    EXPECT_FALSE(parse({"--origins", origin})) << origin;
-  }
-}
-
-TEST(Config, FilesAreReadWholeOrRefused) {
-  test_support::TemporaryFolder folder;
-  const auto refused = parse({"--config", folder.path()});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "is a directory, not a file");
-  EXPECT_FALSE(parse({"--key-file", folder.path()}));
-  const std::string path = folder.file("bom.conf");
-  test_support::write_file(path, "\xef\xbb\xbfport = 8126\n");
-  const auto config = parse({"--config", path});
-  ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(config->port, 8126);
 }
 
 TEST(Config, DataDirectoryDependsOnTheUser) {

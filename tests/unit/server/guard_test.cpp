@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/header_rows.h"
 #include "server/store/database.h"
 #include "tests/unit/server/server_test_support.h"
 
@@ -151,6 +152,76 @@ TEST(Guard, RefusesPagesOfOtherOriginsUnlessConfigured) {
   }
 }
 
+TEST(Guard, SameOriginIgnoresDefaultPortsAndBelievesTrustedProxies) {
+  const Guard guard({});
+  const auto status = [&guard](const char* host, const char* forwarded, const char* origin) {
+    Request asked = request("POST", "/v1/jobs", host);
+    asked.forwarded_host = forwarded;
+    asked.headers.set("Origin", origin);
+    return status_of(guard, asked);
+  };
+  EXPECT_EQ(status("localhost:443", "", "https://localhost"), 0);
+  EXPECT_EQ(status("localhost", "", "http://LOCALHOST:80"), 0);
+  EXPECT_EQ(status("127.0.0.1", "127.0.0.1:8123", "http://127.0.0.1:8123"), 0);
+  EXPECT_EQ(status("127.0.0.1", "", "http://127.0.0.1:8123"), 403);
+  EXPECT_EQ(status("localhost:443", "", "http://localhost"), 403);
+  // A name that is not ours, as after DNS rebinding.
+  EXPECT_EQ(status("127.0.0.1", "evil.example", "http://evil.example"), 403);
+}
+
+TEST(Guard, RefusedOriginNamesTheRemedy) {
+  const Guard guard({});
+  Request asked = request("POST", "/v1/jobs");
+  asked.headers.set("Origin", "https://shop.example");
+  const auto refused = guard.check(asked);
+  ASSERT_TRUE(refused);
+  EXPECT_NE(refused->body.find("--origins"), std::string::npos) << refused->body;
+  EXPECT_EQ(refused->body.find("access key"), std::string::npos) << refused->body;
+}
+
+TEST(Guard, PagesOfNamedOriginsMaySendAndReadAllDocumentedHeaders) {
+  Config config;
+  config.origins = {"https://studio.example"};
+  const Guard guard(config);
+  auto asked = request("OPTIONS", "/v1/jobs");
+  asked.headers.set("Origin", "https://studio.example");
+  const auto answer = guard.decorated(asked, {});
+  const auto lists = [&answer](const char* field, std::string_view name) {
+    return std::string(answer.headers.find(field).value_or("")).find(name) != std::string::npos;
+  };
+  for (const api::HeaderRow& row : api::response_headers()) {
+    EXPECT_TRUE(lists("Access-Control-Expose-Headers", row.name)) << row.name;
+  }
+  for (const char* name : {"traceparent", "Range", "Idempotency-Key", "Authorization"}) {
+    EXPECT_TRUE(lists("Access-Control-Allow-Headers", name)) << name;
+  }
+  EXPECT_TRUE(answer.headers.find("Access-Control-Max-Age"));
+}
+
+TEST(Guard, CachesKeepAnswersToOtherOriginsApart) {
+  Config config;
+  config.origins = {"https://studio.example"};
+  EXPECT_EQ(Guard(config).decorated(request("GET", "/v1/assets/{id}"), {}).headers.find("Vary"),
+            "Origin");
+  EXPECT_FALSE(Guard({}).decorated(request("GET", "/v1/assets/{id}"), {}).headers.find("Vary"));
+}
+
+TEST(Guard, LocationsAndCookiesAreBelowThePathOfTheProxy) {
+  Config config;
+  config.key = "secret";
+  config.base_path = "/render";
+  const Guard guard(config);
+  server::Response response;
+  response.headers.set("Location", "/v1/jobs/1");
+  Request asked = request("POST", "/v1/session");
+  asked.headers.set("Authorization", "Bearer secret");
+  EXPECT_EQ(guard.decorated(asked, response).headers.find("Location"), "/render/v1/jobs/1");
+  EXPECT_NE(guard.start_session(asked).headers.find("Set-Cookie")->find("; Path=/render/;"),
+            std::string_view::npos);
+  asked.base_path = "/other";
+  EXPECT_EQ(guard.decorated(asked, response).headers.find("Location"), "/other/v1/jobs/1");
+}
+
 TEST(Guard, AcceptsTheKeyAsBearerTokenOrCookie) {
   Config config;
   config.key = "secret";
@@ -187,29 +258,17 @@ int status_with_cookie(const Guard& guard, const std::string& cookie) {
   return status_of(guard, asked);
 }
 
-// Browsers send the cookies of all ports of a host.
-TEST(Session, IsOfOnePort) {
+TEST(Session, ServersOnSeveralPortsOfAHostHaveACookieEach) {
   Config config;
   config.key = "secret";
-  const Guard here(config);
-  const Guard there(config);
-  const auto begin = [](const Guard& guard, const std::string& host) {
-    auto asked = request("POST", "/v1/session", host);
-    asked.headers.set("Authorization", "Bearer secret");
-    const auto begun = guard.start_session(asked);
-    const std::string cookie(begun.headers.find("Set-Cookie").value_or(""));
-    return cookie.substr(0, cookie.find(';'));
-  };
-  const std::string first = begin(here, "localhost:8080");
-  const std::string second = begin(there, "localhost:8081");
-  EXPECT_NE(first.substr(0, first.find('=')), second.substr(0, second.find('=')));
-  const std::string both = first + "; " + second;
-  for (const auto& [guard, host] :
-       {std::pair(&here, "localhost:8080"), std::pair(&there, "localhost:8081")}) {
-    auto asked = request("GET", "/v1/jobs", host);
-    asked.headers.set("Cookie", both);
-    EXPECT_EQ(status_of(*guard, asked), 0) << host;
-  }
+  const Guard guard(config);
+  auto asked = request("POST", "/v1/session", "localhost:8081");
+  asked.headers.set("Authorization", "Bearer secret");
+  const std::string other(guard.start_session(asked).headers.find("Set-Cookie").value_or(""));
+  const std::string own = session_cookie(guard, "secret");
+  EXPECT_NE(other.substr(0, other.find('=')), own.substr(0, own.find('=')));
+  EXPECT_EQ(status_with_cookie(guard, other.substr(0, other.find(';')) + "; " + own), 0);
+  EXPECT_EQ(status_with_cookie(guard, other), 401);
 }
 
 TEST(Session, IsRandomAndEndsOnlyByLogout) {

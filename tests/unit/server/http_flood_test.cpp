@@ -241,6 +241,48 @@ TEST(HttpClientAddress, SchemeIsThatOfTheNearestProxy) {
   EXPECT_FALSE(forwarded("10.0.0.2", "1.2.3.4", "https", trusted).is_https);
 }
 
+Request with_fields(std::string_view peer,
+                    const std::vector<std::pair<std::string, std::string>>& fields) {
+  Request request;
+  for (const auto& [name, value] : fields) {
+    request.headers.add(name, value);
+  }
+  note_client(request, peer, /*is_tls=*/false, networks({"10.0.0.0/8"}));
+  return request;
+}
+
+TEST(HttpClientAddress, HostIsThatWhichTheClientAskedTheFirstTrustedProxyFor) {
+  const auto host_of = [](std::string_view peer, const auto& fields) {
+    return with_fields(peer, fields).forwarded_host;
+  };
+  using Fields = std::vector<std::pair<std::string, std::string>>;
+  EXPECT_EQ(host_of("10.0.0.1", Fields{{"X-Forwarded-Host", "a.example:8443"}}), "a.example:8443");
+  EXPECT_EQ(
+      host_of("10.0.0.1", Fields{{"X-Forwarded-Host", "a.example"}, {"X-Forwarded-Port", "8443"}}),
+      "a.example:8443");
+  EXPECT_EQ(host_of("10.0.0.1",
+                    Fields{{"X-Forwarded-Host", "[2001:db8::1]"}, {"X-Forwarded-Port", "8443"}}),
+            "[2001:db8::1]:8443");
+  // The client sent evil.example itself; its proxy appended the host that was asked for.
+  EXPECT_EQ(host_of("10.0.0.1", Fields{{"X-Forwarded-For", "192.0.2.9, 198.51.100.7"},
+                                       {"X-Forwarded-Host", "evil.example, a.example"}}),
+            "a.example");
+  EXPECT_EQ(host_of("10.0.0.1", Fields{{"X-Forwarded-For", "198.51.100.7, 10.0.0.2"},
+                                       {"X-Forwarded-Host", "a.example, inner.example"}}),
+            "a.example");
+  EXPECT_EQ(host_of("192.0.2.1", Fields{{"X-Forwarded-Host", "a.example"}}), "");
+}
+
+TEST(HttpClientAddress, ReadsForwarded) {
+  const Request request =
+      with_fields("10.0.0.1", {{"Forwarded",
+                                "for=192.0.2.9;host=evil.example;proto=http, "
+                                "for=\"[2001:db8::7]:443\";proto=HTTPS;host=\"a.example:8443\""}});
+  EXPECT_EQ(request.remote_addr, "2001:db8::7");
+  EXPECT_TRUE(request.is_https);
+  EXPECT_EQ(request.forwarded_host, "a.example:8443");
+}
+
 TEST(HttpClientAddress, ChecksAndComparesNetworks) {
   EXPECT_TRUE(networks({"0.0.0.0/0"}).contains("203.0.113.9"));
   EXPECT_FALSE(networks({"0.0.0.0/0"}).contains("2001:db8::1"));

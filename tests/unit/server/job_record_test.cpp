@@ -75,7 +75,7 @@ TEST(JobRecord, IsRestoredFromItsRow) {
 TEST(JobRecord, UnknownErrorStaysUnknown) {
   const auto back = server::to_record(server::to_row(made_record()));
   ASSERT_TRUE(back);
-  EXPECT_TRUE(std::isnan(back->view.progress.error.relative_rmse));
+  EXPECT_TRUE(std::isnan(back->view.progress.error.relative));
   EXPECT_FALSE(back->view.failure);
 }
 

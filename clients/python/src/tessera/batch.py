@@ -114,6 +114,9 @@ class Batch:
                 if each["state"] == "finished":
                     call = Call("GET", f"/v1/jobs/{segment(each['id'])}/image.png", params=params)
                     response = self._client.send(call)
+                    if params.get("exposure") == "auto":
+                        # All frames get that of the first, so that the video does not flicker.
+                        params["exposure"] = response.headers["X-Tessera-Exposure"]
                     writer.add(response.content)
         return Path(path)
 

@@ -4,7 +4,9 @@ const follow = () => document.documentElement.classList.toggle('dark-mode', dark
 dark.addEventListener('change', follow);
 follow();
 
-const openapi = await (await fetch('/openapi.json')).json();
+const openapi = await (await fetch('openapi.json')).json();
+// A proxy may place the server below a path.
+openapi.servers = [{ url: new URL('.', location.href).pathname.replace(/\/$/, '') || '/' }];
 const rows = document.querySelector('#problems tbody');
 for (const { type, status, title } of openapi['x-problem-types']) {
   const row = rows.insertRow();

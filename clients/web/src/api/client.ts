@@ -112,19 +112,23 @@ async function json<T>(path: string, options?: Options): Promise<T> {
   return (await call(path, options)).json() as Promise<T>;
 }
 
-const job = (id: string): string => `/v1/jobs/${encodeURIComponent(id)}`;
-const batch = (id: string): string => `/v1/batches/${encodeURIComponent(id)}`;
+/** A link of an answer, relative to the page, which a proxy may place below a path. */
+export const relative = (link: string): string => link.replace(/^\//, '');
+
+// Addresses are relative to the page.
+const job = (id: string): string => `v1/jobs/${encodeURIComponent(id)}`;
+const batch = (id: string): string => `v1/batches/${encodeURIComponent(id)}`;
 
 export const api = {
   /** The description of the interface; only what the page reads of it. */
-  description: () => json<Description>('/openapi.json'),
-  server: (signal?: AbortSignal) => json<Server>('/v1/server', { signal }),
-  workers: (signal?: AbortSignal) => json<WorkerList>('/v1/workers', { signal }),
+  description: () => json<Description>('openapi.json'),
+  server: (signal?: AbortSignal) => json<Server>('v1/server', { signal }),
+  workers: (signal?: AbortSignal) => json<WorkerList>('v1/workers', { signal }),
   workerTiles: (id: string, signal?: AbortSignal) =>
     json<WorkerTiles>(`${job(id)}/workers`, { signal }),
   scene: (id: string, signal?: AbortSignal) =>
-    json<Scene>(`/v1/scenes/${encodeURIComponent(id)}`, { signal }),
-  scenes: () => json<SceneList>('/v1/scenes'),
+    json<Scene>(`v1/scenes/${encodeURIComponent(id)}`, { signal }),
+  scenes: () => json<SceneList>('v1/scenes'),
   jobs: (
     query: { limit: number; cursor?: string | null; states?: JobState[] | null; name?: string },
     signal?: AbortSignal,
@@ -134,31 +138,31 @@ export const api = {
     if (query.cursor) params.set('cursor', query.cursor);
     if (query.states) params.set('state', query.states.join());
     if (query.name) params.set('name', query.name);
-    return json<JobList>(`/v1/jobs?${params}`, { signal });
+    return json<JobList>(`v1/jobs?${params}`, { signal });
   },
   job: (id: string, signal?: AbortSignal) => json<Job>(job(id), { signal }),
   submit: (request: unknown) =>
-    json<Job>('/v1/jobs', {
+    json<Job>('v1/jobs', {
       method: 'POST',
       json: request,
       headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) },
     }),
   dryRun: (request: unknown, signal?: AbortSignal) =>
-    json<DryRun>('/v1/jobs?dry_run=1', { method: 'POST', json: request, signal }),
+    json<DryRun>('v1/jobs?dry_run=1', { method: 'POST', json: request, signal }),
   patch: (id: string, patch: unknown) => json<Job>(job(id), { method: 'PATCH', json: patch }),
   cancel: (id: string) => json<Job>(`${job(id)}/cancel`, { method: 'POST' }),
   retry: (id: string) => json<Job>(`${job(id)}/retry`, { method: 'POST' }),
   extend: (id: string, stop: unknown) =>
     json<Job>(`${job(id)}/extend`, { method: 'POST', json: { stop } }),
   submitBatch: (request: unknown) =>
-    json<Batch>('/v1/batches', {
+    json<Batch>('v1/batches', {
       method: 'POST',
       json: request,
       headers: { 'idempotency-key': crypto.randomUUID?.() ?? String(Math.random()) },
     }),
   batch: (id: string, signal?: AbortSignal) => json<Batch>(batch(id), { signal }),
   batches: (limit: number, signal?: AbortSignal) =>
-    json<BatchList>(`/v1/batches?limit=${limit}`, { signal }),
+    json<BatchList>(`v1/batches?limit=${limit}`, { signal }),
   cancelBatch: (id: string) => json<Batch>(`${batch(id)}/cancel`, { method: 'POST' }),
   retryBatch: (id: string) => json<Batch>(`${batch(id)}/retry`, { method: 'POST' }),
   removeBatch: async (id: string) => void (await call(batch(id), { method: 'DELETE' })),
@@ -169,14 +173,14 @@ export const api = {
     json<Pixel>(`${job(id)}/pixels/${x}/${y}`, { signal }),
   meter: (id: string, signal?: AbortSignal) => json<Meter>(`${job(id)}/meter`, { signal }),
   compare: (a: string, b: string) =>
-    json<Comparison>('/v1/comparisons', { method: 'POST', json: { a, b } }),
+    json<Comparison>('v1/comparisons', { method: 'POST', json: { a, b } }),
   openSession: async (key: string) =>
-    void (await call('/v1/session', {
+    void (await call('v1/session', {
       method: 'POST',
       headers: { authorization: `Bearer ${key}` },
     })),
   createScene: (gltf: string, files: Record<string, string>, name: string) =>
-    json<Scene>(`/v1/scenes?name=${encodeURIComponent(name)}`, {
+    json<Scene>(`v1/scenes?name=${encodeURIComponent(name)}`, {
       method: 'POST',
       json: { gltf, files },
     }),

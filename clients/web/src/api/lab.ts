@@ -17,7 +17,7 @@ export async function runExperiment(
 ): Promise<void> {
   let response: Response;
   try {
-    response = await fetch('/v1/lab/runs', {
+    response = await fetch('v1/lab/runs', {
       method: 'POST',
       headers: { 'content-type': 'application/json', accept: 'application/x-ndjson' },
       credentials: 'same-origin',

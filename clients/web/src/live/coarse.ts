@@ -58,7 +58,7 @@ export function enlarged(frame: TileFrame, width: number, height: number): TileF
 
 /** Returns every tile of a short job when it has ended. */
 export async function tilesOf(jobId: string): Promise<TileFrame[]> {
-  const response = await fetch(`/v1/jobs/${jobId}/tiles?after=0`, {
+  const response = await fetch(`v1/jobs/${jobId}/tiles?after=0`, {
     headers: { accept: 'application/vnd.tessera.tiles' },
     cache: 'no-store',
   });

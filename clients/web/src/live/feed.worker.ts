@@ -12,6 +12,9 @@ import type { Job, Problem, WarningEvent } from '../api/types';
 
 declare const self: DedicatedWorkerGlobalScope;
 
+/** The folder of the page: proxies may place it below a path. This script is one folder deeper. */
+const root = self.location.pathname.replace(/\/(assets|src\/live)\/[^/]*$/, '');
+
 const silenceMs = 40_000;
 const maxDelayMs = 6_000;
 const steadyMs = 5_000;
@@ -75,7 +78,7 @@ class Feed {
     private readonly tiles: boolean,
     private readonly planes: TilePlanes,
   ) {
-    this.address = `/v1/jobs/${encodeURIComponent(jobId)}`;
+    this.address = `${root}/v1/jobs/${encodeURIComponent(jobId)}`;
   }
 
   /** A new start requests every tile: meanwhile a restarted server may have reset its revisions. */
@@ -198,7 +201,8 @@ class Feed {
 
   private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
     const headers = { accept: 'application/vnd.tessera.tiles' };
-    const query = `after=${this.revision}&planes=${this.planes}`;
+    const calm = this.planes === 'mean' ? '&fireflies=set_aside' : '';
+    const query = `after=${this.revision}&planes=${this.planes}${calm}`;
     const response = await fetch(`${this.address}/tiles?${query}`, {
       headers,
       signal,

@@ -23,6 +23,8 @@ export const theme = persistent<Theme>(
 
 export interface Display {
   exposure: number;
+  /** The exposure follows the image; not if false. */
+  auto?: boolean;
   tone: ToneMap;
   showTiles: boolean;
   /** Tiles that workers render, in the colours of the workers. */

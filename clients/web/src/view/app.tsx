@@ -62,7 +62,7 @@ function TopBar({ current }: { current: Route['view'] }) {
   return (
     <header class="top-bar">
       <a class="brand" href="#/">
-        <img src="/tessera.svg" width="26" height="26" alt="" />
+        <img src="tessera.svg" width="26" height="26" alt="" />
         Tessera
       </a>
       <nav aria-label="Main">

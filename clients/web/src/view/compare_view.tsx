@@ -1,5 +1,5 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
-import { api } from '../api/client';
+import { api, relative } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Comparison, Job } from '../api/types';
 import { compareFilms, type Figures, type Measure } from '../live/comparison';
@@ -145,7 +145,7 @@ function useComparison(a: Job | null, b: Job | null): Asked {
 /** Labels of the sides, each over its part of the image. */
 function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: number }) {
   const samples = job?.progress?.samples_per_pixel?.mean;
-  const error = job?.error?.relative_rmse;
+  const error = job?.error?.relative;
   return (
     <div
       class={`side-note side-note-${name.toLowerCase()}`}
@@ -285,7 +285,7 @@ function Comparing({ a, b }: { a: string; b: string }) {
                   <img
                     class="compare-canvas"
                     data-testid="flip-map"
-                    src={server.links.flip}
+                    src={relative(server.links.flip)}
                     alt={meaning}
                   />
                 ) : (

@@ -24,7 +24,7 @@ import {
   type Orbit,
 } from './orbit';
 import { chooseScene } from './scene_source';
-import { LightControls } from './toolbar';
+import { LightControls, useAutoExposure } from './toolbar';
 import { lookOf } from './view_modes';
 
 const previewPixels = 384 * 216;
@@ -293,6 +293,7 @@ function Viewfinder({ values, orbit, onOrbit, cropping }: ViewfinderProps) {
     };
   }, [size.width, size.height]);
   useEffect(() => picture.current?.show('picture', look), [look.exposure, look.tone]);
+  useAutoExposure(preview.current?.film ?? null);
 
   // Every change in the form that affects the image updates the preview. The camera is also that of
   // the render: the file's own until it is rotated.

@@ -52,6 +52,7 @@ interface DenoisedImageProps {
 /** The denoised image from the server, updated as the film grows. */
 export function DenoisedImage({ job, onError }: DenoisedImageProps) {
   const look = useStore(display);
+  const exposure = look.auto === false ? look.exposure : 'auto';
   const [url, setUrl] = useState('');
   const latest = useRef(0);
   latest.current = job.revision ?? 0;
@@ -66,7 +67,7 @@ export function DenoisedImage({ job, onError }: DenoisedImageProps) {
           const response = await fetch(
             imageUrl(job.id, 'png', {
               denoise: 'mixed',
-              exposure: look.exposure,
+              exposure,
               tonemap: look.tone,
             }),
             { signal: abort.signal, headers: seen ? { 'If-None-Match': seen } : {} },
@@ -88,7 +89,7 @@ export function DenoisedImage({ job, onError }: DenoisedImageProps) {
       abort.abort();
       clearTimeout(timer);
     };
-  }, [job.id, running, look.exposure, look.tone]);
+  }, [job.id, running, exposure, look.tone]);
   useEffect(() => () => void (url && URL.revokeObjectURL(url)), [url]);
   useEffect(() => () => onError(null), []);
   const from = 100 * (look.split ?? 0);

@@ -8,8 +8,8 @@ import {
   form,
   type Background,
   type EnvironmentMode,
-  type FormValues,
   type Ground,
+  type Shadow,
 } from './form_model';
 import { take } from './scene_source';
 
@@ -38,15 +38,6 @@ const environmentHints: Record<EnvironmentMode, string> = {
   none: 'Only lights that are in the scene.',
 };
 
-/** At strength 1 the sun at noon needs 5 stops less exposure than other lights. */
-const sunStrength = 0.03;
-
-/** The strength for a light that has just been chosen: the person's own, unless it is a default. */
-function strengthIn(chosen: EnvironmentMode, { environment, environmentIntensity }: FormValues) {
-  const usual = (mode: EnvironmentMode): number => (mode === 'sun' ? sunStrength : 1);
-  return environmentIntensity === usual(environment) ? usual(chosen) : environmentIntensity;
-}
-
 export function EnvironmentField() {
   const v = useStore(form);
   const input = useRef<HTMLInputElement>(null);
@@ -67,7 +58,7 @@ export function EnvironmentField() {
             value={v.environment}
             onChange={(e) => {
               const environment = e.currentTarget.value as EnvironmentMode;
-              change({ environment, environmentIntensity: strengthIn(environment, v) });
+              change({ environment });
               if (environment === 'file' && !v.environmentAsset) input.current?.click();
             }}
           >
@@ -200,7 +191,7 @@ function SunFields() {
       <Field
         label="Date and time (UTC)"
         pointers={[]}
-        hint="Strength 0.03 suits the default exposure at noon; 1 is the light of the real sun."
+        hint="The light of the real sun: about 100,000 lux at noon, which exposure Auto shows."
       >
         {(a) => (
           <input
@@ -264,6 +255,18 @@ function StageFields() {
           )}
         </Field>
       </div>
+      {v.background === 'transparent' && (
+        <label class="check">
+          <input
+            type="checkbox"
+            data-testid="through-glass"
+            checked={v.throughGlass}
+            onChange={(e) => change({ throughGlass: e.currentTarget.checked })}
+          />
+          Glass lets the page behind the image show through
+        </label>
+      )}
+      {v.ground === 'catcher' && <ShadowFields />}
       {v.ground !== 'none' && (
         <Field
           label="Ground reflection"
@@ -286,6 +289,59 @@ function StageFields() {
             </span>
           )}
         </Field>
+      )}
+    </>
+  );
+}
+
+/** The shadow on a catcher. */
+function ShadowFields() {
+  const v = useStore(form);
+  const share = (label: string, hint: string, value: number, set: (share: number) => void) => (
+    <Field label={label} pointers={[]} hint={hint}>
+      {(a) => (
+        <span class="slider">
+          <input
+            {...a}
+            type="range"
+            min={0}
+            max={100}
+            step={5}
+            value={Math.round(100 * value)}
+            onInput={(e) => set(e.currentTarget.valueAsNumber / 100)}
+          />
+          <output class="mono">{Math.round(100 * value)}%</output>
+        </span>
+      )}
+    </Field>
+  );
+  return (
+    <>
+      <Field
+        label="Shadow"
+        pointers={['/ground/shadow']}
+        hint="Neutral darkens any background alike; physical has the colours of the light."
+      >
+        {(a) => (
+          <select
+            {...a}
+            data-testid="shadow"
+            value={v.shadow}
+            onChange={(e) => change({ shadow: e.currentTarget.value as Shadow })}
+          >
+            <option value="neutral">Neutral</option>
+            <option value="physical">Physical</option>
+          </select>
+        )}
+      </Field>
+      {share('Shadow strength', '0% is no shadow.', v.shadowStrength, (shadowStrength) =>
+        change({ shadowStrength }),
+      )}
+      {share(
+        'Shadow softness',
+        'Widens every light for the shadow.',
+        v.shadowSoftness,
+        (shadowSoftness) => change({ shadowSoftness }),
       )}
     </>
   );

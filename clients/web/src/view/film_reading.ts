@@ -31,16 +31,30 @@ export const quantile = (sorted: number[], q: number): number =>
   sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))];
 
 /**
- * Exposure in stops that maps the image's median to middle grey without clipping its highlights
- * much.
+ * The automatic exposure of the server (`exposure=auto`, core/layers/exposure.h), in stops; null
+ * while there are too few pixels.
  */
-export function autoExposure(film: LiveFilm): number {
-  const values = sampled(film, (i) => luminance(film, i));
-  if (values.length < 16) return 0;
-  const logMean = values.reduce((sum, v) => sum + Math.log2(v), 0) / values.length;
-  const middle = Math.log2(0.16) - logMean;
-  const bright = Math.log2(1.6) - Math.log2(quantile(values, 0.98));
-  return Math.round(10 * Math.max(-8, Math.min(8, Math.min(middle, bright)))) / 10;
+export function autoExposure(film: LiveFilm): number | null {
+  const pixels = film.width * film.height;
+  const step = Math.max(1, Math.floor(pixels / looks) | 1);
+  const seen: { stops: number; weight: number }[] = [];
+  for (let i = 0; i < pixels; i += step) {
+    const weight = film.alpha ? Math.max(0, Math.min(1, film.alpha[i])) : 1;
+    const stops = Math.log2(luminance(film, i) / weight);
+    if (film.samples[i] > 0 && Number.isFinite(stops)) seen.push({ stops, weight });
+  }
+  if (seen.length < 16) return null;
+  seen.sort((a, b) => a.stops - b.stops);
+  const sum = seen.reduce((all, one) => all + one.weight, 0);
+  const at = (share: number): number => {
+    let below = 0;
+    return seen.find((one) => (below += one.weight) >= share * sum)?.stops ?? seen[0].stops;
+  };
+  const mean = seen.reduce((all, one) => all + one.weight * one.stops, 0) / sum;
+  const [low, high] = [at(0.01), at(0.99)];
+  const key = Math.max(-1, Math.min(1, (2 * mean - low - high) / Math.max(high - low, 1)));
+  const stops = Math.min(Math.log2(0.18) + 2 * key - mean, -at(0.9));
+  return Math.round(10 * Math.max(-30, Math.min(30, stops))) / 10;
 }
 
 /** Whole decades around the visible variances. */

@@ -13,7 +13,8 @@ const tileSide = 32;
 export function FirstLook({ job, film }: { job: Job; film: LiveFilm | null }) {
   const [src] = useState(() => {
     if (!job.revision || (film && film.tilesSeen > 0)) return '';
-    const { exposure, tone: tonemap } = display.get();
+    const { auto, exposure: stops, tone: tonemap } = display.get();
+    const exposure = auto === false ? stops : 'auto';
     // JPEG is encoded in a quarter of WebP's time; WebP has alpha, with a tenth of PNG's bytes.
     const isOpaque = job.spec.background?.type !== 'transparent';
     return imageUrl(job.id, isOpaque ? 'jpg' : 'webp', { exposure, tonemap });

@@ -8,6 +8,7 @@ export const presets = ['studio', 'tent', 'rim'] as const;
 export type Preset = (typeof presets)[number];
 export type EnvironmentMode = 'scene' | Preset | 'sun' | 'colour' | 'file' | 'none';
 export const isPreset = (mode: string): mode is Preset => presets.some((p) => p === mode);
+export type Shadow = 'neutral' | 'physical';
 export type Background = 'environment' | 'transparent' | 'color' | 'blurred';
 export type Ground = 'none' | 'catcher' | 'sweep';
 
@@ -72,6 +73,11 @@ export interface FormValues {
   ground: Ground;
   /** Weight of the ground's clear coat, 0 to 1. */
   groundReflection: number;
+  shadow: Shadow;
+  shadowStrength: number;
+  shadowSoftness: number;
+  /** Clear surfaces show what is behind the image. */
+  throughGlass: boolean;
   integrator: string;
   /** Null: the server's default. */
   maxDepth: number | null;
@@ -129,6 +135,10 @@ export const initial: FormValues = {
   backgroundColour: '#ffffff',
   ground: 'none',
   groundReflection: 0,
+  shadow: 'neutral',
+  shadowStrength: 1,
+  shadowSoftness: 0,
+  throughGlass: true,
   integrator: '',
   maxDepth: null,
   integratorOptions: {},
@@ -237,6 +247,7 @@ export function formRequest(v: FormValues, offered: Offered = []): Record<string
     request.ground = {
       type: v.ground,
       ...(v.groundReflection > 0 && { reflection: v.groundReflection }),
+      ...shadowOf(v),
     };
   const chosen = new Set(Object.values(v.options));
   for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
@@ -313,11 +324,24 @@ function environmentOf(v: FormValues): unknown {
   return { color: linearOf(v.environmentColour), ...common };
 }
 
+/** The shadow on a catcher, without defaults. */
+function shadowOf(v: FormValues): object {
+  const shadow = {
+    ...(v.shadow !== 'neutral' && { color: v.shadow }),
+    ...(v.shadowStrength < 1 && { strength: v.shadowStrength }),
+    ...(v.shadowSoftness > 0 && { softness: v.shadowSoftness }),
+  };
+  return v.ground === 'catcher' && Object.keys(shadow).length ? { shadow } : {};
+}
+
 function backgroundOf(v: FormValues): unknown {
   if (v.background === 'color') return { type: 'color', color: linearOf(v.backgroundColour) };
   return v.background === 'environment' && v.ground !== 'catcher'
     ? undefined
-    : { type: v.background };
+    : {
+        type: v.background,
+        ...(v.background === 'transparent' && !v.throughGlass && { through_glass: false }),
+      };
 }
 
 /** "#rrggbb" as linear Rec.709. */

@@ -4,6 +4,7 @@ import {
   initial,
   integratorOptions,
   type Background,
+  type Shadow,
   type EnvironmentMode,
   type FormValues,
   type Ground,
@@ -64,6 +65,10 @@ function stageOf(spec: Job['spec']): Partial<FormValues> {
     ...(background?.color && { backgroundColour: hexOf(background.color) }),
     ground: (ground?.type ?? 'none') as Ground,
     groundReflection: ground?.reflection ?? 0,
+    shadow: (ground?.shadow?.color ?? 'neutral') as Shadow,
+    shadowStrength: ground?.shadow?.strength ?? 1,
+    shadowSoftness: ground?.shadow?.softness ?? 0,
+    throughGlass: background?.through_glass ?? true,
   };
 }
 

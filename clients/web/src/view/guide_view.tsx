@@ -77,7 +77,7 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
             </li>
           ))}
           <li>
-            <a href="/docs">API reference</a>
+            <a href="docs">API reference</a>
           </li>
         </ol>
         <label class="guide-choice">

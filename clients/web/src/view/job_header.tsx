@@ -29,7 +29,10 @@ function Downloads({ job }: { job: Job }) {
   const shown = useStore(display);
   const info = useStore(serverInfo);
   const formats = info?.image_formats ?? ['png', 'exr'];
-  const encoded = { exposure: shown.exposure, tonemap: shown.tone };
+  const encoded = {
+    exposure: shown.auto === false ? shown.exposure : 'auto',
+    tonemap: shown.tone,
+  };
   const base = `${sceneTitle(job).replace(/[^\w-]+/g, '-')}-${job.id.slice(0, 8)}`;
   return (
     <Menu
@@ -62,7 +65,7 @@ interface Extension {
 /** Offered extensions of an ended job, based on its current values. */
 function extensions(job: Job, mostSamples: number): Extension[] {
   const samples = job.progress?.samples_per_pixel?.mean ?? 0;
-  const error = job.error?.relative_rmse;
+  const error = job.error?.relative;
   const out: Extension[] = [];
   if (samples > 0)
     out.push({

@@ -7,7 +7,7 @@ import { chooseScene, models, sceneName } from './scene_source';
 
 /** For a model, the newest render that shows it; for a built-in scene, an image of the page. */
 function pictureOf(scene: string, builtIn: boolean): string | null {
-  if (builtIn) return `/scenes/${encodeURIComponent(scene)}.jpg`;
+  if (builtIn) return `scenes/${encodeURIComponent(scene)}.jpg`;
   const shown = jobs.get()?.find((j) => j.spec.scene === scene && (j.revision ?? 0) > 0);
   return shown ? imageUrl(shown.id, 'jpg', { max_size: 240 }) : null;
 }

@@ -1,5 +1,5 @@
 import { useEffect, useState } from 'preact/hooks';
-import { api, explain, imageUrl, RequestError } from '../api/client';
+import { api, explain, imageUrl, relative, RequestError } from '../api/client';
 import { isFinal } from '../api/states';
 import type { Batch, BatchJob, BatchSummary, Job, JobState } from '../api/types';
 import { ago, doneShare } from '../ui/format';
@@ -241,14 +241,17 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
       <a
         class="quiet"
         data-testid="archive"
-        href={`${batch.links.archive}?format=${format}&denoise=${hasLayers ? 'off' : denoise}`}
+        href={
+          `${relative(batch.links.archive)}?format=${format}` +
+          `&denoise=${hasLayers ? 'off' : denoise}`
+        }
         download
       >
         Download zip
       </a>
       <a
         class="quiet"
-        href={`${batch.links.sheet}?denoise=${denoise}`}
+        href={`${relative(batch.links.sheet)}?denoise=${denoise}`}
         target="_blank"
         rel="noopener"
       >

@@ -71,7 +71,8 @@ const ranges: Partial<Record<Mode, string>> = {
 export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large: boolean }) {
   const look = useStore(display);
   const revision = useRevision(job, large, mode);
-  const light = { exposure: look.exposure, tonemap: look.tone };
+  const exposure = look.auto === false ? look.exposure : 'auto';
+  const light = { exposure, tonemap: look.tone };
   const mix = useMix(job);
   const query =
     isShare(mode)

@@ -84,7 +84,7 @@ export function SettingsPage() {
             </dl>
           </details>
           <p class="hint">
-            <a href="/docs">HTTP interface</a> · <a href="/openapi.json">OpenAPI document</a>
+            <a href="docs">HTTP interface</a> · <a href="openapi.json">OpenAPI document</a>
           </p>
         </section>
       )}

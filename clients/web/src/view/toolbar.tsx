@@ -65,41 +65,60 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   );
 }
 
+/** Lets the page's exposure follow the film while it is automatic. */
+export function useAutoExposure(film: LiveFilm | null): void {
+  const { auto } = useStore(display);
+  useEffect(() => {
+    if (!film || auto === false) return;
+    const read = (): void => {
+      const exposure = autoExposure(film);
+      const shown = display.get();
+      if (exposure !== null && exposure !== shown.exposure) display.set({ ...shown, exposure });
+    };
+    read();
+    let seen = film.version;
+    const timer = setInterval(() => film.version !== seen && ((seen = film.version), read()), 500);
+    return () => clearInterval(timer);
+  }, [film, auto]);
+}
+
 /** Exposure and tone curve: applied to the floats in the page, without a request. */
 export function LightControls({ film, disabled }: { film: LiveFilm | null; disabled: boolean }) {
   const shown = useStore(display);
   const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
+  useAutoExposure(film);
   return (
     <div class="light">
       <label class="exposure" title="Exposure in stops; double-click resets">
         <span>Exposure</span>
         <input
           type="range"
-          min={-8}
-          max={8}
+          min={-20}
+          max={20}
           step={0.1}
           value={shown.exposure}
           disabled={disabled}
           data-testid="exposure"
           aria-valuetext={`${shown.exposure} stops`}
-          onInput={(e) => set({ exposure: e.currentTarget.valueAsNumber })}
-          onDblClick={() => set({ exposure: 0 })}
+          onInput={(e) => set({ exposure: e.currentTarget.valueAsNumber, auto: false })}
+          onDblClick={() => set({ exposure: 0, auto: false })}
         />
         <output class="mono">
           {shown.exposure > 0 ? '+' : ''}
           {shown.exposure.toFixed(1)}
         </output>
       </label>
-      {film && (
-        <button
-          type="button"
-          class="quiet small"
-          disabled={disabled}
-          onClick={() => set({ exposure: autoExposure(film) })}
-        >
-          Auto
-        </button>
-      )}
+      <button
+        type="button"
+        class="quiet small"
+        disabled={disabled}
+        data-testid="exposure-auto"
+        aria-pressed={shown.auto !== false}
+        title="The exposure follows the image"
+        onClick={() => set({ auto: shown.auto === false })}
+      >
+        Auto
+      </button>
       <label class="tone">
         <span class="visually-hidden">Tone curve</span>
         <select

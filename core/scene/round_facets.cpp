@@ -1,0 +1,217 @@
+#include "core/scene/round_facets.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "core/math/offset_ray.h"
+
+namespace core {
+namespace {
+
+/// Largest angle between a facet and its normals, 20 degrees: over a chord of that turn the smooth
+/// surface rises by tan(10 degrees) / 2, 9 % of the chord. Light paths meet facets, camera paths
+/// leave from the smooth surface; up to here both find the same light within 3 % of a block.
+constexpr float kCosTurn = 0.9396926F;
+/// Rises below this part of their mesh's radius are not looked at: what they may pass through is
+/// smaller than a pixel, unless the mesh is seen magnified.
+constexpr float kSmallRise = 0x1p-11F;
+/// What stands within this many rises beside or above the facet counts.
+constexpr float kRoom = 2;
+
+struct Facet {
+  Vec3 p[3];
+  Vec3 winding;  ///< unit
+  float twice_area = 0;
+  InstanceError error;
+
+  /// Rounding of heights above the facet.
+  float step_m() const {
+    float out = 0;
+    for (const Vec3 corner : p) {
+      out = std::max(out, plane_error_m(corner, p[1] - p[0], p[2] - p[0], twice_area, error));
+    }
+    return out;
+  }
+};
+
+/// A mesh at one of its places; null: in the world.
+struct Placement {
+  std::uint32_t placed = 0;
+  const PlacedInstance* instance = nullptr;
+};
+
+class RoundFacets {
+ public:
+  explicit RoundFacets(SceneData& scene) : scene_(scene), places_(scene.meshes.size()) {
+    for (std::uint32_t i = 0; i < scene.placed.size(); ++i) {
+      const auto above = std::upper_bound(
+          scene.instances.begin(), scene.instances.end(), i,
+          [](std::uint32_t at, const PlacedInstance& one) { return at < one.first_placed; });
+      places_[scene.placed[i].mesh].push_back(
+          {i, above == scene.instances.begin() ? nullptr : &*std::prev(above)});
+    }
+  }
+
+  Status run(const std::stop_token& stop) {
+    for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
+      MeshData& mesh = scene_.meshes[m];
+      // What moves has no fixed neighbours; light through a surface needs both of its sides.
+      if (mesh.normals.empty() || !mesh.later.empty() ||
+          scene_.materials[mesh.material].transmits) {
+        continue;
+      }
+      std::vector<std::uint8_t> sides(mesh.triangle_count(), 3);
+      for (const Placement& place : places_[m]) {
+        if (stop.stop_requested()) {
+          return Error{ErrorCode::kCancelled, "stopped while looking for round facets", ""};
+        }
+        const float small_m = kSmallRise * radius_of(mesh, place);
+        for (std::uint32_t t = 0; t < sides.size(); ++t) {
+          sides[t] =
+              sides[t] == 0 ? std::uint8_t{0} : round_sides(mesh, place, t, small_m, sides[t]);
+        }
+      }
+      if (std::any_of(sides.begin(), sides.end(), [](std::uint8_t s) { return s != 0; })) {
+        mesh.round_sides = std::move(sides);
+      }
+    }
+    return ok_status();
+  }
+
+ private:
+  Facet facet(const MeshData& mesh, const Placement& place, std::uint32_t triangle) const {
+    Facet out;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = mesh.positions[mesh.indices[3 * std::size_t{triangle} + k]];
+      out.p[k] = place.instance == nullptr ? p : place.instance->to_world.point(p);
+    }
+    const Vec3 n = cross(out.p[1] - out.p[0], out.p[2] - out.p[0]);
+    out.twice_area = length(n);
+    out.winding = normalize_or(n, {0, 0, 0});
+    out.error = place.instance == nullptr ? InstanceError{} : place.instance->error;
+    return out;
+  }
+
+  static float radius_of(const MeshData& mesh, const Placement& place) {
+    Bounds box;
+    for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
+      const Vec3 p = mesh.positions[i];
+      box.add(place.instance == nullptr ? p : place.instance->to_world.point(p));
+    }
+    return box.radius_or(0);
+  }
+
+  /// Returns those of the asked sides (bit 0: front) that are round.
+  std::uint8_t round_sides(const MeshData& mesh, const Placement& place, std::uint32_t triangle,
+                           float small_m, unsigned asked) const {
+    const Facet here = facet(mesh, place, triangle);
+    const bool mirrored = place.instance != nullptr && place.instance->to_world.determinant() < 0;
+    const Vec3 front = mirrored ? -here.winding : here.winding;
+    std::array<Vec3, 3> n;
+    for (std::size_t k = 0; k < 3; ++k) {
+      n[k] = mesh.normals[mesh.indices[3 * std::size_t{triangle} + k]];
+      if (place.instance != nullptr) {
+        n[k] = normalize_or(place.instance->to_world.normal(n[k]), {0, 0, 0});
+      }
+      if (!(dot(n[k], front) >= kCosTurn)) {
+        return 0;
+      }
+    }
+    unsigned out = 0;
+    for (const unsigned side : {0U, 1U}) {
+      const float sign = side == 0 ? 1.0F : -1.0F;
+      float rise = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t next = (k + 1) % 3;
+        rise = std::max(rise, sign * dot(n[next] - n[k], here.p[next] - here.p[k]));
+      }
+      // Barycentric products add up to at most a third, and the surface is half of that.
+      rise /= 6;
+      const bool is_open =
+          (asked >> side & 1U) != 0 && rise > here.step_m() &&
+          (rise <= small_m || !is_occupied(here, front * sign, rise, place.placed, triangle));
+      out |= is_open ? 1U << side : 0U;
+    }
+    return static_cast<std::uint8_t>(out);
+  }
+
+  /// Returns whether a triangle, other than the facet's neighbours in its own surface, is in the
+  /// room above the facet or beside it. up: its unit normal on that side.
+  bool is_occupied(const Facet& here, Vec3 up, float rise_m, std::uint32_t placed,
+                   std::uint32_t triangle) const {
+    const Vec3 middle = (here.p[0] + here.p[1] + here.p[2]) * (1.0F / 3);
+    float reach = 0;
+    for (const Vec3 p : here.p) {
+      reach = std::max(reach, length(p - middle));
+    }
+    bool found = false;
+    scene_.accel->visit_near(middle, reach + 2 * kRoom * rise_m, [&](const RawHit& hit) {
+      if (found) {
+        return;
+      }
+      const PlacedMesh& other = scene_.placed_mesh(hit);
+      const Placement place = {
+          static_cast<std::uint32_t>(&other - scene_.placed.data()),
+          hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance]};
+      if (place.placed == placed && hit.primitive == triangle) {
+        return;
+      }
+      const Facet there = facet(scene_.meshes[other.mesh], place, hit.primitive);
+      found =
+          !(place.placed == placed && touch(here, there)) && reaches_into(here, up, rise_m, there);
+    });
+    return found;
+  }
+
+  static bool touch(const Facet& a, const Facet& b) {
+    return std::any_of(std::begin(a.p), std::end(a.p), [&b](Vec3 p) {
+      return std::any_of(std::begin(b.p), std::end(b.p), [p](Vec3 q) { return p == q; });
+    });
+  }
+
+  /// Clips `there` by the room: between the facet and kRoom rises above it, and up to as far beside
+  /// it. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974.
+  static bool reaches_into(const Facet& here, Vec3 up, float rise_m, const Facet& there) {
+    std::vector<Vec3> polygon(std::begin(there.p), std::end(there.p));
+    const auto clip = [&polygon](Vec3 at, Vec3 inward, float by) {
+      const auto inside = [&](Vec3 p) { return dot(p - at, inward) + by; };
+      std::vector<Vec3> kept;
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3 p = polygon[i];
+        const Vec3 q = polygon[(i + 1) % polygon.size()];
+        const float a = inside(p);
+        const float b = inside(q);
+        if (a > 0) {
+          kept.push_back(p);
+        }
+        if ((a > 0) != (b > 0)) {
+          kept.push_back(p + (q - p) * (a / (a - b)));
+        }
+      }
+      polygon = std::move(kept);
+    };
+    clip(here.p[0], up, -4 * std::max(here.step_m(), there.step_m()));
+    clip(here.p[0], -up, kRoom * rise_m);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 along = here.p[(k + 1) % 3] - here.p[k];
+      clip(here.p[k], normalize_or(cross(here.winding, along), {0, 0, 0}), kRoom * rise_m);
+    }
+    return !polygon.empty();
+  }
+
+  SceneData& scene_;
+  std::vector<std::vector<Placement>> places_;  ///< by mesh
+};
+
+}  // namespace
+
+Status find_round_facets(SceneData& scene, const std::stop_token& stop) {
+  return RoundFacets(scene).run(stop);
+}
+
+}  // namespace core

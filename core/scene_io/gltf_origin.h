@@ -1,0 +1,38 @@
+/// The origin of a scene: the point of the file's world from which its floats count.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/description/scene_description.h"
+#include "core/math/place.h"
+#include "core/scene_io/gltf_nodes.h"
+
+namespace core {
+
+/// An axis-aligned box in double; empty until a place is added.
+struct PlaceBox {
+  Place min = {kNone, kNone, kNone};
+  Place max = {-kNone, -kNone, -kNone};
+
+  bool empty() const noexcept { return !(min.x <= max.x); }
+  void add(Place p) noexcept;
+  double radius() const noexcept;           ///< half the diagonal
+  double reach(Place from) const noexcept;  ///< largest coordinate seen from a place
+
+ private:
+  static constexpr double kNone = 1e300;
+};
+
+/// Returns an origin for what is in the box: zero unless it lies 32 of its radii away, so that most
+/// scenes keep the file's coordinates; else a multiple of a power of two of about the radius near
+/// the centre, so that whole coordinates stay whole.
+Place far_origin(const PlaceBox& box) noexcept;
+
+/// Returns far_origin() of the meshes, placed by the matrices of scene.instances. Adds a warning
+/// where floats cannot hold what the file does.
+Place find_origin(const SceneDescription& scene, std::span<const Affine> to_world,
+                  std::vector<std::string>& warnings);
+
+}  // namespace core

@@ -1,0 +1,98 @@
+#include "server/origin.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+#include <utility>
+
+#include <arpa/inet.h>
+
+#include "server/http/text.h"
+
+namespace server {
+namespace {
+
+core::Error refused(std::string_view text, const char* expected) {
+  return {
+      core::ErrorCode::kInvalidArgument, "\"" + std::string(text) + "\" is not " + expected, {}};
+}
+
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+/// RFC 3986, 3.2.2, of names that DNS can resolve: letters, digits, dashes, dots, underscores.
+bool is_name(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '.' || c == '_';
+  });
+}
+
+bool is_bracketed_address(std::string_view text) {
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
+    return false;
+  }
+  in6_addr address = {};
+  return ::inet_pton(AF_INET6, std::string(text.substr(1, text.size() - 2)).c_str(), &address) == 1;
+}
+
+/// Returns host and port in lower case; the port is empty if there is none.
+std::optional<std::pair<std::string, std::string>> split_host(std::string_view text) {
+  const std::string_view name = without_port(text);
+  const std::string_view port = text.substr(name.size());
+  constexpr std::uint64_t kPorts = 65536;
+  const auto number =
+      port.empty() ? std::optional<std::uint64_t>(0) : parse_decimal(port.substr(1));
+  if (!(is_name(name) || is_bracketed_address(name)) || !number || *number >= kPorts) {
+    return std::nullopt;
+  }
+  return std::pair(in_lower_case(name), port.empty() ? "" : std::to_string(*number));
+}
+
+struct Scheme {
+  std::string_view prefix;
+  std::string_view default_port;
+};
+constexpr std::array kSchemes = {Scheme{"http://", "80"}, Scheme{"https://", "443"}};
+
+}  // namespace
+
+std::string_view without_port(std::string_view host) {
+  if (!host.empty() && host.front() == '[') {
+    const std::size_t end = host.find(']');
+    return end == std::string_view::npos ? host : host.substr(0, end + 1);
+  }
+  const std::size_t colon = host.rfind(':');
+  return colon == std::string_view::npos ? host : host.substr(0, colon);
+}
+
+core::Result<std::string> parse_host(std::string_view text) {
+  const auto host = split_host(text);
+  if (!host) {
+    return refused(text, "a host name such as render.example.org or 192.0.2.1:8080");
+  }
+  return host->first + (host->second.empty() ? "" : ":" + host->second);
+}
+
+core::Result<std::string> parse_origin(std::string_view text) {
+  const std::string lower = in_lower_case(text);
+  for (const Scheme& scheme : kSchemes) {
+    if (lower.starts_with(scheme.prefix)) {
+      std::string_view rest = std::string_view(lower).substr(scheme.prefix.size());
+      if (rest.ends_with('/')) {
+        rest.remove_suffix(1);
+      }
+      if (const auto host = split_host(rest)) {
+        const bool is_default = host->second.empty() || host->second == scheme.default_port;
+        return std::string(scheme.prefix) + host->first + (is_default ? "" : ":" + host->second);
+      }
+    }
+  }
+  return refused(text, "an origin such as https://shop.example.org");
+}
+
+}  // namespace server

@@ -404,9 +404,9 @@ int run(const JobFlags& flags) {
     complain("render", calm.error());
     return kWrongUsage;
   }
-  PictureQuery shown;
-  shown.exposure = flags.exposure;
-  if (const auto look = check_look(shown, flags.output); !look) {
+  PictureQuery wanted;
+  wanted.exposure = flags.exposure;
+  if (const auto look = check_look(wanted, flags.output); !look) {
     complain("render", look.error());
     return kWrongUsage;
   }

@@ -134,4 +134,14 @@ std::string rfc3339(double unix_seconds) {
   return text.data();
 }
 
+std::string short_rfc3339(double unix_seconds) {
+  std::string text = rfc3339(unix_seconds);
+  text.pop_back();  // Z
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') {
+    text.pop_back();
+  }
+  return text + "Z";
+}
+
 }  // namespace api

@@ -51,6 +51,12 @@ TEST(Rfc3339Text, HasThreeDigitsAfterTheSecond) {
   EXPECT_EQ(api::rfc3339(-0.001), "1969-12-31T23:59:59.999Z");
 }
 
+TEST(Rfc3339Text, TimesOfRequestsHaveOnlyTheNeededDigits) {
+  EXPECT_EQ(api::short_rfc3339(0), "1970-01-01T00:00:00Z");
+  EXPECT_EQ(api::short_rfc3339(951782400), "2000-02-29T00:00:00Z");
+  EXPECT_EQ(api::short_rfc3339(951782399.5), "2000-02-28T23:59:59.5Z");
+}
+
 TEST(Rfc3339Text, RoundTripsToTheMillisecond) {
   for (double days = -700000; days < 2900000; days += 977.123456) {
     const auto once = api::parse_rfc3339(api::rfc3339(days * 86400));

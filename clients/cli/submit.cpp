@@ -101,7 +101,7 @@ core::Result<Json> post_job(ApiClient& client, const Json& request) {
   return parse_object(reply->body);
 }
 
-/// known: warnings told before; may be null.
+/// known: warnings reported before; may be null.
 void tell_warnings(const Json& job, const Json& known = {}) {
   if (const auto found = job.find("warnings"); found != job.end() && found->is_array()) {
     for (const Json& warning : *found) {

@@ -10,8 +10,8 @@ namespace cli {
 /// Returns the asset id of the file; uploads it only if the server does not have it.
 core::Result<std::string> upload_asset(ApiClient& client, const std::string& path);
 
-/// Returns the scene id for a .glb, .zip or .gltf file; uploads the side files of a .gltf too, from
-/// its own folder only.
+/// Returns the scene id for a .glb, .zip or .gltf file; uploads the files beside a document that
+/// the server asks for, from its own folder only.
 core::Result<std::string> upload_scene(ApiClient& client, const std::string& path);
 
 }  // namespace cli

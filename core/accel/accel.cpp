@@ -63,11 +63,12 @@ void attach_mesh(RTCDevice device, RTCScene scene, const AccelGeometry& mesh, st
   rtcReleaseGeometry(geometry);
 }
 
-RTCScene new_scene(RTCDevice device) {
+RTCScene new_scene(RTCDevice device, bool has_each_hit) {
   RTCScene scene = rtcNewScene(device);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   // Robust: edges are watertight, so that closed furnaces do not leak.
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(
+      scene, has_each_hit ? RTC_SCENE_FLAG_ROBUST | embree::kFilterFlag : RTC_SCENE_FLAG_ROBUST);
   return scene;
 }
 
@@ -145,7 +146,8 @@ Accel::~Accel() = default;
 Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_level,
                                             std::span<const std::vector<AccelGeometry>> groups,
                                             std::span<const AccelInstance> instances, int threads,
-                                            std::string_view isa, const std::stop_token& stop) {
+                                            std::string_view isa, const std::stop_token& stop,
+                                            bool has_each_hit) {
   std::unique_ptr<Accel> accel(new Accel());
   Impl& impl = *accel->impl_;
   std::string config = "threads=" + std::to_string(threads) + ",set_affinity=0";
@@ -163,14 +165,14 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
     if (stop.stop_requested()) {
       return stopped;
     }
-    RTCScene scene = new_scene(impl.device);
+    RTCScene scene = new_scene(impl.device, has_each_hit);
     impl.groups.push_back(scene);
     for (std::uint32_t id = 0; id < group.size(); ++id) {
       attach_mesh(impl.device, scene, group[id], id);
     }
     commit(scene, stop);
   }
-  impl.top = new_scene(impl.device);
+  impl.top = new_scene(impl.device, has_each_hit);
   impl.top_geometries = static_cast<std::uint32_t>(top_level.size());
   impl.has_instances = !instances.empty();
   if (!impl.has_instances) {
@@ -224,6 +226,30 @@ bool Accel::intersect(const Ray& ray, RawHit& hit) const noexcept {
   hit.geometry = rayhit.hit.geomID;
   hit.primitive = rayhit.hit.primID;
   return true;
+}
+
+void Accel::each_hit(const Ray& ray, HitVisitor visit, void* visitor) const noexcept {
+  if (!traceable(ray)) {
+    return;
+  }
+  struct To {
+    HitVisitor visit;
+    void* visitor;
+    std::uint32_t top_geometries;
+  } to{visit, visitor, impl_->top_geometries};
+  RTCRayHit rayhit;
+  rayhit.ray = to_embree(ray);
+  rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::each_hit(
+      impl_->top, &rayhit,
+      [](void* user, float t, unsigned instance, unsigned geometry, unsigned primitive) {
+        const To& told = *static_cast<const To*>(user);
+        const bool is_instance = instance != RTC_INVALID_GEOMETRY_ID;
+        told.visit(told.visitor, {t, is_instance ? instance - told.top_geometries : kNoInstance,
+                                  geometry, primitive});
+      },
+      &to);
 }
 
 bool Accel::occluded(const Ray& ray) const noexcept {

@@ -71,19 +71,24 @@ class Accel {
   /// Builds the structure. The spans are used in place: they must outlive the Accel, and each
   /// vertex buffer must have four readable bytes past its end. threads: for building. isa:
   /// restricts Embree's instruction set, as returned by resolve_isa(); empty lets Embree choose.
+  /// has_each_hit: whether each_hit() can be called; it makes all rays a little slower.
   /// Errors: kTooLarge if memory runs out, kCancelled if stop was requested, kInternal with
   /// Embree's message.
   static Result<std::unique_ptr<Accel>> build(std::span<const AccelGeometry> top_level,
                                               std::span<const std::vector<AccelGeometry>> groups,
                                               std::span<const AccelInstance> instances, int threads,
                                               std::string_view isa = {},
-                                              const std::stop_token& stop = {});
+                                              const std::stop_token& stop = {},
+                                              bool has_each_hit = false);
   ~Accel();
   Accel(const Accel&) = delete;
   Accel& operator=(const Accel&) = delete;
 
   /// Finds the nearest hit in [t_min, t_max].
   bool intersect(const Ray& ray, RawHit& hit) const noexcept;
+  using HitVisitor = void (*)(void* visitor, const RawHit& hit);
+  /// Calls visit(visitor, hit) for all hits in [t_min, t_max], in any order.
+  void each_hit(const Ray& ray, HitVisitor visit, void* visitor) const noexcept;
   /// Returns whether there is any hit in [t_min, t_max].
   bool occluded(const Ray& ray) const noexcept;
   /// As above, for the rays of a packet whose bit is set; returns bits. The hit of a ray does not

@@ -9,7 +9,12 @@
 
 namespace core::embree {
 
+using HitFunction = void (*)(void* user, float t, unsigned instance, unsigned geometry,
+                             unsigned primitive);
+
 #if RTC_VERSION_MAJOR >= 4
+using Context = RTCRayQueryContext;
+constexpr RTCSceneFlags kFilterFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 inline void intersect1(RTCScene scene, RTCRayHit* rayhit) { rtcIntersect1(scene, rayhit); }
 inline void occluded1(RTCScene scene, RTCRay* ray) { rtcOccluded1(scene, ray); }
 inline void intersect8(const int* valid, RTCScene scene, RTCRayHit8* rayhit) {
@@ -19,6 +24,8 @@ inline void occluded8(const int* valid, RTCScene scene, RTCRay8* ray) {
   rtcOccluded8(valid, scene, ray);
 }
 #else
+using Context = RTCIntersectContext;
+constexpr RTCSceneFlags kFilterFlag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
 inline void intersect1(RTCScene scene, RTCRayHit* rayhit) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -40,5 +47,41 @@ inline void occluded8(const int* valid, RTCScene scene, RTCRay8* ray) {
   rtcOccluded8(valid, scene, &context, ray);
 }
 #endif
+
+struct VisitContext {
+  Context context;  ///< first: filters are given its address
+  HitFunction visit;
+  void* user;
+};
+
+/// Tells of a hit and rejects it, so that the traversal goes on.
+inline void visit_and_reject(const RTCFilterFunctionNArguments* args) {
+  const auto* to = reinterpret_cast<const VisitContext*>(args->context);
+  const RTCRayN* ray = args->ray;
+  const RTCHitN* hit = args->hit;
+  to->visit(to->user, RTCRayN_tfar(const_cast<RTCRayN*>(ray), args->N, 0),
+            RTCHitN_instID(const_cast<RTCHitN*>(hit), args->N, 0, 0),
+            RTCHitN_geomID(const_cast<RTCHitN*>(hit), args->N, 0),
+            RTCHitN_primID(const_cast<RTCHitN*>(hit), args->N, 0));
+  args->valid[0] = 0;
+}
+
+inline void each_hit(RTCScene scene, RTCRayHit* rayhit, HitFunction visit, void* user) {
+  VisitContext context{{}, visit, user};
+#if RTC_VERSION_MAJOR >= 4
+  rtcInitRayQueryContext(&context.context);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context.context;
+  arguments.filter = &visit_and_reject;
+  arguments.flags =
+      static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  rtcIntersect1(scene, rayhit, &arguments);
+#else
+  rtcInitIntersectContext(&context.context);
+  context.context.filter = &visit_and_reject;
+  rtcIntersect1(scene, &context.context, rayhit);
+#endif
+}
 
 }  // namespace core::embree

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/bsdf/albedo_tables.h"
+#include "core/bsdf/anisotropic_albedo.h"
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
 #include "core/bsdf/sheen.h"
@@ -66,21 +67,70 @@ float average_of(const float (&e)[N]) {
   return static_cast<float>(4 * sum / kFine);
 }
 
+core::SpecularAlbedo reflected(const Ggx& ggx, Vec3 wo) {
+  double e = 0;
+  double e5 = 0;
+  for_normals(ggx, wo, [&](Vec3 h, double weight) {
+    const Vec3 wi = h * (2 * dot(wo, h)) - wo;
+    if (wi.z > 0) {
+      // f cos / pdf with F = 1 is G2 / G1.
+      const double value = weight * static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo));
+      e += value;
+      e5 += value * static_cast<double>(core::schlick_weight(dot(wo, h)));
+    }
+  });
+  return {static_cast<float>(e), static_cast<float>(e5)};
+}
+
+/// The mean over the hemisphere: over phi by the midpoint rule, over mu as average_of().
+core::SpecularAlbedo mean_over_hemisphere(const Ggx& ggx) {
+  constexpr int kPhi = 8;  // of a quarter turn
+  constexpr int kMu = 16;
+  double e = 0;
+  double e5 = 0;
+  for (int a = 0; a < kPhi; ++a) {
+    const float phi = 0.5F * core::kPi * (static_cast<float>(a) + 0.5F) / kPhi;
+    for (int i = 0; i < kMu; ++i) {
+      const float t = (static_cast<float>(i) + 0.5F) / kMu;
+      const float sine = core::safe_sqrt(1 - t * t * t * t);
+      const auto at = reflected(ggx, {sine * std::cos(phi), sine * std::sin(phi), t * t});
+      const double weight = static_cast<double>(4 * t * t * t) / (kPhi * kMu);
+      e += weight * static_cast<double>(at.e);
+      e5 += weight * static_cast<double>(at.e5);
+    }
+  }
+  return {static_cast<float>(e), static_cast<float>(e5)};
+}
+
+void fill_anisotropic(core::AnisotropicAlbedoTables& t) {
+  constexpr auto& kNodes = core::kAnisotropicNodes;
+  for (int r = 0; r < kNodes[0]; ++r) {
+    const float narrow = alpha_of(r, kNodes[0]);
+    for (int s = 0; s < kNodes[1]; ++s) {
+      const float strength = static_cast<float>(s) / static_cast<float>(kNodes[1] - 1);
+      const Ggx ggx = {core::lerp(narrow, 1.0F, strength * strength), narrow};
+      for (int p = 0; p < kNodes[2]; ++p) {
+        const float u = static_cast<float>(p) / static_cast<float>(kNodes[2] - 1);
+        const float sin_phi = core::safe_sqrt(1 - u * u * u * u);
+        for (int m = 0; m < kNodes[3]; ++m) {
+          const float mu = mu_of(m, kNodes[3]);
+          const float sine = core::safe_sqrt(1 - mu * mu);
+          t.at[r][s][p][m] = reflected(ggx, {sine * u * u, sine * sin_phi, mu});
+        }
+      }
+      t.average[r][s] = mean_over_hemisphere(ggx);
+    }
+  }
+}
+
 void fill_reflection(core::AlbedoTables& t) {
   for (int j = 0; j < core::kAlbedoNodes; ++j) {
     const float alpha = alpha_of(j, core::kAlbedoNodes);
     const Ggx ggx = {alpha, alpha};
     for (int i = 0; i < core::kAlbedoNodes; ++i) {
-      const Vec3 wo = direction(mu_of(i, core::kAlbedoNodes));
-      // f cos / pdf with F = 1 is G2 / G1.
-      const auto weight = [&](Vec3 h) {
-        const Vec3 wi = h * (2 * dot(wo, h)) - wo;
-        return wi.z > 0 ? static_cast<double>(ggx.g2(wo, wi) / ggx.g1(wo)) : 0.0;
-      };
-      t.e[j][i] = static_cast<float>(mean_over_normals(ggx, wo, weight));
-      t.e5[j][i] = static_cast<float>(mean_over_normals(ggx, wo, [&](Vec3 h) {
-        return weight(h) * static_cast<double>(core::schlick_weight(dot(wo, h)));
-      }));
+      const core::SpecularAlbedo at = reflected(ggx, direction(mu_of(i, core::kAlbedoNodes)));
+      t.e[j][i] = at.e;
+      t.e5[j][i] = at.e5;
     }
     t.e_average[j] = average_of(t.e[j]);
     t.e5_average[j] = average_of(t.e5[j]);
@@ -161,8 +211,10 @@ int main(int argc, char** argv) {
   fill_reflection(*tables);
   fill_glass(*tables);
   fill_sheen(*tables);
+  const auto anisotropic = std::make_unique<core::AnisotropicAlbedoTables>();
+  fill_anisotropic(*anisotropic);
   std::ofstream out(argv[1]);
-  out << "#include \"core/bsdf/albedo_tables.h\"\nnamespace core {\n"
+  out << "#include \"core/bsdf/anisotropic_albedo.h\"\nnamespace core {\n"
       << "extern const AlbedoTables kAlbedoTables;\nconst AlbedoTables kAlbedoTables = {\n";
   const auto write = [&out](const float* values, int count) {
     out << "{";
@@ -203,6 +255,32 @@ int main(int argc, char** argv) {
   }
   out << ",\n";
   write2(&tables->sheen[0][0], core::kSheenNodes, core::kSheenNodes);
-  out << "};\n}  // namespace core\n";
+  out << "};\nextern const AnisotropicAlbedoTables kAnisotropicAlbedoTables;\n"
+      << "const AnisotropicAlbedoTables kAnisotropicAlbedoTables = {\n";
+  const auto write_row = [&](const auto& row) {
+    out << "{";
+    for (const core::SpecularAlbedo& value : row) {
+      write(&value.e, 2);
+      out << ",";
+    }
+    out << "},\n";
+  };
+  out << "{";
+  for (const auto& by_strength : anisotropic->at) {
+    out << "{";
+    for (const auto& lobe : by_strength) {
+      out << "{";
+      for (const auto& by_mu : lobe) {
+        write_row(by_mu);
+      }
+      out << "},";
+    }
+    out << "},";
+  }
+  out << "},\n{";
+  for (const auto& by_strength : anisotropic->average) {
+    write_row(by_strength);
+  }
+  out << "}};\n}  // namespace core\n";
   return out.good() ? 0 : 1;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/bsdf/albedo_tables.h"
+#include "core/bsdf/anisotropic_albedo.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -11,6 +12,17 @@ namespace {
 
 /// Lobes below this GGX width are treated as mirrors: narrower ones exceed float precision.
 constexpr float kSmoothAlpha = 5e-4F;
+
+/// Returns the albedo of the facets' reflection in direction w, on either side, with F = 1.
+SpecularAlbedo albedo_of(const Facets& s, Vec3 w) noexcept {
+  return s.ggx.alpha_x == s.ggx.alpha_y ? specular_albedo(std::fabs(w.z), s.roughness)
+                                        : Anisotropy(s.ggx.alpha_x, s.ggx.alpha_y).albedo(w);
+}
+
+SpecularAlbedo albedo_average(const Facets& s) noexcept {
+  return s.ggx.alpha_x == s.ggx.alpha_y ? specular_albedo_average(s.roughness)
+                                        : Anisotropy(s.ggx.alpha_x, s.ggx.alpha_y).average();
+}
 
 }  // namespace
 
@@ -20,9 +32,9 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
       has_layers_(layers != nullptr) {
   is_flat_ = ng_.z > 0.9999995F;
   if (p.alpha_x != p.alpha_y) {
-    // The tables are for isotropic lobes. The lobe with the quadratic mean of the widths has the
-    // same albedo within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15; with the
-    // roughness across the direction the error would be 0.4.
+    // The tables of glass are for isotropic lobes. The lobe with the quadratic mean of the widths
+    // has the same mean albedo within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15;
+    // with the roughness across the direction the error would be 0.4.
     facets_.roughness = std::sqrt(std::sqrt(0.5F * (square(p.alpha_x) + square(p.alpha_y))));
   }
   if (p.f90 == 0 && p.metallic == 0 && p.transmission == 0 && is_black(p.f0) && layers == nullptr) {
@@ -47,8 +59,8 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   SpecularAlbedo e{1, 0};
   SpecularAlbedo average{1, 0};
   if (metal > 0 || has_cover || p.transmission > 0) {
-    e = specular_albedo(mu, facets_.roughness);
-    average = specular_albedo_average(facets_.roughness);
+    e = albedo_of(facets_, wo_local);
+    average = albedo_average(facets_);
   }
   ThinFilm film;
   if (layers != nullptr) {
@@ -171,7 +183,7 @@ void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
   }
   Rgb f;
   if (specular_) {
-    const SpecularAlbedo e = specular_albedo(wi.z, facets_.roughness);
+    const SpecularAlbedo e = albedo_of(facets_, wi);
     f = diffuse_.f_covered(wi.z, cover_, e) + specular_->multiple(e);
   } else {
     f = diffuse_.f();
@@ -188,8 +200,7 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
     return;
   }
   const float mu = -wi.z;
-  const SpecularAlbedo e =
-      specular_ || thin_ ? specular_albedo(mu, facets_.roughness) : SpecularAlbedo{};
+  const SpecularAlbedo e = specular_ || thin_ ? albedo_of(facets_, wi) : SpecularAlbedo{};
   Rgb f = specular_ ? below_.f_covered(mu, cover_, e) : below_.f();
   if (glass_ && glass_->has_multiple_below()) {
     f += glass_->multiple_below(mu, facets_.roughness);

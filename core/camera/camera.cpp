@@ -155,6 +155,7 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
   const float y = (1 - 2 * film_px.y / height_px_) * half_height_;
   CameraRay out;
   out.film_px = film_px;
+  out.start = start_.get();
   if (type_ == CameraType::kPanorama) {
     out.ray.origin = eye_;
     out.ray.direction = normalize((forward_ * std::cos(x) + right_ * std::sin(x)) * std::cos(y) +

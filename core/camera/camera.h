@@ -12,13 +12,16 @@
 /// Veach 1997, 8.2 and 8.3; PBR 3rd ed. 16.1.1.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "core/accel/accel.h"
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
 #include "core/math/bounds.h"
 #include "core/math/vec.h"
+#include "core/media/medium_stack.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -36,10 +39,14 @@ class Camera {
     float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 if orthographic
     float width_m = 0;     ///< width of a pixel at the origin; 0 unless orthographic
     Vec2 film_px{};
+    const StartMedia* start = nullptr;  ///< around the origin; null: in no solid
   };
   /// Returns the ray of a film position in pixels of the full film, x to the right, y down. lens in
   /// [0,1)^2.
   CameraRay ray(Vec2 film_px, Vec2 lens) const noexcept;
+  /// Sets the solids around the camera, for all its rays; null: in none.
+  void start_in(std::shared_ptr<const StartMedia> start) noexcept { start_ = std::move(start); }
+  bool is_in_solids() const noexcept { return start_ != nullptr; }
 
   /// A camera without a lens whose rays start at one point. The ray of film_px has direction
   /// forward + right * x + up * y.
@@ -105,6 +112,7 @@ class Camera {
   float half_height_ = 1;
   float aperture_radius_m_ = 0;
   float focus_distance_m_ = 1;
+  std::shared_ptr<const StartMedia> start_;
 };
 
 }  // namespace core

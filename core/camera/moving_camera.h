@@ -1,6 +1,7 @@
 /// MovingCamera: the camera while the shutter is open.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/base/result.h"
@@ -15,6 +16,12 @@ class MovingCamera {
                                      const std::vector<CameraDescription>& cameras,
                                      const Bounds& bounds, int width, int height);
 
+  /// As Camera::start_in().
+  void start_in(const std::shared_ptr<const StartMedia>& start) noexcept {
+    for (Camera& step : steps_) {
+      step.start_in(start);
+    }
+  }
   /// Returns the camera when the shutter opens.
   const Camera& first() const noexcept { return steps_.front(); }
   /// Returns the ray at `time`, the fraction of the interval in [0, 1]. Interpolates lens and

@@ -68,6 +68,7 @@ struct MaterialDescription {
   TextureDescription transmission_texture;  ///< R
   float thickness = 0;                      ///< 0: thin-walled; positive: the mesh bounds a volume
   TextureDescription thickness_texture;
+  int priority = 0;  ///< where solids overlap, space belongs to the highest (extras.priority)
   float attenuation_distance = 0;  ///< metres; 0 or less: infinite
   Rgb attenuation_color = {1, 1, 1};
   Rgb multiscatter_color = {0, 0, 0};  ///< of an infinitely deep medium under diffuse light; 0:

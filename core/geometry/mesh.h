@@ -40,6 +40,7 @@ struct MeshData {
 };
 
 inline constexpr std::uint32_t kNoLight = 0xffffffffU;
+inline constexpr std::uint32_t kNoSolid = 0xffffffffU;
 
 /// A mesh that rays can hit: in the top level, or through an instance.
 struct PlacedMesh {
@@ -49,6 +50,7 @@ struct PlacedMesh {
   std::uint32_t group = 0;               ///< index into SceneData::light_groups
   std::uint32_t object = 0;              ///< ObjectDescription::id
   std::uint32_t instance = 0;
+  std::uint32_t solid = kNoSolid;  ///< index into SceneData::solids
 };
 
 struct PlacedInstance {

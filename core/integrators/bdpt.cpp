@@ -9,6 +9,7 @@
 #include "core/integrators/registry.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
@@ -76,28 +77,31 @@ class VertexMemory {
 
 BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
     Subpath& path, PathVertex& met, MediumSample& sample) const noexcept {
-  const bool is_met = intersect(scene_, path, met);
   if (!weights_.has_media() && path.fog == nullptr) {
-    if (is_met) {
-      path.beta *= segment_transmittance(scene_, path, met);
+    return reach(scene_, path, met) ? Event::kSurface : Event::kEscape;
+  }
+  while (true) {
+    const bool is_met = intersect(scene_, path, met);
+    sample = {};
+    const Material* solid = is_met ? segment_solid(path, met) : nullptr;
+    // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
+    if (is_met || path.media.empty()) {
+      const MediumStretch stretch(path, solid != nullptr ? &solid->medium : nullptr,
+                                  is_met ? met.distance_m : kFar);
+      sample = stretch.sample(path);
+      path.beta *= sample.weight;
+      if (stretch.scatters()) {
+        path.flight_depth += stretch.medium().sigma_t * sample.depth_m;
+      }
     }
-    return is_met ? Event::kSurface : Event::kEscape;
-  }
-  sample = {};
-  const Medium* solid = is_met ? segment_medium(scene_, path, met) : nullptr;
-  // No solid extends beyond the last surface: if the stack contains one, its mesh has a hole.
-  if (is_met || path.media.top() == nullptr) {
-    const MediumStretch stretch(path, solid, is_met ? met.distance_m : kFar);
-    sample = stretch.sample(path);
-    path.beta *= sample.weight;
-    if (stretch.scatters()) {
-      path.flight_depth += stretch.medium().sigma_t * sample.depth_m;
+    if (sample.scatterer != nullptr) {
+      return Event::kMedium;
     }
+    if (!is_met || !met.face.is_hole) {
+      return is_met ? Event::kSurface : Event::kEscape;
+    }
+    pass_hole(path, met);
   }
-  if (sample.scatterer != nullptr) {
-    return Event::kMedium;
-  }
-  return is_met ? Event::kSurface : Event::kEscape;
 }
 
 /// Samples the next direction. Returns false if the path ends.
@@ -137,7 +141,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
 template <typename Visit>
 void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& strategies,
                                            Visit& visit) const noexcept {
-  const EmissionSample light = start_light_path(path, emission_);
+  const EmissionSample light = start_light_path(scene_, path, emission_);
   const float first_size = throughput_size(path.beta);
   PathVertex met;
   MediumSample sample;
@@ -189,6 +193,7 @@ Visibility BidirectionalPathTracer::visibility_of(PathState& path, const Vertex&
                            colors);
   }
   MediumStack media = path.media;
+  media.begin_segment();
   const Ray shadow{vertex.origin(), is_far ? wi : target - vertex.origin(), 0,
                    is_far ? kFar : 1.0F};
   return visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors);
@@ -228,7 +233,7 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
 void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
                                           CameraSplats& splats) const noexcept {
   const auto to_camera = [&](Subpath& path, const Vertex& at) { splat(path, at, splats); };
-  Subpath path{start_path({}, sampler, rays)};
+  Subpath path{start_path(sampler, rays)};
   path.fog = fog_ ? &*fog_ : nullptr;
   VisitedVertices<decltype(to_camera)> visited{to_camera};
   follow_light(path, {}, visited);
@@ -272,21 +277,16 @@ void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept
   credit(path, found, {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
 }
 
-void BidirectionalPathTracer::add_unlit(CameraSubpath& path, PathVertex& met) const noexcept {
-  const Rgb color =
-      unlit_color(scene_.materials[met.point.material], met.point, met.wo_world, path.footprint());
-  if (!path.out.hit) {
-    met.shading.frame.n = met.point.normal_shading;
-    record_first_surface(path.out, met, color);
-  }
-  credit(path, {path.beta * color}, {path.bounces(), group_at(met), {0, path.bounces() + 2}});
-}
-
 /// Adds the radiance that the surface emits towards the camera subpath.
 void BidirectionalPathTracer::add_emission(CameraSubpath& path,
                                            const Vertex& vertex) const noexcept {
   const PathVertex& met = vertex.surface;
-  const Rgb radiance = emitted(vertex.scattering->at.material, met.point, met.wo_world);
+  const Material& material = vertex.scattering->at.material;
+  // As for the background, all strategies that share a path need the same radiance.
+  const bool is_filtered = material.factors.unlit && !(path.sums.vc > 0);
+  const Rgb radiance = is_filtered
+                           ? unlit_color(material, met.point, met.wo_world, path.footprint())
+                           : emitted(material, met.point, met.wo_world);
   Found found = {radiance};
   if (!is_black(radiance) && path.bounces() > 0 && met.point.light != kNoLight) {
     found.weight = static_cast<float>(weights_.emission(path, vertex));
@@ -300,23 +300,21 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
                                                const Vertex& vertex) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   const LightSample light = lights_.sample(vertex.origin(), vertex.light_normal(), u.x, {u.y, u.z});
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return;
-  }
-  const ScatterEval f = vertex.evaluate(light.wi_world, TransportMode::kRadiance);
+  ScatterEval f;
+  const DirectLight direct = direct_light(
+      light, [&](Vec3 wi) { return f = vertex.evaluate(wi, TransportMode::kRadiance); });
   const bool is_page = shows_backdrop(vertex, light.wi_world) && is_environment(light.light);
-  if (is_black(f.value_cos) || is_page) {
+  if (is_black(direct.value) || is_page) {
     return;
   }
   Rgb flight_depth;
   const Visibility seen =
       visibility_of(path, vertex, light.wi_world, light.target, light.is_far, flight_depth);
   const auto weight = static_cast<float>(weights_.light_sample(vertex, light, f, flight_depth));
-  credit(path,
-         {vertex.beta * f.value_cos * light.radiance * seen.transmittance *
-              (weight / light.pdf_solid_angle),
-          weight},
-         {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
+  credit(
+      path,
+      {vertex.beta * direct.value * seen.transmittance * (weight / light.pdf_solid_angle), weight},
+      {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
 }
 
 /// Connects a vertex of the camera subpath to one of the light subpath.
@@ -371,12 +369,11 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     }
     if (event == Event::kSurface) {
       if (scene_.materials[met.point.material].factors.unlit) {
-        if (may_meet_light) {
-          add_unlit(path, met);
-        }
-        return;
+        met.shading = {};
+        met.shading.frame.n = met.point.normal_shading;
+      } else {
+        surface_event(scene_, path, met);
       }
-      surface_event(scene_, path, met);
       place.emplace(scene_, path, met);
     } else {
       place.emplace(path, sample);
@@ -384,11 +381,18 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     Vertex& vertex = *place;
     vertex.sums = weights_.at_camera_vertex(path, vertex);
     if (event == Event::kSurface) {
+      const Material& material = vertex.scattering->at.material;
       if (!path.out.hit) {
-        record_first_surface(path.out, met, vertex.bsdf().albedo());
+        record_first_surface(path.out, met,
+                             material.factors.unlit
+                                 ? unlit_color(material, met.point, met.wo_world, path.footprint())
+                                 : vertex.bsdf().albedo());
       }
       if (may_meet_light) {
         add_emission(path, vertex);
+      }
+      if (material.factors.unlit) {
+        return;
       }
     } else if (!path.out.hit) {
       record_first_scattering(path.out, sample, path.ray.direction);
@@ -432,11 +436,11 @@ PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera
                                                  std::span<Rgb> shares) const noexcept {
   VertexMemory memory;
   KeptVertices light{memory.vertices()};
-  Subpath light_path{start_path({}, sampler.branch(1, 2), rays)};
+  Subpath light_path{start_path(sampler.branch(1, 2), rays)};
   light_path.fog = fog_ ? &*fog_ : nullptr;
   follow_light(light_path, {}, light);
 
-  CameraSubpath path{{start_path(camera_ray, sampler, rays)}, {}, shares};
+  CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
   path.fog = light_path.fog;
   path.last.origin = path.ray.origin;
   path.sums = weights_.from_camera(path.ray);
@@ -457,7 +461,7 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
   VertexMemory memory;
   KeptVisitedVertices<decltype(to_camera)> light{{memory.vertices()}, to_camera};
   if (strategies.has_light_vertices(2)) {
-    Subpath path{start_path({}, from.from_light, rays)};
+    Subpath path{start_path(from.from_light, rays)};
     path.fog = fog_ ? &*fog_ : nullptr;
     follow_light(path, strategies, light);
     const int reached = light.vertices.empty() ? 1 : light.vertices.back().length() + 1;
@@ -466,7 +470,7 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
     }
   }
   if (strategies.has_camera_vertices(2)) {
-    CameraSubpath path{{start_path(from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
+    CameraSubpath path{{start_path(scene_, from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
     path.fog = fog_ ? &*fog_ : nullptr;
     path.last.origin = path.ray.origin;
     path.sums = weights_.from_camera(path.ray);

@@ -105,7 +105,6 @@ class BidirectionalPathTracer final : public Integrator {
     return scene_.group_of_light(light) == kEnvironmentGroup;
   }
   void add_background(CameraSubpath& path) const noexcept;
-  void add_unlit(CameraSubpath& path, PathVertex& met) const noexcept;
   void add_emission(CameraSubpath& path, const Vertex& vertex) const noexcept;
   void add_light_sample(CameraSubpath& path, const Vertex& vertex) const noexcept;
   Found connection(Subpath& path, const Vertex& vertex, const Vertex& from_light) const noexcept;

@@ -286,7 +286,7 @@ void CacheTracer::follow_to_records(const Place& from, std::uint64_t& rays, Visi
   const Vec4 u = sampler.get_4d(kCameraGroup);
   const Camera::CameraRay ray =
       camera_.ray({static_cast<float>(from.x) + u.x, static_cast<float>(from.y) + u.y}, {u.z, u.w});
-  TracedPath path{start_path(ray, sampler, rays)};
+  TracedPath path{start_path(scene_, ray, sampler, rays)};
   PathVertex vertex;
   int number = 0;
   while (number < kPlacesMost && paths_.next_vertex(path, vertex)) {
@@ -420,7 +420,7 @@ PathSample CacheTracer::gather(const Camera::CameraRay& camera_ray, const PathSa
                                const Prepass& pass, std::uint64_t& rays) const noexcept {
   const IrradianceCache& cache =
       static_cast<const Records&>(pass).cache(sampler.replicate() - settings_.first_replicate);
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   // Beyond surfaces passed without deflection, the path finds direct light of the previous vertex,
   // which counts fully, and other light, part of which is in the records.
   Rgb pending(1);

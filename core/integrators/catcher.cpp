@@ -9,10 +9,10 @@
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
-#include "core/transport/visibility.h"
 
 namespace core {
 
@@ -143,23 +143,12 @@ float CatcherTracer<Options>::inside_border(Vec2 film_px) const noexcept {
 template <typename Options>
 void CatcherTracer<Options>::add_light_sample(TracedPath& path, const PathVertex& vertex,
                                               const Bsdf& bsdf, Changes& changes) const noexcept {
-  const LightSampler& lights = paths_.lights();
-  if (lights.empty()) {
+  const DirectLight direct = sample_direct_light(path, vertex, bsdf, paths_.lights());
+  if (is_black(direct.value)) {
     return;
   }
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
-  const LightSample light =
-      lights.sample(vertex.shading.origin, vertex.light_normal, u.x, {u.y, u.z});
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return;
-  }
-  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
-  if (is_black(f.value_cos)) {
-    return;
-  }
-  const float weight =
-      light.is_delta ? 1.0F : paths_.options().mis.weight(light.pdf_solid_angle, f.pdf_solid_angle);
-  const Rgb value = f.value_cos * light.radiance * (weight / light.pdf_solid_angle);
+  const LightSample& light = direct.light;
+  const Rgb value = direct.value * (direct.weight(paths_.options().mis) / light.pdf_solid_angle);
   Vec3 wi = light.wi_world;
   Vec3 target = light.target;
   const bool is_of_model = light.triangle != kNoLight;
@@ -205,15 +194,8 @@ void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& v
   }
   Rgb kept_away;
   if (environment_ != nullptr) {
-    const Vec3 direction = path.ray.direction;
-    if (sample.is_delta) {
-      kept_away = path.beta * environment_->background(direction);
-    } else {
-      const float pdf_light =
-          paths_.lights().pdf_environment(direction, vertex.shading.origin, vertex.light_normal);
-      kept_away = path.beta * environment_->radiance(direction) *
-                  paths_.options().mis.weight(path.last.pdf_bsdf, pdf_light);
-    }
+    const FoundLight found = found_background(*environment_, paths_.lights(), path);
+    kept_away = path.beta * found.radiance * found.weight(paths_.options().mis, path.last);
   }
   if (is_met) {
     path.met = &hit;
@@ -269,7 +251,7 @@ template <typename Options>
 PathSample CatcherTracer<Options>::trace(const Camera::CameraRay& camera_ray,
                                          const PathSampler& sampler,
                                          std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
   while (paths_.next_vertex(path, vertex)) {
     const bool is_ground = scene_.ground && vertex.point.placed == *scene_.ground;

@@ -1,13 +1,15 @@
 #include "core/integrators/irradiance.h"
 
+#include <algorithm>
+
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
 #include "core/sampling/warp.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/surface_event.h"
-#include "core/transport/visibility.h"
 
 namespace core {
 namespace {
@@ -24,22 +26,30 @@ RenderSettings plain(const RenderSettings& asked) {
 IrradianceTracer::IrradianceTracer(const IntegratorInput& input)
     : scene_(input.scene), paths_({input.scene, input.environment, plain(input.settings)}) {}
 
-Rgb IrradianceTracer::sample(Vec3 point, Vec3 normal, const PathSampler& sampler,
-                             std::uint64_t& rays) const noexcept {
-  TracedPath path{PathState{.sampler = sampler, .rays = rays}};
-  // Surfaces of the scene may pass through the point.
-  const float error_m = kPlaneError * (taxicab(point) + 4 * scene_.radius_m);
-  return sample_at(path, point, normal, offset_ray(point, normal, error_m));
+MediumStack IrradianceTracer::media_at(Vec3 point, Vec3 normal) const noexcept {
+  return solids_around(scene_, origin_at(point, normal));
+}
+
+/// The origin of rays: surfaces of the scene may pass through the point.
+Vec3 IrradianceTracer::origin_at(Vec3 point, Vec3 normal) const noexcept {
+  return offset_ray(point, normal, kPlaneError * (taxicab(point) + 4 * scene_.radius_m));
+}
+
+Rgb IrradianceTracer::sample(Vec3 point, Vec3 normal, const MediumStack& media,
+                             const PathSampler& sampler, std::uint64_t& rays) const noexcept {
+  TracedPath path{start_path(sampler, rays)};
+  path.media = media;
+  return sample_at(path, point, normal, origin_at(point, normal));
 }
 
 Rgb IrradianceTracer::sample_seen(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                                   std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
-  if (!intersect(scene_, path, vertex)) {
+  if (!reach(scene_, path, vertex)) {
     return {};
   }
-  segment_medium(scene_, path, vertex);
+  path.media.begin_segment(vertex.face);
   const auto facing = [&](Vec3 n) { return dot(n, vertex.wo_world) < 0 ? -n : n; };
   const SurfacePoint& point = vertex.point;
   return sample_at(path, point.position, facing(point.normal_shading),
@@ -52,26 +62,25 @@ Rgb IrradianceTracer::sample_at(TracedPath& path, Vec3 point, Vec3 normal,
   if (paths_.options().max_depth < 1) {
     return {};
   }
-  const LightSampler& lights = paths_.lights();
+  const MisLightSampler& lights = paths_.lights();
   path.fog = paths_.fog();
   path.out.hit = true;  // no first surface to record
   const Vec4 u = path.sampler.get_4d(dimension_group(0, BounceGroup::kLight));
+  const DirectLight sampled = direct_light(
+      lights.empty() ? LightSample{} : lights.sample(point, normal, u.x, {u.y, u.z}), [&](Vec3 wi) {
+        const float cosine = std::max(dot(normal, wi), 0.0F);
+        return BsdfEval{Rgb(cosine), cosine_hemisphere_pdf_solid_angle(cosine)};
+      });
   Rgb direct;
-  const LightSample light =
-      lights.empty() ? LightSample{} : lights.sample(point, normal, u.x, {u.y, u.z});
-  const float cosine = dot(normal, light.wi_world);
-  if (light.pdf_solid_angle > 0 && cosine > 0 && !is_black(light.radiance)) {
-    const float weight =
-        light.is_delta ? 1.0F
-                       : paths_.options().mis.weight(light.pdf_solid_angle,
-                                                     cosine_hemisphere_pdf_solid_angle(cosine));
+  if (!is_black(sampled.value)) {
+    const LightSample& light = sampled.light;
     Ray shadow;
     shadow.origin = origin;
     shadow.direction = light.is_far ? light.wi_world : light.target - origin;
     shadow.t_max = light.is_far ? kFar : 1.0F;
     MediumStack media = path.media;
-    const Visibility seen = visibility(scene_, path, shadow, media);
-    direct = light.radiance * seen.transmittance * (cosine * weight / light.pdf_solid_angle);
+    direct = sampled.value * visibility(scene_, path, shadow, media).transmittance *
+             (sampled.weight(paths_.options().mis) / light.pdf_solid_angle);
   }
   const Vec4 v = path.sampler.get_4d(dimension_group(0, BounceGroup::kBsdf));
   const Vec3 local = cosine_hemisphere({v.y, v.z});

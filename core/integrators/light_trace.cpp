@@ -37,7 +37,7 @@ class LightTracer final : public Integrator {
 
 PathSample LightTracer::trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                               std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
   if (!camera_paths_.next_vertex(path, vertex)) {
     return path.out;
@@ -59,7 +59,7 @@ PathSample LightTracer::trace(const Camera::CameraRay& camera_ray, const PathSam
 
 void LightTracer::trace_light(const PathSampler& sampler, std::uint64_t& rays,
                               CameraSplats& splats) const noexcept {
-  PathState path = start_path({}, sampler, rays);
+  PathState path = start_path(sampler, rays);
   follow_light_path(scene_, emission_, max_depth_, path,
                     [&](const LightVertex& vertex) { connect(path, vertex, splats); });
 }

@@ -29,7 +29,7 @@ template <typename Options>
 PathSample PathTracer<Options>::trace_shares(const Camera::CameraRay& camera_ray,
                                              const PathSampler& sampler, std::uint64_t& rays,
                                              std::span<Rgb> shares) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   if constexpr (Options::has_media) {
     path.fog = fog();
     path.shares = shares.empty() ? nullptr : shares.data();
@@ -77,16 +77,19 @@ bool PathTracer<Options>::reach_surface(TracedPath& path, PathVertex& vertex) co
   if constexpr (Options::has_media) {
     return reach_through_media(path, vertex);
   }
-  if (!intersect(scene_, path, vertex)) {
-    add_environment(path);
-    return false;
+  while (intersect(scene_, path, vertex)) {
+    Rgb passed = segment_transmittance(path, vertex);
+    if (!survives(path, passed)) {
+      return false;
+    }
+    path.beta *= passed;
+    if (!vertex.face.is_hole) {
+      return true;
+    }
+    pass_hole(path, vertex);
   }
-  Rgb passed = segment_transmittance(scene_, path, vertex);
-  if (!survives(path, passed)) {
-    return false;
-  }
-  path.beta *= passed;
-  return true;
+  add_environment(path);
+  return false;
 }
 
 template <typename Options>
@@ -96,13 +99,12 @@ bool PathTracer<Options>::next_vertex(TracedPath& path, PathVertex& vertex) cons
   }
   const Material& material = scene_.materials[vertex.point.material];
   if (material.factors.unlit) {
-    const Rgb color = unlit_color(material, vertex.point, vertex.wo_world, path.footprint());
     if (!path.out.hit) {
       vertex.shading.frame.n = vertex.point.normal_shading;
-      record_first_surface(path.out, vertex, color);
+      record_first_surface(path.out, vertex,
+                           unlit_color(material, vertex.point, vertex.wo_world, path.footprint()));
     }
-    credit(path, path.beta * colors(path).values(color), path.bounces(),
-           [&] { return scene_.placed[vertex.point.placed].group; });
+    add_emission(path, vertex);
     return false;
   }
   if constexpr (Options::is_spectral) {
@@ -128,18 +130,19 @@ bool PathTracer<Options>::visit(TracedPath& path, PathVertex& vertex,
          (!is_at_max_depth(path) || !is_black(bsdf.straight()));
 }
 
-/// Adds light that the path has hit. pdf_light: density of the direction in the light sampler of
-/// the last vertex [1/sr]; is_sampled: the light sampler could have found it.
 template <typename Options>
-void PathTracer<Options>::add_found(TracedPath& path, Rgb radiance, float pdf_light,
-                                    bool is_sampled, std::uint32_t group) const noexcept {
-  float weight = 1;
-  if (is_sampled && options_.strategy == Strategy::kMis) {
-    weight = rule(path.last_fitted).weight(path.last.pdf_bsdf, path.last.light_samples * pdf_light);
+void PathTracer<Options>::add_found(TracedPath& path, const FoundLight& found,
+                                    std::uint32_t group) const noexcept {
+  if (found.is_sampled && options_.strategy == Strategy::kLight) {
+    return;
   }
-  const Rgb value = path.beta * colors(path).values(radiance) * weight;
+  float weight = 1;
+  if (options_.strategy == Strategy::kMis) {
+    weight = found.weight(rule(path.last_fitted), path.last);
+  }
+  const Rgb value = path.beta * colors(path).values(found.radiance) * weight;
   credit(path, value, path.bounces(), [group] { return group; });
-  if (is_sampled && path.in_pair && !path.passed_hole) {
+  if (found.is_sampled && path.in_pair && !path.passed_hole) {
     note_pair(path.out.fit, 1 - weight, value);
   }
 }
@@ -155,44 +158,20 @@ void PathTracer<Options>::add_environment(TracedPath& path) const noexcept {
     }
     return;
   }
-  if (environment_ == nullptr) {
-    return;
+  if (environment_ != nullptr) {
+    add_found(path, found_background(*environment_, lights_, path), kEnvironmentGroup);
   }
-  const bool is_sampled = path.last.pdf_bsdf > 0;
-  if (is_sampled && options_.strategy == Strategy::kLight) {
-    return;
-  }
-  const Vec3 direction = path.ray.direction;
-  add_found(
-      path, is_sampled ? environment_->radiance(direction) : environment_->background(direction),
-      is_sampled ? lights_.pdf_environment(direction, path.last.origin, path.last.light_normal)
-                 : 0.0F,
-      is_sampled, kEnvironmentGroup);
 }
 
 template <typename Options>
 void PathTracer<Options>::add_emission(TracedPath& path, const PathVertex& vertex) const noexcept {
-  const Rgb radiance =
-      emitted(scene_.materials[vertex.point.material], vertex.point, vertex.wo_world);
-  if (is_black(radiance)) {
+  const FoundLight found = found_emission(scene_, lights_, path, vertex);
+  if (is_black(found.radiance) ||
+      (found.is_sampled && path.last_controlled &&
+       has_closed_form(scene_.triangle_lights[vertex.point.light], path.last.origin))) {
     return;
   }
-  const std::uint32_t group = scene_.placed[vertex.point.placed].group;
-  const LastScattering& last = path.last;
-  const std::uint32_t light = vertex.point.light;
-  if (!(last.pdf_bsdf > 0) || light == kNoLight) {
-    add_found(path, radiance, 0, false, group);
-    return;
-  }
-  if (options_.strategy == Strategy::kLight ||
-      (path.last_controlled && has_closed_form(scene_.triangle_lights[light], last.origin))) {
-    return;
-  }
-  const Vec3 d = vertex.point.position - last.origin;
-  const float cos_light = std::fabs(dot(vertex.point.normal_geometric, vertex.wo_world));
-  add_found(path, radiance,
-            lights_.pdf_triangle(light, last.origin, last.light_normal, length(d), cos_light), true,
-            group);
+  add_found(path, found, scene_.placed[vertex.point.placed].group);
 }
 
 template <typename Options>
@@ -201,7 +180,7 @@ void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& v
   if (!bsdf.has_spread() || lights_.empty() || (!samples_lights() && !lights_.has_delta())) {
     return;
   }
-  DirectLight direct = sample_light(path, vertex, bsdf);
+  PathLight direct = sample_light(path, vertex, bsdf);
   const Rgb value = arriving(path, vertex, direct);
   credit(path, value, path.bounces() + 1,
          [&] { return scene_.group_of_light(direct.light.light); });
@@ -217,8 +196,8 @@ void PathTracer<Options>::add_direct_light(TracedPath& path, const PathVertex& v
 /// Takes one light sample; with several candidates, selects one by resampled importance sampling
 /// (core/policies/light_candidates.h).
 template <typename Options>
-DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& vertex,
-                                              const Surface& bsdf) const noexcept {
+PathLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& vertex,
+                                            const Surface& bsdf) const noexcept {
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   path.u_roulette = u.w;
   const Vec3 p = vertex.shading.origin;
@@ -229,17 +208,17 @@ DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex
   if (count == 1) {
     return unoccluded(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, u.x, {u.y, u.z}));
   }
-  WeightedReservoir<DirectLight> reservoir(
+  WeightedReservoir<PathLight> reservoir(
       static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
   Rgb control;
   for (int i = 0; i < count; ++i) {
     const Candidate at = candidate(u, i, count);
-    const DirectLight one =
+    const PathLight one =
         unoccluded(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, at.pick, at.place));
     control += one.control * (1 / static_cast<float>(count));
     reservoir.add(one, static_cast<double>(size_of(one.value) * one.scale));
   }
-  DirectLight taken;
+  PathLight taken;
   if (!reservoir.empty()) {
     taken = reservoir.item();
     taken.scale *=
@@ -250,10 +229,9 @@ DirectLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex
 }
 
 template <typename Options>
-DirectLight PathTracer<Options>::unoccluded(const TracedPath& path, const PathVertex& vertex,
-                                            const Surface& bsdf,
-                                            const LightSample& light) const noexcept {
-  DirectLight out;
+PathLight PathTracer<Options>::unoccluded(const TracedPath& path, const PathVertex& vertex,
+                                          const Surface& bsdf, LightSample light) const noexcept {
+  PathLight out;
   if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
     return out;
   }
@@ -265,25 +243,23 @@ DirectLight PathTracer<Options>::unoccluded(const TracedPath& path, const PathVe
     out.control = path.beta * light_control(scene_.triangle_lights[light.triangle], light,
                                             vertex.shading, bsdf.albedo());
   }
-  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
-  if (is_black(f.value_cos)) {
+  light.radiance = colors(path).values(light.radiance);
+  static_cast<DirectLight&>(out) = direct_light(
+      light, [&](Vec3 wi) { return bsdf.evaluate(vertex.shading.frame.to_local(wi)); });
+  if (is_black(out.value)) {
     return out;
   }
-  float weight = 1;
-  if (!light.is_delta && options_.strategy == Strategy::kMis && !(closed && asked)) {
-    weight = rule(fits_weights(path.depth, bsdf))
-                 .weight(light_samples(path) * light.pdf_solid_angle, f.pdf_solid_angle);
+  if (options_.strategy == Strategy::kMis && !(closed && asked)) {
+    out.mis_weight = out.weight(rule(fits_weights(path.depth, bsdf)), light_samples(path));
   }
-  out.mis_weight = weight;
-  out.light = light;
-  out.value = path.beta * f.value_cos * colors(path).values(light.radiance);
-  out.scale = weight / light.pdf_solid_angle;
+  out.value = path.beta * out.value;
+  out.scale = out.mis_weight / light.pdf_solid_angle;
   return out;
 }
 
 template <typename Options>
 Rgb PathTracer<Options>::arriving(TracedPath& path, const PathVertex& vertex,
-                                  DirectLight& direct) const noexcept {
+                                  PathLight& direct) const noexcept {
   if (is_black(direct.value)) {
     return {};
   }

@@ -30,17 +30,18 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
   while (true) {
     const bool is_met = intersect(scene_, path, vertex);
     // There is no solid behind the last surface; if the stack says so, a mesh has a hole.
-    const Medium* solid = is_met ? segment_medium(scene_, path, vertex) : nullptr;
+    const Material* within = is_met ? segment_solid(path, vertex) : nullptr;
+    const Medium* solid = within != nullptr ? &within->medium : nullptr;
     [[maybe_unused]] Medium seen;
     if constexpr (Options::is_spectral) {
       if (solid != nullptr) {
-        seen = colors(path).medium(*path.media.top());
+        seen = colors(path).medium(*within);
         solid = &seen;
       }
     }
     MediumSample sample;
     std::optional<MediumAim> aim;
-    if (is_met || path.media.top() == nullptr) {
+    if (is_met || path.media.empty()) {
       const MediumStretch stretch(path, solid, is_met ? vertex.distance_m : kFar);
       sample = stretch.sample(path);
       if (can_aim(path, stretch)) {
@@ -54,6 +55,10 @@ bool PathTracer<Options>::reach_through_media(TracedPath& path, PathVertex& vert
     path.beta *= sample.weight;
     if (is_black(path.beta)) {
       return false;
+    }
+    if (sample.scatterer == nullptr && is_met && vertex.face.is_hole) {
+      pass_hole(path, vertex);
+      continue;
     }
     if (sample.scatterer == nullptr) {
       if (!is_met) {
@@ -101,13 +106,14 @@ void PathTracer<Options>::add_light_within(TracedPath& path, const MediumSample&
   const Vec3 point = path.ray.origin + path.ray.direction * sample.distance_m;
   const LightSample light = samples_lights() ? lights_.sample(point, {}, u.x, {u.y, u.z})
                                              : lights_.sample_delta(point, u.x);
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
+  const DirectLight direct = direct_light(light, [&](Vec3 wi) {
+    const float phase = henyey_greenstein(dot(path.ray.direction, wi), sample.scatterer->g);
+    return BsdfEval{Rgb(phase), phase};
+  });
+  if (is_black(direct.value)) {
     return;
   }
-  const float phase =
-      henyey_greenstein(dot(path.ray.direction, light.wi_world), sample.scatterer->g);
-  const bool is_shared = !light.is_delta && options_.strategy == Strategy::kMis;
-  float weight = is_shared ? rule(false).weight(light.pdf_solid_angle, phase) : 1.0F;
+  float weight = options_.strategy == Strategy::kMis ? direct.weight(rule(false)) : 1.0F;
   if (aim != nullptr && lights_.is_local(light.light)) {
     const LightPoint on_light = lights_.point_of(light);
     const float along = aim->distances(path, on_light.place).pdf_m(sample.distance_m) *
@@ -119,7 +125,7 @@ void PathTracer<Options>::add_light_within(TracedPath& path, const MediumSample&
                    light.is_far ? kFar : 1.0F};
   credit_medium_light(
       path, shadow,
-      path.beta * colors(path).values(light.radiance) * (phase * weight / light.pdf_solid_angle),
+      path.beta * colors(path).values(direct.value) * (weight / light.pdf_solid_angle),
       light.light);
 }
 
@@ -128,6 +134,7 @@ template <typename Options>
 void PathTracer<Options>::credit_medium_light(TracedPath& path, const Ray& shadow, Rgb value,
                                               std::uint32_t light) const noexcept {
   MediumStack media = path.media;
+  media.begin_segment();
   Visibility seen = visibility(scene_, path, shadow, media, ClearSurfaces::kPass, colors(path));
   if (is_black(seen.transmittance) || !survives(path, seen.transmittance)) {
     return;
@@ -143,7 +150,7 @@ bool PathTracer<Options>::can_aim(const TracedPath& path,
                                   const MediumStretch& stretch) const noexcept {
   return aims_in_media_ && stretch.scatters() && samples_lights() && lights_.has_local() &&
          path.medium_scatterings < kMediumScatterings * options_.max_depth &&
-         (stretch.is_fog() || path.media.top()->is_clear);
+         (stretch.is_fog() || path.media.material()->is_clear);
 }
 
 /// Takes one light sample for the whole segment, at a distance chosen for the light. MIS combines

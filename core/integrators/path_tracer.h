@@ -8,10 +8,10 @@
 #include "core/integrators/path_options.h"
 #include "core/light_samplers/light_sampler.h"
 #include "core/lights/backdrop.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/path_state.h"
 #include "core/transport/scene_colors.h"
 #include "core/transport/vertex.h"
-#include "core/transport/visibility.h"
 
 namespace core {
 
@@ -35,13 +35,11 @@ struct TracedPath : PathState {
   const Wavelengths* wavelengths = nullptr;  ///< of throughput and radiance; null: RGB
 };
 
-/// The contribution of a light sample if it is unoccluded: value * scale.
-struct DirectLight {
-  LightSample light;
-  Rgb value;
-  float scale = 0;
+/// A light sample of a path; `value` includes the throughput. Unoccluded it adds value * scale.
+struct PathLight : DirectLight {
+  float scale = 0;  ///< MIS weight over density
   float mis_weight = 1;
-  Rgb control;           ///< mean of the control variate minus the control variate; always added
+  Rgb control{};         ///< mean of the control variate minus the control variate; always added
   bool in_pair = false;  ///< unoccluded, so a BSDF sample could have found it
 };
 
@@ -70,7 +68,7 @@ class PathTracer final : public Integrator {
                           std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
   std::unique_ptr<GroupTracer> make_group_tracer() const override;
 
-  // Steps of the loop, for tracers that share light samples (core/policies/shared_lights.cpp).
+  // Steps of the loop, for tracers that share light samples (core/integrators/shared_lights.cpp).
 
   /// Traces the path from its current ray to its end.
   void follow(TracedPath& path) const noexcept;
@@ -94,9 +92,10 @@ class PathTracer final : public Integrator {
   /// Samples the next direction and applies Russian roulette. Returns false if the path ends.
   bool extend(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
   /// Returns the contribution of a light sample; traces its shadow ray.
-  Rgb arriving(TracedPath& path, const PathVertex& vertex, DirectLight& direct) const noexcept;
+  Rgb arriving(TracedPath& path, const PathVertex& vertex, PathLight& direct) const noexcept;
 
-  const LightSampler& lights() const noexcept { return lights_; }
+  const SceneData& scene() const noexcept { return scene_; }
+  const MisLightSampler& lights() const noexcept { return lights_; }
   const Options& options() const noexcept { return options_; }
   /// The fog around the solids; null if there is none.
   const Fog* fog() const noexcept { return fog_ ? &*fog_ : nullptr; }
@@ -143,7 +142,7 @@ class PathTracer final : public Integrator {
   }
   Surface surface(const TracedPath& path, const PathVertex& vertex) const noexcept {
     if constexpr (Options::is_spectral) {
-      return colors(path).bsdf(scene_, path, vertex);
+      return colors(path).bsdf(path, vertex);
     } else {
       return make_bsdf(vertex.shading, vertex.wo_world);
     }
@@ -169,12 +168,11 @@ class PathTracer final : public Integrator {
                            std::uint32_t light) const noexcept;
   void add_environment(TracedPath& path) const noexcept;
   void add_emission(TracedPath& path, const PathVertex& vertex) const noexcept;
-  void add_found(TracedPath& path, Rgb radiance, float pdf_light, bool is_sampled,
-                 std::uint32_t group) const noexcept;
-  DirectLight sample_light(TracedPath& path, const PathVertex& vertex,
-                           const Surface& bsdf) const noexcept;
-  DirectLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Surface& bsdf,
-                         const LightSample& light) const noexcept;
+  void add_found(TracedPath& path, const FoundLight& found, std::uint32_t group) const noexcept;
+  PathLight sample_light(TracedPath& path, const PathVertex& vertex,
+                         const Surface& bsdf) const noexcept;
+  PathLight unoccluded(const TracedPath& path, const PathVertex& vertex, const Surface& bsdf,
+                       LightSample light) const noexcept;
   BsdfSample sample_direction(TracedPath& path, const Surface& bsdf) const noexcept;
   void split(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
   bool survives(TracedPath& path, Rgb& factor) const noexcept;
@@ -182,7 +180,7 @@ class PathTracer final : public Integrator {
   const SceneData& scene_;
   const Environment* environment_;
   Backdrop backdrop_;
-  LightSampler lights_;
+  MisLightSampler lights_;
   Options options_;
   [[no_unique_address]] typename Options::Ledger ledger_;
   std::optional<Fog> fog_;

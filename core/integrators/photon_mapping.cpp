@@ -8,8 +8,6 @@
 // Probabilistic Approach". photon-map: the disk has a fixed radius; with final gathering the map is
 // looked up one reflection later, where its blur is not visible. Source: Jensen 1996, "Global
 // Illumination Using Photon Maps".
-//
-// Not included: light of unlit materials on surfaces where a path ends.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -24,6 +22,7 @@
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
 #include "core/settings/photon_rules.h"
+#include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
 #include "core/transport/scatter.h"
@@ -75,6 +74,7 @@ class PhotonTracer final : public Integrator {
       : scene_(input.scene),
         settings_(input.settings),
         emission_(input.scene, input.environment),
+        lights_(input.scene, input.environment, LightSamplerType::kTree),
         camera_paths_(input),
         paths_(photon_paths(settings_)),
         is_progressive_(radius_shrinks(settings_)),
@@ -105,6 +105,7 @@ class PhotonTracer final : public Integrator {
   const SceneData& scene_;
   RenderSettings settings_;
   EmissionSampler emission_;
+  LightSampler lights_;
   PathTracer<DefaultOptions> camera_paths_;
   int paths_;
   bool is_progressive_;
@@ -126,7 +127,7 @@ void PhotonTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) con
   const int replicate = pass.sample() % settings_.replicates;
   for (int i = photons.begin(part); i < photons.end(part); ++i) {
     sampler.start(pass.sample() / settings_.replicates, 0, i * settings_.replicates + replicate);
-    PathState path = start_path({}, sampler, rays);
+    PathState path = start_path(sampler, rays);
     follow_particle(path, photons.parts[static_cast<std::size_t>(part)]);
   }
 }
@@ -145,7 +146,7 @@ void PhotonTracer::follow_particle(PathState& path, std::vector<Photon>& out) co
 
 PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                                 const Prepass& pass, std::uint64_t& rays) const noexcept {
-  TracedPath path{start_path(camera_ray, sampler, rays)};
+  TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   follow(path, static_cast<const Photons&>(pass));
   return path.out;
 }
@@ -200,26 +201,13 @@ void PhotonTracer::follow(TracedPath& path, const Photons& photons) const noexce
   }
 }
 
+/// Returns the direct light by light samples alone.
 Rgb PhotonTracer::direct_light(TracedPath& path, const PathVertex& vertex,
                                const Bsdf& bsdf) const noexcept {
-  const LightSampler& lights = camera_paths_.lights();
-  if (lights.empty()) {
-    return {};
-  }
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
-  const LightSample light =
-      lights.sample(vertex.shading.origin, vertex.light_normal, u.x, {u.y, u.z});
-  if (!(light.pdf_solid_angle > 0) || is_black(light.radiance)) {
-    return {};
-  }
-  const BsdfEval f = bsdf.evaluate(vertex.shading.frame.to_local(light.wi_world));
-  if (is_black(f.value_cos)) {
-    return {};
-  }
-  const Visibility seen =
-      visibility_from(scene_, path, vertex, light.wi_world, light.target, light.is_far);
-  return path.beta * f.value_cos * light.radiance * seen.transmittance *
-         (1 / light.pdf_solid_angle);
+  const DirectLight direct = sample_direct_light(path, vertex, bsdf, lights_);
+  const Rgb open = transmittance_to(scene_, path, vertex, direct);
+  return is_black(open) ? open
+                        : path.beta * direct.value * open * (1 / direct.light.pdf_solid_angle);
 }
 
 /// Returns the light of the particles that the surface scatters along the path. Ignores particles
@@ -274,11 +262,8 @@ void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) co
   PathVertex vertex;
   while (path.scatterings() <= settings_.max_depth) {
     const Rgb before = path.out.radiance;
-    vertex.distance_m = -1;  // set when a surface is hit
-    const bool is_met = camera_paths_.next_vertex(path, vertex);
-    if (!is_met) {
-      const bool is_sky = vertex.distance_m < 0;
-      path.out.radiance = is_sky && is_smooth ? before : path.out.radiance;
+    if (!camera_paths_.next_vertex(path, vertex)) {
+      path.out.radiance = is_smooth ? before : path.out.radiance;
       return;
     }
     const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);

@@ -124,7 +124,7 @@ class SharedLightsTracer final : public GroupTracer {
 void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& place,
                                std::uint64_t& rays) const noexcept {
   TracedPath& path =
-      member.path.emplace(TracedPath{start_path(from.camera_ray, from.sampler, rays)});
+      member.path.emplace(TracedPath{start_path(owner_.scene(), from.camera_ray, from.sampler, rays)});
   member.is_over = true;
   member.shares = false;
   place.count = 0;
@@ -313,7 +313,7 @@ Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
   const Member& from = paths_[taken];
   const Expected& of = expected_[taken];
   const LightView& view = views_[which * count + taken];
-  DirectLight out;
+  PathLight out;
   out.light.wi_world = view.wi_world;
   out.light.target = owner_.lights().target(from.light, view, member.vertex.shading.origin);
   out.light.is_far = view.is_far;

@@ -47,7 +47,7 @@ void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
 void count_matte(const SceneData& scene, PathState& path, MatteKinds kinds, int half,
                  std::span<MattePixel> pixel) noexcept {
   PathVertex vertex;
-  if (!intersect(scene, path, vertex)) {
+  if (!reach(scene, path, vertex)) {
     return;
   }
   MatteRank hit;

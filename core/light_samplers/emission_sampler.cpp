@@ -1,6 +1,7 @@
 #include "core/light_samplers/emission_sampler.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/light_samplers/emitted_light.h"
@@ -8,6 +9,7 @@
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
 #include "core/sampling/warp.h"
+#include "core/scene/solids.h"
 
 namespace core {
 
@@ -22,7 +24,53 @@ EmissionSampler::EmissionSampler(const SceneData& scene, const Environment* envi
       environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
       triangles_(static_cast<std::uint32_t>(scene.triangle_lights.size())),
       radius_m_(light_disk_radius_m(scene)),
-      powers_(light_powers(scene, environment_)) {}
+      powers_(light_powers(scene, environment_)) {
+  if (!scene_.solids.empty()) {
+    find_starts();
+  }
+}
+
+/// Where a light begins in other solids than its neighbourhood, each path finds its own.
+void EmissionSampler::find_starts() {
+  starts_.resize(1);
+  for (const TriangleLight& t : scene_.triangle_lights) {
+    for (const float side : {1.0F, -1.0F}) {
+      // The centre, and close to the corners.
+      constexpr float kNear = 0x1p-7F;
+      const auto at = [&](float b1, float b2) {
+        return offset_ray(t.p0 + t.edge1 * b1 + t.edge2 * b2, t.normal * side, t.error_m);
+      };
+      const std::array points = {at(1.0F / 3, 1.0F / 3), at(kNear, kNear), at(1 - 2 * kNear, kNear),
+                                 at(kNear, 1 - 2 * kNear)};
+      start_of_.push_back(side < 0 && !t.two_sided ? 0 : start_at(points));
+    }
+  }
+  for (const PunctualLight& p : scene_.punctual_lights) {
+    const bool is_local = p.type != PunctualType::kDirectional;
+    start_of_.push_back(is_local ? start_at(std::span(&p.position, 1)) : 0);
+  }
+  if (starts_.size() == 1) {
+    start_of_.clear();
+  }
+}
+
+std::uint32_t EmissionSampler::start_at(std::span<const Vec3> points) {
+  StartMedia start{solids_around(scene_, points.front()), false};
+  for (const Vec3 point : points.subspan(1)) {
+    start.varies = start.varies || !(solids_around(scene_, point) == start.media);
+  }
+  if (start.media.empty() && !start.varies) {
+    return 0;
+  }
+  const auto same = std::find_if(starts_.begin(), starts_.end(), [&](const StartMedia& other) {
+    return other.varies == start.varies && other.media == start.media;
+  });
+  if (same == starts_.end()) {
+    starts_.push_back(start);
+    return static_cast<std::uint32_t>(starts_.size() - 1);
+  }
+  return static_cast<std::uint32_t>(same - starts_.begin());
+}
 
 EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
                                        Vec2 u_direction) const noexcept {
@@ -34,6 +82,13 @@ EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
                                         : from_other(light, u_position, u_direction);
   s.light = light;
   s.pdf = pdf(light, s.ray.direction);
+  const std::size_t place =
+      light < triangles_ ? 2 * std::size_t{light} +
+                               (dot(s.normal, scene_.triangle_lights[light].normal) < 0 ? 1 : 0)
+                         : std::size_t{light} + triangles_;
+  if (place < start_of_.size() && start_of_[place] > 0) {
+    s.start = &starts_[start_of_[place]];
+  }
   return s;
 }
 
@@ -48,9 +103,10 @@ EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_positi
     s.normal = front ? t.normal : -t.normal;
     u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
   }
-  s.radiance = triangle_radiance(scene_, t, b);
-  s.ray.origin = offset_ray(t.p0 + t.edge1 * b.x + t.edge2 * b.y, s.normal, t.error_m);
+  const Vec3 place = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+  s.ray.origin = offset_ray(place, s.normal, t.error_m);
   s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
+  s.radiance = triangle_radiance(scene_, t, place, s.ray.direction);
   return s;
 }
 

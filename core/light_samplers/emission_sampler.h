@@ -7,9 +7,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "core/accel/accel.h"
 #include "core/lights/environment.h"
+#include "core/media/medium_stack.h"
 #include "core/sampling/distribution.h"
 #include "core/scene/scene_data.h"
 
@@ -23,13 +26,14 @@ struct EmissionPdf {
 };
 
 struct EmissionSample {
-  Ray ray;                          ///< away from the light, off its surface
-  Vec3 normal;                      ///< unit, on the emitting side; zero if the light has none
-  Rgb radiance;                     ///< point and spot lights: intensity; directional: irradiance
-  EmissionPdf pdf;                  ///< pdf_area 0: no sample
-  std::uint32_t light = kNoLight;   ///< as in LightSample
-  bool is_delta_position = false;   ///< point and spot lights: rays cannot hit them
-  bool is_delta_direction = false;  ///< directional lights
+  Ray ray;                            ///< away from the light, off its surface
+  Vec3 normal;                        ///< unit, on the emitting side; zero if the light has none
+  Rgb radiance;                       ///< point and spot lights: intensity; directional: irradiance
+  EmissionPdf pdf;                    ///< pdf_area 0: no sample
+  std::uint32_t light = kNoLight;     ///< as in LightSample
+  bool is_delta_position = false;     ///< point and spot lights: rays cannot hit them
+  bool is_delta_direction = false;    ///< directional lights
+  const StartMedia* start = nullptr;  ///< around the origin; null: in no solid
 
   /// Returns the initial throughput of a path: radiance times cosine over density.
   Rgb weight() const noexcept;
@@ -57,11 +61,17 @@ class EmissionSampler {
   EmissionSample from_other(std::uint32_t light, Vec2 u_position, Vec2 u_direction) const noexcept;
   const PunctualLight* punctual(std::uint32_t light) const noexcept;
 
+  void find_starts();
+  std::uint32_t start_at(std::span<const Vec3> points);
+
   const SceneData& scene_;
   const Environment* environment_;  ///< null if black
   std::uint32_t triangles_ = 0;
   float radius_m_ = 0;  ///< of the disk through which distant lights shine
   Distribution1D powers_;
+  /// By light, and by side of triangles: front 2 i, back 2 i + 1. Empty: no light is in a solid.
+  std::vector<std::uint32_t> start_of_;  ///< indices into starts_; 0: in no solid
+  std::vector<StartMedia> starts_;
 };
 
 }  // namespace core

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/materials/shade.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -33,27 +34,19 @@ std::vector<float> light_powers(const SceneData& scene, const Environment* envir
   return powers;
 }
 
-Rgb triangle_radiance(const SceneData& scene, const TriangleLight& light, Vec2 weights) noexcept {
-  if (!light.textured) {
+Rgb triangle_radiance(const SceneData& scene, const TriangleLight& light, Vec3 place,
+                      Vec3 wo_world) noexcept {
+  if (!light.varies) {
     return light.radiance;
   }
-  const MeshData& mesh = scene.meshes[scene.placed[light.placed].mesh];
-  const TextureSlot& slot = scene.materials[mesh.material].emissive;
-  const TextureDescription& m = slot.description;
-  const auto& uv = mesh.uv[static_cast<std::size_t>(m.uv_set)];
-  Vec2 p;
-  if (!uv.empty()) {
-    const std::size_t at = 3 * std::size_t{light.triangle};
-    p = uv[mesh.indices[at]] * (1 - weights.x - weights.y) + uv[mesh.indices[at + 1]] * weights.x +
-        uv[mesh.indices[at + 2]] * weights.y;
+  const RawHit hit = scene.hit_of(light);
+  const Ray down = {place, -light.normal};
+  const float coverage = scene.coverage(hit, down);
+  if (!(coverage > 0)) {
+    return {};
   }
-  const auto& x = m.uv_transform;
-  const Vec4 c =
-      slot.texture->sample({.uv = {x[0] * p.x + x[1] * p.y + x[2], x[3] * p.x + x[4] * p.y + x[5]},
-                            .wrap_u = m.wrap_u,
-                            .wrap_v = m.wrap_v,
-                            .nearest = m.nearest});
-  return scene.materials[mesh.material].factors.emissive * Rgb{c.x, c.y, c.z};
+  const SurfacePoint point = scene.surface_point(hit, down);
+  return emitted(scene.materials[point.material], point, wo_world) * coverage;
 }
 
 }  // namespace core

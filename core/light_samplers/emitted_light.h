@@ -17,7 +17,10 @@ std::vector<float> light_powers(const SceneData& scene, const Environment* envir
 /// Returns the radius of the disk through which distant lights light the scene.
 float light_disk_radius_m(const SceneData& scene) noexcept;
 
-/// Returns the radiance of a triangle light at barycentric weights of vertices 1 and 2.
-Rgb triangle_radiance(const SceneData& scene, const TriangleLight& light, Vec2 weights) noexcept;
+/// Returns the radiance that a triangle light sends from `place`, a point on it, towards wo_world
+/// on a side that emits: emitted() times coverage, which is the mean of what rays find there. Every
+/// sample of a light and of emission has this radiance.
+Rgb triangle_radiance(const SceneData& scene, const TriangleLight& light, Vec3 place,
+                      Vec3 wo_world) noexcept;
 
 }  // namespace core

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/light_samplers/emitted_light.h"
 #include "core/light_samplers/light_sampler.h"
 #include "core/math/offset_ray.h"
 
@@ -38,7 +39,8 @@ LightView LightSampler::view(const LightPoint& light, Vec3 point) const noexcept
     const float cos_front = -dot(t.normal, out.wi_world);
     const float cos_light = t.two_sided ? std::fabs(cos_front) : cos_front;
     if (cos_light > kCosLightLeast) {
-      out.radiance = light.radiance;
+      out.radiance =
+          t.is_coated ? triangle_radiance(scene_, t, light.place, -out.wi_world) : light.radiance;
       out.solid_angle = out.falloff = cos_light / distance2;
     }
   } else if (light.light < triangles_ + punctual) {

@@ -70,7 +70,7 @@ LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float p
   s.place = on_light;
   s.prob_light = prob;
   s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
-  s.radiance = triangle_radiance(scene_, t, b);
+  s.radiance = triangle_radiance(scene_, t, on_light, -s.wi_world);
   return s;
 }
 

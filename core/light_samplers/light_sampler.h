@@ -57,10 +57,9 @@ struct LightView {
 
 class LightSampler {
  public:
-  /// Scene and environment must outlive it; environment may be null. sky: density of its
-  /// directions.
-  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
-               SkyDensity sky = SkyDensity::kRadiance);
+  /// Scene and environment must outlive it; environment may be null.
+  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type)
+      : LightSampler(scene, environment, type, SkyDensity::kRadiance) {}
 
   bool empty() const noexcept { return light_count_ == 0; }
   /// normal_world: geometric normal on the side that light may come from; zero: both sides.
@@ -76,7 +75,6 @@ class LightSampler {
   const Environment* sky_beside_tree() const noexcept {
     return type_ == LightSamplerType::kTree && far_count_ == 1 ? environment_ : nullptr;
   }
-  SkyDensity sky_density() const noexcept { return sky_; }
   /// Returns the probability with which sample() uses the tree, for several points.
   template <std::size_t N>
   Floats<N> prob_tree(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
@@ -110,10 +108,15 @@ class LightSampler {
   float pdf_solid_angle(const LightPoint& light, const LightView& view, Vec3 point,
                         Vec3 normal_world) const noexcept;
 
- private:
+ protected:
+  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
+               SkyDensity sky);
   template <std::size_t N>
   Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
   float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
+  SkyDensity sky_density() const noexcept { return sky_; }
+
+ private:
   /// Returns the probability with which sample() picks the environment; 0 if there is none.
   float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
@@ -136,6 +139,34 @@ class LightSampler {
   Distribution1D power_;            ///< in the order above
   std::size_t far_count_ = 0;       ///< directional lights and the environment
   float irradiance_far_ = 0;        ///< sum, unshadowed, averaged over surface orientations
+};
+
+/// A LightSampler for estimators that combine every light sample with a sample of the scattering by
+/// MIS. Under SkyDensity::kCompensated its samples alone miss the dark parts of a map; therefore it
+/// does not convert to a LightSampler, whose samples find all light.
+class MisLightSampler : private LightSampler {
+ public:
+  MisLightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
+                  SkyDensity sky)
+      : LightSampler(scene, environment, type, sky) {}
+  using LightSampler::empty;
+  using LightSampler::has_delta;
+  using LightSampler::has_local;
+  using LightSampler::has_tree_alone;
+  using LightSampler::is_local;
+  using LightSampler::pdf_environment;
+  using LightSampler::pdf_measure;
+  using LightSampler::pdf_solid_angle;
+  using LightSampler::pdf_triangle;
+  using LightSampler::point_of;
+  using LightSampler::prob_light;
+  using LightSampler::prob_tree;
+  using LightSampler::sample;
+  using LightSampler::sample_delta;
+  using LightSampler::sky_beside_tree;
+  using LightSampler::sky_density;
+  using LightSampler::target;
+  using LightSampler::view;
 };
 
 /// Distant lights share the remaining probability evenly. The split is proportional to the light

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "core/accel/accel.h"
 #include "core/color/rgb.h"
 #include "core/description/scene_description.h"
 #include "core/lights/ies_profile.h"
@@ -17,13 +18,15 @@ struct TriangleLight {
   Vec3 edge2;   ///< p2 - p0
   Vec3 normal;  ///< unit, front side
   float area_m2 = 0;
-  Rgb radiance;  ///< mean over the triangle; exact without an emissive texture; black only if it
-                 ///< emits nowhere
+  Rgb radiance;  ///< times coverage; mean over the triangle and all directions, exact unless it
+                 ///< `varies`; black only if it emits nowhere
   float error_m = 0;         ///< step off the triangle anywhere (core/math/offset_ray.h)
   std::uint32_t placed = 0;  ///< index of the PlacedMesh
   std::uint32_t triangle = 0;
+  std::uint32_t instance = kNoInstance;
   bool two_sided = false;
-  bool textured = false;
+  bool varies = false;     ///< from place to place or by direction: see triangle_radiance()
+  bool is_coated = false;  ///< it varies by direction
 };
 
 /// KHR_lights_punctual and EXT_lights_ies in world space. Delta lights: rays never hit them.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/bsdf/fresnel.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -103,14 +104,31 @@ Vec3 facing(Vec3 n, Vec3 wo) {
 
 Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
 
+float clearcoat(const Material& material, const Seen& at) {
+  return clamp01(material.factors.clearcoat * read(material.clearcoat, at).x);
+}
+
+/// Returns the normal of the clearcoat on the viewer's side.
+Vec3 clearcoat_normal(const Material& material, const Seen& at, Vec3 wo_world) {
+  const Vec3 n =
+      mapped_normal(material.clearcoat_normal, material.factors.clearcoat_normal_scale, at);
+  return facing(dot(at.point.normal_geometric, wo_world) >= 0 ? n : -n, wo_world);
+}
+
+/// Returns the colour of an unlit material.
+Rgb unlit(const Material& material, const Seen& at) {
+  const Vec4 c = read(material.base_color, at);
+  const Vec4 vertex = at.point.color;
+  return material.factors.base_color * Rgb{c.x * vertex.x, c.y * vertex.y, c.z * vertex.z};
+}
+
 /// Fills the less common layers, with textures.
 void fill_layers(const Material& material, const Seen& at, Vec3 wo_world, Shading& s) {
   const MaterialDescription& f = material.factors;
   BsdfLayers& l = s.layers;
-  l.clearcoat = clamp01(f.clearcoat * read(material.clearcoat, at).x);
+  l.clearcoat = clearcoat(material, at);
   l.clearcoat_roughness = clamp01(f.clearcoat_roughness * read(material.clearcoat_roughness, at).y);
-  const Vec3 coat = mapped_normal(material.clearcoat_normal, f.clearcoat_normal_scale, at);
-  l.clearcoat_normal = s.frame.to_local(facing(s.front ? coat : -coat, wo_world));
+  l.clearcoat_normal = s.frame.to_local(clearcoat_normal(material, at, wo_world));
   const Vec4 sheen = read(material.sheen_color, at);
   l.sheen_color = clamp01_rgb(f.sheen_color * Rgb{sheen.x, sheen.y, sheen.z});
   l.sheen_roughness = clamp01(f.sheen_roughness * read(material.sheen_roughness, at).w);
@@ -257,27 +275,32 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
 }
 
 Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) noexcept {
-  if (!material.is_emissive ||
-      (!material.factors.double_sided && dot(point.normal_geometric, wo_world) <= 0)) {
+  LastLookup last;
+  const Seen at = finest(point, last);
+  const MaterialDescription& f = material.factors;
+  if (f.unlit) {
+    return unlit(material, at);
+  }
+  if (!material.is_emissive || (!f.double_sided && dot(point.normal_geometric, wo_world) <= 0)) {
     return {};
   }
-  if (material.emissive.texture == nullptr) {
-    return material.factors.emissive;
+  Rgb out = f.emissive;
+  if (material.emissive.texture != nullptr) {
+    const Vec4 c = read(material.emissive, at);
+    out *= Rgb{c.x, c.y, c.z};
   }
-  // Always the finest level: light sampling and rays that hit must use the same function.
-  LastLookup last;
-  const Vec4 c = read(material.emissive, finest(point, last));
-  return material.factors.emissive * Rgb{c.x, c.y, c.z};
+  if (f.clearcoat > 0) {
+    const float cosine = dot(clearcoat_normal(material, at, wo_world), wo_world);
+    out *= 1 - clearcoat(material, at) * lerp(0.04F, 1.0F, schlick_weight(cosine));
+  }
+  return out;
 }
 
 Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
                 Footprint footprint) noexcept {
   LastLookup last;
-  const Vec4 c =
-      read(material.base_color,
-           material.has_alpha ? finest(point, last) : seen(point, wo_world, footprint, last));
-  return material.factors.base_color *
-         Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z};
+  return unlit(material,
+               material.has_alpha ? finest(point, last) : seen(point, wo_world, footprint, last));
 }
 
 }  // namespace core

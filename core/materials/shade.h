@@ -49,14 +49,16 @@ Medium medium_within(const MaterialDescription& factors, Rgb attenuation, Rgb de
 /// Returns the result of shade() for materials without textures and vertex colours.
 BsdfParameters plain_parameters(const MaterialDescription& factors, bool is_volume) noexcept;
 
-/// Returns the emitted radiance at the point towards wo [W/(m^2 sr)]; zero on the back of a
-/// single-sided material.
+/// Returns the radiance that the point emits towards wo unless it is a hole [W/(m^2 sr)]; zero on
+/// the back of a single-sided material. A clearcoat lies on the emission and darkens it
+/// (KHR_materials_clearcoat, Emission). Of unlit materials: the colour, to both sides. Textures are
+/// read at the finest level, so that rays and light samples see the same emitter.
 Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) noexcept;
 
-/// Returns the colour of an unlit material: constant radiance in all directions [W/(m^2 sr)]. Both
-/// camera paths and scattered paths end there, so mirrors and glass show what the camera would see,
-/// and diffuse surfaces receive its light. (KHR_materials_unlit defines the appearance but not the
-/// emission of light; the image of the surface is the same for any viewer.)
+/// Returns the colour of an unlit material as seen directly, in mirrors and through glass:
+/// emitted() with filtered textures. (KHR_materials_unlit defines the appearance but not the
+/// emission of light; here the surface emits what any viewer sees, so other surfaces receive its
+/// light.)
 Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
                 Footprint footprint) noexcept;
 

@@ -38,29 +38,39 @@ Fog::Range Fog::range(Vec3 origin, Vec3 direction, float distance_m) const noexc
   return {begin, std::max(std::min(along + half, distance_m), begin)};
 }
 
-Fog::Span Fog::span(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
-  Span out{.range = range(origin, direction, distance_m)};
-  out.density = density(origin + direction * out.range.begin_m);
-  out.slope = -falloff_ * direction.y;
-  return out;
-}
-
+/// Anchored at the lower end, where the density is highest: from there it only decreases, so
+/// neither factor overflows however high the other end is.
 float Fog::depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
-  const Span s = span(origin, direction, distance_m);
-  const float length = s.range.end_m - s.range.begin_m;
-  const float exponent = s.slope * length;
-  if (std::fabs(exponent) < kStraight) {
-    return s.density * length;
+  const Range r = range(origin, direction, distance_m);
+  const float length = r.end_m - r.begin_m;
+  const float slope = -falloff_ * direction.y;
+  const float densest = density(origin + direction * (slope > 0 ? r.end_m : r.begin_m));
+  const float exponent = std::fabs(slope) * length;
+  if (exponent < kStraight) {
+    return densest * length;
   }
-  return std::min(s.density * (std::expm1(exponent) / s.slope), std::numeric_limits<float>::max());
+  return std::min(densest * (-std::expm1(-exponent) / std::fabs(slope)),
+                  std::numeric_limits<float>::max());
 }
 
 float Fog::distance(Vec3 origin, Vec3 direction, float depth_m) const noexcept {
-  const Span s = span(origin, direction, std::numeric_limits<float>::max());
-  const float scaled = depth_m / s.density;
-  const float exponent = s.slope * scaled;
-  const float length = std::fabs(exponent) < kStraight ? scaled : std::log1p(exponent) / s.slope;
-  return std::min(s.range.begin_m + length, s.range.end_m);
+  const Range r = range(origin, direction, std::numeric_limits<float>::max());
+  if (!(depth_m > 0)) {
+    return r.begin_m;
+  }
+  const Vec3 start = origin + direction * r.begin_m;
+  const float slope = -falloff_ * direction.y;
+  const float scaled = depth_m / density(start);
+  const float exponent = slope * scaled;
+  float length = scaled;
+  if (exponent >= 1) {
+    // log(1 + exponent) from the logarithm of the exponent: the density at the start may underflow.
+    const float log_exponent = std::log(slope) + std::log(depth_m) + falloff_ * start.y;
+    length = (log_exponent + std::log1p(std::exp(-log_exponent))) / slope;
+  } else if (std::fabs(exponent) >= kStraight) {
+    length = std::log1p(std::max(exponent, -1.0F)) / slope;
+  }
+  return std::min(r.begin_m + length, r.end_m);
 }
 
 }  // namespace core

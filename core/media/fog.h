@@ -39,13 +39,6 @@ class Fog {
   Range range(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
 
  private:
-  struct Span {
-    Range range;
-    float density = 0;  ///< at the start
-    float slope = 0;    ///< of the density's logarithm along the ray [1/m]
-  };
-  Span span(Vec3 origin, Vec3 direction, float distance_m) const noexcept;
-
   Medium medium_;
   Vec3 center_;
   float radius_m_;

@@ -12,7 +12,7 @@ bool has_closed_form(const TriangleLight& light, Vec3 point) noexcept {
   constexpr float kSolidAngleLeast = 1e-3F;
   constexpr float kHeightLeast = 1e-3F;  // relative to the side of a square of the same area
   const Vec3 to = light.p0 + (light.edge1 + light.edge2) * (1.0F / 3) - point;
-  if (light.textured || !(light.area_m2 > kSolidAngleLeast * dot(to, to))) {
+  if (light.varies || !(light.area_m2 > kSolidAngleLeast * dot(to, to))) {
     return false;
   }
   const float before = -dot(light.normal, to);

@@ -8,6 +8,7 @@
 #include "core/camera/moving_camera.h"
 #include "core/film/camera_sample.h"
 #include "core/lights/backdrop.h"
+#include "core/render/camera_start.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
 #include "core/transport/intersect.h"
@@ -37,12 +38,12 @@ Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
                           const PathSampler& sampler) {
   const SceneData& scene = view.scene->data();
   std::uint64_t rays = 0;
-  PathState path = start_path(camera_ray, sampler, rays);
+  PathState path = start_path(scene, camera_ray, sampler, rays);
   PathVertex vertex;
   Found out;
   float way_m = 0;
   for (int k = 0; k < kSmoothMost; ++k) {
-    if (!intersect(scene, path, vertex)) {
+    if (!reach(scene, path, vertex)) {
       if (path.depth == 0) {
         const Backdrop backdrop(view.settings.background, view.environment.get());
         out.emission = path.beta * backdrop.seen(path.ray.direction).value_or(Rgb{});
@@ -51,8 +52,7 @@ Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
       }
       return out;
     }
-    path.beta *= segment_transmittance(scene, path, vertex);
-    way_m += vertex.distance_m;
+    way_m += vertex.passed_m + vertex.distance_m;
     const Material& material = scene.materials[vertex.point.material];
     if (material.factors.unlit) {
       out.normal = as_rgb(vertex.point.normal_shading);
@@ -136,11 +136,14 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
                                                    int samples, const std::stop_token& stop) {
   const FilmSettings& film = view.settings.film;
   const SceneSummary& summary = view.scene->summary();
-  const auto camera =
+  auto camera =
       MovingCamera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
   if (!camera) {
     return camera.error();
   }
+  place_in_solids(*camera, view.scene->data(),
+                  {static_cast<float>(film.width), static_cast<float>(film.height)},
+                  view.settings.shutter_seconds > 0);
   const FilterSampler filter(film.filter);
   const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
   FeaturePicture out = FeaturePicture::blank(crop.width, crop.height);

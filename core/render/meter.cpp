@@ -16,7 +16,13 @@ Meter::Meter(const IntegratorInput& input)
       seed_(input.settings.seed | kMeterStream),
       first_replicate_(input.settings.first_replicate / 2 * kMeterReplicates),
       origin_(input.scene.origin),
-      tracer_(input) {}
+      tracer_(input) {
+  if (input.scene.has_volumes) {
+    for (const MeterPoint& point : points_) {
+      media_.push_back(tracer_.media_at((point.position - origin_).rounded(), point.normal));
+    }
+  }
+}
 
 bool Meter::render(int chunk, MeterChunk& state, int last_sample,
                    const std::stop_token& stop) const {
@@ -30,12 +36,13 @@ bool Meter::render(int chunk, MeterChunk& state, int last_sample,
       return false;
     }
     const MeterPoint& point = points_[static_cast<std::size_t>(i)];
+    const MediumStack media = media_.empty() ? MediumStack{} : media_[static_cast<std::size_t>(i)];
     const Vec3 at = (point.position - origin_).rounded();
     const auto sums =
         state.sums.begin() + static_cast<std::ptrdiff_t>(i - first) * kMeterReplicates;
     for (int s = state.samples * kMeterReplicates; s < last_sample * kMeterReplicates; ++s) {
       sampler.start(i, 0, s);
-      const Rgb found = tracer_.sample(at, point.normal, sampler, state.rays);
+      const Rgb found = tracer_.sample(at, point.normal, media, sampler, state.rays);
       if (!is_finite(found)) {
         ++state.rejected_samples;
         continue;

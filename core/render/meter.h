@@ -30,6 +30,7 @@ class Meter {
   int first_replicate_;
   Place origin_;  ///< of the scene
   IrradianceTracer tracer_;
+  std::vector<MediumStack> media_;  ///< around each point; empty: the scene has no solids
 };
 
 }  // namespace core

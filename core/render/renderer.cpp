@@ -17,6 +17,7 @@
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"
 #include "core/labels/motion.h"
+#include "core/render/camera_start.h"
 #include "core/render/check_view.h"
 #include "core/render/filtered_splats.h"
 #include "core/render/meter.h"
@@ -257,7 +258,8 @@ bool PictureRenderer::count_mattes(TileState& state, const FillRule& rule, int f
                       settings.first_replicate);
   return visit_samples(
       state, rule, first_sample, state.samples, stop, [&](std::size_t pixel, int x, int y, int s) {
-        PathState path = start_path(start(sampler, x, y, s).ray, sampler, state.rays);
+        PathState path =
+            start_path(view_.scene->data(), start(sampler, x, y, s).ray, sampler, state.rays);
         count_matte(view_.scene->data(), path, kinds, s % 2,  // the number of replicates is even
                     std::span(state.mattes).subspan(pixel * kinds.count(), kinds.count()));
       });
@@ -385,6 +387,9 @@ Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
     return camera.error();
   }
   const FilmSettings& film = view.settings.film;
+  place_in_solids(*camera, view.scene->data(),
+                  {static_cast<float>(film.width), static_cast<float>(film.height)},
+                  view.settings.shutter_seconds > 0);
   std::optional<Motion> motion;
   if (film.motion && view.later != nullptr) {
     const auto later = Camera::create(view.camera, view.later->cameras(),

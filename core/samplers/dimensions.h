@@ -10,16 +10,14 @@
 ///   camera  z w     position on the lens                  film/camera_sample wave/wave_tracer
 ///                                                         integrators/mlt
 ///                                                         integrators/cached_irradiance
-///   light   x       which light                           integrators/path integrators/direct
+///   light   x       which light                           integrators/path
+///                                                         transport/direct_light
 ///                                                         integrators/bdpt integrators/irradiance
-///                                                         integrators/catcher
-///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media wave/wave_tracer
-///   light   y z     where on it                           integrators/path integrators/direct
+///   light   y z     where on it                           integrators/path
+///                                                         transport/direct_light
 ///                                                         integrators/bdpt integrators/irradiance
-///                                                         integrators/catcher
-///                                                         integrators/photon_mapping
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media wave/wave_tracer
 ///   light   w       Russian roulette of the path          integrators/path
@@ -49,12 +47,16 @@
 ///   volume  z       wavelengths of a spectral path        integrators/path
 ///   volume  w       hero wavelength                       transport/surface_event
 ///                                                         transport/scene_colors
-///   choice  x       which of several light candidates     integrators/path
-///                                                         integrators/shared_lights
-///   choice  y       Russian roulette of the shadow ray    integrators/path
-///   choice  z       which of the shared light samples     integrators/shared_lights
+///   choice  x       which of several light candidates,    integrators/path
+///                   or a turn of a softened shadow        integrators/shared_lights
+///                                                         integrators/catcher
+///   choice  y       Russian roulette of the shadow ray,   integrators/path
+///                   or that turn                          integrators/catcher
+///   choice  z       which of the shared light samples,    integrators/shared_lights
+///                   or the turn of a direction's shadow   integrators/catcher
 ///   choice  w       whether the light tree is asked for   integrators/shared_lights
-///                   the density of a neighbour's sample
+///                   the density of a neighbour's sample,  integrators/catcher
+///                   or that turn
 ///   start   x       which light a light path starts at    transport/light_path
 ///   start   y z     where on it                           transport/light_path
 ///   aim     x y     its direction                         transport/light_path
@@ -67,6 +69,9 @@
 ///   stretch w       how far along the stretch             integrators/path_media
 ///   time    x       when within the open shutter          render/renderer render/feature_pass
 ///   extra   0..     holes along a segment                 transport/intersect
+///                                                         transport/visibility
+///   extra   2^30..  volume x and y, behind holes in       transport/medium_sample
+///                   solids
 ///   extra   2^31..  analog absorption                     integrators/path
 #pragma once
 

@@ -15,8 +15,9 @@
 #include "core/scene/crowding.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
+#include "core/scene/mean_emission.h"
 #include "core/scene/round_facets.h"
-#include "core/textures/colored_blocks.h"
+#include "core/scene/solids.h"
 
 namespace core {
 namespace {
@@ -41,6 +42,7 @@ class Builder {
       return s;
     }
     add_lights();
+    find_solids(to_, {from_, instance_of_, top_level_});
     Bounds box = bounds_;
     box.add(ground_bounds_);
     box.add(moved_bounds_);
@@ -50,12 +52,12 @@ class Builder {
   }
 
   /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
-  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
-  /// is high.
+  /// level ground, for a quarter of its height: the shadow of light that falls at 76 degrees or
+  /// more, and most of longer ones, since the image is higher or wider than the model.
   Bounds bounds() const {
     Bounds out = bounds_;
     if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
-      const float reach = 0.5F * out.diagonal().y;
+      const float reach = 0.25F * out.diagonal().y;
       out.min.x -= reach;
       out.min.z -= reach;
       out.max.x += reach;
@@ -149,7 +151,7 @@ class Builder {
                       m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
                       m.anisotropy.texture != nullptr;
       add_layers(d, m);
-      m.is_emissive = !is_black(d.emissive) && !d.unlit;
+      m.is_emissive = !is_black(d.unlit ? d.base_color : d.emissive);
       m.has_alpha = d.alpha_mode == AlphaMode::kMask || (d.alpha_mode == AlphaMode::kBlend);
       m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;
       m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
@@ -247,6 +249,7 @@ class Builder {
         to_.placed.push_back({static_cast<std::uint32_t>(to_.meshes.size() - 1), kNoLight,
                               group_of(instance, to_.meshes.back().material), instance.object,
                               instance.instance});
+        instance_of_.push_back(&instance);
       }
     }
     top_level_ = to_.placed.size();
@@ -276,8 +279,16 @@ class Builder {
       for (const std::uint32_t mesh : groups_[tree_of[id]]) {
         to_.placed.push_back({mesh, kNoLight, group_of(instance, to_.meshes[mesh].material),
                               instance.object, instance.instance});
+        instance_of_.push_back(&instance);
       }
     }
+  }
+
+  /// Returns whether the emission, or the coverage of what emits, differs from place to place.
+  static bool varies_over_surface(const MeshData& mesh, const Material& material) {
+    const bool by_base = material.base_color.texture != nullptr || !mesh.colors.empty();
+    return (material.factors.unlit ? by_base : material.emissive.texture != nullptr) ||
+           (material.has_alpha && by_base);
   }
 
   /// Returns the light group; meshes without emission get the first.
@@ -315,7 +326,7 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads, isa, stop);
+    auto accel = Accel::build(top, groups, instances, threads, isa, stop, to_.has_volumes);
     if (!accel) {
       return accel.error();
     }
@@ -326,14 +337,14 @@ class Builder {
   void add_lights() {
     std::vector<LightBounds> bounds;
     for (std::size_t i = 0; i < top_level_; ++i) {
-      visit_placed(static_cast<std::uint32_t>(i), nullptr, bounds);
+      visit_placed(static_cast<std::uint32_t>(i), kNoInstance, bounds);
     }
     for (const PlacedInstance& instance : to_.instances) {
       const auto next = static_cast<std::size_t>(&instance - to_.instances.data()) + 1;
       const std::size_t end =
           next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
       for (std::size_t i = instance.first_placed; i < end; ++i) {
-        visit_placed(static_cast<std::uint32_t>(i), &instance, bounds);
+        visit_placed(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(next - 1), bounds);
       }
     }
     for (const PunctualLightDescription& d : from_.lights) {
@@ -365,8 +376,8 @@ class Builder {
     to_.light_tree = LightTree(bounds);
   }
 
-  void visit_placed(std::uint32_t placed, const PlacedInstance* instance,
-                    std::vector<LightBounds>& bounds) {
+  void visit_placed(std::uint32_t placed, std::uint32_t number, std::vector<LightBounds>& bounds) {
+    const PlacedInstance* instance = number == kNoInstance ? nullptr : &to_.instances[number];
     const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
@@ -405,9 +416,11 @@ class Builder {
       }
       light.placed = placed;
       light.triangle = t;
-      light.two_sided = material.factors.double_sided;
-      light.textured = material.emissive.texture != nullptr;
-      light.radiance = mean_emission(mesh, material, t);
+      light.instance = number;
+      light.two_sided = material.factors.double_sided || material.factors.unlit;
+      light.is_coated = material.factors.clearcoat > 0 && !material.factors.unlit;
+      light.varies = light.is_coated || varies_over_surface(mesh, material);
+      light.radiance = mean_emission_.of(light);
       LightBounds b;
       b.box.add(light.p0);
       b.box.add(light.p0 + light.edge1);
@@ -425,60 +438,15 @@ class Builder {
     }
   }
 
-  /// Returns the mean radiance of a triangle; black only if it emits nowhere.
-  Rgb mean_emission(const MeshData& mesh, const Material& material, std::uint32_t triangle) {
-    const Rgb factor = material.factors.emissive;
-    const Texture* texture = material.emissive.texture;
-    if (texture == nullptr) {
-      return factor;
-    }
-    const TextureDescription& d = material.emissive.description;
-    const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
-    std::array<Vec2, 3> corner{};
-    for (std::size_t k = 0; k < 3 && !uv.empty(); ++k) {
-      const Vec2 p = uv[mesh.indices[3 * std::size_t{triangle} + k]];
-      const auto& m = d.uv_transform;
-      corner[k] = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]};
-    }
-    const auto [u_low, u_high] = std::minmax({corner[0].x, corner[1].x, corner[2].x});
-    const auto [v_low, v_high] = std::minmax({corner[0].y, corner[1].y, corner[2].y});
-    const ColoredBlocks& blocks = colored_.try_emplace(texture, *texture).first->second;
-    if (blocks.is_black({u_low, v_low}, {u_high, v_high}, d.wrap_u, d.wrap_v)) {
-      return {};
-    }
-    // The upright ones of kSide^2 equal parts, each averaged by the mip pyramid.
-    constexpr int kSide = 4;
-    const Vec2 edge1 = (corner[1] - corner[0]) * (1.0F / kSide);
-    const Vec2 edge2 = (corner[2] - corner[0]) * (1.0F / kSide);
-    Rgb sum;
-    for (int i = 0; i < kSide; ++i) {
-      for (int k = 0; k <= i; ++k) {
-        const float b1 = static_cast<float>(k) + 1.0F / 3;
-        const float b2 = static_cast<float>(i - k) + 1.0F / 3;
-        const Vec4 c = texture->sample({.uv = corner[0] + edge1 * b1 + edge2 * b2,
-                                        .across = edge1,
-                                        .along = edge2,
-                                        .taps_max = kTextureTapsMax,
-                                        .wrap_u = d.wrap_u,
-                                        .wrap_v = d.wrap_v});
-        sum += Rgb{c.x, c.y, c.z};
-      }
-    }
-    // Coarse levels of 8-bit textures round values below half of the first step of the sRGB curve
-    // to black.
-    constexpr float kLeast = 0.5F / 255 / 12.92F;
-    const Rgb mean = sum / (kSide * (kSide + 1) / 2.0F);
-    return factor * (luminance(mean) > kLeast ? mean : Rgb(kLeast));
-  }
-
   SceneDescription& from_;
   SceneData& to_;
   std::map<std::pair<int, bool>, const Texture*> textures_;
   std::map<Places, std::uint32_t> places_;
-  std::map<const Texture*, ColoredBlocks> colored_;  ///< of emissive textures
+  MeanEmission mean_emission_{to_};
   std::vector<std::vector<std::uint32_t>> groups_;
   std::vector<std::uint32_t> instance_groups_;
   std::size_t top_level_ = 0;
+  std::vector<const InstanceDescription*> instance_of_;  ///< of each placed mesh
   std::size_t placed_triangles_ = 0;
   Bounds bounds_;         ///< of the model
   Bounds ground_bounds_;  ///< of the ground

@@ -16,6 +16,7 @@
 #include "core/materials/material.h"
 #include "core/math/place.h"
 #include "core/math/vec.h"
+#include "core/media/medium_stack.h"
 #include "core/textures/texture.h"
 
 namespace core {
@@ -32,6 +33,7 @@ class SceneData {
   /// Index into `placed` of the added ground.
   std::optional<std::uint32_t> ground;
   std::vector<PlacedInstance> instances;
+  std::vector<Solid> solids;
   std::unique_ptr<Accel> accel;
   std::vector<TriangleLight> triangle_lights;
   std::vector<PunctualLight> punctual_lights;
@@ -43,7 +45,10 @@ class SceneData {
   bool has_alpha = false;
   bool has_volumes = false;
   bool has_clear = false;
-  bool has_scattering = false;  ///< of the interior of a solid
+  bool has_shared_space = false;  ///< solids may touch or overlap
+  bool has_open_solids = false;
+  bool has_solid_holes = false;  ///< surfaces of solids may have holes
+  bool has_scattering = false;   ///< of the interior of a solid
   /// Names of light groups; the first is that of the environment.
   std::vector<std::string> light_groups;
   std::vector<std::uint32_t> object_mattes;    ///< matte_id() by object id
@@ -61,6 +66,17 @@ class SceneData {
     return placed[hit.instance == kNoInstance
                       ? hit.geometry
                       : instances[hit.instance].first_placed + hit.geometry];
+  }
+  /// Returns the solid that the triangle of `hit` bounds; null if none.
+  const Solid* solid_of(const RawHit& hit) const noexcept {
+    const std::uint32_t solid = placed_mesh(hit).solid;
+    return solid == kNoSolid ? nullptr : &solids[solid];
+  }
+  /// Returns the hit of a triangle light by a ray.
+  RawHit hit_of(const TriangleLight& light) const noexcept {
+    const std::uint32_t first =
+        light.instance == kNoInstance ? 0 : instances[light.instance].first_placed;
+    return {0, light.instance, light.placed - first, light.triangle};
   }
   /// Returns the point where `ray` hits the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;

@@ -180,6 +180,9 @@ class SceneWriter {
     } else if (m.ior_curve.formula == IorFormula::kSellmeier) {
       json["extras"]["ior_sellmeier"] = {{"b", m.ior_curve.a}, {"c_um2", m.ior_curve.c}};
     }
+    if (m.priority != 0) {
+      json["extras"]["priority"] = m.priority;
+    }
     return json;
   }
 

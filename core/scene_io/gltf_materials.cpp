@@ -83,6 +83,7 @@ class MaterialReader {
     read_layers();
     read_interior();
     read_ior_curve();
+    read_priority();
     if (const auto* e = extension("KHR_materials_pbrSpecularGlossiness")) {
       read_specular_glossiness(*e);
     }
@@ -304,6 +305,26 @@ class MaterialReader {
       warn(
           "the curve in extras causes dispersion only in volumes (KHR_materials_volume with a "
           "thickness); elsewhere its index at 587.6 nm is used");
+    }
+  }
+
+  /// extras.priority: which solid owns shared space (core/media/medium_stack.h).
+  void read_priority() {
+    if (!in_.extras.IsObject() || !in_.extras.Has("priority")) {
+      return;
+    }
+    constexpr double kMost = 1000000;
+    const tinygltf::Value& priority = in_.extras.Get("priority");
+    const double value = priority.IsNumber() ? priority.GetNumberAsDouble() : kMost + 1;
+    if (!(std::fabs(value) <= kMost) || value != std::floor(value)) {
+      warn("extras.priority is ignored: it is not an integer from -1000000 to 1000000");
+      return;
+    }
+    m_.priority = static_cast<int>(value);
+    if (m_.thickness <= 0 || (m_.transmission <= 0 && m_.diffuse_transmission <= 0)) {
+      warn(
+          "extras.priority has no effect: the material bounds no volume (KHR_materials_volume with "
+          "a thickness)");
     }
   }
 

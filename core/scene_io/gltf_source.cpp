@@ -45,20 +45,45 @@ Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& 
         "\"" + shown_uri(uri) + "\" is not relative; only files that come with the scene are read",
         where + "/uri"};
   }
-  return resolve ? resolve(percent_decode(uri)) : SharedBytes();
+  const std::string name = percent_decode(uri);
+  SharedBytes bytes = resolve ? resolve(name) : SharedBytes();
+  if (bytes == nullptr) {
+    absent_.insert(name);
+  }
+  return bytes;
+}
+
+std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> needed_images) {
+  std::vector<SideFile> files;
+  const auto add = [&files](const std::optional<std::string>& uri, bool required) {
+    if (!uri || is_data_uri(*uri) || has_scheme(*uri)) {
+      return;
+    }
+    const std::string name = percent_decode(*uri);
+    const auto known = std::find_if(files.begin(), files.end(),
+                                    [&name](const SideFile& each) { return each.name == name; });
+    if (known == files.end()) {
+      files.push_back({name, required});
+    } else {
+      known->required = known->required || required;
+    }
+  };
+  for (const GltfBuffer& buffer : tables.buffers) {
+    add(buffer.uri, !buffer.is_meshopt_fallback);
+  }
+  for (const int image : needed_images) {
+    add(tables.images[static_cast<std::size_t>(image)].uri, true);
+  }
+  for (const GltfProfile& profile : tables.profiles) {
+    add(profile.uri, true);
+  }
+  return files;
 }
 
 Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContainer& container,
                                     const ResolveUri& resolve, std::span<const int> needed_images,
                                     const GltfLimits& limits) {
   GltfSource source(tables, limits);
-  std::vector<std::string> missing;
-  const auto note_missing = [&missing](const std::string& uri) {
-    const std::string name = percent_decode(uri);
-    if (std::find(missing.begin(), missing.end(), name) == missing.end()) {
-      missing.push_back(name);
-    }
-  };
   for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
     const GltfBuffer& buffer = tables.buffers[i];
     const std::string where = "/buffers/" + std::to_string(i);
@@ -74,9 +99,6 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
       return bytes.error();
     }
     if (*bytes == nullptr) {
-      if (!buffer.is_meshopt_fallback) {
-        note_missing(*buffer.uri);
-      }
       continue;
     }
     if ((*bytes)->size() < buffer.bytes) {
@@ -97,9 +119,6 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     if (!bytes) {
       return bytes.error();
     }
-    if (*bytes == nullptr) {
-      note_missing(*image.uri);
-    }
     source.image_files_[i] = *std::move(bytes);
   }
   for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
@@ -113,10 +132,13 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     if (!bytes) {
       return bytes.error();
     }
-    if (*bytes == nullptr) {
-      note_missing(*profile.uri);
-    }
     file = *std::move(bytes);
+  }
+  std::vector<std::string> missing;
+  for (const SideFile& file : side_files(tables, needed_images)) {
+    if (file.required && source.absent_.contains(file.name)) {
+      missing.push_back(file.name);
+    }
   }
   if (!missing.empty()) {
     return missing_files("files that the scene refers to are missing", missing);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,15 @@ class DecodeBudget {
   std::function<Status(std::uint64_t)> admit_;
   std::size_t used_ = 0;
 };
+
+/// A file beside the document.
+struct SideFile {
+  std::string name;       ///< its uri, percent-decoded once
+  bool required = false;  ///< false: the content of a meshopt fallback, which nothing may read
+};
+/// Returns the files that a document needs, in its order, each once: of buffers, of the needed
+/// images (indices of tables.images) and of light profiles.
+std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> needed_images);
 
 class GltfSource {
  public:
@@ -64,6 +74,7 @@ class GltfSource {
   std::map<int, SharedBytes> image_files_;              // images with a uri
   std::vector<SharedBytes> profile_files_;              // null: in a view
   std::map<int, std::shared_ptr<Bytes>> decompressed_;  // by view
+  std::set<std::string> absent_;                        // names that `resolve` does not have
 };
 
 }  // namespace core

@@ -83,6 +83,8 @@ class Texture {
     const Vec4& c = level.floats[at];
     return c.x == 0 && c.y == 0 && c.z == 0;
   }
+  /// Returns the alpha of a texel of the finest level.
+  float alpha(int x, int y) const noexcept { return texel(levels_[0], x, y).w; }
   /// Returns the mean over level 0.
   Vec4 mean() const noexcept { return mean_; }
 

@@ -7,9 +7,20 @@
 
 namespace core {
 
-/// Traces path.ray to the nearest surface and fills point, wo_world and distance_m of `vertex`.
-/// Skips holes: a surface with coverage a (MASK: 0 or 1; BLEND: alpha) is hit with probability a.
-/// Returns false if the ray left the scene.
+/// Traces path.ray to the nearest surface and fills point, wo_world, distance_m and face of
+/// `vertex`. Skips surfaces of solids in space that belongs to another, and holes: a surface with
+/// coverage a (MASK: 0 or 1; BLEND: alpha) is hit with probability a. At holes in solids, where the
+/// medium changes, it stops (face.is_hole). Returns false if the ray left the scene.
 bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
+
+/// Continues behind a hole in a solid.
+void pass_hole(PathState& path, const PathVertex& vertex) noexcept;
+
+/// As intersect(), passes holes in solids too, and multiplies path.beta by what the media on the
+/// way let through (segment_transmittance()). For paths in media that absorb only.
+bool reach(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
+
+/// A ray past a surface, at which it changes nothing.
+Ray ray_behind(const SurfacePoint& point, const Ray& ray) noexcept;
 
 }  // namespace core

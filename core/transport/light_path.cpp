@@ -4,13 +4,17 @@
 
 namespace core {
 
-EmissionSample start_light_path(PathState& path, const EmissionSampler& emission) noexcept {
+EmissionSample start_light_path(const SceneData& scene, PathState& path,
+                                const EmissionSampler& emission) noexcept {
   const Vec4 from = path.sampler.get_4d(kStartGroup);
   const Vec4 towards = path.sampler.get_4d(kAimGroup);
   const EmissionSample light = emission.sample(from.x, {from.y, from.z}, {towards.x, towards.y});
   path.ray = light.ray;
   path.last.origin = light.ray.origin;
   path.beta = light.weight();
+  if (light.start != nullptr) {
+    path.media = light.start->varies ? solids_around(scene, light.ray.origin) : light.start->media;
+  }
   return light;
 }
 

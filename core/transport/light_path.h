@@ -12,8 +12,10 @@
 namespace core {
 
 /// Starts `path` at a light, with the random numbers of kStartGroup and kAimGroup: its ray, where
-/// the ray began, and its throughput, the emitted power. A throughput of 0: nothing was sampled.
-EmissionSample start_light_path(PathState& path, const EmissionSampler& emission) noexcept;
+/// the ray began, the solids around that place, and its throughput, the emitted power. A throughput
+/// of 0: nothing was sampled.
+EmissionSample start_light_path(const SceneData& scene, PathState& path,
+                                const EmissionSampler& emission) noexcept;
 
 /// A surface that a light path has met.
 struct LightVertex {
@@ -29,13 +31,12 @@ struct LightVertex {
 template <typename Visit>
 void follow_light_path(const SceneData& scene, const EmissionSampler& emission, int max_depth,
                        PathState& path, Visit&& visit) {
-  const EmissionSample light = start_light_path(path, emission);
+  const EmissionSample light = start_light_path(scene, path, emission);
   const float first_size = throughput_size(path.beta);
   bool is_smooth = true;
   PathVertex vertex;
   while (first_size > 0 && path.scatterings() < max_depth &&
-         path.null_scatterings <= kNullScatteringMax && intersect(scene, path, vertex)) {
-    path.beta *= segment_transmittance(scene, path, vertex);
+         path.null_scatterings <= kNullScatteringMax && reach(scene, path, vertex)) {
     const Material& material = scene.materials[vertex.point.material];
     if (material.factors.unlit) {
       return;

@@ -53,7 +53,12 @@ MediumSample MediumStretch::sample(const PathState& path) const noexcept {
     out.weight = transmittance(sigma_t, depth_m_);
     return out;
   }
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
+  Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
+  if (path.solid_holes > 0) {  // numbers of its own for each part of a segment
+    constexpr std::uint32_t kVolumeDraws = 0x40000000U;
+    u.x = path.sampler.extra_1d(path.depth, kVolumeDraws + 2 * path.solid_holes);
+    u.y = path.sampler.extra_1d(path.depth, kVolumeDraws + 2 * path.solid_holes + 1);
+  }
   const float sigma = sigma_t[pick_channel(probs_, u.x)];
   const float at_m = sigma > 0 ? -std::log1p(-u.y) / sigma : depth_m_;
   if (!(at_m < depth_m_)) {
@@ -95,6 +100,9 @@ Vec3 MediumStretch::median() const noexcept {
 void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) noexcept {
   const Vec3 before = path.ray.direction;
   path.ray.origin = point;
+  path.media.begin_segment();
+  path.solid_holes = 0;
+  path.passed_m = 0;
   path.ray.direction = sample_henyey_greenstein(before, medium.g, u);
   path.last = {henyey_greenstein(dot(before, path.ray.direction), medium.g), point, {}, 1};
   path.cone_spread_rad += kMediumConeSpread;

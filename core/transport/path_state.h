@@ -9,8 +9,9 @@
 #include "core/camera/camera.h"
 #include "core/materials/shade.h"
 #include "core/media/fog.h"
+#include "core/media/medium_stack.h"
 #include "core/samplers/path_sampler.h"
-#include "core/transport/medium_stack.h"
+#include "core/scene/solids.h"
 
 namespace core {
 
@@ -43,6 +44,8 @@ struct PathState {
   bool is_clear = false;     ///< has only passed clear surfaces (core/transport/vertex.h) so far
   const RawHit* met = nullptr;    ///< the end of the current segment, if already known
   MediumStack media{};            ///< the solids that contain the current segment
+  std::uint32_t solid_holes = 0;  ///< holes in solids that the current segment has passed
+  float passed_m = 0;             ///< length of the segment up to the last of them
   std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes so far
   float wavelength_nm = 0;        ///< hero wavelength; 0: the path carries all of them
   int medium_scatterings = 0;     ///< of `depth`: those in media
@@ -55,10 +58,19 @@ struct PathState {
   Footprint footprint() const noexcept { return {cone_width_m, is_sharp}; }
 };
 
-/// Returns a path that starts at the camera.
-inline PathState start_path(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
-                            std::uint64_t& rays) noexcept {
-  PathState path{.sampler = sampler, .rays = rays};
+/// Returns a path without a ray, in no solid.
+inline PathState start_path(const PathSampler& sampler, std::uint64_t& rays) noexcept {
+  return PathState{.sampler = sampler, .rays = rays};
+}
+
+/// Returns a path that starts at the camera, in the solids around it.
+inline PathState start_path(const SceneData& scene, const Camera::CameraRay& camera_ray,
+                            const PathSampler& sampler, std::uint64_t& rays) noexcept {
+  PathState path = start_path(sampler, rays);
+  if (const StartMedia* start = camera_ray.start; start != nullptr) {
+    path.media = start->varies ? solids_around(scene, camera_ray.ray.origin, camera_ray.ray.time)
+                               : start->media;
+  }
   path.ray = camera_ray.ray;
   path.cone_width_m = camera_ray.width_m;
   path.cone_spread_rad = camera_ray.spread_rad;

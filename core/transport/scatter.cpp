@@ -27,11 +27,13 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   path.eta_scale *= sample.eta * sample.eta;
   path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n, vertex.point.error_m);
   path.ray.direction = wi;
-  if (through && scene.has_volumes) {
-    const Material& material = scene.materials[vertex.point.material];
-    if (material.is_volume) {
-      path.media.cross(material, vertex.shading.front);
+  if (scene.has_volumes) {
+    if (through && vertex.face.solid != nullptr) {
+      path.media = vertex.beyond;
     }
+    path.media.begin_segment(vertex.face);
+    path.solid_holes = 0;
+    path.passed_m = 0;
   }
   if (!sample.is_delta) {
     path.cone_spread_rad +=

@@ -35,8 +35,8 @@ void SpectralColors::surface_event(const SceneData& scene, const PathState& path
   Shading& s = vertex.shading;
   core::shade(material, vertex.point, vertex.wo_world, path.footprint(), s);
   vertex.drew_wavelength = false;
-  if (material.is_volume) {
-    s.bsdf.ior = core::relative_ior(path, path.media, material, s.front);
+  if (vertex.face.solid != nullptr) {
+    s.bsdf.ior = core::relative_ior(path, {path.media, vertex.beyond, s.front});
   }
   if (!out.hit) {
     record_first_surface(out, vertex, make_bsdf(s, vertex.wo_world).albedo());
@@ -44,8 +44,7 @@ void SpectralColors::surface_event(const SceneData& scene, const PathState& path
   shade(s);
 }
 
-Rgb SpectralColors::relative_ior(const MediumStack& media, const Material& material,
-                                 bool front) const noexcept {
+Rgb SpectralColors::relative_ior(const BoundaryMedia& at) const noexcept {
   const Rgb nm = wavelengths_.nm();
   const auto ior = [nm](const Material* m) {
     if (m == nullptr) {
@@ -55,21 +54,20 @@ Rgb SpectralColors::relative_ior(const MediumStack& media, const Material& mater
     if (f.ior_curve.is_known()) {
       return Rgb{f.ior_curve.at(nm.r), f.ior_curve.at(nm.g), f.ior_curve.at(nm.b)};
     }
-    const auto at = [&f](float one) { return dispersive_ior(f.ior, f.dispersion, one); };
-    return f.dispersion > 0 ? Rgb{at(nm.r), at(nm.g), at(nm.b)} : Rgb(std::max(f.ior, 1.0F));
+    const auto dispersed = [&f](float one) { return dispersive_ior(f.ior, f.dispersion, one); };
+    return f.dispersion > 0 ? Rgb{dispersed(nm.r), dispersed(nm.g), dispersed(nm.b)}
+                            : Rgb(std::max(f.ior, 1.0F));
   };
-  const Rgb inner = ior(&material);
-  const Rgb outer = ior(front ? media.top() : media.without(&material));
+  const Rgb inner = ior(at.within);
+  const Rgb outer = ior(at.around);
   return {inner.r / outer.r, inner.g / outer.g, inner.b / outer.b};
 }
 
-SpectralBsdf SpectralColors::bsdf(const SceneData& scene, const PathState& path,
-                                  const PathVertex& vertex) const noexcept {
+SpectralBsdf SpectralColors::bsdf(const PathState& path, const PathVertex& vertex) const noexcept {
   const Shading& s = vertex.shading;
-  const Material& material = scene.materials[vertex.point.material];
   SpectralSurface at{.ior = Rgb(s.bsdf.ior)};
-  if (material.is_volume) {
-    at.ior = relative_ior(path.media, material, s.front);
+  if (vertex.face.solid != nullptr) {
+    at.ior = relative_ior({path.media, vertex.beyond, s.front});
     if (!(at.ior == Rgb(at.ior.r))) {
       // The colours of all wavelengths have the same norm, so only the path's throughput matters.
       const Rgb size = {std::fabs(path.beta.r), std::fabs(path.beta.g), std::fabs(path.beta.b)};

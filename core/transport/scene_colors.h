@@ -7,6 +7,7 @@
 #include "core/materials/shade.h"
 #include "core/scene/scene_data.h"
 #include "core/transport/path_state.h"
+#include "core/transport/surface_event.h"
 #include "core/transport/vertex.h"
 
 namespace core {
@@ -54,11 +55,10 @@ class SpectralColors {
   /// Fills vertex.shading, and the auxiliary layers, in colours, at the path's first surface.
   void surface_event(const SceneData& scene, const PathState& path, PathVertex& vertex,
                      PathSample& out) const noexcept;
-  /// Index of refraction of a solid over that of its surroundings, for a path inside `media`.
-  Rgb relative_ior(const MediumStack& media, const Material& material, bool front) const noexcept;
+  /// As core::relative_ior(), at the wavelengths.
+  Rgb relative_ior(const BoundaryMedia& at) const noexcept;
   /// The BSDF at a point shaded so.
-  SpectralBsdf bsdf(const SceneData& scene, const PathState& path,
-                    const PathVertex& vertex) const noexcept;
+  SpectralBsdf bsdf(const PathState& path, const PathVertex& vertex) const noexcept;
   static void passed(const Medium&, float /*depth_m*/) noexcept {}
 
  private:

@@ -21,20 +21,24 @@ float ior_of(const PathState& path, const Material* material) noexcept {
                        : std::max(f.ior, 1.0F);
 }
 
-void solid_boundary(PathState& path, const Material& material, PathVertex& vertex) noexcept {
+bool disperses(const Material* material) noexcept {
+  return material != nullptr && material->factors.dispersion > 0;
+}
+
+void solid_boundary(PathState& path, PathVertex& vertex) noexcept {
   BsdfParameters& b = vertex.shading.bsdf;
   const bool front = vertex.shading.front;
-  const Material* around = front ? path.media.top() : path.media.without(&material);
-  const MaterialDescription& f = material.factors;
-  const bool disperses_around = around != nullptr && around->factors.dispersion > 0;
-  if ((f.dispersion > 0 || disperses_around) && !(path.wavelength_nm > 0)) {
+  const BoundaryMedia at(path.media, vertex.beyond, front);
+  const bool disperses_around = disperses(at.around);
+  if ((disperses(at.within) || disperses_around) && !(path.wavelength_nm > 0)) {
     const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
     const WavelengthSample sample = sample_wavelength(u.w);
     path.wavelength_nm = sample.wavelength_nm;
     if (front && !disperses_around) {
-      const float outer = ior_of(path, around);
+      const MaterialDescription& f = at.within->factors;
+      const float outer = ior_of(path, at.around);
       const float cos_o = std::max(dot(vertex.shading.frame.n, vertex.wo_world), 0.0F);
-      const float here = fresnel_dielectric(cos_o, ior_of(path, &material) / outer);
+      const float here = fresnel_dielectric(cos_o, ior_of(path, at.within) / outer);
       const Rgb n = mean_dispersive_ior(f.ior, f.dispersion);
       b.reflection_weight = here > 0 ? Rgb{fresnel_dielectric(cos_o, n.r / outer),
                                            fresnel_dielectric(cos_o, n.g / outer),
@@ -47,42 +51,31 @@ void solid_boundary(PathState& path, const Material& material, PathVertex& verte
       path.beta *= sample.weight;
     }
   }
-  b.ior = relative_ior(path, path.media, material, front);
+  b.ior = relative_ior(path, at);
 }
 
 }  // namespace
 
-float relative_ior(const PathState& path, const MediumStack& media, const Material& material,
-                   bool front) noexcept {
-  const Material* around = front ? media.top() : media.without(&material);
-  const float inner = ior_of(path, &material);
-  return inner / ior_of(path, around);
+float relative_ior(const PathState& path, const BoundaryMedia& at) noexcept {
+  return ior_of(path, at.within) / ior_of(path, at.around);
 }
 
-const Medium* segment_medium(const SceneData& scene, PathState& path,
-                             const PathVertex& vertex) noexcept {
+const Material* segment_solid(PathState& path, const PathVertex& vertex) noexcept {
   path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
-  const Material& material = scene.materials[vertex.point.material];
-  const bool from_inside = dot(vertex.point.normal_geometric, vertex.wo_world) < 0;
-  if (from_inside && material.is_volume && path.media.top() == nullptr) {
-    path.media.enter(&material);
-  }
-  const Material* solid = path.media.top();
-  return solid != nullptr ? &solid->medium : nullptr;
+  return path.media.medium_to(vertex.face);
 }
 
-Rgb segment_transmittance(const SceneData& scene, PathState& path,
-                          const PathVertex& vertex) noexcept {
-  const Medium* medium = segment_medium(scene, path, vertex);
-  return medium != nullptr ? transmittance(medium->sigma_t, vertex.distance_m) : Rgb(1);
+Rgb segment_transmittance(PathState& path, const PathVertex& vertex) noexcept {
+  const Material* solid = segment_solid(path, vertex);
+  return solid != nullptr ? transmittance(solid->medium.sigma_t, vertex.distance_m) : Rgb(1);
 }
 
 void surface_event(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept {
   const Material& material = scene.materials[vertex.point.material];
   shade(material, vertex.point, vertex.wo_world, path.footprint(), vertex.shading);
   vertex.drew_wavelength = false;
-  if (material.is_volume) {
-    solid_boundary(path, material, vertex);
+  if (vertex.face.solid != nullptr) {
+    solid_boundary(path, vertex);
   }
 }
 

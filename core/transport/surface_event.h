@@ -7,16 +7,13 @@
 
 namespace core {
 
-/// Widens the ray cone over the segment to `vertex` and returns the interior medium of the solid
-/// around the segment; null if it is in none. Enters the solid if the segment lies inside one that
-/// the path never entered (the camera is inside, or the path passed a hole).
-const Medium* segment_medium(const SceneData& scene, PathState& path,
-                             const PathVertex& vertex) noexcept;
+/// Widens the ray cone over the segment to `vertex` and returns the material of the solid around
+/// the segment; null if it is in none.
+const Material* segment_solid(PathState& path, const PathVertex& vertex) noexcept;
 
 /// As above, for absorbing media: returns the transmittance of the segment per channel
 /// (Beer-Lambert).
-Rgb segment_transmittance(const SceneData& scene, PathState& path,
-                          const PathVertex& vertex) noexcept;
+Rgb segment_transmittance(PathState& path, const PathVertex& vertex) noexcept;
 
 /// Fills vertex.shading: material, normal map, layers. At the boundary of a solid the relative
 /// index of refraction follows from the media on both sides; the first dispersive boundary draws
@@ -26,9 +23,17 @@ Rgb segment_transmittance(const SceneData& scene, PathState& path,
 /// which decides between reflection and refraction.
 void surface_event(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
 
-/// Returns the index of refraction of a solid over that of its surroundings, for a path inside
-/// `media`. front: the path hits the boundary from outside.
-float relative_ior(const PathState& path, const MediumStack& media, const Material& material,
-                   bool front) noexcept;
+/// The media on both sides of a boundary, seen from the front of its triangle; null outside of all
+/// solids.
+struct BoundaryMedia {
+  const Material* within;  ///< behind it
+  const Material* around;  ///< before it
+  /// A path passes from `media` to `beyond`. front: it comes from the front.
+  BoundaryMedia(const MediumStack& media, const MediumStack& beyond, bool front) noexcept
+      : within((front ? beyond : media).material()), around((front ? media : beyond).material()) {}
+};
+
+/// Returns the index of refraction behind a boundary over that before it.
+float relative_ior(const PathState& path, const BoundaryMedia& at) noexcept;
 
 }  // namespace core

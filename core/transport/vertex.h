@@ -5,13 +5,17 @@
 #include "core/film/film.h"
 #include "core/geometry/surface_point.h"
 #include "core/materials/shade.h"
+#include "core/media/medium_stack.h"
 
 namespace core {
 
 struct PathVertex {
   SurfacePoint point;
   Vec3 wo_world;                 ///< unit, back along the path
-  float distance_m = 0;          ///< from the previous vertex, including passed holes
+  float distance_m = 0;          ///< from path.ray.origin, including passed holes
+  float passed_m = 0;            ///< before, up to holes in solids
+  SolidFace face;                ///< if it bounds a solid; a hole: intersect() only
+  MediumStack beyond;            ///< the solids on the other side of `face`
   Shading shading;               ///< filled by surface_event()
   Vec3 light_normal;             ///< for the light sampler; zero if light may come from behind
   bool drew_wavelength = false;  ///< at this vertex, with a reflection that keeps all wavelengths
@@ -41,7 +45,7 @@ inline void record_first_surface(PathSample& out, const PathVertex& vertex, Rgb 
   out.hit = true;
   out.albedo = albedo;
   out.normal_world = vertex.shading.frame.n;
-  out.depth_m = vertex.distance_m;
+  out.depth_m = vertex.passed_m + vertex.distance_m;
 }
 
 }  // namespace core

@@ -1,100 +1,187 @@
 #include "core/transport/visibility.h"
 
 #include "core/math/offset_ray.h"
+#include "core/transport/intersect.h"
+#include "core/transport/solid_faces.h"
 #include "core/transport/surface_event.h"
 
 namespace core {
 
+namespace {
+
+/// A shadow ray on its way.
+template <typename Colors>
+class ShadowRay {
+ public:
+  ShadowRay(const SceneData& scene, PathState& path, const Ray& ray, MediumStack& media,
+            const Colors& colors)
+      : scene_(scene),
+        path_(path),
+        ray_(ray),
+        end_(ray.origin + ray.direction),
+        from_(ray.origin),
+        media_(media),
+        colors_(colors) {}
+
+  const Ray& ray() const noexcept { return ray_; }
+  Rgb transmittance() const noexcept { return open_; }
+  bool is_far() const noexcept { return ray_.t_max > 1; }
+
+  /// Reaches the end. Solids end before infinity; if one does not, its mesh has a hole.
+  void finish() noexcept {
+    if (!is_far()) {
+      absorb(ray_.origin + ray_.direction, {});
+    } else if (media_.empty() && path_.fog != nullptr) {
+      const float depth_m = path_.fog->depth(from_, ray_.direction, kFar);
+      pass(path_.fog->medium(), depth_m);
+    }
+  }
+  /// Passes a surface that is not of a solid, and transmits this.
+  void pass_surface(const SurfacePoint& point, Rgb transmitted) noexcept {
+    open_ *= transmitted;
+    go_on(point);
+  }
+  /// Meets the surface of a solid. passes_clear: it may transmit without deflection.
+  void meet_solid(const Solid& solid, const RawHit& hit, float coverage,
+                  bool passes_clear) noexcept {
+    SurfacePoint point = scene_.surface_point(hit, ray_);
+    enter_late(media_, solid, point, ray_);
+    const FacesAt faces = faces_at(scene_, hit, point, ray_, media_);
+    point.error_m = faces.error_m;
+    if (faces.instead) {
+      open_ = {};
+      return;
+    }
+    if (faces.beyond.top() == media_.top()) {
+      media_ = faces.beyond;
+      go_on(point);
+      return;
+    }
+    const Rgb straight = passes_clear && coverage > 0 ? clear(point, &faces.beyond) : Rgb{};
+    // The two ways lead through different media: where both are open, one is chosen.
+    const bool is_hole =
+        coverage < 1 && (is_black(straight) ||
+                         !(path_.sampler.extra_1d(path_.depth, path_.alpha_tests++) < coverage));
+    const SolidFace face = {&solid, is_hole};
+    absorb(point.position, face);
+    open_ *= !is_hole ? straight : (is_black(straight) ? Rgb(1 - coverage) : Rgb(1));
+    media_ = faces.beyond;
+    media_.begin_segment(face);
+    from_ = point.position;
+    go_on(point);
+  }
+  /// What a surface transmits without deflection. beyond: of a solid; else null.
+  Rgb clear(const SurfacePoint& point, const MediumStack* beyond) noexcept {
+    const Vec3 wo = -normalize(ray_.direction);
+    Shading shading;
+    shade(scene_.materials[point.material], point, wo, path_.footprint(), shading);
+    if constexpr (Colors::is_spectral) {
+      colors_.shade(shading);
+    }
+    if (beyond != nullptr) {
+      const BoundaryMedia at(media_, *beyond, shading.front);
+      shading.bsdf.ior = relative_ior(path_, at);
+      if constexpr (Colors::is_spectral) {
+        const Rgb ior = colors_.relative_ior(at);
+        if (!(ior == Rgb(ior.r))) {
+          return {};  // not clear at more than one wavelength
+        }
+      }
+    }
+    return make_bsdf(shading, wo).straight();
+  }
+
+ private:
+  void pass(const Medium& medium, float depth_m) noexcept {
+    open_ *= core::transmittance(medium.sigma_t, depth_m);
+    colors_.passed(medium, depth_m);
+  }
+  /// The medium from the last change of media to here.
+  void absorb(Vec3 to, SolidFace face) noexcept {
+    const Vec3 segment = to - from_;
+    if (const Material* solid = media_.medium_to(face); solid != nullptr) {
+      pass(colors_.medium(*solid), length(segment));
+    } else if (path_.fog != nullptr) {
+      const float distance_m = length(segment);
+      pass(path_.fog->medium(), path_.fog->depth(from_, segment * (1 / distance_m), distance_m));
+    }
+  }
+  void go_on(const SurfacePoint& point) noexcept {
+    ++path_.rays;
+    const bool far = is_far();
+    ray_ = ray_behind(point, ray_);
+    if (!far) {
+      ray_.direction = end_ - ray_.origin;
+    }
+  }
+
+  const SceneData& scene_;
+  PathState& path_;
+  Ray ray_;
+  Vec3 end_;
+  Vec3 from_;  ///< the last change of media
+  MediumStack& media_;
+  const Colors& colors_;
+  Rgb open_ = {1, 1, 1};
+};
+
+}  // namespace
+
 template <typename Colors>
 Visibility visibility(const SceneData& scene, PathState& path, const Ray& towards,
                       MediumStack& media, ClearSurfaces clear, const Colors& colors) noexcept {
-  Ray shadow = towards;
-  shadow.time = path.ray.time;
+  Ray first = towards;
+  first.time = path.ray.time;
   ++path.rays;
-  Rgb open(1);
-  const auto absorb = [&open, &media, &path, &colors](Vec3 from, Vec3 segment) {
-    if (media.top() != nullptr) {
-      const auto& medium = colors.medium(*media.top());
-      const float distance_m = length(segment);
-      open *= transmittance(medium.sigma_t, distance_m);
-      colors.passed(medium, distance_m);
-    } else if (path.fog != nullptr) {
-      const float distance_m = length(segment);
-      const float depth_m = path.fog->depth(from, segment * (1 / distance_m), distance_m);
-      open *= transmittance(path.fog->medium().sigma_t, depth_m);
-      colors.passed(path.fog->medium(), depth_m);
-    }
-  };
-  // Solids end before infinity; if one does not, its mesh has a hole.
-  const auto absorb_far = [&open, &media, &path, &colors](const Ray& ray) {
-    if (media.top() == nullptr && path.fog != nullptr) {
-      const float depth_m = path.fog->depth(ray.origin, ray.direction, kFar);
-      open *= transmittance(path.fog->medium().sigma_t, depth_m);
-      colors.passed(path.fog->medium(), depth_m);
-    }
-  };
-  const bool passes_clear = clear == ClearSurfaces::kPass && scene.has_clear;
-  if (!scene.has_alpha && !passes_clear) {
-    if (scene.accel->occluded(shadow)) {
+  ShadowRay<Colors> shadow(scene, path, first, media, colors);
+  const bool passes_clear =
+      clear == ClearSurfaces::kPass && (scene.has_clear || scene.has_shared_space);
+  if (!scene.has_alpha && !passes_clear && !scene.has_shared_space) {
+    if (scene.accel->occluded(first)) {
       return {};
     }
-    if (shadow.t_max <= 1) {
-      absorb(shadow.origin, shadow.direction);
-    } else {
-      absorb_far(shadow);
-    }
-    return {open, true};
+    shadow.finish();
+    return {shadow.transmittance(), true};
   }
-  Ray ray = shadow;
-  const Vec3 end = shadow.origin + shadow.direction;
-  const bool far = shadow.t_max > 1;
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
     RawHit hit;
-    if (!scene.accel->intersect(ray, hit)) {
-      if (far) {
-        absorb_far(ray);
-      } else {
-        absorb(ray.origin, ray.direction);
-      }
-      return {open, pass == 0};
+    if (!scene.accel->intersect(shadow.ray(), hit)) {
+      shadow.finish();
+      return {shadow.transmittance(), pass == 0};
     }
-    const float coverage = scene.coverage(hit, ray);
+    const float coverage = scene.coverage(hit, shadow.ray());
+    const Solid* solid = scene.solid_of(hit);
     const Material& material = scene.materials[scene.meshes[scene.placed_mesh(hit).mesh].material];
-    const bool is_clear = passes_clear && material.is_clear;
-    if (coverage >= 1 && !is_clear) {
-      return {};
-    }
-    const SurfacePoint hole = scene.surface_point(hit, ray);
-    absorb(ray.origin, hole.position - ray.origin);
-    Rgb transmitted(1 - coverage);
-    if (is_clear && coverage > 0) {
-      const Vec3 wo = -normalize(ray.direction);
-      Shading shading;
-      shade(scene.materials[hole.material], hole, wo, path.footprint(), shading);
-      if constexpr (Colors::is_spectral) {
-        colors.shade(shading);
+    const bool is_clear =
+        passes_clear && (material.is_clear || (solid != nullptr && scene.has_shared_space));
+    if (solid != nullptr) {
+      if (coverage >= 1 && !is_clear && !scene.has_shared_space) {
+        return {};
       }
-      if (material.is_volume) {
-        shading.bsdf.ior = relative_ior(path, media, material, shading.front);
-        if constexpr (Colors::is_spectral) {
-          const Rgb ior = colors.relative_ior(media, material, shading.front);
-          if (!(ior == Rgb(ior.r))) {
-            return {};  // not clear at more than one wavelength
+      shadow.meet_solid(*solid, hit, coverage, is_clear);
+    } else {
+      if (coverage >= 1 && !is_clear) {
+        return {};
+      }
+      const SurfacePoint point = scene.surface_point(hit, shadow.ray());
+      if (scene.has_volumes) {
+        if (const auto on_hole = faces_at(scene, hit, point, shadow.ray(), media).instead) {
+          shadow.meet_solid(*scene.solid_of(*on_hole), *on_hole,
+                            scene.coverage(*on_hole, shadow.ray()), passes_clear);
+          if (is_black(shadow.transmittance())) {
+            return {};
           }
+          continue;
         }
-        media.cross(material, shading.front);
       }
-      transmitted += make_bsdf(shading, wo).straight() * coverage;
+      Rgb transmitted(1 - coverage);
+      if (is_clear && coverage > 0) {
+        transmitted += shadow.clear(point, nullptr) * coverage;
+      }
+      shadow.pass_surface(point, transmitted);
     }
-    open *= transmitted;
-    if (is_black(open)) {
+    if (is_black(shadow.transmittance())) {
       return {};
-    }
-    ++path.rays;
-    const float side = dot(hole.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
-    ray.origin = offset_ray(hole.position, hole.normal_geometric * side, hole.error_m);
-    if (!far) {
-      ray.direction = end - ray.origin;
     }
   }
   return {};
@@ -110,11 +197,8 @@ Visibility visibility_from(const SceneData& scene, PathState& path, const PathVe
                              vertex.point.error_m);
   shadow.direction = is_far ? wi_world : target - shadow.origin;
   shadow.t_max = is_far ? kFar : 1.0F;
-  MediumStack media = path.media;
-  const Material& material = scene.materials[vertex.point.material];
-  if (side < 0 && material.is_volume) {
-    media.cross(material, vertex.shading.front);
-  }
+  MediumStack media = side < 0 && vertex.face.solid != nullptr ? vertex.beyond : path.media;
+  media.begin_segment(vertex.face);
   return visibility(scene, path, shadow, media, clear, colors);
 }
 

@@ -1,9 +1,10 @@
 /// LightSampler::sample() in lanes.
 ///
-/// Evaluated in SIMD: untextured triangles in small light trees without distant lights, and with
-/// any tree a sky without a sun. Everything else is sampled lane by lane.
+/// Evaluated in SIMD: triangles of uniform emission in small light trees without distant lights,
+/// and with any tree a sky without a sun. Everything else is sampled lane by lane.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 
@@ -28,12 +29,11 @@ struct LightLanes {
 
 class LaneLights {
  public:
-  LaneLights(const SceneData& scene, const LightSampler& lights)
+  LaneLights(const SceneData& scene, const MisLightSampler& lights)
       : scene_(scene), lights_(lights), sky_(lights.sky_beside_tree()) {
-    for (const TriangleLight& t : scene.triangle_lights) {
-      has_texture_ = has_texture_ || t.textured;
-    }
-    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() && !has_texture_ &&
+    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() &&
+               std::none_of(scene.triangle_lights.begin(), scene.triangle_lights.end(),
+                            [](const TriangleLight& t) { return t.varies; }) &&
                scene.light_tree.size() == scene.triangle_lights.size();
     const Environment* sky = lights.sky_beside_tree();
     has_sky_ =
@@ -158,8 +158,7 @@ class LaneLights {
   }
 
   const SceneData& scene_;
-  const LightSampler& lights_;
-  bool has_texture_ = false;
+  const MisLightSampler& lights_;
   bool has_few_ = false;
   LaneEnvironment sky_;
   bool has_sky_ = false;

@@ -12,7 +12,7 @@ bool is_for_lanes(const TracedPath& path) noexcept {
   constexpr float kRounding = 32 * 0x1p-24F;
   const Vec3 n = path.last.light_normal;
   const bool may_be_lit_from_behind = dot(n, n) == 0;
-  return path.media.top() == nullptr && std::fabs(path.eta_scale - 1) <= kRounding &&
+  return path.media.empty() && std::fabs(path.eta_scale - 1) <= kRounding &&
          path.wavelength_nm == 0 && path.null_scatterings == 0 && path.alpha_tests == 0 &&
          !(path.last.pdf_bsdf > 0 && may_be_lit_from_behind);
 }

@@ -61,7 +61,7 @@ class LaneTracer final : public WaveTracer {
           advance(wave, first, met, depth, rays);
         }
       }
-      find_lights(wave, rays);
+      find_lights(wave, depth, rays);
     }
     rejected += take_in_weights<N>(wave.results, wave.samplers.size());
   }
@@ -80,7 +80,7 @@ class LaneTracer final : public WaveTracer {
   using Numbers = PathNumbers<N>;
 
   void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
-  void find_lights(Wave& wave, std::uint64_t& rays) const;
+  void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
   void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane,
                     int depth) const;
@@ -438,9 +438,9 @@ void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLa
 
 /// Traces the pending shadow rays; one by one where a surface may transmit light.
 template <std::size_t N>
-void LaneTracer<N>::find_lights(Wave& wave, std::uint64_t& rays) const {
+void LaneTracer<N>::find_lights(Wave& wave, int depth, std::uint64_t& rays) const {
   WaveShadows& shadows = wave.shadows;
-  const bool all_block = !scene_.has_alpha && !scene_.has_clear;
+  const bool all_block = !scene_.has_alpha && !scene_.has_clear && !scene_.has_shared_space;
   RayPacket packet;
   for (std::size_t first = 0; first < shadows.count && all_block; first += 8) {
     const unsigned active = lanes_below(shadows.count - first);
@@ -455,6 +455,7 @@ void LaneTracer<N>::find_lights(Wave& wave, std::uint64_t& rays) const {
   }
   for (std::size_t i = 0; i < shadows.count && !all_block; ++i) {
     PathState path{.sampler = sampler_of(wave, shadows.slot.at[i]), .rays = rays};
+    path.depth = depth;
     path.cone_width_m = shadows.cone_width_m.at[i];
     path.is_sharp = shadows.is_sharp.at[i] != 0;
     const Ray ray = {shadows.origin.get(i), shadows.direction.get(i), 0, shadows.t_max.at[i]};
@@ -488,7 +489,8 @@ bool waves_serve(std::string_view isa) noexcept { return kHasLanes && isa.starts
 
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
   if (input.settings.integrator != "path" || has_catcher(input.settings) ||
-      !DefaultOptions::serves(input) || !input.scene.accel->has_packets()) {
+      !DefaultOptions::serves(input) || !input.scene.accel->has_packets() ||
+      (input.camera != nullptr && input.camera->is_in_solids())) {
     return nullptr;
   }
   return make_tracer<kHasLanes>(input, width);

@@ -9,7 +9,8 @@
 namespace core {
 
 /// Returns null for jobs that require scalar tracing: another integrator than "path", options other
-/// than the defaults, or an Embree without packets. width: lanes, 8, or 1 for tests.
+/// than the defaults, a camera in a solid, or an Embree without packets. width: lanes, 8, or 1 for
+/// tests.
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width = 8);
 
 /// Returns whether waves can run when Embree is limited to `isa` (resolve_isa()). The build enables

@@ -254,6 +254,12 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   if (!camera) {
     return camera.error();
   }
+  if (spec.environment_asset) {
+    const std::string warning = parts_.scenes.environment_warning(*spec.environment_asset);
+    if (const auto warned = warn(*job, warning); !warned) {
+      return warned.error();
+    }
+  }
   parts_.book.end_load(*job, memory_of(spec, camera->forward()).shared_bytes);
   RenderRun::Parts parts;
   parts.job = job;
@@ -292,6 +298,10 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
 }
 
 Status RunBuilder::warn(Job& job, const std::string& warning) {
+  const std::vector<std::string> told = job.record().view.warnings;
+  if (warning.empty() || std::find(told.begin(), told.end(), warning) != told.end()) {
+    return core::ok_status();
+  }
   const auto modify = [&](JobRecord& record) -> Verdict {
     record.view.warnings.push_back(warning);
     return {};
@@ -313,11 +323,8 @@ core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const c
   const std::string warning = "Workers cannot render this job: one of their results could have " +
                               memory_words(needed) + ", and this server accepts " +
                               memory_words(most) + ". The server renders the job alone.";
-  const std::vector<std::string> told = job.record().view.warnings;
-  if (std::find(told.begin(), told.end(), warning) == told.end()) {
-    if (const auto warned = warn(job, warning); !warned) {
-      return warned.error();
-    }
+  if (const auto warned = warn(job, warning); !warned) {
+    return warned.error();
   }
   return static_cast<LocalThreads*>(nullptr);
 }

@@ -85,6 +85,8 @@ class Scenes(ApiTest):
         answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {}})
         problem = self.assert_problem(answer, 424)
         self.assertIn("parts/points.bin", json.dumps(problem))
+        self.assertEqual([error["pointer"] for error in problem["errors"]],
+                         ["/files/parts~1points.bin"])
         answer = self.server.post(
             "/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": "0" * 64}}
         )
@@ -98,6 +100,28 @@ class Scenes(ApiTest):
     def test_gltf_alone_that_refers_to_files_is_424(self):
         body = json.dumps(triangle_document("points.bin")).encode()
         self.assert_problem(self.server.post("/v1/scenes", body, GLTF), 424)
+
+    def test_names_in_files_are_exact_or_as_in_the_document(self):
+        gltf = self.asset(json.dumps(triangle_document("rate%2520a.bin")).encode())
+        points, other = self.asset(TRIANGLE), self.asset(b"other")
+        for files in ({"rate%20a.bin": points}, {"rate%2520a.bin": points},
+                      {"rate%20a.bin": points, "rate%2520a.bin": other}):
+            answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": files})
+            self.assertIn(answer.status, (200, 201), (files, answer))
+
+    def test_a_glb_takes_files_beside_it(self):
+        document = triangle_document("points.bin")
+        body = glb(document)
+        problem = self.assert_problem(self.server.post("/v1/scenes", body, GLB), 424)
+        self.assertEqual([error["pointer"] for error in problem["errors"]], ["/files/points.bin"])
+        answer = self.server.post("/v1/scenes", {
+            "gltf": self.asset(body), "files": {"points.bin": self.asset(TRIANGLE)}})
+        self.assertIn(answer.status, (200, 201), answer)
+
+    def test_images_that_no_texture_uses_are_not_needed(self):
+        document = triangle_document("points.bin", images=[{"uri": "gone.png"}])
+        data = zipped({"a.gltf": json.dumps(document), "points.bin": TRIANGLE})
+        self.assertIn(self.server.post("/v1/scenes", data, ZIP).status, (200, 201))
 
     def test_cannot_refer_to_a_file_of_the_server(self):
         for uri in (

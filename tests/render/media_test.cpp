@@ -223,6 +223,40 @@ TEST(Fog, DepthIsTheIntegralOfTheDensity) {
   }
 }
 
+/// Depth of fog below height h on the way down, and up from there, from the closed form in double.
+TEST(Fog, IsAsDeepFromAnyHeightAsItsIntegral) {
+  constexpr double kFalloff = 1;
+  constexpr float kRadius = 1e6F;
+  const core::Fog fog(haze(0, 1, static_cast<float>(kFalloff)), {0, 0, 0}, kRadius);
+  for (const float height : {1.0F, 30.0F, 85.0F, 88.0F, 100.0F, 1e3F, 1e5F}) {
+    for (const float slant : {1.0F, 0.5F, 0.01F}) {
+      SCOPED_TRACE(testing::Message() << height << " m, slant " << slant);
+      const float across = std::sqrt(1 - slant * slant);
+      const float length = height / slant;
+      const auto steepness = static_cast<double>(slant) * kFalloff;
+      const double whole = -std::expm1(-static_cast<double>(height) * kFalloff) / steepness;
+      const core::Vec3 above = {0, height, 0};
+      const core::Vec3 below = core::Vec3{across, -slant, 0} * length + above;
+      const auto down = static_cast<double>(fog.depth(above, {across, -slant, 0}, length));
+      const auto up = static_cast<double>(fog.depth(below, {-across, slant, 0}, length));
+      // Heights of 1e5 m are rounded to 0.008 m, and so are depths below them.
+      const double tolerance = whole * (1e-4 + 1.2e-7 * static_cast<double>(height + length));
+      EXPECT_NEAR(down, whole, tolerance);
+      EXPECT_NEAR(up, whole, tolerance);
+      for (const double part : {1e-3, 0.5, 0.99}) {
+        // Solves (e^{steepness s} - 1) e^{-falloff h} / steepness = part of the whole.
+        const double depth = part * whole;
+        const double x = std::log(steepness * depth) + kFalloff * static_cast<double>(height);
+        const double reached =
+            (x > 0 ? x + std::log1p(std::exp(-x)) : std::log1p(std::exp(x))) / steepness;
+        const auto at = static_cast<double>(
+            fog.distance(above, {across, -slant, 0}, static_cast<float>(depth)));
+        EXPECT_NEAR(at, reached, 1e-3 * reached + 1e-5 / steepness);
+      }
+    }
+  }
+}
+
 core::View in_fog(const core::FogSettings& fog, const core::MaterialDescription& material) {
   core::View view = test_support::view_of(
       test_support::build(test_support::scene_of(

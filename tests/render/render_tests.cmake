@@ -7,6 +7,7 @@ set(RENDER_TEST_SOURCES
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
+  emitters_test.cpp
   fitted_test.cpp
   furnace_test.cpp
   ground_test.cpp
@@ -17,11 +18,13 @@ set(RENDER_TEST_SOURCES
   medium_light_test.cpp
   meter_test.cpp
   mlt_test.cpp
+  neutral_shadow_test.cpp
   options_test.cpp
   photons_test.cpp
   planted_bugs_test.cpp
   restir_test.cpp
   shutter_test.cpp
+  solids_test.cpp
   spectral_test.cpp
   through_glass_test.cpp
   truth.cpp

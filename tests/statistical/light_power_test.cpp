@@ -51,7 +51,7 @@ Moments stored(float radiance) {
   for (int i = 0; i < 150'000; ++i) {
     sampler.start(i % 1024, i / 1024, 0);
     std::uint64_t rays = 0;
-    core::PathState path = core::start_path({}, sampler, rays);
+    core::PathState path = core::start_path(sampler, rays);
     double power = 0;
     core::follow_light_path(
         of.scene->data(), emission, kDepth, path,

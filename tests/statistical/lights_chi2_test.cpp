@@ -177,8 +177,8 @@ core::SceneDescription lights_scene(bool punctual) {
   return scene;
 }
 
-float density(const core::SceneData& data, const LightSampler& lights, Vec3 point, Vec3 normal,
-              Vec3 wi) {
+template <typename Lights>
+float density(const core::SceneData& data, const Lights& lights, Vec3 point, Vec3 normal, Vec3 wi) {
   float sum = lights.pdf_environment(wi, point, normal);
   for (std::uint32_t i = 0; i < data.triangle_lights.size(); ++i) {
     const core::TriangleLight& t = data.triangle_lights[i];
@@ -211,7 +211,7 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
       const bool environment = lights_more > 1;
       const bool constant = lights_more > 2;  // is sampled by the cosine
       const auto scene = test_support::build(lights_scene(punctual));
-      const LightSampler lights(
+      const core::MisLightSampler lights(
           scene->data(), environment ? (constant ? plain : sky).get() : nullptr, type.value,
           constant ? core::SkyDensity::kCompensated : core::SkyDensity::kRadiance);
       for (const Vec3 normal : {Vec3{0, 1, 0}, Vec3{}}) {

@@ -263,8 +263,8 @@ INSTANTIATE_TEST_SUITE_P(
             "Unknown field; expected one of: scene, name, labels, priority, seed, camera, variant, "
             "time_seconds, shutter_seconds, motion_seconds, "
             "medium, class, preview_key, environment, background, ground, film, integrator, "
-            "estimator, sampler, light_sampler, adaptive, meter, spectral, stop, denoise, "
-            "webhook, retention_seconds"}));
+            "estimator, sampler, light_sampler, adaptive, meter, units, spectral, stop, "
+            "denoise, webhook, retention_seconds"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Camera, JobRefusal,

@@ -190,6 +190,9 @@ TEST(ImageQuery, Answers422ToWrongValues) {
            "cryptomatte:object, cryptomatte:material, alpha, samples, variance, error, denoised, "
            "denoised_error, denoise_bias, denoise_bias_error, irradiance, bounce:N, bounce:N-, "
            "light:NAME, st:S,T, st:S,T:unweighted"}}));
+  const auto automatic = api::parse_image_query(Query{{"exposure", "auto"}}, kToneMaps);
+  ASSERT_TRUE(automatic);
+  EXPECT_TRUE(automatic->auto_exposure);
   EXPECT_EQ(errors({{"exposure", "30.5"}}), (Errors{{"/exposure", "30.5 is outside [-30, 30]"}}));
   EXPECT_EQ(errors({{"exposure", "inf"}}),
             (Errors{{"/exposure", "expected a number, got a string"}}));

@@ -161,6 +161,9 @@ TEST(ServerView, EveryAcceptedOptionIsAMemberOfTheJob) {
         row.accepts.end()) {
       request["shutter_seconds"] = 1;  // printed if the shutter is open
     }
+    if (core::accepts(row, core::kThroughGlass)) {  // printed if it is not the default
+      request["background"] = {{"type", "transparent"}, {"through_glass", false}};
+    }
     const Json spec = api::to_json(api::parse_job(api::dump(request))->spec);
     for (const std::string_view pointer : row.accepts) {
       EXPECT_TRUE(spec.contains(Json::json_pointer(std::string(pointer)))) << pointer;

@@ -162,7 +162,7 @@ class Paths {
   }
 
   Subpath subpath() {
-    Subpath path{core::start_path({}, sampler_, rays_)};
+    Subpath path{core::start_path(sampler_, rays_)};
     path.fog = settings_.fog ? &fog_ : nullptr;
     return path;
   }
@@ -195,11 +195,10 @@ class Paths {
     if (vertex.medium == nullptr) {
       const core::PathVertex& at = vertex.surface;
       const bool through = dot(direction, at.shading.horizon) < 0;
-      const core::Material& material = data().materials[at.point.material];
       path.ray.origin = core::offset_ray(
           vertex.origin(), through ? -at.shading.horizon : at.shading.horizon, at.point.error_m);
-      if (through && material.is_volume) {
-        path.media.cross(material, at.shading.front);
+      if (through && at.face.solid != nullptr) {
+        path.media = at.beyond;
       }
     }
     path.ray.direction = direction;

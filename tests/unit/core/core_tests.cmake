@@ -37,6 +37,7 @@ set(CORE_TEST_SOURCES
   settle_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
+  solids_test.cpp
   spectrum_test.cpp
   splats_test.cpp
   split_pilot_test.cpp

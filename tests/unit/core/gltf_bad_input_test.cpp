@@ -1,3 +1,4 @@
+#include "core/scene_io/gltf_uri.h"
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {
@@ -295,14 +296,67 @@ TEST(GltfBadInput, AcceptsIntegersWrittenAsFloats) {
   EXPECT_TRUE(scene.has_value());
 }
 
-TEST(GltfUris, ListsExternalFilesOnceInOrder) {
+std::vector<std::string> files_of(const std::string& json, const std::string& there = "") {
+  const auto files = core::gltf_files(std::as_bytes(std::span(json)),
+                                      [&](std::string_view name) { return name == there; });
+  EXPECT_TRUE(files.has_value()) << (files ? "" : files.error().message);
+  return files ? *files : std::vector<std::string>();
+}
+
+TEST(GltfFiles, AreListedOnceInOrderWithNamesDecodedOnce) {
+  EXPECT_EQ(files_of("{" + kAsset +
+                     R"(,"buffers":[{"uri":"b.bin","byteLength":4},)"
+                     R"({"uri":"DATA:,abcd","byteLength":4}],)"
+                     R"("textures":[{"source":0},{"source":1},{"source":2}],)"
+                     R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"},{"uri":"a%2520b.png"}]})"),
+            (std::vector<std::string>{"b.bin", "a b.png", "a%20b.png"}));
+}
+
+TEST(GltfFiles, AreOnlyThoseThatATextureUses) {
+  EXPECT_EQ(files_of("{" + kAsset + R"(,"images":[{"uri":"gone.png"}]})"),
+            std::vector<std::string>());
+}
+
+TEST(GltfFiles, PreferTheCompressedFormIfItIsThere) {
   const std::string json =
       "{" + kAsset +
-      R"(,"buffers":[{"uri":"b.bin","byteLength":4},{"uri":"data:,abcd","byteLength":4}],)"
-      R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"}]})";
-  const auto uris = core::gltf_uris(std::as_bytes(std::span(json)));
-  ASSERT_TRUE(uris);
-  EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "a b.png"}));
+      R"(,"extensionsUsed":["EXT_texture_webp"],"images":[{"uri":"a.png"},{"uri":"a.webp"}],)"
+      R"("textures":[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}]})";
+  EXPECT_EQ(files_of(json), std::vector<std::string>{"a.png"});
+  EXPECT_EQ(files_of(json, "a.webp"), std::vector<std::string>{"a.webp"});
+}
+
+std::string text_of(const std::string& uri) {
+  const auto bytes = core::decode_data_uri(uri);
+  if (!bytes) {
+    return "refused";
+  }
+  return {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
+}
+
+// "Man" and ">>>?" are the examples of RFC 4648 and of its letters + and /.
+TEST(DataUri, IsReadInEveryFormThatRfc2397Allows) {
+  for (const char* uri :
+       {"data:;base64,TWFu", "DATA:application/octet-stream;BASE64,TWFu",
+        "data:application/gltf-buffer;charset=utf-8;base64,TWFu", "data:;base64;charset=utf-8,TWFu",
+        "data:;base64,TW\r\nFu\n", "data:;base64,TWF%75", "data:,Man",
+        "data:text/plain;charset=utf-8,M%61n"}) {
+    EXPECT_EQ(text_of(uri), "Man") << uri;
+  }
+  for (const char* uri :
+       {"data:;base64,Pj4+Pw==", "data:;base64,Pj4%2BPw%3D%3D", "data:;base64,Pj4-Pw"}) {
+    EXPECT_EQ(text_of(uri), ">>>?") << uri;
+  }
+  EXPECT_EQ(text_of("data:;base64,Pz8/"), "???");
+  EXPECT_EQ(text_of("data:;base64,Pz8%2F"), "???");
+  EXPECT_EQ(text_of("data:;base64x,TWFu"), "TWFu");  // another parameter
+}
+
+TEST(DataUri, RefusesOtherText) {
+  for (const char* uri :
+       {"data:;base64,TW=u", "data:;base64,TWFuA", "data:;base64,TW!u", "data:;base64", "dat:,x"}) {
+    EXPECT_EQ(text_of(uri), "refused") << uri;
+  }
 }
 
 core::Bytes document_of(const std::string& text) {

@@ -461,4 +461,30 @@ TEST(GlbWriter, MaterialSurvivesWritingAndReading) {
   EXPECT_EQ(r.diffuse_transmission, m.diffuse_transmission);
 }
 
+TEST(GltfMaterial, ReadsThePriorityOfSolids) {
+  const auto with = [](const std::string& extras) {
+    return load_material(R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":1},)"
+                         R"("KHR_materials_volume":{"thicknessFactor":1}},"extras":)" +
+                         extras);
+  };
+  const auto scene = with(R"({"priority":-7})");
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->materials[0].priority, -7);
+  EXPECT_TRUE(scene->warnings.empty());
+  const auto again = load(core::write_glb(*scene));
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->materials[0].priority, -7);
+  for (const char* wrong :
+       {R"({"priority":1.5})", R"({"priority":"high"})", R"({"priority":1e9})"}) {
+    const auto ignored = with(wrong);
+    ASSERT_TRUE(ignored) << wrong;
+    EXPECT_EQ(ignored->materials[0].priority, 0) << wrong;
+    ASSERT_EQ(ignored->warnings.size(), 1U) << wrong;
+    EXPECT_NE(ignored->warnings[0].find("extras.priority"), std::string::npos);
+  }
+  const auto thin = load_material(R"("extras":{"priority":3})");
+  ASSERT_TRUE(thin);
+  EXPECT_EQ(thin->warnings.size(), 1U) << "no volume";
+}
+
 }  // namespace

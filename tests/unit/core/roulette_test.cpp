@@ -15,8 +15,7 @@ using test_support::Moments;
 using test_support::Random;
 
 core::PathState path_of(std::uint64_t& rays, Rgb beta, float pdf_bsdf) {
-  core::PathState path =
-      core::start_path({}, core::PathSampler(core::SamplerType::kSobol, 2, 0), rays);
+  core::PathState path = core::start_path(core::PathSampler(core::SamplerType::kSobol, 2, 0), rays);
   path.beta = beta;
   path.depth = 1;
   path.last.pdf_bsdf = pdf_bsdf;

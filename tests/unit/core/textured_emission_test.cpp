@@ -6,7 +6,7 @@
 
 #include "core/light_samplers/emitted_light.h"
 #include "core/scene/scene_data.h"
-#include "core/textures/colored_blocks.h"
+#include "core/textures/marked_blocks.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -87,7 +87,8 @@ TEST(TexturedEmission, NoEmittingPointIsOnABlackTriangle) {
       const Vec2 u = random.uniform_2d();
       const Vec2 b = u.x + u.y < 1 ? u : Vec2{1 - u.x, 1 - u.y};
       const core::TriangleLight& t = data.triangle_lights[light];
-      if (!core::is_black(core::triangle_radiance(data, t, b))) {
+      const Vec3 place = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+      if (!core::is_black(core::triangle_radiance(data, t, place, t.normal))) {
         ++seen;
         ASSERT_FALSE(core::is_black(t.radiance)) << light;
       }
@@ -119,11 +120,15 @@ TEST(TexturedEmission, FaintDotInALargeTriangleIsALight) {
   EXPECT_GT(core::luminance(data.triangle_lights[0].radiance), 0);
 }
 
-TEST(ColoredBlocks, WrapLikeTheTexture) {
+core::MarkedBlocks colored(const core::Texture& texture) {
+  return {texture, [&texture](int x, int y) { return !texture.is_black(x, y); }};
+}
+
+TEST(MarkedBlocks, WrapLikeTheTexture) {
   const auto texture = core::Texture::create(*dot_at(60, 60), true);
-  const core::ColoredBlocks blocks(*texture);
+  const core::MarkedBlocks blocks = colored(*texture);
   const auto is_black = [&blocks](float from, float to, TextureWrap mode) {
-    return blocks.is_black({from, from}, {to, to}, mode, mode);
+    return !blocks.has_mark({from, from}, {to, to}, mode, mode);
   };
   EXPECT_TRUE(is_black(0.1F, 0.4F, TextureWrap::kRepeat));
   EXPECT_FALSE(is_black(0.9F, 0.96F, TextureWrap::kRepeat));
@@ -135,12 +140,12 @@ TEST(ColoredBlocks, WrapLikeTheTexture) {
   EXPECT_FALSE(is_black(std::nanf(""), std::nanf(""), TextureWrap::kRepeat));
 }
 
-TEST(ColoredBlocks, BlackTextureIsBlackEverywhere) {
+TEST(MarkedBlocks, BlackTextureIsBlackEverywhere) {
   auto image = std::make_shared<core::Image>(*dot_at(0, 0));
   image->bytes.assign(image->bytes.size(), std::byte{0});
   const auto texture = core::Texture::create(*image, true);
-  EXPECT_TRUE(core::ColoredBlocks(*texture).is_black({-9, -9}, {9, 9}, TextureWrap::kRepeat,
-                                                     TextureWrap::kRepeat));
+  EXPECT_FALSE(
+      colored(*texture).has_mark({-9, -9}, {9, 9}, TextureWrap::kRepeat, TextureWrap::kRepeat));
 }
 
 }  // namespace

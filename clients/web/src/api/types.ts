@@ -149,6 +149,8 @@ export interface JobRequest {
     type?: string;
     /** Linear Rec.709. Default: [1,1,1]. */
     color?: [number, number, number];
+    /** Clear surfaces show the background. */
+    through_glass?: boolean;
   };
   /** Horizontal ground added to the scene. */
   ground?: {
@@ -166,6 +168,18 @@ export interface JobRequest {
      * surface, which reflects 4% at normal incidence and more at grazing angles. Default: 0.
      */
     reflection?: number;
+    /** The shadow on a catcher. */
+    shadow?: {
+      /** Colour of the shadow. Default: "neutral". */
+      color?: string;
+      /** Factor of the blocked light: 0 is no shadow. Default: 1. */
+      strength?: number;
+      /**
+       * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
+       * lights cast. Default: 0.
+       */
+      softness?: number;
+    };
   };
   /** Size, filter and recorded layers. */
   film?: {
@@ -354,6 +368,8 @@ export interface JobRequest {
   } | null;
   /** True: paths carry three wavelengths instead of three colours. Default: false. */
   spectral?: boolean;
+  /** Unit of radiance, irradiance and intensity. Default: "photometric". */
+  units?: string;
   /**
    * When to stop: the first rule met ends the job. If given, only the rules in it apply. Default:
    * {"samples_per_pixel":256}.
@@ -684,6 +700,8 @@ export interface JobSpec {
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
+    /** Clear surfaces show the background. */
+    through_glass?: boolean;
   };
   /** Horizontal ground added to the scene. */
   ground?: {
@@ -700,6 +718,18 @@ export interface JobSpec {
      * surface, which reflects 4% at normal incidence and more at grazing angles.
      */
     reflection?: number;
+    /** The shadow on a catcher. */
+    shadow?: {
+      /** Colour of the shadow. Default: "neutral". */
+      color?: string;
+      /** Factor of the blocked light: 0 is no shadow. Default: 1. */
+      strength?: number;
+      /**
+       * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
+       * lights cast. Default: 0.
+       */
+      softness?: number;
+    };
   };
   /** Size, filter and recorded layers. */
   film: {
@@ -883,6 +913,8 @@ export interface JobSpec {
   } | null;
   /** True: paths carry three wavelengths instead of three colours. */
   spectral: boolean;
+  /** Unit of radiance, irradiance and intensity. */
+  units: string;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
@@ -1647,6 +1679,8 @@ export interface JobDefaults {
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
+    /** Clear surfaces show the background. */
+    through_glass?: boolean;
   };
   /** Horizontal ground added to the scene. */
   ground?: {
@@ -1663,6 +1697,18 @@ export interface JobDefaults {
      * surface, which reflects 4% at normal incidence and more at grazing angles.
      */
     reflection?: number;
+    /** The shadow on a catcher. */
+    shadow?: {
+      /** Colour of the shadow. Default: "neutral". */
+      color?: string;
+      /** Factor of the blocked light: 0 is no shadow. Default: 1. */
+      strength?: number;
+      /**
+       * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
+       * lights cast. Default: 0.
+       */
+      softness?: number;
+    };
   };
   /** Size, filter and recorded layers. */
   film: {
@@ -1846,6 +1892,8 @@ export interface JobDefaults {
   } | null;
   /** True: paths carry three wavelengths instead of three colours. */
   spectral: boolean;
+  /** Unit of radiance, irradiance and intensity. */
+  units: string;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**

@@ -325,7 +325,7 @@ function environmentOf(v: FormValues): unknown {
 }
 
 /** The shadow on a catcher, without defaults. */
-function shadowOf(v: FormValues): unknown {
+function shadowOf(v: FormValues): object {
   const shadow = {
     ...(v.shadow !== 'neutral' && { color: v.shadow }),
     ...(v.shadowStrength < 1 && { strength: v.shadowStrength }),

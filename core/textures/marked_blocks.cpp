@@ -1,4 +1,4 @@
-#include "core/textures/colored_blocks.h"
+#include "core/textures/marked_blocks.h"
 
 #include <cmath>
 
@@ -30,41 +30,36 @@ std::vector<int> blocks_between(float low, float high, int size, TextureWrap mod
 
 }  // namespace
 
-ColoredBlocks::ColoredBlocks(const Texture& texture)
+MarkedBlocks::MarkedBlocks(const Texture& texture)
     : width_(texture.width()),
       height_(texture.height()),
       columns_((width_ + kSide - 1) / kSide),
-      colored_(static_cast<std::size_t>(columns_) *
-               static_cast<std::size_t>((height_ + kSide - 1) / kSide)) {
-  for (int y = 0; y < height_; ++y) {
-    const int row = y / kSide * columns_;
-    for (int x = 0; x < width_; ++x) {
-      if (!texture.is_black(x, y)) {
-        colored_[static_cast<std::size_t>(row + x / kSide)] = true;
-        any_ = true;
-      }
-    }
-  }
+      marked_(static_cast<std::size_t>(columns_) *
+              static_cast<std::size_t>((height_ + kSide - 1) / kSide)) {}
+
+void MarkedBlocks::mark(int x, int y) {
+  marked_[static_cast<std::size_t>(y / kSide * columns_ + x / kSide)] = true;
+  any_ = true;
 }
 
-bool ColoredBlocks::is_black(Vec2 uv_low, Vec2 uv_high, TextureWrap wrap_u,
-                             TextureWrap wrap_v) const {
+bool MarkedBlocks::has_mark(Vec2 uv_low, Vec2 uv_high, TextureWrap wrap_u,
+                            TextureWrap wrap_v) const {
   if (!any_) {
-    return true;
+    return false;
   }
   const std::vector<int> across = blocks_between(uv_low.x, uv_high.x, width_, wrap_u);
   const std::vector<int> down = blocks_between(uv_low.y, uv_high.y, height_, wrap_v);
   if (across.empty() || down.empty()) {
-    return false;
+    return true;
   }
   for (const int row : down) {
     for (const int column : across) {
-      if (colored_[static_cast<std::size_t>(row * columns_ + column)]) {
-        return false;
+      if (marked_[static_cast<std::size_t>(row * columns_ + column)]) {
+        return true;
       }
     }
   }
-  return true;
+  return false;
 }
 
 }  // namespace core

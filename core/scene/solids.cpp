@@ -1,0 +1,202 @@
+#include "core/scene/solids.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "core/scene/closed_surface.h"
+
+namespace core {
+namespace {
+
+double area(const MeshData& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
+    const auto corner = [&](std::size_t k) { return mesh.positions[mesh.indices[3 * t + k]]; };
+    sum += static_cast<double>(length(cross(corner(1) - corner(0), corner(2) - corner(0))));
+  }
+  return sum;
+}
+
+void add_vertices(Bounds& box, const MeshData& mesh, const Transform* to_world) {
+  for (const std::uint32_t i : mesh.indices) {
+    box.add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
+    for (const MovedVertices& moved : mesh.later) {
+      box.add(moved.positions[i]);
+    }
+  }
+}
+
+bool contains(const Bounds& outer, const Bounds& inner) {
+  bool out = true;
+  for (int i = 0; i < 3; ++i) {
+    out = out && outer.min[i] < inner.min[i] && inner.max[i] < outer.max[i];
+  }
+  return out;
+}
+
+/// The box with a margin beyond the offsets of rays.
+Bounds with_margin(const Bounds& box) {
+  constexpr float kMargin = 0x1p-12F;  // relative to coordinates
+  const auto margin = [](float a, float b) {
+    return kMargin * std::max({std::fabs(a), std::fabs(b), 1.0F});
+  };
+  const Vec3 by = {margin(box.min.x, box.max.x), margin(box.min.y, box.max.y),
+                   margin(box.min.z, box.max.z)};
+  return {box.min - by, box.max + by};
+}
+
+/// Smaller boxes win; surfaces that may extend without limit are the largest.
+float size_of(const Solid& solid) {
+  return solid.kind == SolidKind::kOpen ? std::numeric_limits<float>::infinity()
+                                        : length(solid.box.diagonal());
+}
+
+void set_ranks(std::vector<Solid>& solids) {
+  std::vector<std::size_t> order(solids.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const int of_a = solids[a].material->factors.priority;
+    const int of_b = solids[b].material->factors.priority;
+    return of_a != of_b ? of_a < of_b : size_of(solids[a]) > size_of(solids[b]);
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    solids[order[i]].rank = static_cast<std::uint32_t>(i);
+  }
+}
+
+/// Returns whether any two solids share space or touch, by their boxes.
+bool share_space(const std::vector<Solid>& solids) {
+  std::vector<Bounds> boxes;
+  for (const Solid& solid : solids) {
+    boxes.push_back(with_margin(solid.box));
+  }
+  std::sort(boxes.begin(), boxes.end(),
+            [](const Bounds& a, const Bounds& b) { return a.min.x < b.min.x; });
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t j = i + 1; j < boxes.size() && boxes[j].min.x <= boxes[i].max.x; ++j) {
+      if (overlap(boxes[i], boxes[j])) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+class SolidFinder {
+ public:
+  SolidFinder(SceneData& scene, const PlacedFrom& from) : scene_(scene), from_(from) {}
+
+  /// placed: the meshes of one instance that bound volumes.
+  void add_instance(std::span<const std::uint32_t> placed) {
+    std::vector<const MeshData*> meshes;
+    for (const std::uint32_t i : placed) {
+      meshes.push_back(&scene_.meshes[scene_.placed[i].mesh]);
+    }
+    auto found = surfaces_.find(meshes);
+    if (found == surfaces_.end()) {
+      found = surfaces_.emplace(meshes, join_surfaces(meshes)).first;
+    }
+    for (const JoinedSurface& surface : found->second) {
+      add_solid(placed, surface);
+    }
+  }
+
+  /// After all instances.
+  void finish() {
+    for (std::size_t i = 0; i < scene_.solids.size(); ++i) {
+      Solid& solid = scene_.solids[i];
+      if (!faces_inwards_[i]) {
+        continue;
+      }
+      const bool is_cavity = std::any_of(
+          scene_.solids.begin(), scene_.solids.end(),
+          [&](const Solid& other) { return &other != &solid && contains(other.box, solid.box); });
+      solid.kind = is_cavity ? SolidKind::kCavity : SolidKind::kClosed;
+      solid.is_inside_out = !is_cavity;
+      if (!is_cavity) {
+        warn(first_[i], solid, "faces inwards; it is taken as if it faced outwards");
+      }
+    }
+    set_ranks(scene_.solids);
+    scene_.has_shared_space = share_space(scene_.solids);
+    for (const Solid& solid : scene_.solids) {
+      scene_.has_open_solids = scene_.has_open_solids || solid.kind == SolidKind::kOpen;
+    }
+  }
+
+ private:
+  void add_solid(std::span<const std::uint32_t> placed, const JoinedSurface& surface) {
+    const auto id = static_cast<std::uint32_t>(scene_.solids.size());
+    Solid solid;
+    double largest = -1;
+    for (const std::size_t i : surface.meshes) {
+      PlacedMesh& here = scene_.placed[placed[i]];
+      const MeshData& mesh = scene_.meshes[here.mesh];
+      const Material& material = scene_.materials[mesh.material];
+      add_vertices(solid.box, mesh,
+                   placed[i] < from_.top_level ? nullptr : &from_.instances[placed[i]]->to_world);
+      here.solid = id;
+      scene_.has_solid_holes = scene_.has_solid_holes || material.has_alpha;
+      if (const double size = area(mesh); size > largest) {
+        largest = size;
+        solid.material = &material;
+      }
+    }
+    first_.push_back(placed[surface.meshes.front()]);
+    faces_inwards_.push_back(surface.border_edges == 0 && surface.volume_m3 < 0);
+    if (surface.border_edges > 0) {
+      solid.kind = SolidKind::kOpen;
+      warn(first_.back(), solid,
+           "is not closed (" + std::to_string(surface.border_edges) +
+               " edges belong to one triangle only); where light enters the volume that it bounds "
+               "and does not meet it again, the volume has no end");
+    }
+    scene_.solids.push_back(solid);
+  }
+
+  /// Once for all instances of a mesh.
+  void warn(std::uint32_t placed, const Solid& solid, const std::string& what) {
+    const auto mesh = static_cast<std::size_t>(from_.instances[placed]->mesh);
+    std::string text = "mesh '" + from_.description.meshes[mesh].name +
+                       "': the surface of material '" + solid.material->factors.name + "' " + what;
+    if (told_.insert(text).second) {
+      from_.description.warnings.push_back(std::move(text));
+    }
+  }
+
+  SceneData& scene_;
+  const PlacedFrom& from_;
+  std::map<std::vector<const MeshData*>, std::vector<JoinedSurface>> surfaces_;
+  std::vector<std::uint32_t> first_;  ///< a placed mesh of each solid
+  std::vector<bool> faces_inwards_;
+  std::set<std::string> told_;
+};
+
+}  // namespace
+
+void find_solids(SceneData& scene, const PlacedFrom& from) {
+  if (!scene.has_volumes) {
+    return;
+  }
+  SolidFinder finder(scene, from);
+  std::vector<std::uint32_t> placed;
+  for (std::uint32_t i = 0; i < scene.placed.size(); ++i) {
+    if (scene.materials[scene.meshes[scene.placed[i].mesh].material].is_volume) {
+      placed.push_back(i);
+    }
+    const bool is_last = i + 1 == scene.placed.size() || from.instances[i + 1] != from.instances[i];
+    if (is_last && !placed.empty()) {
+      finder.add_instance(placed);
+      placed.clear();
+    }
+  }
+  finder.finish();
+}
+
+}  // namespace core

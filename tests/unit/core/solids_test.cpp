@@ -1,0 +1,175 @@
+// Solids of a scene: which triangles bound them, their order, the points within, warnings.
+#include "core/scene/solids.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/scene/closed_surface.h"
+#include "core/scene/scene_data.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using core::MaterialDescription;
+using core::MediumStack;
+using core::Rgb;
+using core::Solid;
+using core::SolidKind;
+using core::Vec3;
+
+MaterialDescription glass(int priority = 0) {
+  MaterialDescription m;
+  m.name = "glass";
+  m.transmission = 1;
+  m.thickness = 1;
+  m.priority = priority;
+  return m;
+}
+
+std::shared_ptr<const core::Scene> balls(std::vector<MaterialDescription> materials,
+                                         const std::vector<float>& radii) {
+  std::vector<core::PrimitiveDescription> parts;
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    parts.push_back(test_support::sphere({0, 0, 0}, radii[i], 8, false, static_cast<int>(i)));
+  }
+  return test_support::build(test_support::scene_of(std::move(materials), std::move(parts)));
+}
+
+TEST(MediumStack, TheHighestRankOwnsTheSpaceInWhateverOrderItIsEntered) {
+  Solid low;
+  Solid high;
+  high.rank = 1;
+  for (const bool turned : {false, true}) {
+    MediumStack media;
+    media.enter(turned ? low : high);
+    media.enter(turned ? high : low);
+    EXPECT_EQ(media.top(), &high);
+    media.leave(high);
+    EXPECT_EQ(media.top(), &low);
+    media.leave(low);
+    EXPECT_TRUE(media.empty());
+  }
+}
+
+TEST(MediumStack, AnExitWithoutAnEntryEndsOnlyWhatItCanEnd) {
+  Solid closed;
+  Solid open_front;
+  Solid open_back;
+  Solid cavity;
+  open_front.kind = open_back.kind = SolidKind::kOpen;
+  cavity.kind = SolidKind::kCavity;
+  MediumStack media;
+  media.enter(closed);
+  media.enter(open_front);
+  media.leave(open_back);
+  EXPECT_FALSE(media.holds(open_front)) << "two sides of one solid";
+  media.leave(open_back);
+  EXPECT_TRUE(media.holds(closed)) << "a sheet ends no closed solid";
+  media.leave(cavity);
+  EXPECT_TRUE(media.empty()) << "into the cavity";
+  media.enter(cavity);
+  media.leave(closed);
+  EXPECT_TRUE(media.empty()) << "out of the hollow solid";
+}
+
+TEST(MediumStack, KeepsTheInnermostWhenItIsFull) {
+  std::vector<Solid> solids(MediumStack::kMax + 1);
+  MediumStack media;
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    solids[i].rank = static_cast<std::uint32_t>(i);
+    media.enter(solids[i]);
+  }
+  EXPECT_EQ(media.top(), &solids.back());
+  EXPECT_FALSE(media.holds(solids.front()));
+}
+
+TEST(MediumStack, ASegmentBetweenAHoleAndNoSurfaceIsFreeOfTheMedium) {
+  core::Material material;
+  Solid solid;
+  solid.material = &material;
+  MediumStack media;
+  media.enter(solid);
+  media.begin_segment({&solid, true});
+  EXPECT_EQ(media.medium_to({}), nullptr);
+  EXPECT_EQ(media.medium_to({&solid, true}), nullptr);
+  EXPECT_EQ(media.medium_to({&solid, false}), &material);
+  media.begin_segment({&solid, false});
+  EXPECT_EQ(media.medium_to({&solid, true}), &material);
+  media.begin_segment();
+  EXPECT_EQ(media.medium_to({&solid, true}), nullptr);
+  EXPECT_EQ(media.medium_to({}), &material);
+}
+
+TEST(Solids, ContainThePointsInsideTheirSurface) {
+  const auto scene = balls({glass(), glass()}, {1, 0.5F});
+  const core::SceneData& data = scene->data();
+  ASSERT_EQ(data.solids.size(), 2U);
+  EXPECT_TRUE(scene->summary().warnings.empty()) << scene->summary().warnings.front();
+  EXPECT_TRUE(core::solids_around(data, {0, 0, 1.5F}).empty());
+  EXPECT_TRUE(core::solids_around(data, {0.9F, 0.9F, 0}).empty()) << "in the box alone";
+  const MediumStack outer = core::solids_around(data, {0, 0, 0.75F});
+  EXPECT_TRUE(outer.holds(data.solids[0]));
+  EXPECT_FALSE(outer.holds(data.solids[1]));
+  const MediumStack inner = core::solids_around(data, {0, 0, 0.25F});
+  EXPECT_TRUE(inner.holds(data.solids[0]));
+  EXPECT_EQ(inner.top(), &data.solids[1]) << "the smaller one";
+}
+
+TEST(Solids, PriorityGoesBeforeSize) {
+  const auto scene = balls({glass(1), glass()}, {1, 0.5F});
+  EXPECT_EQ(core::solids_around(scene->data(), {0, 0, 0.25F}).top(), &scene->data().solids[0]);
+}
+
+TEST(Solids, AnOpenSurfaceContainsWhatSeesItsBackFirst) {
+  MaterialDescription floor = test_support::lambert(Rgb(1));
+  const auto scene = test_support::build(test_support::scene_of(
+      {glass(), floor}, {test_support::quad({-9, 0, 9}, {18, 0, 0}, {0, 0, -18}, 0),
+                         test_support::quad({-9, -2, 9}, {18, 0, 0}, {0, 0, -18}, 1)}));
+  const core::SceneData& data = scene->data();
+  EXPECT_FALSE(core::solids_around(data, {0, -1, 0}).empty()) << "under water";
+  EXPECT_TRUE(core::solids_around(data, {0, 1, 0}).empty()) << "above";
+  EXPECT_TRUE(core::solids_around(data, {0, -3, 0}).empty()) << "below the floor";
+}
+
+TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
+  const auto warnings = [](const core::PrimitiveDescription& part) {
+    core::SceneDescription scene = test_support::scene_of({glass()}, {part});
+    scene.meshes.front().name = "vase";
+    return test_support::build(std::move(scene))->summary().warnings;
+  };
+  core::PrimitiveDescription ball = test_support::sphere({0, 0, 0}, 1, 8, false, 0);
+  EXPECT_TRUE(warnings(ball).empty());
+  const auto inward = warnings(test_support::sphere({0, 0, 0}, 1, 8, true, 0));
+  ASSERT_EQ(inward.size(), 1U);
+  EXPECT_NE(inward.front().find("mesh 'vase'"), std::string::npos);
+  EXPECT_NE(inward.front().find("faces inwards"), std::string::npos);
+  ball.indices.resize(ball.indices.size() / 2);
+  const auto open = warnings(ball);
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_NE(open.front().find("mesh 'vase'"), std::string::npos);
+  EXPECT_NE(open.front().find("is not closed"), std::string::npos);
+}
+
+TEST(ClosedSurface, SeamsAreClosedUpToRounding) {
+  core::MeshData mesh;
+  core::PrimitiveDescription ball = test_support::sphere({5, 5, 5}, 1, 8, false, 0);
+  mesh.positions = ball.positions;
+  mesh.indices = ball.indices;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 7) {  // vertices of their own, moved a bit
+    mesh.positions.push_back(mesh.positions[mesh.indices[i]] + Vec3{5e-7F, 0, -5e-7F});
+    mesh.indices[i] = static_cast<std::uint32_t>(mesh.positions.size() - 1);
+  }
+  const core::MeshData* const meshes[] = {&mesh};
+  const auto closed = core::join_surfaces(meshes);
+  ASSERT_EQ(closed.size(), 1U);
+  EXPECT_EQ(closed[0].border_edges, 0U);
+  EXPECT_GT(closed[0].volume_m3, 0);
+  const auto middle =
+      mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 6 * 3);
+  mesh.indices.erase(middle, middle + 3);
+  EXPECT_EQ(core::join_surfaces(meshes)[0].border_edges, 3U) << "a missing triangle is seen";
+}
+
+}  // namespace

@@ -430,8 +430,18 @@ const View<JobView>& job_view() {
        denoised_row(),
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
+       {"warning_details", warning_details_shape(),
+        [](const JobView& j) { return print_list(warning_view(), j.warning_details); }},
        {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};
   return kView;
+}
+
+void add_warning(JobView& job, const core::Warning& warning) {
+  const std::string text = warning.text();
+  if (std::find(job.warnings.begin(), job.warnings.end(), text) == job.warnings.end()) {
+    job.warnings.push_back(text);
+    job.warning_details.push_back(warning);
+  }
 }
 
 std::string job_etag(const JobView& job) {

@@ -78,7 +78,7 @@ Face reduced(Face face) {
 }
 
 Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits,
-                       std::vector<std::string>& warnings) {
+                       std::vector<Warning>& warnings) {
   const std::string where = "/images/" + std::to_string(index);
   const auto file = source.image_file(index);
   if (!file) {
@@ -171,7 +171,7 @@ Result<std::vector<int>> images_of_environment(const tinygltf::Model& model, int
 Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& model,
                                                       GltfSource& source,
                                                       const GltfOptions& options,
-                                                      std::vector<std::string>& warnings) {
+                                                      std::vector<Warning>& warnings) {
   const auto scene = chosen_scene(model, options.scene_index);
   if (!scene) {
     return scene.error();

@@ -142,7 +142,8 @@ TEST(GltfMaterial, WarnsAboutATextureOfAMedium) {
   const auto scene = load(writer);
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_EQ(scene->warnings.size(), 1U);
-  EXPECT_NE(scene->warnings[0].find("multiscatterColorTexture is ignored"), std::string::npos);
+  EXPECT_NE(scene->warnings[0].detail.find("multiscatterColorTexture is ignored"),
+            std::string::npos);
 }
 
 TEST(GltfMaterial, ScatteringOfThinWallsIsDiffuseTransmission) {

@@ -324,7 +324,7 @@ class SceneWriter {
 
   void write_camera(const CameraDescription& camera) {
     // glTF requires planes: these are none (Camera::set_planes).
-    constexpr float kNear = 1e-9F;
+    constexpr float kNear = 1e-30F;
     constexpr float kFar = 1e30F;
     Json json = {{"name", camera.name}};
     if (camera.orthographic) {

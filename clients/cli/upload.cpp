@@ -76,7 +76,8 @@ core::Result<std::string> upload_with_files(ApiClient& client, const std::string
       }
       request["files"][name] = *id;
     }
-    const auto reply = client.post(scenes_path(path, is_strict), request.dump(), "application/json");
+    const auto reply =
+        client.post(scenes_path(path, is_strict), request.dump(), "application/json");
     missing = client.last().missing;
     const bool is_asked_again = std::any_of(
         missing.begin(), missing.end(),
@@ -123,8 +124,9 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
   }
   const auto reply = client.post(scenes_path(path, is_strict), *bytes, std::string(media->second));
   const std::vector<std::string> missing = client.last().missing;
-  return missing.empty() || extension == "zip" ? scene_id_of(reply)
-                                               : upload_with_files(client, path, *bytes, missing, is_strict);
+  return missing.empty() || extension == "zip"
+             ? scene_id_of(reply)
+             : upload_with_files(client, path, *bytes, missing, is_strict);
 }
 
 }  // namespace cli

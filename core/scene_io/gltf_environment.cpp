@@ -97,7 +97,7 @@ Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits,
     return status.error();
   }
   if (auto warning = radiance_warning(*image, "image " + std::to_string(index)); !warning.empty()) {
-    warnings.push_back(std::move(warning));
+    warnings.emplace_back("texels", where, std::move(warning));
   }
   return reduced({image->width, radiance_of(*image, AlphaUse::kDivisor)});
 }

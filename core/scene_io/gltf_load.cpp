@@ -165,8 +165,8 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
     return opened.error();
   }
   auto& [container, checked, model, texture_images, needed_images] = *opened;
-  auto source = GltfSource::open(checked.tables, container, resolve, needed_images, options.limits,
-                                 repairs);
+  auto source =
+      GltfSource::open(checked.tables, container, resolve, needed_images, options.limits, repairs);
   if (!source) {
     return source.error();
   }

@@ -140,13 +140,7 @@ void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
     const Vec4s<N> u =
         draw(wave, Numbers::load(paths, to), (1U << some.size()) - 1, kCameraGroup, camera.drawn());
     const CameraRayLanes<N> rays = camera.rays(some, u);
-    store(paths.origin, to, rays.origin);
-    store(paths.direction, to, rays.direction);
-    store(paths.cone_width_m.at + to, rays.width_m);
-    store(paths.cone_spread_rad.at + to, rays.spread_rad);
-    store(results.weight.at + first, rays.weight);
-    store(results.start_m.at + first, rays.start_m);
-    store(results.t_max.at + first, rays.t_max);
+    store_rays(wave, to, first, rays);
     store(paths.beta, to, Vec3s<N>(Vec3{1, 1, 1}));
     store(paths.pdf_bsdf.at + to, Floats<N>(0));
     store(paths.last_origin, to, nothing);

@@ -481,7 +481,7 @@ TEST(GltfMaterial, ReadsThePriorityOfSolids) {
     ASSERT_TRUE(ignored) << wrong;
     EXPECT_EQ(ignored->materials[0].priority, 0) << wrong;
     ASSERT_EQ(ignored->warnings.size(), 1U) << wrong;
-    EXPECT_NE(ignored->warnings[0].find("extras.priority"), std::string::npos);
+    EXPECT_NE(ignored->warnings[0].detail.find("extras.priority"), std::string::npos);
   }
   const auto thin = load_material(R"("extras":{"priority":3})");
   ASSERT_TRUE(thin);

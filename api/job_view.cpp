@@ -436,14 +436,6 @@ const View<JobView>& job_view() {
   return kView;
 }
 
-void add_warning(JobView& job, const core::Warning& warning) {
-  const std::string text = warning.text();
-  if (std::find(job.warnings.begin(), job.warnings.end(), text) == job.warnings.end()) {
-    job.warnings.push_back(text);
-    job.warning_details.push_back(warning);
-  }
-}
-
 std::string job_etag(const JobView& job) {
   return "\"s" + std::to_string(job.spec_version) + "-r" + std::to_string(job.progress.revision) +
          "-" + std::string(to_text(job.state)) +

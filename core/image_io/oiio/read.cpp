@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <new>
 #include <numeric>
@@ -158,6 +159,50 @@ void place_window(const OpenedImage& opened, int first, std::size_t stored_chann
   }
 }
 
+/// Divides colour by alpha, rounded to whole values. Pre: Value is unsigned.
+template <typename Value>
+void divide_by_alpha(Image& image) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  std::vector<Value> values(image.value_count());
+  std::memcpy(values.data(), image.bytes.data(), image.bytes.size());
+  for (std::size_t at = 0; at < values.size(); at += channels) {
+    const std::uint64_t alpha = values[at + channels - 1];
+    for (std::size_t c = 0; alpha > 0 && c + 1 < channels; ++c) {
+      constexpr std::uint64_t kMost = std::numeric_limits<Value>::max();
+      const std::uint64_t straight = (values[at + c] * kMost + alpha / 2) / alpha;
+      values[at + c] = static_cast<Value>(std::min(straight, kMost));
+    }
+  }
+  std::memcpy(image.bytes.data(), values.data(), image.bytes.size());
+}
+
+void multiply_by_alpha(Image& image) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  std::vector<float> values(image.value_count());
+  std::memcpy(values.data(), image.bytes.data(), image.bytes.size());
+  for (std::size_t at = 0; at < values.size(); at += channels) {
+    for (std::size_t c = 0; c + 1 < channels; ++c) {
+      values[at + c] *= values[at + channels - 1];
+    }
+  }
+  std::memcpy(image.bytes.data(), values.data(), image.bytes.size());
+}
+
+// A TIFF says whether its colour is multiplied by alpha; ours is if its values are floats.
+void unify_alpha(const OIIO::ImageSpec& spec, Image& image) {
+  if (spec.alpha_channel != image.channels - 1 || image.channels < 2) {
+    return;
+  }
+  const bool is_straight = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+  if (image.type == PixelType::kF32 && is_straight) {
+    multiply_by_alpha(image);
+  } else if (image.type == PixelType::kU8 && !is_straight) {
+    divide_by_alpha<std::uint8_t>(image);
+  } else if (image.type == PixelType::kU16 && !is_straight) {
+    divide_by_alpha<std::uint16_t>(image);
+  }
+}
+
 Result<Image> decode_pixels(std::string_view kind, std::span<const std::byte> file,
                             const ImageLimits& limits) {
   auto opened = open_image(kind, file, limits);
@@ -186,6 +231,9 @@ Result<Image> decode_pixels(std::string_view kind, std::span<const std::byte> fi
   } else {
     image.bytes.resize(image.value_count() * bytes_per_value(image.type));
     place_window(*opened, *low, stored_channels, stored, image);
+  }
+  if (kind == "tif") {
+    unify_alpha(spec, image);
   }
   return image;
 }

@@ -156,6 +156,20 @@ TEST(TiffHeader, UnassociatedColorIsNotMultipliedByAlpha) {
   EXPECT_EQ(std::to_integer<int>(image.bytes[3]), 0);
 }
 
+TEST(TiffHeader, AssociatedColorIsDividedByAlpha) {
+  // ExtraSamples 1; 64 32 16 at alpha 128.
+  const core::Image image = decoded(from_hex(
+      "49492a00080000000b0000010400010000000100000001010400010000000100000002010300040000009200"
+      "000003010300010000000100000006010300010000000200000011010400010000009a000000150103000100"
+      "0000040000001601040001000000010000001701040001000000040000001c01030001000000010000005201"
+      "0300010000000100000000000000080008000800080040201080"));
+  ASSERT_EQ(image.channels, 4);
+  EXPECT_EQ(std::to_integer<int>(image.bytes[0]), 128);
+  EXPECT_EQ(std::to_integer<int>(image.bytes[1]), 64);
+  EXPECT_EQ(std::to_integer<int>(image.bytes[2]), 32);
+  EXPECT_EQ(std::to_integer<int>(image.bytes[3]), 128);
+}
+
 // OpenEXR: "OpenEXR File Layout", openexr.com; uncompressed, floats, lines from the top.
 
 struct Box {

@@ -430,6 +430,8 @@ const View<JobView>& job_view() {
        denoised_row(),
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
+       {"warning_details", warning_details_shape(),
+        [](const JobView& j) { return print_list(warning_view(), j.warning_details); }},
        {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};
   return kView;
 }

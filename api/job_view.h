@@ -12,6 +12,7 @@
 
 #include "api/job_spec.h"
 #include "api/problem.h"
+#include "core/base/warning.h"
 #include "core/denoise/denoiser.h"
 #include "core/error/error_estimate.h"
 #include "core/film/film_merge.h"
@@ -69,6 +70,7 @@ struct JobView {
   std::uint64_t peak_bytes = 0;       ///< 0: unknown
   std::string film_digest;            ///< empty until finished
   std::vector<std::string> warnings;
+  std::vector<core::Warning> warning_details;  ///< about the scene's file; texts are in `warnings`
   std::string build;          ///< JSON text: build that rendered the film; empty: unknown
   core::SampleLedger ledger;  ///< of a merged film; empty: follows from the spec
   /// Samples per pixel of the film when its error estimate ended it, unless a count fixed
@@ -79,6 +81,9 @@ struct JobView {
 
   static core::Progress nothing_rendered();
 };
+
+/// Adds a warning about the scene's file, with its text, unless it is there.
+void add_warning(JobView& job, const core::Warning& warning);
 
 /// Returns whether an error estimate chose the job's sample count.
 bool is_ended_by_error(const JobView& job);

@@ -363,6 +363,8 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--seed", flags.seed, "Random seed (0); a different seed gives different noise")
       ->check(within(0, limits::kSeed))
       ->type_name("N");
+  app.add_flag("--strict", flags.strict,
+               "Refuse a scene file with faults, which are otherwise mended with a warning");
   app.add_option("--threads", flags.threads, "Render threads (as many as the machine has)")
       ->check(within(0, 1024))
       ->type_name("N");

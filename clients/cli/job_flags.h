@@ -63,6 +63,7 @@ struct JobFlags {
   bool is_spectral = false;
   std::optional<std::uint64_t> seed;
   int threads = 0;
+  bool strict = false;  ///< refuse files that would be mended
   bool json = false;
 };
 

@@ -288,6 +288,11 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
   const auto readings = readings_of(task, job.spec.render);
+  Json details = Json::array();
+  for (const core::Warning& warning : job.warning_details) {
+    details.push_back(
+        {{"code", warning.code}, {"pointer", warning.pointer}, {"detail", warning.detail}});
+  }
   return {
       {"output", output},
       {"exposure", exposure},
@@ -318,7 +323,8 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"rejected_samples", progress.rejected_samples},
       {"meter", readings.empty() ? Json(nullptr) : Json::parse(api::meter_json(readings))},
       {"film_digest", task.film().digest()},
-      {"warnings", warnings}};
+      {"warnings", warnings},
+      {"warning_details", details}};
 }
 
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {

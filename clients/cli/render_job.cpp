@@ -160,11 +160,12 @@ core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
 
 core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed,
                                          int threads) {
-  LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), nullptr};
+  LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), {}, nullptr};
   core::GltfOptions options;
   options.time_seconds = job.spec.time_seconds;
   options.shutter_seconds = job.spec.render.shutter_seconds;
   options.variant = job.spec.variant;
+  options.is_strict = flags.strict;
   auto description = load_scene(job.spec.scene, options);
   if (!description) {
     return description.error();
@@ -177,7 +178,10 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
     return scene.error();
   }
   const core::SceneSummary& summary = (*scene)->summary();
-  job.warnings.insert(job.warnings.end(), summary.warnings.begin(), summary.warnings.end());
+  for (const core::Warning& warning : summary.warnings) {
+    job.warnings.push_back(warning.text());
+    job.warning_details.push_back(warning);
+  }
   for (std::string& warning : api::adaptive_warnings(job.spec)) {
     job.warnings.push_back(std::move(warning));
   }

@@ -69,7 +69,7 @@ core::Status upload_files(ApiClient& client, const SubmitFlags& flags, Json& req
     return file.error();
   }
   if (*file) {
-    const auto id = upload_scene(client, **file);
+    const auto id = upload_scene(client, **file, flags.job.strict);
     if (!id) {
       return id.error();
     }
@@ -100,19 +100,6 @@ core::Result<Json> post_job(ApiClient& client, const Json& request) {
     return reply.error();
   }
   return parse_object(reply->body);
-}
-
-/// known: warnings reported before; may be null.
-void tell_warnings(const Json& job, const Json& known = {}) {
-  if (const auto found = job.find("warnings"); found != job.end() && found->is_array()) {
-    for (const Json& warning : *found) {
-      if (std::find(known.begin(), known.end(), warning) != known.end()) {
-        continue;
-      }
-      std::fprintf(stderr, "warning: %s\n",
-                   shown(warning.is_string() ? warning.get<std::string>() : "").c_str());
-    }
-  }
 }
 
 /// Follows the job to its end and downloads the image if requested.

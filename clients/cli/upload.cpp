@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "clients/cli/files.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/shown.h"
 
 namespace cli {
 namespace {
@@ -39,7 +41,9 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
   if (!reply) {
     return reply.error();
   }
-  std::string id = text_at(parse_object(reply->body), "id");
+  const Json scene = parse_object(reply->body);
+  std::string id = text_at(scene, "id");
+  tell_warnings(scene);
   if (id.empty()) {
     return Error{ErrorCode::kInternal, "the server's response contains no scene id", ""};
   }
@@ -47,14 +51,15 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
 }
 
 /// Adds the file's name for lists of scenes.
-std::string scenes_path(const std::string& file) {
-  return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1));
+std::string scenes_path(const std::string& file, bool is_strict) {
+  return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1)) +
+         (is_strict ? "&strict=1" : "");
 }
 
 /// Sends the files beside a document that the server asks for, until it asks for no more.
 core::Result<std::string> upload_with_files(ApiClient& client, const std::string& path,
                                             const std::string& document,
-                                            std::vector<std::string> missing) {
+                                            std::vector<std::string> missing, bool is_strict) {
   const auto gltf = upload_bytes(client, document);
   if (!gltf) {
     return gltf.error();
@@ -72,7 +77,8 @@ core::Result<std::string> upload_with_files(ApiClient& client, const std::string
       }
       request["files"][name] = *id;
     }
-    const auto reply = client.post(scenes_path(path), request.dump(), "application/json");
+    const auto reply =
+        client.post(scenes_path(path, is_strict), request.dump(), "application/json");
     missing = client.last().missing;
     const bool is_asked_again = std::any_of(
         missing.begin(), missing.end(),
@@ -85,6 +91,19 @@ core::Result<std::string> upload_with_files(ApiClient& client, const std::string
 
 }  // namespace
 
+void tell_warnings(const Json& described, const Json& known) {
+  if (const auto found = described.find("warnings");
+      found != described.end() && found->is_array()) {
+    for (const Json& warning : *found) {
+      if (std::find(known.begin(), known.end(), warning) != known.end()) {
+        continue;
+      }
+      std::fprintf(stderr, "warning: %s\n",
+                   shown(warning.is_string() ? warning.get<std::string>() : "").c_str());
+    }
+  }
+}
+
 core::Result<std::string> upload_asset(ApiClient& client, const std::string& path) {
   const auto bytes = read_file(path);
   if (!bytes) {
@@ -93,7 +112,7 @@ core::Result<std::string> upload_asset(ApiClient& client, const std::string& pat
   return upload_bytes(client, *bytes);
 }
 
-core::Result<std::string> upload_scene(ApiClient& client, const std::string& path) {
+core::Result<std::string> upload_scene(ApiClient& client, const std::string& path, bool is_strict) {
   const auto bytes = read_file(path);
   if (!bytes) {
     return bytes.error();
@@ -104,10 +123,11 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
   if (media == kMedia.end()) {
     return Error{ErrorCode::kUnsupportedFormat, "a scene must be a .glb, .gltf or .zip file", path};
   }
-  const auto reply = client.post(scenes_path(path), *bytes, std::string(media->second));
+  const auto reply = client.post(scenes_path(path, is_strict), *bytes, std::string(media->second));
   const std::vector<std::string> missing = client.last().missing;
-  return missing.empty() || extension == "zip" ? scene_id_of(reply)
-                                               : upload_with_files(client, path, *bytes, missing);
+  return missing.empty() || extension == "zip"
+             ? scene_id_of(reply)
+             : upload_with_files(client, path, *bytes, missing, is_strict);
 }
 
 }  // namespace cli

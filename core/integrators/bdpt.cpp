@@ -456,7 +456,7 @@ PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera
 
   CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
   begin(path, sampler);
-  path.last.origin = path.ray.origin;
+  path.last.origin = camera_ray.from_lens();
   path.sums = weights_.from_camera(path.ray);
   follow_camera(path, {}, light.vertices);
   return path.out;
@@ -486,7 +486,7 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
   if (strategies.has_camera_vertices(2)) {
     CameraSubpath path{{start_path(scene_, from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
     begin(path, from.from_camera);
-    path.last.origin = path.ray.origin;
+    path.last.origin = from.camera_ray.from_lens();
     path.sums = weights_.from_camera(path.ray);
     follow_camera(path, strategies, light.vertices);
   }

@@ -55,7 +55,8 @@ void place_in_solids(MovingCamera& camera, const SceneData& scene, Vec2 film_px,
   start.varies = std::any_of(starts.begin() + 1, starts.end(), [&](const Start& s) {
     return !(solids_around(scene, s.origin, s.time) == start.media);
   });
-  if (camera.first().is_orthographic() || is_moving) {
+  const bool is_clipped = camera.first().ray(film_px * 0.5F, {}).start_m > 0;
+  if (camera.first().is_orthographic() || is_moving || is_clipped) {
     Bounds box;
     for (const Start& s : starts) {
       box.add(s.origin);

@@ -13,6 +13,7 @@
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
 #include "core/scene/crowding.h"
+#include "core/scene/ground.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
@@ -75,6 +76,7 @@ class Builder {
   TextureSlot slot(const TextureDescription& description, bool srgb) {
     TextureSlot out;
     out.description = description;
+    out.axes = map_axes(description.uv_transform);
     if (description.image < 0) {
       return out;
     }
@@ -197,6 +199,7 @@ class Builder {
     mesh.indices = std::move(p.indices);
     mesh.normals = std::move(p.normals);
     mesh.tangents = std::move(p.tangents);
+    mesh.tangent_uv_set = p.tangent_uv_set;
     mesh.uv = std::move(p.uv);
     mesh.colors = std::move(p.colors);
     mesh.file_vertices = std::move(p.file_vertices);
@@ -382,9 +385,12 @@ class Builder {
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
-    for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
-      (placed == to_.ground ? ground_bounds_ : bounds_)
-          .add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
+    Bounds& bounds_here = placed == to_.ground ? ground_bounds_ : bounds_;
+    if (is_drawn(material.factors)) {
+      for (const std::uint32_t i : mesh.indices) {
+        bounds_here.add(to_world == nullptr ? mesh.positions[i]
+                                            : to_world->point(mesh.positions[i]));
+      }
     }
     for (const MovedVertices& moved : mesh.later) {
       for (std::size_t i = 0; i + 1 < moved.positions.size(); ++i) {

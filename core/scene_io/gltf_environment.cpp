@@ -78,7 +78,7 @@ Face reduced(Face face) {
 }
 
 Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits,
-                       std::vector<std::string>& warnings) {
+                       std::vector<Warning>& warnings) {
   const std::string where = "/images/" + std::to_string(index);
   const auto file = source.image_file(index);
   if (!file) {
@@ -97,7 +97,7 @@ Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits,
     return status.error();
   }
   if (auto warning = radiance_warning(*image, "image " + std::to_string(index)); !warning.empty()) {
-    warnings.push_back(std::move(warning));
+    warnings.emplace_back("texels", where, std::move(warning));
   }
   return reduced({image->width, radiance_of(*image, AlphaUse::kDivisor)});
 }
@@ -171,7 +171,7 @@ Result<std::vector<int>> images_of_environment(const tinygltf::Model& model, int
 Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& model,
                                                       GltfSource& source,
                                                       const GltfOptions& options,
-                                                      std::vector<std::string>& warnings) {
+                                                      std::vector<Warning>& warnings) {
   const auto scene = chosen_scene(model, options.scene_index);
   if (!scene) {
     return scene.error();

@@ -30,6 +30,6 @@ Result<std::vector<int>> images_of_environment(const tinygltf::Model& model, int
 Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& model,
                                                       GltfSource& source,
                                                       const GltfOptions& options,
-                                                      std::vector<std::string>& warnings);
+                                                      std::vector<Warning>& warnings);
 
 }  // namespace core

@@ -16,13 +16,12 @@
 #include "core/scene_io/gltf_objects.h"
 #include "core/scene_io/gltf_place.h"
 #include "core/scene_io/gltf_pointer.h"
+#include "core/scene_io/gltf_repairs.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/shutter.h"
 
 namespace core {
 namespace {
-
-constexpr std::size_t kWarningsMax = 100;
 
 // Memory of JSON as two documents, one after the other, and as tinygltf's model. Measured by
 // tests/stress/memory --measure: 190 per number in a list; 300 per object of three members.
@@ -92,17 +91,18 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
 /// Returns the nodes that animations move; other animated values are set in `model`.
 Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& source,
                                       const GltfOptions& options, tinygltf::Model& model,
-                                      std::vector<std::string>& warnings) {
+                                      GltfRepairs& repairs) {
   if (!options.time_seconds) {
     return AnimatedNodes();
   }
-  auto moment = evaluate_animations(model, source, *options.time_seconds, warnings);
+  auto moment = evaluate_animations(model, source, *options.time_seconds, repairs);
   if (!moment) {
     return moment.error();
   }
   if (!moment->values.empty()) {
     if (options.shutter_seconds > 0) {
-      warnings.emplace_back(
+      repairs.note(
+          "shutter", "",
           "While the shutter is open, properties animated by KHR_animation_pointer, other than "
           "transforms, keep their values at its opening.");
     }
@@ -115,14 +115,6 @@ Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& so
   return std::move(moment->nodes);
 }
 
-void keep_warnings_short(std::vector<std::string>& warnings) {
-  if (warnings.size() > kWarningsMax) {
-    const std::size_t more = warnings.size() - kWarningsMax;
-    warnings.resize(kWarningsMax);
-    warnings.push_back("and " + std::to_string(more) + " more warnings");
-  }
-}
-
 /// A document without the bytes that it refers to.
 struct OpenedGltf {
   GltfContainer container;
@@ -133,15 +125,15 @@ struct OpenedGltf {
 };
 
 Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
-                             int scene_index, const GltfLimits& limits) {
-  auto container = open_container(file, limits);
+                             int scene_index, const GltfLimits& limits, GltfRepairs& repairs) {
+  auto container = open_container(file, limits, repairs);
   if (!container) {
     return container.error();
   }
   if (auto status = check_json_bytes(container->json, limits); !status) {
     return status.error();
   }
-  auto checked = check_gltf(*container);
+  auto checked = check_gltf(*container, repairs);
   if (!checked) {
     return checked.error();
   }
@@ -151,8 +143,11 @@ Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& 
   }
   OpenedGltf opened{*std::move(container), *std::move(checked), *std::move(model), {}, {}};
   opened.texture_images = choose_texture_images(opened.model, opened.checked.tables, resolve);
-  opened.needed_images = opened.texture_images;
-  std::erase(opened.needed_images, -1);
+  for (std::size_t i = 0; i < opened.texture_images.size(); ++i) {
+    if (opened.texture_images[i] >= 0 && opened.checked.tables.uses("textures", i)) {
+      opened.needed_images.push_back(opened.texture_images[i]);
+    }
+  }
   const auto of_environment = images_of_environment(opened.model, scene_index);
   if (!of_environment) {
     return of_environment.error();
@@ -164,28 +159,29 @@ Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& 
 
 Result<SceneDescription> load_moment(std::span<const std::byte> file, const ResolveUri& resolve,
                                      const GltfOptions& options) {
-  auto opened = open_gltf(file, resolve, options.scene_index, options.limits);
+  GltfRepairs repairs(options.is_strict);
+  auto opened = open_gltf(file, resolve, options.scene_index, options.limits, repairs);
   if (!opened) {
     return opened.error();
   }
   auto& [container, checked, model, texture_images, needed_images] = *opened;
-  auto source = GltfSource::open(checked.tables, container, resolve, needed_images, options.limits);
+  auto source =
+      GltfSource::open(checked.tables, container, resolve, needed_images, options.limits, repairs);
   if (!source) {
     return source.error();
   }
   SceneDescription scene;
-  scene.warnings = std::move(checked.warnings);
   read_names(model, scene);
   auto variant = find_variant(scene, options.variant);
   if (!variant) {
     return variant.error();
   }
-  auto animated = play_animations(checked, *source, options, model, scene.warnings);
+  auto animated = play_animations(checked, *source, options, model, repairs);
   if (!animated) {
     return animated.error();
   }
   GltfImages images(model, *source, texture_images, options.limits, scene);
-  if (auto status = read_materials(model, images, scene); !status) {
+  if (auto status = read_materials(model, checked.tables, images, scene); !status) {
     return status.error();
   }
   if (!options.geometry_only) {
@@ -199,7 +195,7 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
   if (auto status = read_profiles(*source, scene); !status) {
     return status.error();
   }
-  GltfMeshes meshes(model, *source, options, *variant, scene);
+  GltfMeshes meshes(model, *source, options, *variant, repairs, scene);
   if (auto status = place_nodes(model, *source, meshes, options, *animated, scene); !status) {
     return status.error();
   }
@@ -210,7 +206,10 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
     }
     scene.environment = *std::move(environment);
   }
-  keep_warnings_short(scene.warnings);
+  std::vector<Warning> all = repairs.take();
+  all.insert(all.end(), scene.warnings.begin(), scene.warnings.end());
+  shorten(all);
+  scene.warnings = std::move(all);
   return scene;
 }
 
@@ -249,7 +248,8 @@ Result<std::vector<std::string>> gltf_files(std::span<const std::byte> file, con
                                             const GltfLimits& limits) {
   static const SharedBytes kThere = std::make_shared<const Bytes>();
   const auto resolve = [&has](std::string_view name) { return has(name) ? kThere : nullptr; };
-  const auto opened = open_gltf(file, resolve, GltfOptions().scene_index, limits);
+  GltfRepairs repairs(/*is_strict=*/false);
+  const auto opened = open_gltf(file, resolve, GltfOptions().scene_index, limits, repairs);
   if (!opened) {
     return opened.error();
   }

@@ -49,6 +49,8 @@ struct GltfOptions {
   std::optional<Place> origin;
   /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;
+  /// Refuses every fault that would otherwise be mended with a warning (gltf_repairs.h).
+  bool is_strict = false;
   GltfLimits limits;
 };
 

@@ -68,29 +68,38 @@ std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> 
       known->required = known->required || required;
     }
   };
-  for (const GltfBuffer& buffer : tables.buffers) {
-    add(buffer.uri, !buffer.is_meshopt_fallback);
+  for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
+    if (tables.uses("buffers", i)) {
+      add(tables.buffers[i].uri, !tables.buffers[i].is_meshopt_fallback);
+    }
   }
   for (const int image : needed_images) {
     add(tables.images[static_cast<std::size_t>(image)].uri, true);
   }
-  for (const GltfProfile& profile : tables.profiles) {
-    add(profile.uri, true);
+  for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
+    if (tables.uses("light profiles", i)) {
+      add(tables.profiles[i].uri, true);
+    }
   }
   return files;
 }
 
 Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContainer& container,
                                     const ResolveUri& resolve, std::span<const int> needed_images,
-                                    const GltfLimits& limits) {
+                                    const GltfLimits& limits, GltfRepairs& repairs) {
   GltfSource source(tables, limits);
   for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
     const GltfBuffer& buffer = tables.buffers[i];
     const std::string where = "/buffers/" + std::to_string(i);
     source.buffers_.emplace_back();
+    if (!tables.uses("buffers", i)) {
+      continue;
+    }
     if (!buffer.uri) {
       if (!buffer.is_meshopt_fallback) {
-        source.buffers_[i] = container.bin.first(buffer.bytes);
+        if (auto status = source.set_buffer(i, container.bin, repairs); !status) {
+          return status.error();
+        }
       }
       continue;
     }
@@ -101,13 +110,9 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     if (*bytes == nullptr) {
       continue;
     }
-    if ((*bytes)->size() < buffer.bytes) {
-      return Error{ErrorCode::kInvalidArgument,
-                   std::to_string(buffer.bytes) + " bytes, but the file has only " +
-                       std::to_string((*bytes)->size()),
-                   where + "/byteLength"};
+    if (auto status = source.set_buffer(i, **bytes, repairs); !status) {
+      return status.error();
     }
-    source.buffers_[i] = std::span(**bytes).first(buffer.bytes);
     source.owned_.push_back(*std::move(bytes));
   }
   for (const int i : needed_images) {
@@ -124,7 +129,7 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
   for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
     const GltfProfile& profile = tables.profiles[i];
     SharedBytes& file = source.profile_files_.emplace_back();
-    if (!profile.uri) {
+    if (!profile.uri || !tables.uses("light profiles", i)) {
       continue;
     }
     auto bytes = source.fetch(*profile.uri, resolve,
@@ -146,15 +151,36 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
   return source;
 }
 
+Status GltfSource::set_buffer(std::size_t index, std::span<const std::byte> file,
+                              GltfRepairs& repairs) {
+  const std::uint64_t bytes = tables_->buffers[index].bytes;
+  if (file.size() >= bytes) {
+    buffers_[index] = file.first(bytes);
+    return ok_status();
+  }
+  const std::string where = "/buffers/" + std::to_string(index) + "/byteLength";
+  std::string fault =
+      std::to_string(bytes) + " bytes, but the file has only " + std::to_string(file.size());
+  if (needed_bytes(*tables_, index) > file.size()) {
+    return Error{ErrorCode::kInvalidArgument, std::move(fault), where};
+  }
+  buffers_[index] = file;
+  return repairs.mended("padding", where, std::move(fault), "nothing reads the missing ones");
+}
+
 Result<std::span<const std::byte>> GltfSource::view(int index) {
+  if (const Error* fault = tables_->fault_of("bufferViews", index)) {
+    return *fault;
+  }
   const GltfView& view = tables_->views[static_cast<std::size_t>(index)];
   if (!view.meshopt) {
     const auto buffer = buffers_[static_cast<std::size_t>(view.buffer)];
-    if (buffer.size() < view.offset + view.bytes) {
+    if (buffer.size() < view.offset || buffer.empty()) {
       return Error{ErrorCode::kInvalidArgument, "the view reads a buffer without content",
                    "/bufferViews/" + std::to_string(index)};
     }
-    return buffer.subspan(view.offset, view.bytes);
+    // Of a buffer that is too short, set_buffer() has checked what is read.
+    return buffer.subspan(view.offset, std::min(view.bytes, buffer.size() - view.offset));
   }
   auto& decompressed = decompressed_[index];
   if (decompressed == nullptr) {
@@ -179,6 +205,9 @@ Result<std::span<const std::byte>> GltfSource::view(int index) {
 }
 
 Result<std::span<const std::byte>> GltfSource::image_file(int index) {
+  if (const Error* fault = tables_->fault_of("images", index)) {
+    return *fault;
+  }
   const GltfImage& image = tables_->images[static_cast<std::size_t>(index)];
   if (image.view >= 0) {
     return view(image.view);

@@ -42,11 +42,12 @@ std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> 
 
 class GltfSource {
  public:
-  /// Borrows `tables`, which must outlive it. `needed_images` index tables.images. Errors:
-  /// kMissingFiles with all files that `resolve` does not have, kInvalidArgument.
+  /// Borrows `tables`, which must outlive it. `needed_images` index tables.images. Reads the
+  /// buffers and light profiles that are used. Errors: kMissingFiles with all files that `resolve`
+  /// does not have, kInvalidArgument.
   static Result<GltfSource> open(const GltfTables& tables, const GltfContainer& container,
                                  const ResolveUri& resolve, std::span<const int> needed_images,
-                                 const GltfLimits& limits);
+                                 const GltfLimits& limits, GltfRepairs& repairs);
 
   /// Returns the content of a view, decompressed if needed. Pre: 0 <= index < views.size().
   Result<std::span<const std::byte>> view(int index);
@@ -60,6 +61,8 @@ class GltfSource {
   DecodeBudget& budget() noexcept { return budget_; }
 
  private:
+  /// Sets buffer `index` to `file`, of which bytes that nothing reads may be missing.
+  Status set_buffer(std::size_t index, std::span<const std::byte> file, GltfRepairs& repairs);
   GltfSource(const GltfTables& tables, const GltfLimits& limits)
       : tables_(&tables), budget_(limits) {}
 

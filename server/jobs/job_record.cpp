@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "api/errors.h"
 #include "api/film_view.h"
@@ -16,10 +15,6 @@ using api::JobState;
 
 std::optional<double> known(double value) {
   return std::isnan(value) ? std::nullopt : std::optional<double>(value);
-}
-
-double value_or_nan(const std::optional<double>& value) {
-  return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace
@@ -79,6 +74,45 @@ std::vector<std::string> new_warnings(const api::JobView& before, const api::Job
   return warnings;
 }
 
+namespace {
+
+/// Without the characters that separate lines and the parts of a line.
+std::string one_word(std::string text) {
+  for (char& c : text) {
+    c = c == '\n' || c == '\t' ? ' ' : c;
+  }
+  return text;
+}
+
+/// One line per warning: its text, or code, pointer and detail, separated by tabs.
+std::vector<std::string> warning_lines(const api::JobView& view) {
+  std::vector<std::string> lines;
+  for (const std::string& text : view.warnings) {
+    const auto detail = std::find_if(view.warning_details.begin(), view.warning_details.end(),
+                                     [&](const core::Warning& w) { return w.text() == text; });
+    lines.push_back(detail == view.warning_details.end()
+                        ? one_word(text)
+                        : one_word(detail->code) + '\t' + one_word(detail->pointer) + '\t' +
+                              one_word(detail->detail));
+  }
+  return lines;
+}
+
+void read_warning_lines(const std::vector<std::string>& lines, api::JobView& view) {
+  for (const std::string& line : lines) {
+    const std::size_t first = line.find('\t');
+    const std::size_t second = line.find('\t', first + 1);
+    if (first == std::string::npos || second == std::string::npos) {
+      view.warnings.push_back(line);
+      continue;
+    }
+    api::add_warning(view, {line.substr(0, first), line.substr(first + 1, second - first - 1),
+                            line.substr(second + 1)});
+  }
+}
+
+}  // namespace
+
 JobRow to_row(const JobRecord& record) {
   const api::JobView& view = record.view;
   JobRow row;
@@ -97,10 +131,7 @@ JobRow to_row(const JobRecord& record) {
   row.created_at = view.created_at_unix_seconds;
   row.started_at = view.started_at_unix_seconds;
   row.finished_at = view.finished_at_unix_seconds;
-  row.warnings = view.warnings;
-  for (std::string& warning : row.warnings) {
-    std::replace(warning.begin(), warning.end(), '\n', ' ');
-  }
+  row.warnings = warning_lines(view);
   if (record.failure) {
     row.failure = *record.failure;
   }
@@ -162,7 +193,7 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   view.finished_at_unix_seconds = row.finished_at;
   view.spec = std::move(parsed->spec);
   view.spec_version = static_cast<std::uint32_t>(row.spec_version);
-  view.warnings = row.warnings;
+  read_warning_lines(row.warnings, view);
   view.film_digest = row.film_digest;
   view.peak_bytes = row.peak_bytes;
   view.build = row.build;

@@ -204,11 +204,35 @@ core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec,
   return made;
 }
 
+core::Status RunBuilder::tell_of_scene(Job& job, const core::Scene& scene) {
+  const std::vector<core::Warning>& warnings = scene.summary().warnings;
+  const std::vector<core::Warning> told = job.record().view.warning_details;
+  const auto is_told = [&](const core::Warning& warning) {
+    return std::find(told.begin(), told.end(), warning) != told.end();
+  };
+  if (std::all_of(warnings.begin(), warnings.end(), is_told)) {
+    return core::ok_status();
+  }
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    for (const core::Warning& warning : warnings) {
+      api::add_warning(record.view, warning);
+    }
+    return {};
+  };
+  const Verdict noted =
+      parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory});
+  return noted ? core::ok_status()
+               : core::Status(Error{ErrorCode::kCancelled, "the job was deleted", ""});
+}
+
 core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer(
     Job& job, const std::stop_token& stop) {
   auto view = admitted_view(job.record().view.spec, stop);
   if (!view) {
     return view.error();
+  }
+  if (auto told = tell_of_scene(job, *view->scene); !told) {
+    return told.error();
   }
   auto settled = core::settle(*view, job.record().view.spec.stop, stop);
   if (!settled) {

@@ -72,6 +72,8 @@ class RunBuilder {
  private:
   core::Result<core::View> admitted_view(const api::JobSpec& spec,
                                          const std::stop_token& stop) const;
+  /// Adds the warnings about the scene's file to the job's.
+  core::Status tell_of_scene(Job& job, const core::Scene& scene);
   /// Resolves the integrator `auto` and records the choice in the job.
   core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job,
                                                                        const std::stop_token& stop);

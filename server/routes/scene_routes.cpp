@@ -95,8 +95,10 @@ Response create(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  const SceneOrigin origin{
-      .access = request.access, .name = query->name, .stop = request.stop_token()};
+  const SceneOrigin origin{.access = request.access,
+                           .name = query->name,
+                           .is_strict = query->strict,
+                           .stop = request.stop_token()};
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";

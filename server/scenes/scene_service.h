@@ -46,6 +46,7 @@ struct SceneServiceOptions {
 struct SceneOrigin {
   Access access = {};         ///< The uploader.
   std::string name = {};      ///< Empty: the name inside the file.
+  bool is_strict = false;     ///< As in core::GltfOptions.
   std::stop_token stop = {};  ///< Ends the checks with kCancelled.
 };
 

@@ -119,7 +119,8 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   }
   const std::string main_id = core::sha256_hex(document.bytes->data(), document.bytes->size());
   const std::string id = scene_id(main_id, files);
-  if (auto known = known_scene(id, origin.access); !known || known->known) {
+  auto known = known_scene(id, origin.access);
+  if (!known || known->known) {
     // An upload replaces stored files that have been damaged.
     for (const auto& [uri, bytes] : document.files) {
       if (known && !assets_.check(files[uri])) {
@@ -129,16 +130,20 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
     if (known && !assets_.check(main_id)) {
       static_cast<void>(assets_.put_for_scene(view_of(*document.bytes), unix_now()));
     }
-    return known;
+    if (!known || !origin.is_strict) {
+      return known;
+    }
   }
   const auto turn = uploads_.take(origin.access.tenant, origin.stop, std::nullopt);
   if (!turn) {
     return turn.error();
   }
   ReadingMemory memory(lease);
-  auto scene = build(document, asking(memory), origin.stop);
-  if (!scene) {
-    return scene.error();
+  core::GltfOptions options = asking(memory);
+  options.is_strict = origin.is_strict;
+  auto scene = build(document, options, origin.stop);
+  if (!scene || known->known) {
+    return scene ? known : scene.error();
   }
   core::SceneSummary summary = (*scene)->summary();
   summary.name = origin.name.empty() ? summary.name : origin.name;

@@ -40,6 +40,7 @@ class Submitting(ApiTest):
                 "film_digest",
                 "denoised",
                 "warnings",
+                "warning_details",
                 "links",
             },
         )

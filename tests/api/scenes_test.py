@@ -40,7 +40,8 @@ class Scenes(ApiTest):
         self.assertEqual(self.server.get("/v1/scenes/" + scene["id"]).json(), scene)
         self.assertEqual(set(scene), {"id", "name", "bytes", "bounds", "triangles", "instances",
                                       "cameras", "lights", "light_groups", "materials",
-                                      "variants", "animations", "extensions", "warnings"})
+                                      "variants", "animations", "extensions", "warnings",
+                                      "warning_details"})
         self.assertEqual(scene["triangles"], 1)
         self.assertEqual(scene["bounds"], {"min": [-1, -1, 0], "max": [1, 1, 0]})
         self.assertIn("front", json.dumps(scene["cameras"]))
@@ -186,6 +187,28 @@ class Scenes(ApiTest):
         answer = self.server.post("/v1/scenes", data, GLB)
         self.assertEqual(answer.status, 201, answer)
         self.assertIn("EXT_nobody_needs", json.dumps(answer.json()["warnings"]))
+
+    def test_faults_are_mended_and_told_or_refused_on_request(self):
+        metal = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1.00000012, 0.5, 1]}}
+        data = triangle_glb(
+            materials=[metal],
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        )
+        pointer = "/materials/0/pbrMetallicRoughness/baseColorFactor/1"
+        self.assert_problem(self.server.post("/v1/scenes?strict=1", data, GLB), 422, pointer)
+        answer = self.server.post("/v1/scenes", data, GLB)
+        self.assertEqual(answer.status, 201, answer)
+        scene = answer.json()
+        (detail,) = scene["warning_details"]
+        self.assertEqual((detail["code"], detail["pointer"]), ("clamped", pointer))
+        self.assertEqual(scene["warnings"], [pointer + ": " + detail["detail"]])
+        self.assertEqual(self.server.get("/v1/scenes/" + scene["id"]).json(), scene)
+        # Also once the scene is known.
+        self.assert_problem(self.server.post("/v1/scenes?strict=1", data, GLB), 422, pointer)
+        self.assert_problem(self.server.post("/v1/scenes?strict=2", data, GLB), 422)
+        job = self.server.render(job_body(scene["id"]))
+        self.assertEqual(job["warning_details"], scene["warning_details"])
+        self.assertEqual(job["warnings"].count(scene["warnings"][0]), 1)
 
     def test_checks_curves_of_the_index_of_refraction(self):
         def post(cauchy):

@@ -154,7 +154,7 @@ TEST(GltfEnvironment, CountsTexelsThatAreNoLight) {
   const auto scene = load(writer, {});
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_EQ(scene->warnings.size(), 1U);
-  EXPECT_EQ(scene->warnings[0].find("2 texels of image 0 have negative"), 0U);
+  EXPECT_EQ(scene->warnings[0].detail.find("2 texels of image 0 have negative"), 0U);
 }
 
 TEST(GltfEnvironment, IsMultipliedByItsIntensity) {

@@ -46,18 +46,25 @@ def scene_file(path: str | os.PathLike[str]) -> Path:
     return place
 
 
-def single_file_call(content: Path | bytes, suffix: str) -> Call:
+def _params(name: str | None, strict: bool) -> dict[str, str]:
+    named = {} if name is None else {"name": name}
+    return named | {"strict": "1"} if strict else named
+
+
+def single_file_call(content: Path | bytes, suffix: str, strict: bool = False) -> Call:
     """POST /v1/scenes with a single file."""
     headers = {"Content-Type": _MEDIA[suffix]}
-    params = {"name": content.name} if isinstance(content, Path) else {}
+    params = _params(content.name if isinstance(content, Path) else None, strict)
     return Call(
         "POST", "/v1/scenes", params=params, content=content, headers=headers, timeout_s=_LOADING_S
     )
 
 
-def scene_from_assets_call(gltf_id: str, files: dict[str, str], name: str) -> Call:
+def scene_from_assets_call(
+    gltf_id: str, files: dict[str, str], name: str, strict: bool = False
+) -> Call:
     return Call(
-        "POST", "/v1/scenes", params={"name": name}, json={"gltf": gltf_id, "files": files},
+        "POST", "/v1/scenes", params=_params(name, strict), json={"gltf": gltf_id, "files": files},
         timeout_s=_LOADING_S,
     )  # fmt: skip
 

@@ -373,6 +373,11 @@ class Scene:
     def warnings(self) -> list[str]:
         return list(self.data["warnings"])
 
+    @property
+    def warning_details(self) -> list[dict[str, str]]:
+        """The same as `code`, `pointer` into the glTF document, and `detail`."""
+        return list(self.data["warning_details"])
+
 
 @dataclass(frozen=True)
 class ServerInfo:

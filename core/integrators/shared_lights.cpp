@@ -123,8 +123,8 @@ class SharedLightsTracer final : public GroupTracer {
 /// Traces to the first surface.
 void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& place,
                                std::uint64_t& rays) const noexcept {
-  TracedPath& path =
-      member.path.emplace(TracedPath{start_path(owner_.scene(), from.camera_ray, from.sampler, rays)});
+  TracedPath& path = member.path.emplace(
+      TracedPath{start_path(owner_.scene(), from.camera_ray, from.sampler, rays)});
   member.is_over = true;
   member.shares = false;
   place.count = 0;

@@ -14,10 +14,10 @@ struct Start {
   float time = 0;
 };
 
-/// Origins of rays from the corners and the middle of the film, on the rim and in the middle of the
-/// lens, at several times.
+/// Origins of rays from the corners and the middle of the film, on the edge and in the middle of
+/// the lens, at several times.
 std::vector<Start> sampled_starts(const MovingCamera& camera, Vec2 film_px, bool is_moving) {
-  // The rim of the lens is the border of the unit square (concentric map).
+  // The edge of the lens is that of the unit square (concentric map).
   constexpr float kLast = 0x1.fffffep-1F;
   constexpr float kLens[][2] = {
       {0.5F, 0.5F},   {0, 0},         {0.25F, 0},     {0.5F, 0},     {0.75F, 0},     {kLast, 0},

@@ -205,7 +205,7 @@ TEST(StartStates, ALampInASolidShinesThroughIt) {
   for (const Lamp lamp : {Lamp::kPoint, Lamp::kSpot, Lamp::kArea}) {
     const double bare = bare_floor(lamp);
     const double truth = bare * std::exp(-kSigma * kBallRadius);
-    core::View view = lamp_in_ball(lamp, solid(1, kSigma));
+    core::View view = lamp_in_ball(lamp, solid(1, static_cast<float>(kSigma)));
     each_integrator([&](const core::IntegratorEntry& row) {
       view.settings.integrator = std::string(row.name);
       const double bias = row.bias == "none" ? 0 : 0.06;
@@ -217,7 +217,7 @@ TEST(StartStates, ALampInASolidShinesThroughIt) {
 
 // A hole in a solid does not let a path into its medium: half of the light is never absorbed.
 TEST(Solids, HalfCoverageLetsHalfOfTheLightPassUnabsorbed) {
-  MaterialDescription half = solid(1, kSigma);
+  MaterialDescription half = solid(1, static_cast<float>(kSigma));
   half.alpha_mode = core::AlphaMode::kBlend;
   half.base_alpha = 0.5F;
   const double bare = bare_floor(Lamp::kArea);

@@ -68,6 +68,7 @@ ObjectsView example_objects() {
                 .width = 960,
                 .height = 540,
                 .scale_px = {651.8, 651.8},
+                .origin = {},
                 .to_world = {}};
   out.has_ids = true;
   ObjectView chair{.id = 4,

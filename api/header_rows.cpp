@@ -43,12 +43,14 @@ constexpr std::array kResponseHeaders = {
     HeaderRow{"X-Tessera-Bias", kText, "Systematic error of the image: none, consistent, biased."},
     HeaderRow{"X-Tessera-Denoiser", kText, "Denoiser of the image, if any."},
     HeaderRow{"X-Tessera-Error", kText,
-              "Relative error of the image, and the low and high end of its interval; empty if "
-              "unknown."},
+              "Error of the image, and the low and high end of its interval; without the ends if "
+              "they are unknown."},
     HeaderRow{"X-Tessera-Exposure", kNumber, "Exposure of a display format, in stops."},
     HeaderRow{"X-Tessera-Ignored", kText, "Query parameters without effect in this format."},
     HeaderRow{"X-Tessera-Range", kText, "Range of values that the colours show."},
     HeaderRow{"X-Tessera-Revision", kInteger, "Revision of the film in the image."},
+    HeaderRow{"X-Tessera-Set-Aside", kText,
+              "Share of the light that the image is shown without, such as 0.21%: its fireflies."},
     HeaderRow{"X-Tessera-Samples", kNumber, "Mean samples per pixel of the image."},
 };
 

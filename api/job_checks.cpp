@@ -285,11 +285,6 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
   }
   if (stop.denoised_error && spec.denoise.type == core::DenoiserType::kNone) {
     faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
-  } else if (stop.denoised_error && is_known &&
-             core::pixel_errors(render) != core::PixelErrors::kIndependent) {
-    faults.add("/stop/denoised_error",
-               "errors of neighbouring pixels are correlated, so the error of a denoised image has "
-               "no interval; give samples_per_pixel or seconds");
   } else if (stop.denoised_error && is_known && !core::errors_are_valid(render)) {
     refuse("/stop/denoised_error");
   }

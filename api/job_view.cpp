@@ -83,8 +83,7 @@ std::optional<core::StopReason> stop_reason_from_text(std::string_view text) {
 
 core::Progress JobView::nothing_rendered() {
   core::Progress progress;
-  core::ErrorInterval& error = progress.error;
-  error.relative_rmse = error.low = error.high = std::numeric_limits<double>::quiet_NaN();
+  progress.error = core::unknown_error();
   return progress;
 }
 
@@ -153,10 +152,15 @@ bool is_ended_by_error(const JobView& job) {
   return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
 }
 
+static bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
+
 DenoisedView promised(DenoisedView denoised, const JobView& job) {
   // Errors that ended the job were selected by their value: only their upper bound holds.
   for (core::ErrorInterval* error : {&denoised.mixed, &denoised.full}) {
     error->low = is_ended_by_error(job) && std::isfinite(error->low) ? 0 : error->low;
+    if (!has_interval(job)) {
+      error->low = error->high = std::numeric_limits<double>::quiet_NaN();
+    }
   }
   return denoised;
 }
@@ -173,7 +177,6 @@ std::string_view bias_of(const JobView& job) {
 
 namespace {
 
-bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
 Json interval_end(const JobView& job, double value) {
   return has_interval(job) ? number_json(value) : Json(nullptr);
 }
@@ -183,19 +186,26 @@ Json interval_end(const JobView& job, double value) {
 const View<JobView>& error_view() {
   static const View<JobView> kView = {
       "ErrorEstimate",
-      "Error estimate of the current image.",
-      {{"relative_rmse",
-        shape::nullable(
-            shape::real("Noise-to-signal ratio of the average tile: sqrt(mean over tiles of N / (S "
-                        "+ F)), N the sum of (A - B)^2 / 4 over pixels and channels, S that of A "
-                        "B, A and B the halves' means, F the floor 3 n (0.05 L)^2 of n pixels in "
-                        "an image of mean luminance L; null: unknown.")),
-        [](const JobView& j) { return number_json(j.progress.error.relative_rmse); }},
+      "Error estimate of the current image I against the truth mu: the mean over pixels of (sum "
+      "over channels of |I - mu|) / (sum of max(I, mu) + F), F = 0.05 (mean root of the "
+      "luminance)^2.",
+      {{"relative",
+        shape::nullable(shape::real("grain + doubt / 2: the average pixel is off by this share of "
+                                    "its brightness, 0 to 1; null: unknown.")),
+        [](const JobView& j) { return number_json(j.progress.error.relative); }},
        {"low",
         shape::nullable(shape::real("Lower end of the interval; null: unknown, or not valid.")),
         [](const JobView& j) { return interval_end(j, j.progress.error.low); }},
        {"high", shape::nullable(shape::real("Upper end of the interval.")),
         [](const JobView& j) { return interval_end(j, j.progress.error.high); }},
+       {"grain",
+        shape::nullable(
+            shape::real("Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F).")),
+        [](const JobView& j) { return number_json(j.progress.error.grain); }},
+       {"doubt",
+        shape::nullable(shape::real("Light that only one half has found: mean over squares of 16 "
+                                    "pixels of sum (|A - B| r) / sum (|A| + |B| + 2 F).")),
+        [](const JobView& j) { return number_json(j.progress.error.doubt); }},
        {"confidence", shape::real("Confidence level of the interval."),
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
@@ -204,8 +214,12 @@ const View<JobView>& error_view() {
                     "interval."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
-        shape::flag("A few small regions dominate the error, so the interval is only a guess."),
-        [](const JobView& j) -> Json { return j.progress.error.unreliable; }}}};
+        shape::flag("More light is in doubt than is visible as grain (doubt above grain): rare "
+                    "bright paths are still being found, and the interval may miss."),
+        [](const JobView& j) -> Json { return j.progress.error.unreliable; }},
+       {"relative_rmse",
+        shape::nullable(shape::real("Deprecated: the same as `relative`; removed in version 2.")),
+        [](const JobView& j) { return number_json(j.progress.error.relative); }}}};
   return kView;
 }
 
@@ -345,24 +359,35 @@ const View<DenoisedView>& denoised_view() {
        {"features",
         shape::flag("Uses albedo, normal, depth and emission; false: the scene was deleted."),
         [](const DenoisedView& d) -> Json { return d.has_features; }},
-       {"relative_rmse",
-        shape::nullable(shape::real("As in `error`, with N an estimate of the squared error "
-                                    "including bias; 0 if it is too small to be measured.")),
-        [](const DenoisedView& d) { return number_json(d.mixed.relative_rmse); }},
+       {"relative",
+        shape::nullable(shape::real("As in `error`, bias included; 0 if it is too small to be "
+                                    "measured.")),
+        [](const DenoisedView& d) { return number_json(d.mixed.relative); }},
        {"low",
         shape::nullable(shape::real("Lower end of its 95% interval; null: not valid; 0 if an error "
                                     "target ended the job, because only `high` holds then.")),
         [](const DenoisedView& d) { return number_json(d.mixed.low); }},
        {"high", shape::nullable(shape::real()),
         [](const DenoisedView& d) { return number_json(d.mixed.high); }},
+       {"grain", shape::nullable(shape::real("What remains wrong in the average pixel.")),
+        [](const DenoisedView& d) { return number_json(d.mixed.grain); }},
+       {"doubt", shape::nullable(shape::real("That of the image before denoising.")),
+        [](const DenoisedView& d) { return number_json(d.mixed.doubt); }},
+       {"unreliable", shape::flag("Doubt is above grain."),
+        [](const DenoisedView& d) -> Json { return d.mixed.unreliable; }},
+       {"full_relative", shape::nullable(shape::real("Error of `full`, the denoiser's own image.")),
+        [](const DenoisedView& d) { return number_json(d.full.relative); }},
+       {"relative_rmse",
+        shape::nullable(shape::real("Deprecated: the same as `relative`; removed in version 2.")),
+        [](const DenoisedView& d) { return number_json(d.mixed.relative); }},
        {"full_relative_rmse",
-        shape::nullable(shape::real("Relative error of `full`, the denoiser's own image.")),
-        [](const DenoisedView& d) { return number_json(d.full.relative_rmse); }},
+        shape::nullable(shape::real("Deprecated: the same as `full_relative`.")),
+        [](const DenoisedView& d) { return number_json(d.full.relative); }},
        {"gain",
-        shape::nullable(shape::real("(plain relative_rmse / this one)^2: factor of samples that "
+        shape::nullable(shape::real("(plain error / this one)^2: factor of samples that "
                                     "the plain image would need for the same error.")),
         [](const DenoisedView& d) {
-          const double ratio = d.plain.relative_rmse / d.mixed.relative_rmse;
+          const double ratio = d.plain.relative / d.mixed.relative;
           return number_json(ratio * ratio);
         }},
        {"revision", shape::count("Revision of the image that was denoised."),
@@ -405,6 +430,8 @@ const View<JobView>& job_view() {
        denoised_row(),
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
+       {"warning_details", warning_details_shape(),
+        [](const JobView& j) { return print_list(warning_view(), j.warning_details); }},
        {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};
   return kView;
 }

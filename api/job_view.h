@@ -12,6 +12,7 @@
 
 #include "api/job_spec.h"
 #include "api/problem.h"
+#include "core/base/warning.h"
 #include "core/denoise/denoiser.h"
 #include "core/error/error_estimate.h"
 #include "core/film/film_merge.h"
@@ -62,13 +63,14 @@ struct JobView {
   std::optional<double> finished_at_unix_seconds;
   JobSpec spec;
   std::uint32_t spec_version = 1;  ///< number of changes of spec; part of the ETag
-  /// Its revision is that of the job. Default: nothing rendered yet (error.relative_rmse NaN).
+  /// Its revision is that of the job. Default: nothing rendered yet (error.relative NaN).
   core::Progress progress = nothing_rendered();
   std::optional<Problem> failure;
   std::optional<int> queue_position;  ///< 0 is next
   std::uint64_t peak_bytes = 0;       ///< 0: unknown
   std::string film_digest;            ///< empty until finished
   std::vector<std::string> warnings;
+  std::vector<core::Warning> warning_details;  ///< about the scene's file; texts are in `warnings`
   std::string build;          ///< JSON text: build that rendered the film; empty: unknown
   core::SampleLedger ledger;  ///< of a merged film; empty: follows from the spec
   /// Samples per pixel of the film when its error estimate ended it, unless a count fixed
@@ -79,6 +81,9 @@ struct JobView {
 
   static core::Progress nothing_rendered();
 };
+
+/// Adds a warning about the scene's file, with its text, unless it is there.
+void add_warning(JobView& job, const core::Warning& warning);
 
 /// Returns whether an error estimate chose the job's sample count.
 bool is_ended_by_error(const JobView& job);
@@ -114,7 +119,7 @@ std::string asset_json(std::string_view id, std::uint64_t bytes);
 std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
                         std::span<const std::string> jobs);
 
-/// A line through (log samples_per_pixel, log relative_rmse) by least squares, with its 95%
+/// A line through (log samples_per_pixel, log error.relative) by least squares, with its 95%
 /// interval (Student's t, n - 2 degrees). NaN: too few points. Points without an error are omitted.
 /// The points of one run are dependent, so the interval is only a guide.
 struct Slope {

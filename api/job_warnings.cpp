@@ -1,9 +1,11 @@
-// Warnings about settings that have no effect on a job.
+// Warnings about settings that have no effect on a job, and about the file of its scene.
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "api/job_spec.h"
+#include "api/job_view.h"
 #include "core/film/replicate_fit.h"
 #include "core/render/pass_plan.h"
 #include "core/settings/registry.h"
@@ -83,6 +85,14 @@ std::vector<std::string> idle_warnings(const JobSpec& spec) {
         std::to_string(*spec.stop.samples_per_pixel) + " are asked for.");
   }
   return warnings;
+}
+
+void add_warning(JobView& job, const core::Warning& warning) {
+  const std::string text = warning.text();
+  if (std::find(job.warnings.begin(), job.warnings.end(), text) == job.warnings.end()) {
+    job.warnings.push_back(text);
+    job.warning_details.push_back(warning);
+  }
 }
 
 }  // namespace api

@@ -181,6 +181,30 @@ constexpr std::array kDenoiseShows = {
     core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own image."},
 };
 
+constexpr std::array kFireflies = {
+    core::NamedValue<Fireflies>{"keep", Fireflies::kKeep, "All light as it was sampled."},
+    core::NamedValue<Fireflies>{
+        "set_aside", Fireflies::kSetAside,
+        "No pixel of a half outshines itself in the other half and its eight neighbours."},
+};
+
+constexpr std::array kFirefliesNames = {kFireflies[0].name, kFireflies[1].name};
+
+void read_fireflies(const std::string& value, ImageReading& out, const std::string& pointer,
+                    Faults& faults) {
+  for (const auto& choice : kFireflies) {
+    if (choice.name == value) {
+      out.query.fireflies = choice.value;
+      return;
+    }
+  }
+  faults.add(pointer, not_available(Json(value), kFirefliesNames));
+}
+
+Json fireflies_schema(const ImageReading& /*defaults*/) {
+  return {{"type", "string"}, {"enum", kFirefliesNames}};
+}
+
 /// Rows that select the layer and its display.
 constexpr auto look_rows() {
   return std::tuple{
@@ -193,6 +217,13 @@ constexpr auto look_rows() {
           "biased. For beauty and the layers of denoised images, which show mixed if it is absent. "
           "X-Tessera-Error gives the error. While the job renders, an image may be a few revisions "
           "old: see X-Tessera-Revision."),
+      ParameterField<ImageReading>{
+          "fireflies",
+          "set_aside: light that one half alone has found and that outshines all around it is "
+          "scaled down to its neighbours, the default of png, jpg and webp; keep: the default of "
+          "exr, hdr and tif. For beauty and light shares; denoised images are always made without "
+          "fireflies. X-Tessera-Set-Aside gives the share of the light that was taken.",
+          &read_fireflies, &fireflies_schema},
       ParameterField<ImageReading>{
           "exposure",
           "Stops, or auto: from the log-average luminance of the film's image, with at most a "
@@ -297,6 +328,7 @@ Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams 
 }  // namespace
 
 std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
+std::span<const core::NamedValue<Fireflies>> fireflies_choices() { return kFireflies; }
 
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageReading reading;

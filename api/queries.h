@@ -10,6 +10,7 @@ namespace api {
 /// POST /v1/scenes?name=.
 struct SceneUploadQuery {
   std::string name;  ///< empty: the name inside the file
+  bool strict = false;
 };
 Parsed<SceneUploadQuery> parse_scene_upload_query(QueryParams query);
 

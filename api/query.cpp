@@ -168,6 +168,9 @@ const auto& scene_upload_table() {
           "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
           "Display name, such as that of the file; it replaces the name inside the file. The id "
           "depends only on the content, so the name of a tenant's first upload is kept."),
+      flag(
+          "strict", [](auto& s) -> auto& { return s.strict; },
+          "1: refuse files with faults that would otherwise be mended with a warning."),
   };
   return kTable;
 }

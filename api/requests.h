@@ -113,10 +113,15 @@ std::optional<int> prefer_wait_seconds(std::string_view prefer_header);
 enum class TilePlanes { kAll, kMean };
 
 /// GET /v1/jobs/{id}/tiles?after=REVISION&planes=&denoise=.
+/// What happens to fireflies (core/film/set_aside.h).
+enum class Fireflies { kKeep, kSetAside };
+std::span<const core::NamedValue<Fireflies>> fireflies_choices();
+
 struct TilesQuery {
   std::uint32_t after = 0;
   TilePlanes planes = TilePlanes::kAll;
   DenoiseShow denoise = DenoiseShow::kOff;
+  Fireflies fireflies = Fireflies::kKeep;
 };
 Parsed<TilesQuery> parse_tiles_query(QueryParams query);
 
@@ -149,8 +154,9 @@ struct ImageQuery {
   std::optional<int> max_size;            ///< longest side of the image
   DenoiseShow denoise = DenoiseShow::kOff;
   std::vector<float> mix;  ///< weights of the shares of the image, in the job's order; empty: none
-  bool parts = false;      ///< EXR of all layers: one part per layer
-  bool stream = false;     ///< sends every new revision, as multipart/x-mixed-replace
+  std::optional<Fireflies> fireflies;  ///< empty: set aside in display formats
+  bool parts = false;                  ///< EXR of all layers: one part per layer
+  bool stream = false;                 ///< sends every new revision, as multipart/x-mixed-replace
 };
 /// tone_maps: the allowed names.
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);

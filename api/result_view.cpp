@@ -52,7 +52,7 @@ Slope fit_slope(std::span<const core::ConvergencePoint> points) {
   std::vector<double> x;
   std::vector<double> y;
   for (const core::ConvergencePoint& point : points) {
-    const double error = point.error.relative_rmse;
+    const double error = point.error.relative;
     if (point.samples_per_pixel > 0 && std::isfinite(error) && error > 0) {
       x.push_back(std::log(static_cast<double>(point.samples_per_pixel)));
       y.push_back(std::log(error));
@@ -98,12 +98,18 @@ const View<core::ConvergencePoint>& curve_point_view() {
         [](const Point& p) { return number_json(p.elapsed_seconds); }},
        {"cpu_seconds", shape::real(), [](const Point& p) { return number_json(p.cpu_seconds); }},
        {"rays", shape::count(), [](const Point& p) -> Json { return p.rays; }},
-       {"relative_rmse", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.relative_rmse); }},
+       {"relative", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.relative); }},
        {"low", shape::nullable(shape::real()),
         [](const Point& p) { return number_json(p.error.low); }},
        {"high", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.high); }}}};
+        [](const Point& p) { return number_json(p.error.high); }},
+       {"grain", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.grain); }},
+       {"doubt", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.doubt); }},
+       {"relative_rmse", shape::nullable(shape::real("Deprecated: the same as `relative`.")),
+        [](const Point& p) { return number_json(p.error.relative); }}}};
   return kView;
 }
 

@@ -36,6 +36,29 @@ Json fov_json(const CameraView& view) {
 
 }  // namespace
 
+const View<core::Warning>& warning_view() {
+  using core::Warning;
+  static const View<Warning> kView = {
+      "Warning",
+      "What was read otherwise than the file says, or not at all. Its text in `warnings` is "
+      "`pointer: detail`.",
+      {{"code",
+        shape::text("Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, "
+                    "`not_drawn`, `animation_ignored`, `extension_ignored`, ... "
+                    "Further kinds may be added."),
+        [](const Warning& w) -> Json { return w.code; }},
+       {"pointer", shape::text("JSON pointer into the glTF document; empty: none."),
+        [](const Warning& w) -> Json { return w.pointer; }},
+       {"detail", shape::text("What was seen, and what was done."),
+        [](const Warning& w) -> Json { return w.detail; }}}};
+  return kView;
+}
+
+Json warning_details_shape() {
+  return shape::list(warning_view().shape(),
+                     "Those of `warnings` that are about the scene's file, for programs.");
+}
+
 const View<CameraView>& camera_view() {
   static const View<CameraView> kView = {
       "SceneCamera",
@@ -132,7 +155,15 @@ const View<SceneView>& scene_view() {
        {"extensions", shape::texts("Extensions that the file uses."),
         [](const SceneView& s) -> Json { return s.summary.extensions; }},
        {"warnings", shape::texts(),
-        [](const SceneView& s) -> Json { return s.summary.warnings; }}}};
+        [](const SceneView& s) {
+          Json texts = Json::array();
+          for (const core::Warning& warning : s.summary.warnings) {
+            texts.push_back(warning.text());
+          }
+          return texts;
+        }},
+       {"warning_details", warning_details_shape(),
+        [](const SceneView& s) { return print_list(warning_view(), s.summary.warnings); }}}};
   return kView;
 }
 

@@ -41,6 +41,9 @@ const auto& tiles_table() {
           "denoise", [](auto& s) -> auto& { return s.denoise; }, &denoise_shows,
           "mixed, full: also sends frames of the denoised image, flagged 16, all tiles at once, at "
           "most every two seconds and for at most 5% of the job's time."),
+      choice(
+          "fireflies", [](auto& s) -> auto& { return s.fireflies; }, &fireflies_choices,
+          "set_aside: as in images of display formats; only with planes=mean."),
       ticket_row<TilesQuery>(),
   };
   return kTable;
@@ -112,7 +115,13 @@ const auto& events_table() {
 }  // namespace
 
 Parsed<TilesQuery> parse_tiles_query(QueryParams query) {
-  return parse_query(tiles_table(), query, TilesQuery{});
+  Parsed<TilesQuery> parsed = parse_query(tiles_table(), query, TilesQuery{});
+  if (parsed && parsed->fireflies == Fireflies::kSetAside && parsed->planes != TilePlanes::kMean) {
+    Faults faults;
+    faults.add("/fireflies", "applies only to planes=mean: variances are those of all light");
+    return faults.problem();
+  }
+  return parsed;
 }
 Parsed<JobEventsQuery> parse_job_events_query(QueryParams query) {
   return parse_query(job_events_table(), query, JobEventsQuery{});

@@ -98,6 +98,7 @@ void add_view_schemas(Json& components) {
   add(components, overloaded_event_view());
   add(components, webhook_view());
   add(components, asset_view());
+  add(components, warning_view());
   add(components, camera_view());
   add(components, light_view());
   add(components, scene_view());

@@ -111,6 +111,9 @@ const View<OverloadedView>& overloaded_event_view();
 const View<WebhookView>& webhook_view();
 
 // api/scene_view.cpp
+const View<core::Warning>& warning_view();
+/// Shape of the member `warning_details`.
+Json warning_details_shape();
 const View<CameraView>& camera_view();
 const View<core::PunctualLightDescription>& light_view();
 const View<SceneView>& scene_view();

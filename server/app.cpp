@@ -170,9 +170,11 @@ class App {
     app->batches_ =
         std::make_unique<BatchService>(*app->jobs_, app->job_table_, app->batch_table_, app->log_);
     app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->memory_gate_, app->log_);
-    app->jobs_->set_denoised_bound([&denoising = *app->denoising_](
-                                       const JobPointer& job, const core::Film& film,
-                                       double alpha) { return denoising.bound(job, film, alpha); });
+    app->jobs_->set_denoised_bound([&denoising = *app->denoising_](const JobPointer& job,
+                                                                   const core::Film& film,
+                                                                   double confidence) {
+      return denoising.bound(job, film, confidence);
+    });
     if (const auto started = app->start_webhooks(); !started) {
       return started.error();
     }

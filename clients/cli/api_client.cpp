@@ -166,6 +166,36 @@ Error unreachable(const std::string& url, httplib::Error error) {
                ""};
 }
 
+constexpr std::string_view kFiles = "/files/";
+
+/// A part of a JSON pointer: RFC 6901, 4.
+std::string unescaped(std::string_view part) {
+  std::string text;
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    const bool is_escape = part[i] == '~' && i + 1 < part.size();
+    text += is_escape ? (part[++i] == '1' ? '/' : '~') : part[i];
+  }
+  return text;
+}
+
+/// Returns the files that a scene lacks: pointers into `files` of a request with asset ids.
+std::vector<std::string> missing_in(const Reply& reply) {
+  std::vector<std::string> names;
+  const auto problem = nlohmann::json::parse(reply.body, nullptr, false);
+  if (reply.status != 424 || !problem.is_object()) {
+    return names;
+  }
+  if (const auto list = problem.find("errors"); list != problem.end() && list->is_array()) {
+    for (const auto& fault : *list) {
+      const std::string pointer = fault.is_object() ? member(fault, "pointer") : "";
+      if (pointer.starts_with(kFiles)) {
+        names.push_back(unescaped(pointer.substr(kFiles.size())));
+      }
+    }
+  }
+  return names;
+}
+
 core::Result<Reply> finish(const std::string& url, const httplib::Result& result,
                            ApiClient::Last& last) {
   last = {};
@@ -180,6 +210,7 @@ core::Result<Reply> finish(const std::string& url, const httplib::Result& result
   }
   Reply reply = to_reply(*result);
   if (reply.status < 200 || reply.status > 299) {
+    last.missing = missing_in(reply);
     return error_of_reply(reply);
   }
   return reply;

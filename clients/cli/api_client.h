@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 
@@ -45,8 +46,9 @@ class ApiClient {
 
   /// The latest response of get(), post(), put(), patch() or remove().
   struct Last {
-    int status = 0;               ///< 0: none came
-    int retry_after_seconds = 0;  ///< Retry-After
+    int status = 0;                         ///< 0: none came
+    int retry_after_seconds = 0;            ///< Retry-After
+    std::vector<std::string> missing = {};  ///< of 424: names of the files that a scene lacks
   };
   const Last& last() const noexcept;
 

@@ -118,6 +118,9 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
   if (!query.denoise.empty()) {
     add("denoise", query.denoise);
   }
+  if (!query.fireflies.empty()) {
+    add("fireflies", query.fireflies);
+  }
   const auto reply = client.get(path + "/image." + format_of(output) + parameters);
   if (!reply) {
     return reply.error();
@@ -148,8 +151,9 @@ int fetch(const Args& args) {
                  "Tone map: srgb linear aces agx khronos-neutral; only for .png, .jpg and .webp")
       ->type_name("T");
   add_denoise_option(app, query.denoise);
+  add_fireflies_option(app, query.fireflies);
   app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")
-      ->excludes("--layer", "--exposure", "--tonemap", "--denoise");
+      ->excludes("--layer", "--exposure", "--tonemap", "--denoise", "--fireflies");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] {
     return film ? run_film(server, id, output) : run(server, id, query, output);

@@ -8,10 +8,11 @@
 namespace cli {
 
 struct PictureQuery {
-  std::string layer;     ///< empty: the beauty image (EXR: every layer)
-  std::string exposure;  ///< stops or auto; empty: 0
-  std::string tone_map;  ///< empty: the server's default
-  std::string denoise;   ///< off, mixed, full; empty: off
+  std::string layer;      ///< empty: the beauty image (EXR: every layer)
+  std::string exposure;   ///< stops or auto; empty: 0
+  std::string tone_map;   ///< empty: the server's default
+  std::string denoise;    ///< off, mixed, full; empty: off
+  std::string fireflies;  ///< set_aside, keep; empty: by the format
 };
 
 /// Writes the image of the job at `path` to `output`, whose extension is the format ("-": PNG to

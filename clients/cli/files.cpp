@@ -10,9 +10,10 @@
 #include <sstream>
 #include <system_error>
 
-#include <nlohmann/json.hpp>
 #include <openssl/sha.h>
 #include <unistd.h>
+
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -23,23 +24,34 @@ namespace fs = std::filesystem;
 
 std::string reason() { return std::error_code(errno, std::generic_category()).message(); }
 
-std::string percent_decoded(std::string_view text) {
-  const auto digit = [](char c) {
-    const auto lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return std::string_view("0123456789abcdef").find(lower);
-  };
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escaped =
-        text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) < 16 && digit(text[i + 2]) < 16;
-    if (escaped) {
-      out += static_cast<char>(digit(text[i + 1]) * 16 + digit(text[i + 2]));
-      i += 2;
-    } else {
-      out += text[i];
-    }
+/// Returns the file or folder of a name in a folder: the same, else the only one that Windows and
+/// macOS would take for it.
+std::optional<fs::path> entry_in(const fs::path& folder, const std::string& name) {
+  std::error_code problem;
+  if (fs::exists(folder / name, problem)) {
+    return folder / name;
   }
-  return out;
+  core::FileNames names;
+  std::vector<fs::path> places;
+  for (fs::directory_iterator at(folder, problem); !problem && at != fs::directory_iterator();
+       at.increment(problem)) {
+    names.add(at->path().filename().string());
+    places.push_back(at->path());
+  }
+  const auto found = names.find(name);
+  return found ? std::optional(places[*found]) : std::nullopt;
+}
+
+std::optional<fs::path> find_inside(const fs::path& folder, const fs::path& relative) {
+  fs::path place = folder;
+  for (const fs::path& part : relative) {
+    const auto next = entry_in(place, part.string());
+    if (!next) {
+      return std::nullopt;
+    }
+    place = *next;
+  }
+  return place;
 }
 
 }  // namespace
@@ -146,50 +158,24 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-core::Result<std::vector<std::string>> gltf_side_files(std::string_view document) {
-  const auto json = nlohmann::json::parse(document, nullptr, false);
-  if (!json.is_object()) {
-    return Error{ErrorCode::kInvalidArgument, "is not a glTF document: not a JSON object", ""};
+core::Result<std::string> side_file_path(const std::string& folder, std::string_view name) {
+  const Error outside = {ErrorCode::kForbidden, "a scene may only use files in its own folder",
+                         std::string(name)};
+  const fs::path relative = name;
+  if (relative.is_absolute() || name.find("://") != std::string_view::npos) {
+    return outside;
   }
-  std::vector<std::string> uris;
-  for (const char* list : {"buffers", "images"}) {
-    const auto found = json.find(list);
-    if (found == json.end() || !found->is_array()) {
-      continue;
-    }
-    for (const auto& item : *found) {
-      const auto uri = item.is_object() ? item.find("uri") : item.end();
-      if (uri == item.end() || !uri->is_string()) {
-        continue;
-      }
-      auto text = uri->get<std::string>();
-      const bool inline_data = text.rfind("data:", 0) == 0;
-      if (!inline_data && std::find(uris.begin(), uris.end(), text) == uris.end()) {
-        uris.push_back(std::move(text));
-      }
-    }
-  }
-  return uris;
-}
-
-core::Result<std::string> side_file_path(const std::string& folder, std::string_view uri) {
-  const fs::path relative = percent_decoded(uri);
-  if (relative.is_absolute() || uri.find("://") != std::string_view::npos) {
-    return Error{ErrorCode::kForbidden, "a scene may only use files in its own folder",
-                 std::string(uri)};
-  }
+  auto found = find_inside(folder, relative);
+  found = found ? found : find_inside(folder, core::with_slashes(name));
   std::error_code problem;
   const fs::path home = fs::canonical(folder, problem);
-  const fs::path file = fs::canonical(fs::path(folder) / relative, problem);
-  if (problem) {
-    return Error{ErrorCode::kNotFound, "is used by the scene but does not exist", std::string(uri)};
+  const fs::path file = found ? fs::canonical(*found, problem) : fs::path();
+  if (!found || problem) {
+    return Error{ErrorCode::kNotFound, "is used by the scene but does not exist",
+                 std::string(name)};
   }
   const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
-  if (end != home.end()) {
-    return Error{ErrorCode::kForbidden, "a scene may only use files in its own folder",
-                 std::string(uri)};
-  }
-  return file.string();
+  return end == home.end() ? core::Result<std::string>(file.string()) : outside;
 }
 
 std::string sha256_hex(std::string_view bytes) {

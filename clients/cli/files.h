@@ -1,10 +1,9 @@
-/// Local files: reading, writing, and the files to which a glTF document refers.
+/// Local files: reading, writing, and the files beside a glTF document.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/result.h"
 
@@ -25,12 +24,11 @@ core::Result<std::optional<std::string>> model_file(const std::string& path);
 std::string extension_of(const std::string& path);
 std::string folder_of(const std::string& path);
 
-/// Returns the uris of buffers and images in a glTF JSON document, in order, each once, without
-/// data uris.
-core::Result<std::vector<std::string>> gltf_side_files(std::string_view document);
-/// Returns the path of a side file: percent-decoded and inside `folder`, with symbolic links
-/// resolved. Errors: kForbidden for a path outside the folder or an absolute address, kNotFound.
-core::Result<std::string> side_file_path(const std::string& folder, std::string_view uri);
+/// Returns the path of a side file inside `folder`, with symbolic links resolved: of that name,
+/// else of the only one that Windows or macOS would take for it (core::FileNames). name: a uri,
+/// percent-decoded. Errors: kForbidden for a path outside the folder or an absolute address,
+/// kNotFound.
+core::Result<std::string> side_file_path(const std::string& folder, std::string_view name);
 
 /// Returns the SHA-256 as 64 lower-case hex digits.
 std::string sha256_hex(std::string_view bytes);

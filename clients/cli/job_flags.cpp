@@ -79,6 +79,14 @@ core::Result<Json> read_job_file(const std::string& path) {
 
 }  // namespace
 
+void add_fireflies_option(CLI::App& app, std::string& fireflies) {
+  app.add_option("--fireflies", fireflies,
+                 "set_aside: single bright pixels are scaled down to their neighbours (the default "
+                 "of .png, .jpg and .webp); keep: all light as sampled")
+      ->check(CLI::IsMember({"set_aside", "keep"}))
+      ->type_name("MODE");
+}
+
 void add_denoise_option(CLI::App& app, std::string& denoise) {
   app.add_option("--denoise", denoise,
                  "Image to write: off, mixed (denoised, mixed with the plain one where that is "
@@ -313,6 +321,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->type_name("FILE");
   add_exposure_option(app, flags.exposure);
   add_denoise_option(app, flags.denoise);
+  add_fireflies_option(app, flags.fireflies);
   app.add_option("--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
@@ -354,6 +363,8 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   app.add_option("--seed", flags.seed, "Random seed (0); a different seed gives different noise")
       ->check(within(0, limits::kSeed))
       ->type_name("N");
+  app.add_flag("--strict", flags.strict,
+               "Refuse a scene file with faults, which are otherwise mended with a warning");
   app.add_option("--threads", flags.threads, "Render threads (as many as the machine has)")
       ->check(within(0, 1024))
       ->type_name("N");

@@ -20,6 +20,7 @@ struct JobFlags {
   std::string output;       ///< empty: none
   std::string exposure;     ///< for the output: stops or auto; empty: 0
   std::string denoise;      ///< for the output: off, mixed, full; empty: off
+  std::string fireflies;    ///< of the output: set_aside, keep; empty: by its format
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
   std::optional<int> samples_per_pixel;
@@ -62,6 +63,7 @@ struct JobFlags {
   bool is_spectral = false;
   std::optional<std::uint64_t> seed;
   int threads = 0;
+  bool strict = false;  ///< refuse files that would be mended
   bool json = false;
 };
 
@@ -77,6 +79,8 @@ core::Result<Json> make_request(const JobFlags& flags);
 /// `where` names; otherwise wrong usage.
 int request_fault_code(const core::Error& error, const JobFlags& flags);
 
+/// --fireflies: set_aside or keep.
+void add_fireflies_option(CLI::App& app, std::string& fireflies);
 /// --exposure: a number of stops, or auto.
 CLI::Option* add_exposure_option(CLI::App& app, std::string& exposure);
 /// --denoise: off, mixed or full.

@@ -40,7 +40,7 @@ ProgressFacts facts_of(const Json& job) {
   facts.fraction = number_at(progress, "fraction", 0);
   facts.samples_per_pixel = number_at(object_in(progress, "samples_per_pixel"), "mean", 0);
   facts.elapsed_seconds = number_at(progress, "elapsed_seconds", 0);
-  facts.relative_error = number_at(error, "relative_rmse", kUnknown);
+  facts.relative_error = number_at(error, "relative", kUnknown);
   facts.error_low = number_at(error, "low", kUnknown);
   facts.error_high = number_at(error, "high", kUnknown);
   facts.is_noise_alone = error.value("valid", Json(true)) == Json(false);

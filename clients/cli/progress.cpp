@@ -23,10 +23,7 @@ std::string three_digits(double value) {
   return text;
 }
 
-/// Values above 100 (10000%) carry no further information.
-std::string percent_text(double relative_error) {
-  return relative_error > 100 ? "over 10000" : three_digits(relative_error * 100);
-}
+std::string percent_text(double relative_error) { return three_digits(relative_error * 100); }
 
 std::string percent_done(double fraction) {
   return std::to_string(static_cast<int>(std::clamp(fraction, 0.0, 1.0) * 100)) + "%";

@@ -19,11 +19,13 @@
 #include "clients/cli/render_job.h"
 #include "core/color/tone_map.h"
 #include "core/denoise/make_denoiser.h"
+#include "core/film/set_aside.h"
 #include "core/image_io/image_io.h"
 #include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/meter/meter_reading.h"
 #include "core/render/feature_pass.h"
+#include "core/render/unsampled_light.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
 
@@ -56,7 +58,7 @@ ProgressFacts facts_of(const core::Progress& progress, bool valid) {
   facts.fraction = progress.fraction;
   facts.samples_per_pixel = progress.samples_mean;
   facts.elapsed_seconds = progress.elapsed_seconds;
-  facts.relative_error = progress.error.relative_rmse;
+  facts.relative_error = progress.error.relative;
   if (valid) {
     facts.error_low = progress.error.low;
     facts.error_high = progress.error.high;
@@ -130,9 +132,9 @@ class FilmDenoiser {
     return core::denoise_with(type, film, &*features_, parallel_);
   }
 
-  double bound(const core::Film& film, double alpha) {
+  double bound(const core::Film& film, double confidence) {
     const auto made = denoise(film.snapshot());
-    return made ? made->picture.bound(core::DenoiseMode::kMixed, alpha)
+    return made ? made->picture.interval(core::DenoiseMode::kMixed, confidence).high
                 : std::numeric_limits<double>::infinity();
   }
 
@@ -169,11 +171,39 @@ double exposure_of(const core::Brightness& brightness, const JobFlags& flags) {
                                   : std::strtod(flags.exposure.c_str(), nullptr);
 }
 
-core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spec,
-                           const core::Scene& scene, const JobFlags& flags,
-                           const core::Brightness& brightness, const core::DenoisedLook& look) {
+/// Returns whether the plain image is written without fireflies. Errors: --fireflies that the
+/// output cannot honour, as for images of the server.
+core::Result<bool> sets_aside(const JobFlags& flags) {
   const core::ImageFormat& format = *find_format(flags.output);
-  const core::FilmSnapshot film = task.film().snapshot();
+  const bool is_denoised = !flags.denoise.empty() && flags.denoise != "off";
+  const auto refused = [](std::string why) {
+    return Error{ErrorCode::kInvalidArgument, std::move(why), "--fireflies"};
+  };
+  if (is_denoised) {
+    return flags.fireflies == "keep"
+               ? core::Result<bool>(refused("denoised images are made without fireflies"))
+               : false;
+  }
+  if (format.extension == "exr" && flags.fireflies == "set_aside") {
+    return refused("an EXR of all layers keeps its light");
+  }
+  return flags.fireflies.empty() ? !format.high_dynamic_range : flags.fireflies == "set_aside";
+}
+
+/// Returns the share of the light that was set aside.
+core::Result<double> write_picture(const core::RenderTask& task, const LocalJob& job,
+                                   const JobFlags& flags, const core::Brightness& brightness,
+                                   const core::DenoisedLook& look) {
+  const api::JobSpec& spec = job.spec;
+  const core::ImageFormat& format = *find_format(flags.output);
+  core::FilmSnapshot film = task.film().snapshot();
+  const auto calm = sets_aside(flags);
+  if (!calm) {
+    return calm.error();
+  }
+  const core::SetAside taken = look.picture != nullptr ? look.picture->set_aside
+                               : *calm                 ? core::set_aside(film, film.rect)
+                                                       : core::SetAside{};
   core::Result<core::FloatImage> image =
       look.picture != nullptr     ? core::layer_image(film, "denoised", &look)
       : format.extension == "exr" ? core::all_layers_image(film, spec.render.film)
@@ -185,13 +215,15 @@ core::Status write_picture(const core::RenderTask& task, const api::JobSpec& spe
   options.whole_channels = core::whole_channels();
   options.exposure_stops = static_cast<float>(exposure_of(brightness, flags));
   if (format.extension == "exr") {
-    api::add_mattes(options.metadata, spec.render.film, &scene);
+    api::add_mattes(options.metadata, spec.render.film, job.renderer->view().scene.get());
   }
   const auto file = core::encode_image(*image, format, options);
   if (!file) {
     return file.error();
   }
-  return write_file(flags.output, {reinterpret_cast<const char*>(file->data()), file->size()});
+  const auto written =
+      write_file(flags.output, {reinterpret_cast<const char*>(file->data()), file->size()});
+  return written ? core::Result<double>(taken.share()) : written.error();
 }
 
 /// Returns the interval to report; if an error ended the job, only its upper bound holds.
@@ -200,6 +232,9 @@ core::ErrorInterval told_error(const core::DenoisedLook& look, const core::Rende
   core::ErrorInterval out = look.picture->interval(look.mode, confidence);
   if (core::is_by_error(task.stop_reason()) && std::isfinite(out.low)) {
     out.low = 0;
+  }
+  if (!core::errors_are_valid(task.renderer().view().settings)) {
+    out.low = out.high = std::numeric_limits<double>::quiet_NaN();
   }
   return out;
 }
@@ -222,16 +257,20 @@ Json denoised_json(const Shown& shown, const core::RenderTask& task, double conf
           {"note", text_or_null(shown.note)},
           {"mode", is_full ? "full" : "mixed"},
           {"bias", is_full ? "biased" : "consistent"},
-          {"relative_rmse", number_or_null(error.relative_rmse)},
+          {"relative", number_or_null(error.relative)},
           {"low", number_or_null(error.low)},
           {"high", number_or_null(error.high)},
-          {"unreliable", error.unreliable}};
+          {"grain", number_or_null(error.grain)},
+          {"doubt", number_or_null(error.doubt)},
+          {"unreliable", error.unreliable},
+          {"relative_rmse", number_or_null(error.relative)}};
 }
 
 /// Returns the readings of the job's meter; none if it has no meter.
 std::vector<core::MeterReading> readings_of(const core::RenderTask& task,
                                             const core::RenderSettings& settings) {
-  return core::meter_readings(core::meter_points(settings.meter), task.film().meter());
+  return core::meter_readings(core::meter_points(settings.meter), task.film().meter(),
+                              core::unsampled_path_light(task.renderer().view()));
 }
 
 void print_readings(std::span<const core::MeterReading> readings) {
@@ -247,6 +286,11 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
   const core::Progress progress = task.progress();
   const bool valid = core::errors_are_valid(job.spec.render);
   const auto readings = readings_of(task, job.spec.render);
+  Json details = Json::array();
+  for (const core::Warning& warning : job.warning_details) {
+    details.push_back(
+        {{"code", warning.code}, {"pointer", warning.pointer}, {"detail", warning.detail}});
+  }
   return {
       {"output", output},
       {"exposure", exposure},
@@ -260,13 +304,16 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"rays", progress.rays},
       {"rays_per_second", progress.rays_per_second},
       {"error",
-       {{"relative_rmse", number_or_null(progress.error.relative_rmse)},
+       {{"relative", number_or_null(progress.error.relative)},
         {"low", valid ? number_or_null(progress.error.low) : Json(nullptr)},
         {"high", valid ? number_or_null(progress.error.high) : Json(nullptr)},
         {"bias", std::string(api::bias_of(job.spec.render, core::is_by_error(task.stop_reason())))},
         {"valid", valid},
+        {"grain", number_or_null(progress.error.grain)},
+        {"doubt", number_or_null(progress.error.doubt)},
         {"unreliable", progress.error.unreliable},
-        {"confidence", job.spec.stop.confidence}}},
+        {"confidence", job.spec.stop.confidence},
+        {"relative_rmse", number_or_null(progress.error.relative)}}},
       {"denoised", denoised_json(shown, task, job.spec.stop.confidence)},
       {"efficiency", number_or_null(progress.efficiency())},
       {"efficiency_low", valid ? number_or_null(progress.efficiency_low()) : Json(nullptr)},
@@ -274,7 +321,8 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"rejected_samples", progress.rejected_samples},
       {"meter", readings.empty() ? Json(nullptr) : Json::parse(api::meter_json(readings))},
       {"film_digest", task.film().digest()},
-      {"warnings", warnings}};
+      {"warnings", warnings},
+      {"warning_details", details}};
 }
 
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
@@ -284,8 +332,8 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   core::TaskOptions options;
   options.stop = job.spec.stop;
   FilmDenoiser denoiser(job, threads);
-  options.denoised_bound = [&denoiser](const core::Film& seen, double alpha) {
-    return denoiser.bound(seen, alpha);
+  options.denoised_bound = [&denoiser](const core::Film& seen, double confidence) {
+    return denoiser.bound(seen, confidence);
   };
   core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);
   const bool valid = core::errors_are_valid(settings);
@@ -307,19 +355,22 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     warnings.push_back(core::clipped_warning(brightness, "--exposure "));
     std::fprintf(stderr, "warning: %s\n", warnings.back().c_str());
   }
-  if (const auto written =
-          write_picture(task, job.spec, *job.renderer->view().scene, flags, brightness, look);
-      !written) {
-    return complain("render", written.error());
+  const auto aside = write_picture(task, job, flags, brightness, look);
+  if (!aside) {
+    return complain("render", aside.error());
   }
   if (flags.json) {
-    std::printf("%s\n",
-                result_json(task, job, flags.output, *shown, exposure, warnings).dump(2).c_str());
+    Json result = result_json(task, job, flags.output, *shown, exposure, warnings);
+    result["set_aside"] = *aside;
+    std::printf("%s\n", result.dump(2).c_str());
   }
   const ProgressFacts facts = facts_of(progress, valid);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(),
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
                interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());
+  if (*aside > 0) {
+    std::fprintf(stderr, "fireflies: %.2g%% of the light was set aside\n", 100 * *aside);
+  }
   if (flags.exposure == "auto") {
     std::fprintf(stderr, "exposure: %s stops\n", core::exposure_text(exposure).c_str());
   }
@@ -327,7 +378,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   if (look.picture != nullptr) {
     const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
     ProgressFacts denoised;
-    denoised.relative_error = error.relative_rmse;
+    denoised.relative_error = error.relative;
     denoised.error_low = error.low;
     denoised.error_high = error.high;
     std::fprintf(stderr, "denoised (%s): %s\n", flags.denoise.c_str(),
@@ -351,6 +402,10 @@ int fault_code(const core::Error& error, const JobFlags& flags) {
 int run(const JobFlags& flags) {
   if (const auto name = check_picture_name(flags.output); !name) {
     complain("render", name.error());
+    return kWrongUsage;
+  }
+  if (const auto calm = sets_aside(flags); !calm) {
+    complain("render", calm.error());
     return kWrongUsage;
   }
   PictureQuery shown;

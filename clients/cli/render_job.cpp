@@ -7,6 +7,7 @@
 #include "clients/cli/files.h"
 #include "core/camera/camera.h"
 #include "core/image_io/image_io.h"
+#include "core/image_io/radiance.h"
 #include "core/lights/made_environment.h"
 #include "core/render/settle.h"
 #include "core/scene/ground.h"
@@ -63,11 +64,11 @@ core::Result<core::SceneDescription> load_file(const std::string& path,
     return file.error();
   }
   std::string refused;
-  const auto resolve = [&](std::string_view uri) -> core::SharedBytes {
-    const auto place = side_file_path(folder_of(path), uri);
+  const auto resolve = [&](std::string_view name) -> core::SharedBytes {
+    const auto place = side_file_path(folder_of(path), name);
     const auto bytes = place ? read_file(*place) : core::Result<std::string>(place.error());
     if (!bytes) {
-      refused += "\n  " + std::string(uri) + ": " + bytes.error().message;
+      refused += "\n  " + std::string(name) + ": " + bytes.error().message;
       return nullptr;
     }
     const auto view = bytes_of(*bytes);
@@ -93,8 +94,8 @@ core::Result<core::SceneDescription> load_scene(const std::string& scene,
   return *file ? load_file(**file, options) : load_builtin(scene, options);
 }
 
-core::Result<std::shared_ptr<const core::Environment>> load_environment(const api::JobSpec& spec,
-                                                                        const std::string& path) {
+core::Result<std::shared_ptr<const core::Environment>> load_environment(
+    const api::JobSpec& spec, const std::string& path, std::vector<std::string>& warnings) {
   using Pointer = std::shared_ptr<const core::Environment>;
   if (spec.environment_choice == api::EnvironmentChoice::kBlack) {
     return Pointer();
@@ -114,6 +115,9 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(const ap
   const auto image = core::decode_image(bytes_of(*file), core::ImageLimits());
   if (!image) {
     return Error{image.error().code, image.error().message, path};
+  }
+  if (auto warning = core::radiance_warning(*image, "the environment"); !warning.empty()) {
+    warnings.push_back(std::move(warning));
   }
   return core::Environment::create(&*image, spec.environment);
 }
@@ -156,11 +160,12 @@ core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
 
 core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed,
                                          int threads) {
-  LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), nullptr};
+  LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), {}, nullptr};
   core::GltfOptions options;
   options.time_seconds = job.spec.time_seconds;
   options.shutter_seconds = job.spec.render.shutter_seconds;
   options.variant = job.spec.variant;
+  options.is_strict = flags.strict;
   auto description = load_scene(job.spec.scene, options);
   if (!description) {
     return description.error();
@@ -173,7 +178,10 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
     return scene.error();
   }
   const core::SceneSummary& summary = (*scene)->summary();
-  job.warnings.insert(job.warnings.end(), summary.warnings.begin(), summary.warnings.end());
+  for (const core::Warning& warning : summary.warnings) {
+    job.warnings.push_back(warning.text());
+    job.warning_details.push_back(warning);
+  }
   for (std::string& warning : api::adaptive_warnings(job.spec)) {
     job.warnings.push_back(std::move(warning));
   }
@@ -183,7 +191,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   const bool own = job.spec.environment_choice == api::EnvironmentChoice::kAutomatic;
   const auto environment =
       own ? core::Result<std::shared_ptr<const core::Environment>>((*scene)->environment())
-          : load_environment(job.spec, flags.environment);
+          : load_environment(job.spec, flags.environment, job.warnings);
   if (!environment) {
     return environment.error();
   }

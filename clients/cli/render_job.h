@@ -15,6 +15,7 @@ namespace cli {
 struct LocalJob {
   api::JobSpec spec;  ///< the effective spec
   std::vector<std::string> warnings;
+  std::vector<core::Warning> warning_details;  ///< as in api::JobView
   std::shared_ptr<const core::Renderer> renderer;
 };
 

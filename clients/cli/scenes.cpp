@@ -19,7 +19,7 @@ using core::ErrorCode;
 constexpr int kPage = 200;
 
 /// Uploads a model as a scene, any other file as an asset.
-core::Result<std::string> upload_file(ApiClient& client, const std::string& path) {
+core::Result<std::string> upload_file(ApiClient& client, const std::string& path, bool is_strict) {
   const auto model = model_file(path);
   if (!model) {
     return model.error();
@@ -29,17 +29,17 @@ core::Result<std::string> upload_file(ApiClient& client, const std::string& path
   }
   const std::string extension = extension_of(**model);
   const bool is_scene = extension == "glb" || extension == "gltf" || extension == "zip";
-  return is_scene ? upload_scene(client, **model) : upload_asset(client, **model);
+  return is_scene ? upload_scene(client, **model, is_strict) : upload_asset(client, **model);
 }
 
-int upload_files(const ServerFlags& server, const std::vector<std::string>& files) {
+int upload_files(const ServerFlags& server, const std::vector<std::string>& files, bool is_strict) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
     return complain("upload", client.error());
   }
   int code = kDone;
   for (const std::string& file : files) {
-    const auto id = upload_file(**client, file);
+    const auto id = upload_file(**client, file, is_strict);
     if (id) {
       std::printf("%s\n", id->c_str());
     } else {
@@ -112,9 +112,12 @@ int upload(const Args& args) {
       "tessera upload");
   ServerFlags server;
   std::vector<std::string> files;
+  bool is_strict = false;
   app.add_option("file", files, "Files")->required()->type_name("FILE...");
+  app.add_flag("--strict", is_strict,
+               "Refuse models with faults, which are otherwise mended with a warning");
   add_server_flags(app, server);
-  return parse_and_run(app, args, [&] { return upload_files(server, files); });
+  return parse_and_run(app, args, [&] { return upload_files(server, files, is_strict); });
 }
 
 int scenes(const Args& args) {

@@ -68,7 +68,7 @@ core::Status upload_files(ApiClient& client, const SubmitFlags& flags, Json& req
     return file.error();
   }
   if (*file) {
-    const auto id = upload_scene(client, **file);
+    const auto id = upload_scene(client, **file, flags.job.strict);
     if (!id) {
       return id.error();
     }
@@ -101,19 +101,6 @@ core::Result<Json> post_job(ApiClient& client, const Json& request) {
   return parse_object(reply->body);
 }
 
-/// known: warnings told before; may be null.
-void tell_warnings(const Json& job, const Json& known = {}) {
-  if (const auto found = job.find("warnings"); found != job.end() && found->is_array()) {
-    for (const Json& warning : *found) {
-      if (std::find(known.begin(), known.end(), warning) != known.end()) {
-        continue;
-      }
-      std::fprintf(stderr, "warning: %s\n",
-                   warning.is_string() ? warning.get<std::string>().c_str() : "");
-    }
-  }
-}
-
 /// Follows the job to its end and downloads the image if requested.
 int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& path,
              const Json& told) {
@@ -128,8 +115,11 @@ int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& pat
   }
   const int code = exit_code_of(*ended);
   if (code == kDone && !flags.job.output.empty()) {
-    const PictureQuery query = {
-        .layer = {}, .exposure = flags.job.exposure, .tone_map = {}, .denoise = flags.job.denoise};
+    const PictureQuery query = {.layer = {},
+                                .exposure = flags.job.exposure,
+                                .tone_map = {},
+                                .denoise = flags.job.denoise,
+                                .fireflies = flags.job.fireflies};
     const auto fetched = fetch_picture(client, path, query, flags.job.output);
     return fetched ? kDone : complain("submit", fetched.error());
   }

@@ -1,5 +1,12 @@
 #include "clients/cli/upload.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string_view>
+#include <utility>
+#include <vector>
+
 #include "clients/cli/files.h"
 #include "clients/cli/job_json.h"
 
@@ -8,6 +15,9 @@ namespace {
 
 using core::Error;
 using core::ErrorCode;
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kMedia = {
+    {{"glb", "model/gltf-binary"}, {"gltf", "model/gltf+json"}, {"zip", "application/zip"}}};
 
 core::Result<std::string> upload_bytes(ApiClient& client, const std::string& bytes) {
   std::string id = sha256_hex(bytes);
@@ -30,7 +40,9 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
   if (!reply) {
     return reply.error();
   }
-  std::string id = text_at(parse_object(reply->body), "id");
+  const Json scene = parse_object(reply->body);
+  std::string id = text_at(scene, "id");
+  tell_warnings(scene);
   if (id.empty()) {
     return Error{ErrorCode::kInternal, "the server's response contains no scene id", ""};
   }
@@ -38,37 +50,58 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
 }
 
 /// Adds the file's name for lists of scenes.
-std::string scenes_path(const std::string& file) {
-  return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1));
+std::string scenes_path(const std::string& file, bool is_strict) {
+  return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1)) +
+         (is_strict ? "&strict=1" : "");
 }
 
-core::Result<std::string> upload_gltf(ApiClient& client, const std::string& path,
-                                      const std::string& document) {
-  const auto uris = gltf_side_files(document);
-  if (!uris) {
-    return Error{uris.error().code, uris.error().message, path};
+/// Sends the files beside a document that the server asks for, until it asks for no more.
+core::Result<std::string> upload_with_files(ApiClient& client, const std::string& path,
+                                            const std::string& document,
+                                            std::vector<std::string> missing, bool is_strict) {
+  const auto gltf = upload_bytes(client, document);
+  if (!gltf) {
+    return gltf.error();
   }
-  Json request = {{"gltf", ""}, {"files", Json::object()}};
-  for (const std::string& uri : *uris) {
-    const auto file = side_file_path(folder_of(path), uri);
-    if (!file) {
-      return file.error();
+  Json request = {{"gltf", *gltf}, {"files", Json::object()}};
+  while (true) {
+    for (const std::string& name : missing) {
+      const auto file = side_file_path(folder_of(path), name);
+      if (!file) {
+        return file.error();
+      }
+      const auto id = upload_asset(client, *file);
+      if (!id) {
+        return id.error();
+      }
+      request["files"][name] = *id;
     }
-    auto id = upload_asset(client, *file);
-    if (!id) {
-      return id.error();
+    const auto reply =
+        client.post(scenes_path(path, is_strict), request.dump(), "application/json");
+    missing = client.last().missing;
+    const bool is_asked_again = std::any_of(
+        missing.begin(), missing.end(),
+        [&request](const std::string& name) { return request["files"].contains(name); });
+    if (missing.empty() || is_asked_again) {
+      return scene_id_of(reply);
     }
-    request["files"][uri] = *id;
   }
-  auto id = upload_bytes(client, document);
-  if (!id) {
-    return id.error();
-  }
-  request["gltf"] = *id;
-  return scene_id_of(client.post(scenes_path(path), request.dump(), "application/json"));
 }
 
 }  // namespace
+
+void tell_warnings(const Json& described, const Json& known) {
+  if (const auto found = described.find("warnings");
+      found != described.end() && found->is_array()) {
+    for (const Json& warning : *found) {
+      if (std::find(known.begin(), known.end(), warning) != known.end()) {
+        continue;
+      }
+      std::fprintf(stderr, "warning: %s\n",
+                   warning.is_string() ? warning.get<std::string>().c_str() : "");
+    }
+  }
+}
 
 core::Result<std::string> upload_asset(ApiClient& client, const std::string& path) {
   const auto bytes = read_file(path);
@@ -78,21 +111,22 @@ core::Result<std::string> upload_asset(ApiClient& client, const std::string& pat
   return upload_bytes(client, *bytes);
 }
 
-core::Result<std::string> upload_scene(ApiClient& client, const std::string& path) {
+core::Result<std::string> upload_scene(ApiClient& client, const std::string& path, bool is_strict) {
   const auto bytes = read_file(path);
   if (!bytes) {
     return bytes.error();
   }
   const std::string extension = extension_of(path);
-  if (extension == "gltf") {
-    return upload_gltf(client, path, *bytes);
-  }
-  const bool zip = extension == "zip";
-  if (!zip && extension != "glb") {
+  const auto* const media = std::find_if(kMedia.begin(), kMedia.end(),
+                                         [&](const auto& row) { return row.first == extension; });
+  if (media == kMedia.end()) {
     return Error{ErrorCode::kUnsupportedFormat, "a scene must be a .glb, .gltf or .zip file", path};
   }
-  return scene_id_of(
-      client.post(scenes_path(path), *bytes, zip ? "application/zip" : "model/gltf-binary"));
+  const auto reply = client.post(scenes_path(path, is_strict), *bytes, std::string(media->second));
+  const std::vector<std::string> missing = client.last().missing;
+  return missing.empty() || extension == "zip"
+             ? scene_id_of(reply)
+             : upload_with_files(client, path, *bytes, missing, is_strict);
 }
 
 }  // namespace cli

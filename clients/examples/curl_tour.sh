@@ -34,7 +34,7 @@ call "/v1/jobs/$job/events" -N | sed -n 's/^event: //p' | sort | uniq -c
 
 # The error comes with its interval.
 call "/v1/jobs/$job?wait=25" >job.json
-echo "relative error $(member error.relative_rmse <job.json)," \
+echo "relative error $(member error.relative <job.json)," \
   "95% between $(member error.low <job.json) and $(member error.high <job.json)"
 
 # The image, its error as an image, everything as EXR, one pixel, the course of the error.

@@ -35,7 +35,7 @@ def main() -> None:
                 print(f"{job.progress.samples_mean:6g} samples  error {job.error}", flush=True)
         job.raise_if_failed()
         curve = job.convergence()
-        for samples, error in zip(curve.samples_per_pixel, curve.relative_rmse, strict=True):
+        for samples, error in zip(curve.samples_per_pixel, curve.relative, strict=True):
             print(f"{samples:6g} samples  {error:8.2%}")
         print(f"the error falls with the samples to the power {curve.slope.value:.2f}")
         print(f"{job.stop_reason}: {job.progress.samples_mean:g} samples, error {job.error}")

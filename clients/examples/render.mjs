@@ -24,7 +24,7 @@ for await (const piece of events) {
   for (const message of messages) {
     const [, type] = /^event: (progress|end)$/m.exec(message) ?? [];
     const [, data] = /^data: (.*)$/m.exec(message) ?? [];
-    if (type) console.log(`${type}: relative error ${JSON.parse(data).error.relative_rmse}`);
+    if (type) console.log(`${type}: relative error ${JSON.parse(data).error.relative}`);
   }
 }
 await writeFile(file, Buffer.from(await (await call(`${job.links.image}.png`)).arrayBuffer()));

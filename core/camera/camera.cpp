@@ -147,7 +147,32 @@ Result<Camera> Camera::create(const CameraSettings& settings,
     camera.half_height_ *= distance_m;
   }
   camera.half_width_ = camera.half_height_ * aspect;
+  if (!posed && file != nullptr) {
+    camera.set_planes(*file, bounds);
+  }
   return camera;
+}
+
+/// Planes that do not cut the scene are left out, so that a far plane also spares what a job adds.
+void Camera::set_planes(const CameraDescription& file, const Bounds& bounds) noexcept {
+  if (bounds.empty()) {
+    return;
+  }
+  float nearest = Ray{}.t_max;
+  float farthest = -Ray{}.t_max;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p = {(corner & 1) != 0 ? bounds.max.x : bounds.min.x,
+                    (corner & 2) != 0 ? bounds.max.y : bounds.min.y,
+                    (corner & 4) != 0 ? bounds.max.z : bounds.min.z};
+    const float depth = dot(p - eye_, forward_);
+    nearest = std::min(nearest, depth);
+    farthest = std::max(farthest, depth);
+  }
+  // glTF requires a near plane; so near to the eye it is meant to be none.
+  constexpr float kNearLeast = 1e-6F;
+  const bool is_meant = file.near_m > kNearLeast * length(bounds.diagonal());
+  near_m_ = is_meant && file.near_m > nearest ? file.near_m : 0.0F;
+  depth_m_ = file.far_m < farthest ? file.far_m - near_m_ : Ray{}.t_max;
 }
 
 Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
@@ -179,6 +204,13 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
     out.ray.origin += right_ * d.x + up_ * d.y;
     out.ray.direction = normalize(focus - out.ray.origin);
   }
+  if (near_m_ > 0 || depth_m_ < Ray{}.t_max) {
+    const float cosine = dot(out.ray.direction, forward_);
+    out.start_m = near_m_ / cosine;
+    out.ray.origin += out.ray.direction * out.start_m;
+    out.ray.t_max = std::min(depth_m_ / cosine, Ray{}.t_max);
+    out.width_m += out.spread_rad * out.start_m;
+  }
   return out;
 }
 
@@ -188,7 +220,8 @@ std::optional<Camera::Pinhole> Camera::pinhole() const noexcept {
   }
   return Pinhole{eye_,      right_,      up_,
                  forward_,  half_width_, half_height_,
-                 width_px_, height_px_,  2 * half_height_ / height_px_};
+                 width_px_, height_px_,  2 * half_height_ / height_px_,
+                 near_m_,   depth_m_};
 }
 
 /// x to the right and y up, in the unit of half_width_.
@@ -227,7 +260,8 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
   // plane are solid angles da cos^3 / f^2.
   const bool has_lens = aperture_radius_m_ > 0;
   const float f = has_lens ? focus_distance_m_ : 1.0F;
-  const Vec3 at = origin - eye_ + direction * (f / cosine);
+  const Vec3 from_eye = origin - eye_;
+  const Vec3 at = from_eye + direction * ((f - dot(from_eye, forward_)) / cosine);
   const float unit = is_orthographic() ? 1.0F : f;
   out.film_px = film_position(dot(at, right_) / unit, dot(at, up_) / unit);
   const float per_solid_angle = f * f / (cosine * cosine * cosine);
@@ -245,6 +279,19 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
 }
 
 Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept {
+  ImportanceSample out = seen_without_planes(point, lens);
+  if (near_m_ > 0 || depth_m_ < Ray{}.t_max) {
+    const float depth = dot(point - eye_, forward_) - near_m_;
+    if (depth < 0 || depth > depth_m_) {
+      out.pdf_solid_angle = 0;
+    } else if (out.pdf_solid_angle > 0) {
+      out.origin += out.wi_world * (near_m_ / dot(out.wi_world, forward_));
+    }
+  }
+  return out;
+}
+
+Camera::ImportanceSample Camera::seen_without_planes(Vec3 point, Vec2 lens) const noexcept {
   ImportanceSample out;
   const Vec3 from_eye = point - eye_;
   if (type_ == CameraType::kPanorama) {
@@ -284,7 +331,7 @@ Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept
 }
 
 std::optional<Vec2> Camera::project(Vec3 point, Vec2 lens) const noexcept {
-  const ImportanceSample seen = sample_wi(point, lens);
+  const ImportanceSample seen = seen_without_planes(point, lens);
   return seen.pdf_solid_angle > 0 ? std::optional(seen.importance.film_px) : std::nullopt;
 }
 

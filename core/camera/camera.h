@@ -5,6 +5,10 @@
 /// width to the right of it, and the top row is up. Viewed along +x it matches the layout of an
 /// environment map.
 ///
+/// A camera of the file sees what lies between its znear and zfar, measured along forward(): its
+/// rays begin at the near plane, so that neither surfaces nor fog before it exist for them, and end
+/// at the far plane. Cameras that a job places, and panoramas, see everything.
+///
 /// Importance is normalised per pixel: over the rays of any square pixel of film, importance times
 /// the cosine to forward() integrates to 1. With a reconstruction filter f that integrates to 1 (in
 /// pixels), the value of pixel j is the integral of f(film_px - centre of j) * we * cos * L over
@@ -35,11 +39,14 @@ class Camera {
                                int width, int height);
 
   struct CameraRay {
-    Ray ray;               ///< direction is unit; t is metres
+    Ray ray;               ///< direction is unit; t is metres; ends at the far plane
+    float start_m = 0;     ///< from the lens to the origin, which lies on the near plane
     float spread_rad = 0;  ///< angle of one pixel, for ray cones; 0 if orthographic
-    float width_m = 0;     ///< width of a pixel at the origin; 0 unless orthographic
+    float width_m = 0;     ///< width of a pixel at the origin
     Vec2 film_px{};
     const StartMedia* start = nullptr;  ///< around the origin; null: in no solid
+    /// Returns the point on the lens.
+    Vec3 from_lens() const noexcept { return ray.origin - ray.direction * start_m; }
   };
   /// Returns the ray of a film position in pixels of the full film, x to the right, y down. lens in
   /// [0,1)^2.
@@ -55,6 +62,8 @@ class Camera {
     float half_width = 1, half_height = 1;  ///< of the film at distance 1
     float width_px = 1, height_px = 1;
     float spread_rad = 0;
+    float near_m = 0;             ///< of the near plane along forward
+    float depth_m = Ray{}.t_max;  ///< from there to the far plane
   };
   /// Returns empty for other cameras.
   std::optional<Pinhole> pinhole() const noexcept;
@@ -69,8 +78,8 @@ class Camera {
     float pdf_area = 0;         ///< of the origin [1/m^2]
     float pdf_solid_angle = 0;  ///< of the direction [1/sr]
   };
-  /// Returns pbrt's We and PDF_We. direction: unit, away from the camera. origin: on the lens
-  /// (orthographic: in its plane).
+  /// Returns pbrt's We and PDF_We. direction: unit, away from the camera. origin: anywhere on the
+  /// ray from the lens (panorama: the eye).
   Importance importance(Vec3 origin, Vec3 direction) const noexcept;
 
   /// A connection from a scene point to a point on the lens; pbrt's SampleWi. A particle of power
@@ -78,16 +87,16 @@ class Camera {
   /// the film if `origin` is visible from `point`.
   struct ImportanceSample {
     Vec3 wi_world;  ///< unit, from the point to the camera
-    Vec3 origin;    ///< on the lens
+    Vec3 origin;    ///< of the camera's ray: on the near plane
     float distance_m = 0;
-    float pdf_solid_angle = 0;  ///< of wi_world at the point; 0 behind the camera
+    float pdf_solid_angle = 0;  ///< of wi_world at the point; 0 outside of the clipping planes
     Importance importance;
   };
   /// Samples the lens; lens in [0,1)^2. Without a lens, pdf_solid_angle is that of a lens of unit
   /// area, or 1 if the camera is orthographic, so the quotient stays correct.
   ImportanceSample sample_wi(Vec3 point, Vec2 lens) const noexcept;
-  /// Returns the film position at which ray() with this lens position sees the point; empty behind
-  /// the camera.
+  /// Returns the film position at which ray() with this lens position would see the point without
+  /// clipping planes; empty behind the camera.
   std::optional<Vec2> project(Vec3 point, Vec2 lens) const noexcept;
 
   CameraType type() const noexcept { return type_; }
@@ -95,6 +104,8 @@ class Camera {
   Vec3 forward() const noexcept { return forward_; }
 
  private:
+  ImportanceSample seen_without_planes(Vec3 point, Vec2 lens) const noexcept;
+  void set_planes(const CameraDescription& file, const Bounds& bounds) noexcept;
   Vec2 film_position(float x, float y) const noexcept;
   float pixels_per_area() const noexcept;
   float lens_area_m2() const noexcept;
@@ -113,6 +124,8 @@ class Camera {
   float aperture_radius_m_ = 0;
   float focus_distance_m_ = 1;
   std::shared_ptr<const StartMedia> start_;
+  float near_m_ = 0;
+  float depth_m_ = Ray{}.t_max;  ///< from the near to the far plane
 };
 
 }  // namespace core

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/base/check.h"
-#include "core/denoise/energy_sums.h"
 #include "core/error/pixel_error.h"
+#include "core/film/set_aside.h"
 #include "core/film/summed_area.h"
 
 namespace core {
@@ -25,30 +25,62 @@ struct Halves {
   ColorPlanes b;
 };
 
-/// Returns the terms of pixel i of the image with the fraction w of the plain one, without
-/// variances. distance: squared distance from the plain image.
-PixelEnergy terms_of(const Halves& plain, const Halves& filtered, std::size_t i, float w,
-                     double* distance = nullptr) {
-  PixelEnergy out;
-  double squares = 0;
+/// Returns the colour planes of the halves as errors are measured.
+Halves raw_halves(const FilmSnapshot& film) {
+  Halves out;
   for (std::size_t c = 0; c < 3; ++c) {
-    const auto a = static_cast<double>(plain.a[c][i]);
-    const auto b = static_cast<double>(plain.b[c][i]);
-    const auto share = static_cast<double>(w);
-    const double xa = std::lerp(static_cast<double>(filtered.a[c][i]), a, share);
-    const double xb = std::lerp(static_cast<double>(filtered.b[c][i]), b, share);
-    out.energy += 0.5 * ((xa - b) * (xa - b) + (xb - a) * (xb - a) - (a - b) * (a - b)) -
-                  0.25 * (xa - xb) * (xa - xb);
-    out.noise += 0.25 * (a - b) * (a - b);
-    out.together += 0.25 * (xa - xb) * (a - b);
-    out.apart_a += (a - xa) * (a - xa);
-    out.apart_b += (b - xb) * (b - xb);
-    squares += 0.25 * (xa + xb - a - b) * (xa + xb - a - b);
+    out.a[c].resize(film.pixel_count());
+    out.b[c].resize(film.pixel_count());
   }
-  if (distance != nullptr) {
-    *distance = squares;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const auto [a, b] = error_halves(film, i);
+    for (std::size_t c = 0; c < 3; ++c) {
+      out.a[c][i] = a.mean[static_cast<int>(c)];
+      out.b[c][i] = b.mean[static_cast<int>(c)];
+    }
   }
   return out;
+}
+
+using Color = std::array<double, 3>;
+Color color_at(const ColorPlanes& planes, std::size_t i) {
+  return {static_cast<double>(planes[0][i]), static_cast<double>(planes[1][i]),
+          static_cast<double>(planes[2][i])};
+}
+Color mix(const Color& from, const Color& to, double share) {
+  return {std::lerp(from[0], to[0], share), std::lerp(from[1], to[1], share),
+          std::lerp(from[2], to[2], share)};
+}
+
+/// Returns q(x, y).
+double squared_share(const Color& x, const Color& y, double floor) {
+  double apart = 0;
+  double scale = 3 * floor;
+  for (std::size_t c = 0; c < 3; ++c) {
+    apart += std::abs(x[c] - y[c]);
+    scale += std::max(std::abs(x[c]), std::abs(y[c]));
+  }
+  return apart > 0 ? apart * apart / (scale * scale) : 0;
+}
+
+/// What is measured against what: raw halves A and B, denoised ones FA and FB, and the halves that
+/// the fraction of the plain image is taken from.
+struct Compared {
+  const Halves& raw;
+  const Halves& filtered;
+  const Halves& shown;
+  double floor = 0;
+};
+
+/// Returns m of pixel i of the image with the fraction w of the plain one.
+double energy_of(const Compared& of, std::size_t i, double w) {
+  const Color a = color_at(of.raw.a, i);
+  const Color b = color_at(of.raw.b, i);
+  const Color xa = mix(color_at(of.filtered.a, i), color_at(of.shown.a, i), w);
+  const Color xb = mix(color_at(of.filtered.b, i), color_at(of.shown.b, i), w);
+  return 0.5 * (squared_share(xa, b, of.floor) + squared_share(xb, a, of.floor) -
+                squared_share(a, b, of.floor)) -
+         0.25 * squared_share(xa, xb, of.floor);
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -62,37 +94,14 @@ void for_pixels(const PixelRect& rect, const Body& body) {
   }
 }
 
-/// Returns the pooled sum of A B over the channels plus the floor of a pixel, which errors are
-/// divided by. The window is the gap of the weights, so that a pixel does not affect its own
-/// weight.
-std::vector<double> scales_of(const PixelRect& rect, const Halves& plain, double floor) {
-  SummedArea signal(rect.width, rect.height);
-  for_pixels(rect, [&](std::size_t i, int x, int y) {
-    double product = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      product += static_cast<double>(plain.a[c][i]) * static_cast<double>(plain.b[c][i]);
-    }
-    signal.set(x, y, product);
-  });
-  std::vector<double> out(plain.a[0].size());
-  for_pixels(rect, [&](std::size_t i, int x, int y) {
-    const PixelRect window = window_around(x, y, kWeightGap, rect.width, rect.height);
-    const double mean = signal.sum(window) / (window.width * window.height);
-    out[i] = std::max(mean, 0.0) + std::max(floor, 1e-30);
-  });
-  return out;
-}
-
-Plane mixing_weights(const PixelRect& rect, const Halves& plain, const Halves& filtered,
-                     double floor) {
-  const std::vector<double> scales = scales_of(rect, plain, floor);
+Plane mixing_weights(const PixelRect& rect, const Compared& of) {
   SummedArea gain(rect.width, rect.height);  // m - v
   SummedArea distance(rect.width, rect.height);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
-    double apart = 0;
-    const PixelEnergy t = terms_of(plain, filtered, i, 0, &apart);
-    gain.set(x, y, (t.energy - t.noise) / scales[i]);
-    distance.set(x, y, apart / scales[i]);
+    const Color plain = mix(color_at(of.shown.a, i), color_at(of.shown.b, i), 0.5);
+    const Color clean = mix(color_at(of.filtered.a, i), color_at(of.filtered.b, i), 0.5);
+    gain.set(x, y, energy_of(of, i, 0) - energy_of(of, i, 1));
+    distance.set(x, y, squared_share(plain, clean, of.floor));
   });
   Plane out(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
   for_pixels(rect, [&](std::size_t i, int x, int y) {
@@ -107,49 +116,47 @@ Plane mixing_weights(const PixelRect& rect, const Halves& plain, const Halves& f
   return out;
 }
 
-/// Sums of one image by tile, and its error by pixel.
+/// Roots of one image by tile (denoised_error()), and its error by pixel.
 struct Errors {
-  std::vector<TileEnergy> tiles;
+  std::vector<double> roots;
   Plane plane;
 };
 
-Errors errors_of(const FilmSnapshot& film, std::span<const HalfPicture> halves, const Halves& plain,
-                 const Halves& filtered, const Plane* weights) {
+Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weights) {
   const PixelRect& rect = film.rect;
-  SummedArea energy(rect.width, rect.height);
-  SummedArea signal(rect.width, rect.height);
-  std::vector<PixelEnergy> terms(film.pixel_count());
-  Light light;
-  light.add(film);
+  SummedArea energies(rect.width, rect.height);
+  SummedArea counts(rect.width, rect.height);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
-    terms[i] = terms_of(plain, filtered, i, weights != nullptr ? (*weights)[i] : 0);
-    terms[i].variance_a = static_cast<double>(halves[0].variance[i]);
-    terms[i].variance_b = static_cast<double>(halves[1].variance[i]);
-    energy.set(x, y, terms[i].energy);
-    double product = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      product += static_cast<double>(plain.a[c][i]) * static_cast<double>(plain.b[c][i]);
-    }
-    signal.set(x, y, product);
+    const auto [a, b] = error_halves(film, i);
+    const bool counts_here = a.alpha + b.alpha > 0;
+    const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
+    energies.set(x, y, counts_here ? energy_of(of, i, w) : 0);
+    counts.set(x, y, counts_here ? 1 : 0);
   });
+  const auto root_of = [&](const PixelRect& window) {
+    const double pixels = counts.sum(window);
+    return pixels > 0 ? std::sqrt(std::max(energies.sum(window), 0.0) / pixels) : 0;
+  };
   Errors out;
   out.plane.resize(film.pixel_count());
-  const double floor = 3 * error_floor(light.mean());
   for_pixels(rect, [&](std::size_t i, int x, int y) {
-    const PixelRect window = window_around(x, y, kDenoisedWindow, rect.width, rect.height);
-    const double scale = std::max(signal.sum(window), 0.0) + floor * window.width * window.height;
-    const double sum = std::max(energy.sum(window), 0.0);
-    out.plane[i] = sum > 0 && scale > 0 ? static_cast<float>(std::sqrt(sum / scale)) : 0;
+    out.plane[i] = static_cast<float>(
+        kMeanOfRoot * root_of(window_around(x, y, kDenoisedWindow, rect.width, rect.height)));
   });
   for (const PixelRect& tile : tile_rects(rect)) {
-    EnergySums sums;
-    for (int y = tile.y - rect.y; y < tile.y - rect.y + tile.height; ++y) {
-      for (int x = tile.x - rect.x; x < tile.x - rect.x + tile.width; ++x) {
-        sums.add(terms[static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.width) +
-                       static_cast<std::size_t>(x)]);
+    double sum = 0;
+    const int right = tile.x + tile.width;
+    const int bottom = tile.y + tile.height;
+    for (int y = tile.y - tile.y % kEnergyWindow; y < bottom; y += kEnergyWindow) {
+      for (int x = tile.x - tile.x % kEnergyWindow; x < right; x += kEnergyWindow) {
+        const int x0 = std::max(x, tile.x);
+        const int y0 = std::max(y, tile.y);
+        const PixelRect window = {x0 - rect.x, y0 - rect.y, std::min(x + kEnergyWindow, right) - x0,
+                                  std::min(y + kEnergyWindow, bottom) - y0};
+        sum += counts.sum(window) * root_of(window);
       }
     }
-    out.tiles.push_back(sums.result());
+    out.roots.push_back(sum);
   }
   return out;
 }
@@ -183,24 +190,6 @@ void fill_bias(const Halves& plain, const Halves& filtered, DenoisedPicture& out
       out.bias_error[c][i] = static_cast<float>(std::sqrt(sum / (window.width * window.height)));
     });
   }
-}
-
-std::vector<TileSums> plain_sums(const FilmSnapshot& film) {
-  std::vector<TileSums> out;
-  const auto r = static_cast<std::size_t>(film.replicates);
-  for (const PixelRect& tile : tile_rects(film.rect)) {
-    std::vector<ReplicatePixel> pixels;
-    for (int y = tile.y - film.rect.y; y < tile.y - film.rect.y + tile.height; ++y) {
-      const auto first = (static_cast<std::size_t>(y) * static_cast<std::size_t>(film.rect.width) +
-                          static_cast<std::size_t>(tile.x - film.rect.x)) *
-                         r;
-      const auto begin = film.pixels.begin() + static_cast<std::ptrdiff_t>(first);
-      pixels.insert(pixels.end(), begin,
-                    begin + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(tile.width) * r));
-    }
-    out.push_back(half_sums(tile, pixels, film.replicates, film.errors_over_white));
-  }
-  return out;
 }
 
 /// Returns the features without colour, to denoise coverage, which has none.
@@ -251,7 +240,7 @@ void keep_even_places(const FilmSnapshot& film, std::span<const HalfPicture> lig
 
 Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeaturePicture* features,
                                         const Denoiser& denoiser, const ParallelFor& parallel,
-                                        std::span<const HalfPicture> light,
+                                        std::span<const HalfPicture> light, const CalmFactors& calm,
                                         FilteredHalves light_out) {
   const std::array alpha = {half_picture(film, 0, HalfPart::kAlpha),
                             half_picture(film, 1, HalfPart::kAlpha)};
@@ -262,8 +251,8 @@ Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeatureP
     return alpha_out.error();
   }
   keep_even_places(film, light, alpha, light_out.planes, alpha_out->planes);
-  const std::array halves = {half_picture(film, 0, HalfPart::kOverWhite),
-                             half_picture(film, 1, HalfPart::kOverWhite)};
+  const std::array halves = {half_picture(film, 0, HalfPart::kOverWhite, calm[0]),
+                             half_picture(film, 1, HalfPart::kOverWhite, calm[1])};
   for (std::size_t h = 0; h < 2; ++h) {
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < film.pixel_count(); ++i) {
@@ -300,25 +289,17 @@ int samples_of_halves(const FilmSnapshot& film) {
 }
 
 ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) const {
-  ErrorInterval out = denoised_error(plain_tiles, tiles(mode), confidence);
-  if (!has_intervals) {
-    out.low = out.high = std::numeric_limits<double>::quiet_NaN();
-    if (!(out.relative_rmse > 0)) {  // too small to measure, and no interval shows that
-      out.relative_rmse = out.low;
-    }
-  }
-  return out;
+  return denoised_error(plain_tiles, roots(mode), errors, confidence);
 }
 
-double DenoisedPicture::bound(DenoiseMode mode, double alpha) const {
-  return has_intervals ? denoised_bound(plain_tiles, tiles(mode), alpha)
-                       : std::numeric_limits<double>::infinity();
+double DenoisedPicture::tile_error(DenoiseMode mode, std::size_t tile) const {
+  return denoised_error({&plain_tiles[tile], 1}, {&roots(mode)[tile], 1}, errors, 0.95).relative;
 }
 
 std::size_t DenoisedPicture::bytes() const noexcept {
   constexpr std::size_t kPlanes = 17;
   return full[0].size() * kPlanes * sizeof(float) +
-         plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(TileEnergy));
+         plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(double));
 }
 
 DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
@@ -327,45 +308,53 @@ DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfP
   DenoisedPicture out;
   out.rect = film.rect;
   out.revision = film.revision;
-  out.has_intervals = !film.has_splats && film.errors == PixelErrors::kIndependent;
-  const Halves plain = {halves[0].mean, halves[1].mean};
+  out.errors = film.errors;
+  const Halves raw = raw_halves(film);
+  const Halves shown = {halves[0].mean, halves[1].mean};
   const Halves clean = {filtered[0], filtered[1]};
-  Light light;
-  light.add(film);
-  out.weight = mixing_weights(film.rect, plain, clean, 3 * error_floor(light.mean()));
+  const Compared of = {raw, clean, shown, floor_of(film)};
+  out.weight = mixing_weights(film.rect, of);
   for (std::size_t c = 0; c < 3; ++c) {
     out.full[c].resize(film.pixel_count());
     out.mixed[c].resize(film.pixel_count());
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
       const float f = 0.5F * (clean.a[c][i] + clean.b[c][i]);
-      const float mean = 0.5F * (plain.a[c][i] + plain.b[c][i]);
+      const float mean = 0.5F * (shown.a[c][i] + shown.b[c][i]);
       out.full[c][i] = f;
       out.mixed[c][i] = f + out.weight[i] * (mean - f);
     }
   }
-  out.plain_tiles = plain_sums(film);
-  Errors full = errors_of(film, halves, plain, clean, nullptr);
-  out.full_tiles = std::move(full.tiles);
+  out.plain_tiles = half_sums(film);
+  Errors full = errors_of(film, of, nullptr);
+  out.full_roots = std::move(full.roots);
   out.full_error = std::move(full.plane);
-  Errors mixed = errors_of(film, halves, plain, clean, &out.weight);
-  out.mixed_tiles = std::move(mixed.tiles);
+  Errors mixed = errors_of(film, of, &out.weight);
+  out.mixed_roots = std::move(mixed.roots);
   out.mixed_error = std::move(mixed.plane);
-  fill_bias(plain, clean, out);
+  fill_bias(raw, clean, out);
   return out;
 }
 
 Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
                              const Denoiser& denoiser, const ParallelFor& parallel) {
-  const std::array halves = {half_picture(film, 0), half_picture(film, 1)};
+  // Fireflies are set aside before a denoiser can spread them.
+  const CalmFactors calm = calm_factors(film);
+  const std::array halves = {half_picture(film, 0, HalfPart::kLight, calm[0]),
+                             half_picture(film, 1, HalfPart::kLight, calm[1])};
   auto filtered = denoiser.denoise(halves, features, parallel);
   if (!filtered) {
     return filtered.error();
   }
-  if (film.errors_over_white) {
-    return denoise_over_white(film, features, denoiser, parallel, halves, *std::move(filtered));
+  Result<MadeDenoised> made =
+      film.errors_over_white
+          ? denoise_over_white(film, features, denoiser, parallel, halves, calm,
+                               *std::move(filtered))
+          : MadeDenoised{
+                denoised_picture(film, halves, filtered->planes), std::move(filtered->by), {}};
+  if (made) {
+    made->picture.set_aside = taken_by(film, calm);
   }
-  return MadeDenoised{
-      denoised_picture(film, halves, filtered->planes), std::move(filtered->by), {}};
+  return made;
 }
 
 std::uint64_t denoising_bytes(std::uint64_t pixels) {

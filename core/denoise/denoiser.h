@@ -32,8 +32,10 @@ struct HalfPicture {
 /// Content of a half's image: its light, its alpha as grey, or its light composited over white.
 enum class HalfPart { kLight, kAlpha, kOverWhite };
 
-/// Pre: every pixel has samples of that half.
-HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part = HalfPart::kLight);
+/// Pre: every pixel has samples of that half. factors: of its light, per pixel
+/// (core/film/set_aside.h); empty: 1.
+HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part = HalfPart::kLight,
+                         std::span<const float> factors = {});
 
 /// Features of the visible surfaces, from samples that are in neither half.
 struct FeaturePicture {

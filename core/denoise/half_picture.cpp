@@ -148,7 +148,8 @@ Rgb shown(const HalfValue& value, HalfPart part) {
 
 }  // namespace
 
-HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part) {
+HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part,
+                         std::span<const float> factors) {
   HalfPicture out;
   const int width = out.width = film.rect.width;
   const int height = out.height = film.rect.height;
@@ -164,7 +165,8 @@ HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part) {
   for (int py = 0; py < height; ++py) {
     for (int px = 0; px < width; ++px) {
       const std::size_t i = at(width, px, py);
-      const HalfValue value = half_value(film, i, half);
+      HalfValue value = half_value(film, i, half);
+      value.mean *= factors.empty() ? 1.0F : factors[i];
       const Rgb mean = shown(value, part);
       for (int c = 0; c < 3; ++c) {
         out.mean[static_cast<std::size_t>(c)][i] = mean[c];

@@ -8,7 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/denoise/feature_guides.h"
-#include "core/error/error_estimate.h"
+#include "core/film/half_sums.h"
 #include "core/film/summed_area.h"
 
 namespace core {
@@ -99,7 +99,8 @@ Light light_of(const HalfPicture& half, const FeaturePicture* features, const Co
     sum += static_cast<double>(luminance({light[0], light[1], light[2]}));
   }
   const double mean = sum / static_cast<double>(std::max<std::size_t>(out.variance.size(), 1));
-  const auto floor = static_cast<float>(3 * kInvisible * error_floor(mean));
+  const double dark = error_floor(std::sqrt(std::max(mean, 0.0)));
+  const auto floor = static_cast<float>(3 * kInvisible * dark * dark);
   for (float& v : out.variance) {
     v += std::max(floor, 1e-20F);
   }

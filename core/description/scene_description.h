@@ -6,10 +6,12 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/base/warning.h"
 #include "core/color/ior_curve.h"
 #include "core/color/rgb.h"
 #include "core/description/moved_vertices.h"
@@ -106,6 +108,7 @@ struct PrimitiveDescription {
   std::vector<Vec3> positions;          ///< object space
   std::vector<Vec3> normals;            ///< empty: flat normals are computed from the triangles
   std::vector<Vec4> tangents;           ///< w: handedness of the bitangent, cross(n, t) * w
+  int tangent_uv_set = -1;              ///< from which tangents were computed; -1: from the file
   std::array<std::vector<Vec2>, 2> uv;  ///< v = 0 at the top row
   std::vector<Vec4> colors;             ///< linear RGBA
   std::vector<std::uint32_t> indices;  ///< three per triangle; never empty, each < positions.size()
@@ -167,8 +170,10 @@ struct CameraDescription {
   float aspect_ratio = 0;               ///< 0: that of the film
   float x_magnification = 1;            ///< orthographic: half the width in metres
   float y_magnification = 1;            ///< orthographic: half the height in metres
-  Transform to_world;                   ///< looks along -z, y up
-  std::vector<Transform> later = {};    ///< as in PrimitiveDescription; empty: no motion
+  float near_m = 0;  ///< camera rays see nothing nearer than this, along the direction of view
+  float far_m = std::numeric_limits<float>::infinity();  ///< nor anything farther
+  Transform to_world;                                    ///< looks along -z, y up
+  std::vector<Transform> later = {};  ///< as in PrimitiveDescription; empty: no motion
 };
 
 struct SceneDescription {
@@ -183,14 +188,14 @@ struct SceneDescription {
   std::vector<std::uint32_t> mesh_primitives;  ///< of each mesh of the file; empty: those of
                                                ///< `meshes`
   std::vector<PunctualLightDescription> lights;
-  std::vector<std::shared_ptr<const IesProfile>> profiles;
+  std::vector<std::shared_ptr<const IesProfile>> profiles;  ///< null: no light uses it
   /// The scene's own environment, as Environment::create() takes it: RGB floats; or null.
   std::shared_ptr<const Image> environment;
   std::vector<CameraDescription> cameras;
   std::vector<std::string> variants;
   std::vector<std::string> animations;
   std::vector<std::string> extensions;  ///< extensionsUsed
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
   bool has_emissive_strength =
       false;  ///< some material's KHR_materials_emissive_strength is above 1
 };

@@ -1,17 +1,20 @@
-/// ErrorEstimate: the error of an image, estimated from sums over its two halves.
+/// ErrorEstimate: how far the average pixel of an image is off, estimated from its two halves.
 ///
-/// The relative error of a tile is sqrt(N / (max(S, 0) + F)). N is the sum of (A - B)^2 / 4 and S
-/// that of A B over its pixels and channels, where A and B are the means of a pixel's halves. F =
-/// 3 n (0.05 L)^2 is the floor, n the number of pixels in the tile whose alpha is not 0, L the mean
-/// luminance of such pixels in the image. The error of an image is the square root of the mean of
-/// that ratio over its tiles, weighted by n: the noise-to-signal ratio of the average tile,
-/// independent of the exposure.
+/// The error of an image I against the truth mu is the mean over its pixels of
+///   sum over channels of |I - mu|  /  sum over channels of max(I, mu) + F,
+/// F as in core/film/half_sums.h: 0 to 1, independent of the exposure; a firefly is one wrong pixel
+/// and no more. It is estimated by
+///   grain = mean over pixels of r,   doubt = mean over squares of (sum of d r) / (sum of s)
+///   error = grain + doubt / 2
+///   low, high = grain (1 - doubt) - z, grain + doubt + z,   z = q sqrt(2 sum of r^2) / pixels
+/// with q the normal quantile. For independent halves E|A - B| / 2 <= E|I - mu| <= E|A - B|
+/// (symmetrisation, Ledoux and Talagrand 1991, 6.1), so the halves understate the error at most by
+/// a factor of two if they are pooled before they are bounded, and doubt is that pooled part. The
+/// bound is proven for sums; for the quotients it is measured (tests/bench/run --coverage).
 ///
-/// Intervals are log-normal. The variance of N is estimated by the sum of the squares of the
-/// pixels' terms: correct if rare events dominate the noise, 1.5 times too large if it is Gaussian,
-/// which allows for some correlation of neighbours (zsobol, restir). The variance of S is added; it
-/// matters where errors are as large as the light. A jackknife over blocks is not used, because it
-/// counts the image's structure as noise. Measured by tests/bench/run --coverage.
+/// z is the noise of both estimate and error. If errors of neighbouring pixels are correlated it is
+/// computed from the sums of r over the squares, about their mean, which also counts the image's
+/// structure.
 #pragma once
 
 #include <span>
@@ -22,70 +25,48 @@
 
 namespace core {
 
-/// Regulariser of the squared expected value of a pixel, one channel: noise in dark areas is
-/// measured relative to at least a twentieth of the image's mean luminance.
-constexpr double error_floor(double mean_luminance) {
-  constexpr double kShare = 0.05;
-  return kShare * mean_luminance * kShare * mean_luminance;
-}
-
 struct ErrorInterval {
-  double relative_rmse = 0;  ///< NaN if a half is missing
-  double low = 0;            ///< confidence interval of the error of such images
+  double relative = 0;  ///< the error, 0 to 1; NaN if a half is missing, as all others
+  double low = 0;       ///< interval of the error of this image
   double high = 0;
-  bool unreliable = false;  ///< few pixels carry most of it
+  double grain = 0;
+  double doubt = 0;
+  double reach = 0;         ///< z
+  bool unreliable = false;  ///< more light is in doubt than is visible as grain
 };
 
-/// Replaces a tile's N if the image is not the mean of the film's samples: the sum of m
-/// (core/denoise/denoised_picture.h), of either sign.
-struct TileEnergy {
-  double energy = 0;
-  double variance = 0;  ///< of the energy, about the error of this image
-};
+ErrorInterval unknown_error();
+/// Returns the error from its parts.
+ErrorInterval error_interval(double grain, double doubt, double reach);
 
-/// Returns the relative error of such an image. The interval, from the variance of the sums, is
-/// that of the error of this image. N may be negative, so the interval is symmetric in the square
-/// of the error and ends at 0. The floor and S are those of the plain image, so that the two errors
-/// can be compared. tiles, energies: of the whole image.
-ErrorInterval denoised_error(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
-                             double confidence);
-/// Returns only its upper bound, exceeded with probability at most alpha.
-double denoised_bound(std::span<const TileSums> tiles, std::span<const TileEnergy> energies,
-                      double alpha);
+/// Ratio of mean and root mean square of Gaussian errors: sqrt(2 / pi).
+inline constexpr double kMeanOfRoot = 0.8;
 
-/// Returns the same for each tile, without intervals.
-std::vector<double> denoised_tile_errors(std::span<const TileSums> tiles,
-                                         std::span<const TileEnergy> energies);
+/// Returns the error of a denoised image. plain: sums of the image before it was denoised. roots:
+/// sum over its windows, per tile of `plain`, of n sqrt(max(0, mean m)), n the counted pixels of
+/// the window (core/denoise/denoised_picture.h). With R the mean of these roots
+///   error = 0.8 R,   low = 0.64 R (1 - doubt) - z,   high = R + doubt + z.
+/// R is a root mean square, which is never below the mean (Jensen); 0.8 is kMeanOfRoot, 0.64 its
+/// square, for windows across edges.
+ErrorInterval denoised_error(std::span<const TileSums> plain, std::span<const double> roots,
+                             PixelErrors errors, double confidence);
 
-/// Returns the relative error of one tile of an image; NaN if a half is missing.
+/// Returns the error of one tile; NaN if a half is missing.
 float tile_error(const Film& film, int tile);
 
 class ErrorEstimate {
  public:
   /// tiles: of the whole image.
-  explicit ErrorEstimate(std::span<const TileSums> tiles);
-  explicit ErrorEstimate(const Film& film) : ErrorEstimate(film.half_sums()) {}
+  ErrorEstimate(std::span<const TileSums> tiles, PixelErrors errors);
+  explicit ErrorEstimate(const Film& film) : ErrorEstimate(film.half_sums(), film.errors()) {}
 
-  bool valid() const noexcept { return picture_.valid; }
   ErrorInterval image(double confidence) const;
-
-  /// Returns an upper bound of the error of this image (not of the mean error of such images), with
-  /// I - mu in place of the differences of the halves; exceeded with probability at most alpha.
-  double bound(double alpha) const;
-  /// Returns the largest such bound of any tile; alpha is divided among the tiles.
-  double worst_tile_bound(double alpha) const;
+  /// Returns the largest upper end of any tile, with 1 - confidence divided among them.
+  double worst_tile(double confidence) const;
 
  private:
-  /// The ratio N / (S + F), whose square root is the error.
-  struct Ratio {
-    double value = 0;
-    double log_deviation = 0;  ///< standard deviation of its logarithm
-    bool valid = false;
-  };
-  static Ratio ratio_of(std::span<const TileSums> tiles, double floor);
-  static double bound(const Ratio& ratio, double quantile);
-  Ratio picture_;
-  std::vector<Ratio> tiles_;
+  std::vector<TileSums> tiles_;
+  PixelErrors errors_;
 };
 
 }  // namespace core

@@ -69,27 +69,52 @@ Rgb raw_variance(const HalfValue& a, const HalfValue& b) {
   return {squared_half(d.r), squared_half(d.g), squared_half(d.b)};
 }
 
-void Light::add(const FilmSnapshot& film) {
+void FloorSum::add(const FilmSnapshot& film) {
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
     const auto [a, b] = error_halves(film, i);
     if (a.alpha + b.alpha > 0) {
-      sum +=
-          0.5 * (static_cast<double>(luminance(a.mean)) + static_cast<double>(luminance(b.mean)));
-      pixels += 1;
+      roots_ += root_of_light(pixel_value(a, b).mean);
+      pixels_ += 1;
     }
   }
 }
 
-std::vector<float> relative_error_plane(const FilmSnapshot& film) {
-  Light light;
-  if (!film.mean_luminance) {
-    light.add(film);
+double floor_of(const FilmSnapshot& film) {
+  if (film.error_floor) {
+    return *film.error_floor;
   }
+  FloorSum sum;
+  sum.add(film);
+  return sum.floor();
+}
+
+std::vector<TileSums> half_sums(const FilmSnapshot& film) {
+  std::vector<TileSums> out;
+  const double floor = floor_of(film);
+  const auto r = static_cast<std::size_t>(film.replicates);
+  for (const PixelRect& tile : tile_rects(film.rect)) {
+    std::vector<ReplicatePixel> pixels;
+    for (int y = tile.y - film.rect.y; y < tile.y - film.rect.y + tile.height; ++y) {
+      const auto first = (static_cast<std::size_t>(y) * static_cast<std::size_t>(film.rect.width) +
+                          static_cast<std::size_t>(tile.x - film.rect.x)) *
+                         r;
+      const auto begin = film.pixels.begin() + static_cast<std::ptrdiff_t>(first);
+      pixels.insert(pixels.end(), begin,
+                    begin + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(tile.width) * r));
+    }
+    out.push_back(half_sums(tile, pixels, film.replicates, floor, film.errors_over_white));
+  }
+  return out;
+}
+
+std::vector<float> relative_error_plane(const FilmSnapshot& film) {
+  const double floor = floor_of(film);
   const int width = film.rect.width;
   const int height = film.rect.height;
-  SummedArea noise(width, height);
-  SummedArea signal(width, height);
-  SummedArea count(width, height);
+  SummedArea shares(width, height);
+  SummedArea doubtful(width, height);
+  SummedArea scales(width, height);
+  SummedArea counts(width, height);
   std::vector<float> out(film.pixel_count());
   std::size_t i = 0;
   for (int y = 0; y < height; ++y) {
@@ -97,22 +122,24 @@ std::vector<float> relative_error_plane(const FilmSnapshot& film) {
       const auto [a, b] = error_halves(film, i);
       const bool known = has_halves(a, b);
       out[i] = known ? 0 : kNan;
-      const auto ya = static_cast<double>(luminance(a.mean));
-      const auto yb = static_cast<double>(luminance(b.mean));
-      noise.set(x, y, known ? 0.25 * (ya - yb) * (ya - yb) : 0);
-      signal.set(x, y, known ? ya * yb : 0);
-      count.set(x, y, known ? 1 : 0);
+      const PixelShare share =
+          known && a.alpha + b.alpha > 0 ? share_of_pixel(a, b, floor) : PixelShare{};
+      shares.set(x, y, share.share);
+      doubtful.set(x, y, share.apart * share.share);
+      scales.set(x, y, share.scale);
+      counts.set(x, y, share.scale > 0 ? 1 : 0);
     }
   }
-  const double floor = error_floor(film.mean_luminance.value_or(light.mean()));
   i = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, ++i) {
       const PixelRect window = window_around(x, y, kErrorWindow, width, height);
-      const double squares = std::max(noise.sum(window), 0.0);
-      const double scale = std::max(signal.sum(window), 0.0) + floor * count.sum(window);
-      if (!std::isnan(out[i]) && squares > 0) {
-        out[i] = static_cast<float>(std::sqrt(squares / scale));
+      const double scale = scales.sum(window);
+      const double count = counts.sum(window);
+      if (!std::isnan(out[i]) && scale > 0 && count > 0) {
+        const double error = std::max(shares.sum(window), 0.0) / count +
+                             0.5 * std::max(doubtful.sum(window), 0.0) / scale;
+        out[i] = static_cast<float>(std::min(error, 1.0));
       }
     }
   }

@@ -25,16 +25,25 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y);
 /// up over a block. NaN if a half is missing; never infinite.
 Rgb raw_variance(const HalfValue& a, const HalfValue& b);
 
-/// Sum of the luminance of the pixels whose alpha is not 0, and their number.
-struct Light {
-  double sum = 0;
-  double pixels = 0;
+/// Computes F (core/film/half_sums.h) from the parts of an image.
+class FloorSum {
+ public:
   void add(const FilmSnapshot& film);
-  double mean() const { return pixels > 0 ? sum / pixels : 0; }
+  double floor() const { return pixels_ > 0 ? error_floor(roots_ / pixels_) : 0; }
+
+ private:
+  double roots_ = 0;
+  double pixels_ = 0;
 };
 
-/// Returns the standard error of each pixel's luminance divided by the root of its window's mean
-/// A B plus the floor from the image's mean luminance. NaN if a half is missing.
+/// Returns F of the snapshot's image.
+double floor_of(const FilmSnapshot& film);
+
+/// Returns the sums of the snapshot's tiles (tile_rects() of its rect).
+std::vector<TileSums> half_sums(const FilmSnapshot& film);
+
+/// Returns the error of each pixel (core/error/error_estimate.h), of its window in place of the
+/// image and of its squares: mean of r plus half of sum d r / sum s. NaN if a half is missing.
 std::vector<float> relative_error_plane(const FilmSnapshot& film);
 
 }  // namespace core

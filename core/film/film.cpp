@@ -149,14 +149,13 @@ std::uint32_t Film::commit(int tile, TileState state) { return commit(tile, std:
 
 std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileSums sums = has_splats_
-                            ? TileSums{}
-                            : core::half_sums(state.rect, state.pixels, replicates_, over_white_);
+  const TileLight sums =
+      has_splats_ ? TileLight{} : tile_light(state.rect, state.pixels, replicates_, over_white_);
   auto next = std::make_shared<const TileState>(std::move(state));
   MutexLock lock(mutex_);
   add_light(light);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  slot.sums = has_splats_ ? slot.sums : sums;
+  slot.light = has_splats_ ? slot.light : sums;
   std::swap(slot.state, next);
   cpu_seconds_beside_ += std::max(next->cpu_seconds - slot.state->cpu_seconds, 0.0);
   slot.counts = counts;
@@ -216,10 +215,10 @@ std::vector<std::uint32_t> Film::settle_splats() {
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const auto state = shown_tile(tile);
-    const TileSums sums = core::half_sums(state->rect, state->pixels, replicates_, over_white_);
+    const TileLight light = tile_light(state->rect, state->pixels, replicates_, over_white_);
     MutexLock lock(mutex_);
     Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-    slot.sums = sums;
+    slot.light = light;
     slot.version = ++version_;
     slot.revision = ++revision_;
     revisions.push_back(slot.revision);
@@ -247,9 +246,9 @@ void Film::restore_splats(SplatState state) {
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const auto shown = shown_tile(tile);
-    const TileSums sums = core::half_sums(shown->rect, shown->pixels, replicates_, over_white_);
+    const TileLight light = tile_light(shown->rect, shown->pixels, replicates_, over_white_);
     MutexLock lock(mutex_);
-    tiles_[static_cast<std::size_t>(tile)].sums = sums;
+    tiles_[static_cast<std::size_t>(tile)].light = light;
   }
 }
 
@@ -310,30 +309,32 @@ SampleCounts Film::sample_counts() const {
   return out;
 }
 
+TileSums Film::sums_of(int tile, double floor) const {
+  const auto shown = shown_tile(tile);
+  return core::half_sums(shown->rect, shown->pixels, replicates_, floor, over_white_);
+}
+
 std::vector<TileSums> Film::half_sums() const {
   std::vector<TileSums> out;
   out.reserve(rects_.size());
-  MutexLock lock(mutex_);
-  for (const Slot& slot : tiles_) {
-    out.push_back(slot.sums);
+  const double floor = error_floor();
+  for (int tile = 0; tile < tile_count(); ++tile) {
+    out.push_back(sums_of(tile, floor));
   }
   return out;
 }
 
-TileSums Film::half_sums(int tile) const {
-  MutexLock lock(mutex_);
-  return tiles_[static_cast<std::size_t>(tile)].sums;
-}
+TileSums Film::half_sums(int tile) const { return sums_of(tile, error_floor()); }
 
-double Film::mean_luminance() const {
-  double light = 0;
+double Film::error_floor() const {
+  double roots = 0;
   double pixels = 0;
   MutexLock lock(mutex_);
   for (const Slot& slot : tiles_) {
-    light += slot.sums.luminance;
-    pixels += slot.sums.pixels;
+    roots += slot.light.roots;
+    pixels += slot.light.pixels;
   }
-  return pixels > 0 ? light / pixels : 0;
+  return pixels > 0 ? core::error_floor(roots / pixels) : 0;
 }
 
 double Film::tile_samples_mean(int tile) const {
@@ -348,10 +349,10 @@ std::uint32_t Film::revision() const {
 
 void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileSums sums = core::half_sums(state.rect, state.pixels, replicates_, over_white_);
+  const TileLight light = tile_light(state.rect, state.pixels, replicates_, over_white_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  slot.sums = has_splats_ ? slot.sums : sums;
+  slot.light = has_splats_ ? slot.light : light;
   slot.state = std::make_shared<const TileState>(std::move(state));
   slot.counts = counts;
   slot.version = ++version_;

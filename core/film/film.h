@@ -123,8 +123,8 @@ struct FilmSnapshot {
   std::vector<LabelPixel> labels;
   std::vector<MattePixel> mattes;  ///< as in TileState
   std::uint32_t revision = 0;
-  /// Mean luminance of the whole image, for a part whose errors are relative to the whole.
-  std::optional<double> mean_luminance;
+  /// F of the whole image (core/film/half_sums.h), for a part of it.
+  std::optional<double> error_floor;
 
   std::size_t pixel_count() const noexcept {
     return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
@@ -175,9 +175,8 @@ class Film {
   /// Commits light samples of units outside the crop, or ahead of their tiles, all at once.
   void commit_light(std::span<const LightBatch> light);
   int light_samples(int unit) const;
-  /// Recomputes the half sums with the current splats. If light was committed since the last call,
-  /// gives every tile a new revision and returns the tiles with their revisions. half_sums() stays
-  /// the same until the next call.
+  /// If light was committed since the last call, gives every tile a new revision and returns the
+  /// tiles with their revisions. error_floor() counts splats as of the last call.
   std::vector<std::uint32_t> settle_splats();
   /// Returns a consistent copy in which no tile is empty.
   SplatState splats() const;
@@ -206,10 +205,10 @@ class Film {
   /// Changes with every change of the tile, even if its revision stays.
   std::uint64_t tile_version(int tile) const;
   SampleCounts sample_counts() const;
-  /// Returns the sums of all tiles in order, from which ErrorEstimate is computed.
+  /// Computes the sums of all tiles in order, relative to error_floor().
   std::vector<TileSums> half_sums() const;
   TileSums half_sums(int tile) const;
-  double mean_luminance() const;  ///< over the pixels with nonzero alpha
+  double error_floor() const;  ///< F of the image (core/film/half_sums.h)
   double tile_samples_mean(int tile) const;
   /// For loading a film only: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
@@ -240,11 +239,12 @@ class Film {
   /// Adds the splats of a tile to the part of the snapshot that lies in it.
   void add_folded_splats(std::size_t tile, FilmSnapshot& out) const REQUIRES(mutex_);
   double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
+  TileSums sums_of(int tile, double floor) const;
   struct Slot {
     /// Never null and never modified, so it can be copied without the lock.
     std::shared_ptr<const TileState> state;
     SampleCounts counts;
-    TileSums sums;
+    TileLight light;
     std::uint32_t revision = 0;
     std::uint64_t version = 0;
   };

@@ -1,70 +1,115 @@
 #include "core/film/half_sums.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
-#include <cstring>
 
 namespace core {
 namespace {
 
-/// Red, green, blue, alpha. Double, because squares of radiances of 1e20 and more overflow a float.
-typedef double Doubles __attribute__((vector_size(32)));
-typedef float Floats __attribute__((vector_size(16)));
+constexpr std::size_t kSquares = std::size_t{kTileSize / kDoubtSize} * (kTileSize / kDoubtSize);
 
-struct Half {
-  Doubles mean;
-  std::uint32_t count;
+/// Sums over one square of doubt.
+struct Square {
+  double grain = 0;
+  double doubtful = 0;  ///< d r
+  double scale = 0;     ///< s
+  std::uint32_t pixels = 0;
 };
 
-/// As half_value() of a pixel, with a shortcut for a single replicate.
-inline Half half_of(std::span<const ReplicatePixel> pixel, int half) {
-  Floats mean;
-  if (pixel.size() == 2) {
-    const ReplicatePixel& p = pixel[static_cast<std::size_t>(half)];
-    static_assert(offsetof(ReplicatePixel, mean_alpha) == 3 * sizeof(float));
-    std::memcpy(&mean, &p.mean_r, sizeof(mean));
-    return {__builtin_convertvector(mean, Doubles), p.count};
+struct Halves {
+  HalfValue a;
+  HalfValue b;
+};
+Halves halves_of(std::span<const ReplicatePixel> pixel, bool over_white) {
+  Halves out = {half_value(pixel, 0), half_value(pixel, 1)};
+  if (over_white) {
+    put_over_white(out.a, out.b);
   }
-  const HalfValue v = half_value(pixel, half);
-  mean = Floats{v.mean.r, v.mean.g, v.mean.b, v.alpha};
-  return {__builtin_convertvector(mean, Doubles), v.count};
+  return out;
 }
 
 }  // namespace
 
-TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates,
-                   bool over_white) {
-  TileSums out;
-  out.has_halves = !pixels.empty();
+double root_of_light(Rgb color) {
+  return std::sqrt(std::max(static_cast<double>(luminance(color)), 0.0));
+}
+
+PixelShare share_of_pixel(const HalfValue& a, const HalfValue& b, double floor) {
+  PixelShare out = {.apart = 0, .scale = 6 * floor, .share = 0};
+  for (int c = 0; c < 3; ++c) {
+    const auto of_a = static_cast<double>(a.mean[c]);
+    const auto of_b = static_cast<double>(b.mean[c]);
+    out.apart += std::abs(of_a - of_b);
+    out.scale += std::abs(of_a) + std::abs(of_b);
+  }
+  out.share = out.apart > 0 ? out.apart / out.scale : 0;
+  return out;
+}
+
+TileSums& TileSums::operator+=(const TileSums& other) {
+  grain += other.grain;
+  squares += other.squares;
+  doubt += other.doubt;
+  squares_of_blocks += other.squares_of_blocks;
+  products_of_blocks += other.products_of_blocks;
+  pixels_of_blocks += other.pixels_of_blocks;
+  pixels += other.pixels;
+  has_halves = has_halves && other.has_halves;
+  return *this;
+}
+
+TileLight tile_light(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates,
+                     bool over_white) {
+  TileLight out;
   const auto r = static_cast<std::size_t>(replicates);
   const std::size_t count =
       static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
-  Doubles signal = {};
-  Doubles luminance = {};
-  for (std::size_t i = 0; i < count && out.has_halves; ++i) {
-    const auto pixel = pixels.subspan(i * r, r);
-    auto [a, count_a] = half_of(pixel, 0);
-    auto [b, count_b] = half_of(pixel, 1);
-    if (over_white && a[3] + b[3] > 0) {  // put_over_white()
-      constexpr Doubles kWhite = {1, 1, 1, 0};
-      a += kWhite * (1 - a[3]);
-      b += kWhite * (1 - b[3]);
-    }
-    out.has_halves = count_a > 0 && count_b > 0;
-    const Doubles squares = 0.25 * (a - b) * (a - b);
-    const double noise = squares[0] + squares[1] + squares[2];
-    out.noise += noise;
-    out.noise_squares += noise * noise;
-    signal += a * b;
-    const Doubles sum = a + b;
-    if (sum[3] > 0) {
-      luminance += sum;
+  for (std::size_t i = 0; i < count && !pixels.empty(); ++i) {
+    const auto [a, b] = halves_of(pixels.subspan(i * r, r), over_white);
+    if (a.alpha + b.alpha > 0) {
+      out.roots += root_of_light(pixel_value(a, b).mean);
       ++out.pixels;
     }
   }
-  out.signal = signal[0] + signal[1] + signal[2];
-  const auto weight = [](Rgb channel) { return static_cast<double>(core::luminance(channel)); };
-  out.luminance = 0.5 * (weight({1, 0, 0}) * luminance[0] + weight({0, 1, 0}) * luminance[1] +
-                         weight({0, 0, 1}) * luminance[2]);
+  return out;
+}
+
+TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels, int replicates,
+                   double floor, bool over_white) {
+  TileSums out;
+  out.has_halves = !pixels.empty();
+  std::array<Square, kSquares> squares;
+  const auto r = static_cast<std::size_t>(replicates);
+  std::size_t i = 0;
+  for (int y = rect.y; y < rect.y + rect.height && out.has_halves; ++y) {
+    for (int x = rect.x; x < rect.x + rect.width && out.has_halves; ++x, ++i) {
+      const auto [a, b] = halves_of(pixels.subspan(i * r, r), over_white);
+      out.has_halves = a.count > 0 && b.count > 0;
+      if (!(a.alpha + b.alpha > 0)) {
+        continue;
+      }
+      const PixelShare of = share_of_pixel(a, b, floor);
+      const int square =
+          y % kTileSize / kDoubtSize * (kTileSize / kDoubtSize) + x % kTileSize / kDoubtSize;
+      Square& sums = squares[static_cast<std::size_t>(square)];
+      sums.grain += of.share;
+      sums.doubtful += of.apart * of.share;
+      sums.scale += of.scale;
+      ++sums.pixels;
+      out.squares += of.share * of.share;
+    }
+  }
+  for (const Square& square : squares) {
+    const auto n = static_cast<double>(square.pixels);
+    out.grain += square.grain;
+    out.doubt += square.scale > 0 ? n * square.doubtful / square.scale : 0;
+    out.squares_of_blocks += square.grain * square.grain;
+    out.products_of_blocks += n * square.grain;
+    out.pixels_of_blocks += n * n;
+    out.pixels += square.pixels;
+  }
   return out;
 }
 

@@ -19,6 +19,7 @@ struct MeshData {
   std::vector<std::uint32_t> indices;
   std::vector<Vec3> normals;
   std::vector<Vec4> tangents;
+  int tangent_uv_set = -1;  ///< as in PrimitiveDescription
   std::array<std::vector<Vec2>, 2> uv;
   std::vector<Vec4> colors;
   std::vector<std::uint32_t> file_vertices;  ///< as in PrimitiveDescription

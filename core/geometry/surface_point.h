@@ -17,8 +17,9 @@ struct SurfacePoint {
   std::array<Vec2, 2> uv;
   Vec4 color = {1, 1, 1, 1};
   bool has_color = false;
-  Vec3 tangent;  ///< unit along +u of the normal map's coordinates; zero if there are none
+  Vec3 tangent;  ///< unit along +u of the set tangent_uv_set; zero if there are none
   float tangent_sign = 1;
+  int tangent_uv_set = -1;  ///< as in PrimitiveDescription
   /// A displacement d on the surface is dot(d, to_edge1) edges from vertex 0 to 1 plus dot(d,
   /// to_edge2) edges from 0 to 2; uv_edges are these edges in texture coordinates. Zero unless the
   /// material has a texture.

@@ -4,9 +4,11 @@
 #include <cstring>
 #include <utility>
 
+#include "core/image_io/hdr_header.h"
 #include "core/image_io/image_codec.h"
 #include "core/image_io/image_size.h"
 #include "core/image_io/ktx2.h"
+#include "core/image_io/webp.h"
 
 namespace core {
 namespace {
@@ -39,16 +41,27 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   return kind;
 }
 
-/// Calls a function of the codec.
-template <typename Function>
+/// Calls a function of the codec, or that for WebP.
+template <typename Function, typename WebpFunction>
 Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
-                   Function ImageCodec::*function) {
+                   Function ImageCodec::*function, WebpFunction webp) {
   const auto kind = check_file(file, limits);
   if (!kind) {
     return kind.error();
   }
+  if (*kind == "webp") {
+    return webp(file, limits);
+  }
+  const auto order = *kind == "hdr" ? hdr_order(file) : HdrOrder();
+  if (!order) {
+    return invalid("the HDR has no resolution line such as -Y 512 +X 1024");
+  }
   const auto codec = image_codec();
-  return codec ? ((*codec)->*function)(*kind, file, limits) : Result<Image>(codec.error());
+  if (!codec) {
+    return codec.error();
+  }
+  auto image = ((*codec)->*function)(*kind, file, limits);
+  return image ? in_order(*std::move(image), *order) : image;
 }
 
 /// Content: of bytes, from which a file is assembled.
@@ -82,12 +95,12 @@ Result<Content> encode(const ImageRows& image, const ImageFormat& format,
 
 Result<Image> read_image_header(std::span<const std::byte> file) {
   return image_kind(file) == "ktx2" ? read_ktx2_header(file, {})
-                                    : read(file, {}, &ImageCodec::read_header);
+                                    : read(file, {}, &ImageCodec::read_header, &read_webp_header);
 }
 
 Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits) {
   return image_kind(file) == "ktx2" ? decode_ktx2(file, limits)
-                                    : read(file, limits, &ImageCodec::decode);
+                                    : read(file, limits, &ImageCodec::decode, &decode_webp);
 }
 
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,

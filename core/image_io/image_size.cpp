@@ -98,7 +98,7 @@ std::string_view image_kind(Span file) noexcept {
   if (starts_with(file, "\x76\x2f\x31\x01")) {
     return "exr";
   }
-  if (starts_with(file, "#?RADIANCE") || starts_with(file, "#?RGBE")) {
+  if (starts_with(file, "#?")) {  // and the name of any program
     return "hdr";
   }
   if (starts_with(file, std::string_view("II*\0", 4)) ||

@@ -5,6 +5,7 @@
 #include <memory_resource>
 #include <optional>
 
+#include "core/color/wavelength.h"
 #include "core/integrators/bdpt_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/math/offset_ray.h"
@@ -74,6 +75,14 @@ class VertexMemory {
 };
 
 }  // namespace
+
+void BidirectionalPathTracer::begin(Subpath& path, const PathSampler& numbers) const noexcept {
+  path.fog = fog_ ? &*fog_ : nullptr;
+  if (has_dispersion_) {
+    path.u_wavelength = numbers.get_4d(dimension_group(0, BounceGroup::kVolume)).w;
+    path.wavelength_color = sample_wavelength(path.u_wavelength).weight;
+  }
+}
 
 BidirectionalPathTracer::Event BidirectionalPathTracer::next_event(
     Subpath& path, PathVertex& met, MediumSample& sample) const noexcept {
@@ -217,7 +226,8 @@ void BidirectionalPathTracer::splat(Subpath& path, const Vertex& vertex,
   Rgb flight_depth;
   const Visibility seen = visibility_of(path, vertex, to.wi_world, to.origin, false, flight_depth);
   const auto weight = static_cast<float>(weights_.splat(vertex, to, f, flight_depth));
-  const Found found = {vertex.beta * f.value_cos * seen.transmittance *
+  const Rgb color = path.color(vertex.disperses(to.wi_world));
+  const Found found = {vertex.beta * f.value_cos * seen.transmittance * color *
                            (weight * to.importance.we / to.pdf_solid_angle),
                        weight};
   splats.add(to.importance.film_px, found.value);
@@ -234,7 +244,7 @@ void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint6
                                           CameraSplats& splats) const noexcept {
   const auto to_camera = [&](Subpath& path, const Vertex& at) { splat(path, at, splats); };
   Subpath path{start_path(sampler, rays)};
-  path.fog = fog_ ? &*fog_ : nullptr;
+  begin(path, sampler);
   VisitedVertices<decltype(to_camera)> visited{to_camera};
   follow_light(path, {}, visited);
 }
@@ -254,10 +264,11 @@ void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
 
 /// Adds the radiance of the background where the path leaves the scene.
 void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept {
+  const Rgb arriving = path.beta * path.color(path.wavelength_nm > 0);
   if (backdrop_.is_seen(path.depth, path.is_clear)) {
     const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
-    path.out.alpha -= seen ? 0.0F : luminance(path.beta);
-    credit(path, {path.beta * seen.value_or(Rgb{})},
+    path.out.alpha -= seen ? 0.0F : luminance(arriving);
+    credit(path, {arriving * seen.value_or(Rgb{})},
            {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
     return;
   }
@@ -273,7 +284,7 @@ void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept
     const bool is_shared = path.sums.vc > 0;
     found.value = (is_shared ? environment_->radiance(direction) : found.value) * found.weight;
   }
-  found.value = path.beta * found.value;
+  found.value = arriving * found.value;
   credit(path, found, {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
 }
 
@@ -292,7 +303,7 @@ void BidirectionalPathTracer::add_emission(CameraSubpath& path,
     found.weight = static_cast<float>(weights_.emission(path, vertex));
     found.value = radiance * found.weight;
   }
-  found.value = path.beta * found.value;
+  found.value = path.beta * path.color(vertex.is_dispersed) * found.value;
   credit(path, found, {path.bounces(), group_at(met), {0, path.bounces() + 2}});
 }
 
@@ -311,10 +322,11 @@ void BidirectionalPathTracer::add_light_sample(CameraSubpath& path,
   const Visibility seen =
       visibility_of(path, vertex, light.wi_world, light.target, light.is_far, flight_depth);
   const auto weight = static_cast<float>(weights_.light_sample(vertex, light, f, flight_depth));
-  credit(
-      path,
-      {vertex.beta * direct.value * seen.transmittance * (weight / light.pdf_solid_angle), weight},
-      {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
+  credit(path,
+         {vertex.beta * direct.value * seen.transmittance *
+              path.color(vertex.disperses(light.wi_world)) * (weight / light.pdf_solid_angle),
+          weight},
+         {vertex.length(), scene_.group_of_light(light.light), {1, vertex.length() + 1}});
 }
 
 /// Connects a vertex of the camera subpath to one of the light subpath.
@@ -347,7 +359,8 @@ Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
   const Visibility seen = visibility_of(path, vertex, wi, target, false, flight_depth);
   const auto weight =
       static_cast<float>(weights_.connection(vertex, from_light, wi, f, g, flight_depth));
-  return {vertex.beta * f.value_cos * from_light.beta * g.value_cos * seen.transmittance *
+  const Rgb color = path.color(vertex.disperses(wi) || from_light.disperses(-wi));
+  return {vertex.beta * f.value_cos * from_light.beta * g.value_cos * seen.transmittance * color *
               (weight / distance2),
           weight};
 }
@@ -370,6 +383,7 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
     if (event == Event::kSurface) {
       if (scene_.materials[met.point.material].factors.unlit) {
         met.shading = {};
+        met.drew_wavelength = false;
         met.shading.frame.n = met.point.normal_shading;
       } else {
         surface_event(scene_, path, met);
@@ -437,12 +451,12 @@ PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera
   VertexMemory memory;
   KeptVertices light{memory.vertices()};
   Subpath light_path{start_path(sampler.branch(1, 2), rays)};
-  light_path.fog = fog_ ? &*fog_ : nullptr;
+  begin(light_path, sampler);
   follow_light(light_path, {}, light);
 
   CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
-  path.fog = light_path.fog;
-  path.last.origin = path.ray.origin;
+  begin(path, sampler);
+  path.last.origin = camera_ray.from_lens();
   path.sums = weights_.from_camera(path.ray);
   follow_camera(path, {}, light.vertices);
   return path.out;
@@ -462,7 +476,7 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
   KeptVisitedVertices<decltype(to_camera)> light{{memory.vertices()}, to_camera};
   if (strategies.has_light_vertices(2)) {
     Subpath path{start_path(from.from_light, rays)};
-    path.fog = fog_ ? &*fog_ : nullptr;
+    begin(path, from.from_camera);
     follow_light(path, strategies, light);
     const int reached = light.vertices.empty() ? 1 : light.vertices.back().length() + 1;
     if (strategies.only && reached < strategies.only->light) {
@@ -471,8 +485,8 @@ void BidirectionalPathTracer::trace_strategies(const SubpathPair& from,
   }
   if (strategies.has_camera_vertices(2)) {
     CameraSubpath path{{start_path(scene_, from.camera_ray, from.from_camera, rays)}, {}, {}, &out};
-    path.fog = fog_ ? &*fog_ : nullptr;
-    path.last.origin = path.ray.origin;
+    begin(path, from.from_camera);
+    path.last.origin = from.camera_ray.from_lens();
     path.sums = weights_.from_camera(path.ray);
     follow_camera(path, strategies, light.vertices);
   }

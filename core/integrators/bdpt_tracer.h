@@ -8,7 +8,8 @@
 /// connections are multiplied by the transmittance of media.
 ///
 /// Sources: Veach 1997, ch. 10; media: PBR 3rd ed., 16.3.
-/// Dispersion is left out: both subpaths would need the same wavelength.
+/// Dispersion: the subpaths of a sample share the wavelength that refraction by dispersive solids
+/// leaves them; its colour is a factor of each whole path with such a refraction.
 #pragma once
 
 #include <optional>
@@ -53,6 +54,9 @@ class BidirectionalPathTracer final : public Integrator {
         weights_(input, lights_, emission_),
         ledger_(input),
         max_depth_(input.settings.max_depth) {
+    for (const Material& material : scene_.materials) {
+      has_dispersion_ = has_dispersion_ || material.factors.dispersion > 0;
+    }
     if (input.settings.fog) {
       fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);
     }
@@ -72,6 +76,8 @@ class BidirectionalPathTracer final : public Integrator {
                         const CameraSplats& film, StrategyLights& out) const noexcept;
 
  private:
+  /// Fills in what the subpaths of a sample share. numbers: of the sample.
+  void begin(Subpath& path, const PathSampler& numbers) const noexcept;
   enum class Event { kEscape, kSurface, kMedium };
   /// Follows the subpath's ray to the next surface and fills `met`, or to a scattering event in a
   /// medium before it and fills `sample`.
@@ -119,6 +125,7 @@ class BidirectionalPathTracer final : public Integrator {
   LightLedger ledger_;
   int max_depth_;
   std::optional<Fog> fog_;
+  bool has_dispersion_ = false;
 };
 
 }  // namespace core

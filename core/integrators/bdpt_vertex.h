@@ -30,6 +30,11 @@ struct Subpath : PathState {
   PartialSums sums{};
   Rgb flight_depth{};               ///< optical depth of scattering media since the last vertex
   Rgb last_extinction = {1, 1, 1};  ///< Vertex::extinction of the last vertex
+  /// Colour of PathState::u_wavelength. Both subpaths may disperse light, but it counts once.
+  Rgb wavelength_color = {1, 1, 1};
+
+  /// Returns the factor of the light of a whole path.
+  Rgb color(bool is_dispersed) const noexcept { return is_dispersed ? wavelength_color : Rgb(1); }
 };
 
 /// The contribution of one strategy, and its weight.
@@ -61,12 +66,14 @@ struct Vertex {
   Vertex(const SceneData& scene, const PathState& path, const PathVertex& met)
       : surface(met), beta(path.beta), surfaces(path.scatterings() + 1), is_clear(path.is_clear) {
     in_media = path.medium_scatterings;
+    is_dispersed = path.wavelength_nm > 0 && !met.drew_wavelength;
     scattering.emplace(scene.materials[surface.point.material], surface, path.footprint());
   }
   /// sample: the event along path.ray; its scatterer must outlive the vertex.
   Vertex(const PathState& path, const MediumSample& sample)
       : medium(sample.scatterer), beta(path.beta), surfaces(path.scatterings()) {
     in_media = path.medium_scatterings + 1;
+    is_dispersed = path.wavelength_nm > 0;
     surface.wo_world = -path.ray.direction;
     surface.shading.origin = path.ray.origin + path.ray.direction * sample.distance_m;
     const bool is_fog = path.fog != nullptr && medium == &path.fog->medium();
@@ -100,6 +107,11 @@ struct Vertex {
     const SeenSurface there(scattering->at, wi_world);
     return evaluate_scatter(scattering->seen, there, mode);
   }
+  /// Returns whether light has been dispersed once it leaves the vertex in this direction: the path
+  /// was refracted by a dispersive solid, here or before.
+  bool disperses(Vec3 wi_world) const noexcept {
+    return is_dispersed || (surface.drew_wavelength && dot(surface.shading.horizon, wi_world) < 0);
+  }
   /// Number of scattering events up to and including this vertex.
   int length() const noexcept { return surfaces + in_media; }
 
@@ -126,6 +138,7 @@ struct Vertex {
   /// Density of a free flight that ends here, divided by its transmittance [1/m]. 1 at surfaces,
   /// where every flight ends that reaches them.
   Rgb extinction = {1, 1, 1};
+  bool is_dispersed = false;       ///< the path had one wavelength before this vertex
   std::uint32_t light = kNoLight;  ///< the light at which a light subpath starts
   PartialSums sums{};              ///< at this vertex, after the segment
 };

@@ -95,7 +95,6 @@ constexpr std::array kIntegrators = {
                     .make = &make_bdpt,
                     .accepts = kBdptOptions,
                     .splats = true,
-                    .disperses = false,
                     .media = true,
                     .shares = true,
                     .strategies = true},
@@ -107,8 +106,7 @@ constexpr std::array kIntegrators = {
         .error = ErrorValidity::kFromChains,
         .make = &make_metropolis,
         .accepts = kMltOptions,
-        .splats = true,
-        .disperses = false},
+        .splats = true},
     IntegratorEntry{.name = "photon-map",
                     .summary = "Photon mapping: photons from the lights, gathered within a fixed "
                                "radius; caustics directly from the map, other indirect light after "

@@ -16,6 +16,7 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
     const SurfacePoint point = scene.surface_point(hit, ray);
     if (scene.has_alpha && scene.coverage(hit, ray) < 0.5F) {
       const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+      ray.t_max -= length(point.position - ray.origin);
       ray.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
       continue;
     }

@@ -21,7 +21,7 @@ class Projector {
  public:
   Projector(const Camera& camera, int width, int height)
       : camera_(camera), size_px_{static_cast<float>(width), static_cast<float>(height)} {
-    eye_ = camera.ray({0.5F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).ray.origin;
+    eye_ = camera.ray({0.5F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).from_lens();
     if (camera.type() == CameraType::kPanorama) {
       right_ = camera.ray({0.75F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).ray.direction;
     }

@@ -31,10 +31,14 @@ void fill(const FilmSnapshot& film, std::span<float> out) {
   }
 }
 
+/// Estimates of alpha may lie outside [0,1]: noise behind glass, and neutral shadows that get more
+/// light from the model than it takes.
+float bounded(float alpha) { return std::clamp(alpha, 0.0F, 1.0F); }
+
 void write_beauty(const FilmSnapshot& film, std::size_t i, float* out) {
   const HalfValue v = pixel_value(film, i);
   put(out, v.mean);
-  out[3] = v.alpha;
+  out[3] = bounded(v.alpha);
 }
 void write_albedo(const FilmSnapshot& film, std::size_t i, float* out) {
   put(out, film.aux[i].albedo);
@@ -47,7 +51,7 @@ void write_depth(const FilmSnapshot& film, std::size_t i, float* out) {
   *out = film.aux[i].depth_m;
 }
 void write_alpha(const FilmSnapshot& film, std::size_t i, float* out) {
-  *out = pixel_value(film, i).alpha;
+  *out = bounded(pixel_value(film, i).alpha);
 }
 void write_samples(const FilmSnapshot& film, std::size_t i, float* out) {
   *out = static_cast<float>(pixel_value(film, i).count);
@@ -138,7 +142,7 @@ void write_denoise_bias_error(const DenoisedLook& look, std::size_t i, float* ou
 }
 void write_denoised_with_alpha(const DenoisedLook& look, std::size_t i, float* out) {
   write_denoised(look, i, out);
-  out[3] = look.picture->alpha(look.mode)[i];
+  out[3] = bounded(look.picture->alpha(look.mode)[i]);
 }
 /// Coverage is that of the plain image, unless it was denoised too.
 void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
@@ -149,7 +153,7 @@ void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
   }
   fill_denoised<&write_denoised>(film, look, out);
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    out[4 * i + 3] = pixel_value(film, i).alpha;
+    out[4 * i + 3] = bounded(pixel_value(film, i).alpha);
   }
 }
 

@@ -195,18 +195,22 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
 
 Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
                                     const std::optional<std::string>& layer,
-                                    const FilmSettings& settings, DenoisedLook denoised,
-                                    std::vector<float> mix) {
+                                    const FilmSettings& settings, LayerLook look) {
   LayerRows rows(film, rect, layer, settings);
-  rows.denoised_ = std::move(denoised);
-  rows.mix_ = std::move(mix);
-  if (rows.has_errors()) {
-    Light light;
-    for (int y = 0; y < rect.height; y += kBandRows) {
-      light.add(
-          rows.snapshot({rect.x, rect.y + y, rect.width, std::min(kBandRows, rect.height - y)}));
+  rows.look_ = std::move(look);
+  if (rows.has_errors() && rows.look_.mix.empty()) {
+    rows.error_floor_ = film.error_floor();
+  } else if (rows.has_errors()) {
+    FloorSum light;
+    const PixelRect whole = film.crop();
+    for (int y = 0; y < whole.height; y += kBandRows) {
+      light.add(rows.snapshot(
+          {whole.x, whole.y + y, whole.width, std::min(kBandRows, whole.height - y)}));
     }
-    rows.mean_luminance_ = light.mean();
+    rows.error_floor_ = light.floor();
+  }
+  if (rows.look_.denoised.picture != nullptr) {
+    rows.set_aside_ = rows.look_.denoised.picture->set_aside;
   }
   auto first = rows.band(0, std::min(kBandRows, rect.height));
   if (!first) {
@@ -216,14 +220,54 @@ Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
   return rows;
 }
 
-Result<FloatImage> LayerRows::band(int first, int count) const {
+bool has_fireflies(const std::optional<std::string>& layer) {
+  return layer && (*layer == kBeauty || light_share(*layer));
+}
+
+/// The snapshot includes the neighbours of the rect, which bound the light of its border.
+Result<FloatImage> LayerRows::calm_band(const PixelRect& rect) {
+  const PixelRect wide = with_neighbours(rect, film_->crop());
+  FilmSnapshot film = snapshot(wide);
+  const bool is_share = light_share(*layer_).has_value();
+  if (is_share) {
+    auto share = share_of(film, *layer_);
+    if (!share) {
+      return share_image(film, *layer_).error();
+    }
+    film = *std::move(share);
+  }
+  set_aside_ += core::set_aside(film, rect);
+  FloatImage image = blank(film, letters(is_share ? "RGB" : "RGBA"));
+  if (is_share) {
+    fill_colors(film, image.values);
+  } else {
+    find_layer(kBeauty)->fill(film, image.values);
+  }
+  FloatImage out;
+  out.width = rect.width;
+  out.height = rect.height;
+  out.channel_names = image.channel_names;
+  for (int y = 0; y < rect.height; ++y) {
+    const auto row = image.values.begin() + static_cast<std::ptrdiff_t>(image.index(
+                                                rect.x - wide.x, rect.y - wide.y + y, 0));
+    const auto values = static_cast<std::ptrdiff_t>(rect.width) *
+                        static_cast<std::ptrdiff_t>(out.channel_names.size());
+    out.values.insert(out.values.end(), row, row + values);
+  }
+  return out;
+}
+
+Result<FloatImage> LayerRows::band(int first, int count) {
+  if (look_.sets_aside) {
+    return calm_band({rect_.x, rect_.y + first, rect_.width, count});
+  }
   // Pixel errors are pooled over neighbours within the image.
   const int above = has_errors() ? std::min(kErrorWindow, first) : 0;
   const int below = has_errors() ? std::min(kErrorWindow, rect_.height - first - count) : 0;
   FilmSnapshot snapshot =
       this->snapshot({rect_.x, rect_.y + first - above, rect_.width, above + count + below});
-  snapshot.mean_luminance = mean_luminance_;
-  auto image = layer_ ? layer_image(snapshot, *layer_, &denoised_)
+  snapshot.error_floor = error_floor_;
+  auto image = layer_ ? layer_image(snapshot, *layer_, &look_.denoised)
                       : Result<FloatImage>(all_layers_image(snapshot, settings_));
   if (image) {
     auto& values = image->values;
@@ -237,8 +281,8 @@ Result<FloatImage> LayerRows::band(int first, int count) const {
 
 FilmSnapshot LayerRows::snapshot(PixelRect rect) const {
   FilmSnapshot out = film_->snapshot(rect);
-  if (!mix_.empty()) {
-    mix_shares(out, mix_);
+  if (!look_.mix.empty()) {
+    mix_shares(out, look_.mix);
   }
   return out;
 }

@@ -13,6 +13,7 @@
 #include "core/base/result.h"
 #include "core/denoise/denoised_picture.h"
 #include "core/film/film.h"
+#include "core/film/set_aside.h"
 #include "core/image_io/image.h"
 #include "core/image_io/image_rows.h"
 #include "core/settings/registry.h"
@@ -51,19 +52,30 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
 /// share.
 void mix_shares(FilmSnapshot& film, std::span<const float> weights);
 
+/// How layers of a film are shown.
+struct LayerLook {
+  DenoisedLook denoised = {};  ///< of the whole film, for layers that show it
+  /// Weights of the film's shares of the light, whose sum replaces the image; empty: the image.
+  std::vector<float> mix = {};
+  /// Sets fireflies aside (core/film/set_aside.h). Pre: has_fireflies() of the layer.
+  bool sets_aside = false;
+};
+
+/// Returns whether the layer shows the light of the halves: beauty or a share of it.
+bool has_fireflies(const std::optional<std::string>& layer);
+
 /// Layers of a film by rows; keeps a few rows in memory at a time.
 class LayerRows {
  public:
   /// rect: inside the film's crop. layer: a row of layers(); null: all, as in all_layers_image().
-  /// Borrows the film; settings are the job's. denoised: of the whole film, for layers that show
-  /// it. mix: weights of the film's shares of the light, whose sum replaces the image; empty: the
-  /// image. Errors: as layer_image().
+  /// Borrows the film; settings are the job's. Errors: as layer_image().
   static Result<LayerRows> create(const Film& film, PixelRect rect,
                                   const std::optional<std::string>& layer,
-                                  const FilmSettings& settings, DenoisedLook denoised = {},
-                                  std::vector<float> mix = {});
+                                  const FilmSettings& settings, LayerLook look = {});
   /// Borrows this object.
   ImageRows rows();
+  /// Returns what was set aside in the rows so far, or in the denoised image.
+  const SetAside& set_aside() const { return set_aside_; }
   /// Returns the maximum memory.
   static std::uint64_t bytes(const Film& film, PixelRect rect);
 
@@ -72,16 +84,17 @@ class LayerRows {
             const FilmSettings& settings)
       : film_(&film), rect_(rect), layer_(std::move(layer)), settings_(settings) {}
   bool has_errors() const { return !layer_ || *layer_ == "error"; }
-  Result<FloatImage> band(int first, int count) const;
+  Result<FloatImage> band(int first, int count);
+  Result<FloatImage> calm_band(const PixelRect& rect);
   FilmSnapshot snapshot(PixelRect rect) const;
 
   const Film* film_;
   PixelRect rect_;
   std::optional<std::string> layer_;
   FilmSettings settings_;
-  DenoisedLook denoised_;
-  std::vector<float> mix_;
-  double mean_luminance_ = 0;
+  LayerLook look_;
+  SetAside set_aside_;
+  double error_floor_ = 0;
   FloatImage band_;
   int first_ = 0;  ///< first row of rect in band_
 };

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/image_io/radiance.h"
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/sampling/warp.h"
-#include "core/textures/texture.h"
 
 namespace core {
 namespace {
@@ -83,18 +83,12 @@ Result<std::shared_ptr<const Environment>> Environment::create(const Image* imag
     out->power_luminance_ = luminance(scale) * 4 * kPi;
     return std::shared_ptr<const Environment>(out);
   }
-  if (image->channels < 3) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        "an environment needs three channels; this image has " + std::to_string(image->channels),
-        "/environment/asset"};
-  }
   const float angle = settings.rotation_degrees * (kPi / 180);
   out->cos_rotation_ = std::cos(angle);
   out->sin_rotation_ = std::sin(angle);
   out->width_ = image->width;
   out->height_ = image->height;
-  const std::vector<Vec4> decoded = linear_texels(*image, true);
+  const std::vector<Rgb> light = radiance_of(*image, AlphaUse::kIgnored);
   const auto w = static_cast<std::size_t>(image->width);
   const auto h = static_cast<std::size_t>(image->height);
   out->texels_.resize(w * h + 1);
@@ -105,13 +99,11 @@ Result<std::shared_ptr<const Environment>> Environment::create(const Image* imag
     const float solid_angle = texel_solid_angle(y, h, w);
     solid_angles[y] = solid_angle;
     for (std::size_t x = 0; x < w; ++x) {
-      const Vec4 c = decoded[y * w + x];
-      const Rgb value = Rgb{c.x, c.y, c.z} * scale;
-      if (!is_finite(value) || value.r < 0 || value.g < 0 || value.b < 0) {
+      const Rgb value = light[y * w + x] * scale;
+      if (!is_finite(value)) {
         return Error{ErrorCode::kInvalidArgument,
-                     "the environment has a negative or non-finite pixel at column " +
-                         std::to_string(x) + ", row " + std::to_string(y),
-                     "/environment/asset"};
+                     "multiplied by its intensity, the environment exceeds the range of floats",
+                     "/environment/intensity"};
       }
       out->texels_[y * w + x] = value;
       weights[y * w + x] = luminance(value) * solid_angle;

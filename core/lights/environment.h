@@ -45,10 +45,10 @@ struct SunDisc {
 
 class Environment {
  public:
-  /// image: null for a constant environment of settings.color * settings.intensity; else an RGB
-  /// image (any PixelType; 8-bit is read as sRGB), multiplied by both. sun: in front of the image
-  /// and multiplied too; null if there is none. Errors: kInvalidArgument for an image without three
-  /// channels or with negative or NaN pixels.
+  /// image: null for a constant environment of settings.color * settings.intensity; else an image
+  /// as radiance_of() reads it (core/image_io/radiance.h), multiplied by both. sun: in front of the
+  /// image and multiplied too; null if there is none. Errors: kInvalidArgument if a product is not
+  /// finite.
   static Result<std::shared_ptr<const Environment>> create(const Image* image,
                                                            const EnvironmentSettings& settings,
                                                            const SunDisc* sun = nullptr);

@@ -1,6 +1,7 @@
 /// Material: a glTF material with resolved textures, as used for shading.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "core/bsdf/bsdf.h"
@@ -11,10 +12,22 @@
 
 namespace core {
 
+/// The axes of a map whose coordinates are transformed by KHR_texture_transform, relative to the
+/// tangent t and bitangent b of the coordinates themselves: +u of the map is along
+/// t * along_tangent + b * along_bitangent.
+struct MapAxes {
+  float along_tangent = 1;
+  float along_bitangent = 0;
+  float sign = 1;  ///< -1: the transform mirrors
+};
+/// uv_transform: as in TextureDescription. Returns {} for a singular one.
+MapAxes map_axes(const std::array<float, 6>& uv_transform) noexcept;
+
 /// A texture used by a material; if the texture is null, the factor applies alone.
 struct TextureSlot {
   const Texture* texture = nullptr;
   TextureDescription description;
+  MapAxes axes;
   /// Equal for slots that read textures of the same size at the same positions. Not 0.
   std::uint32_t places = 0;
 };

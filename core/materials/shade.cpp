@@ -80,6 +80,43 @@ Vec4 read(const TextureSlot& slot, const Seen& at) {
 /// Returns the same point at the finest level.
 Seen finest(const SurfacePoint& point, LastLookup& last) { return {point, {}, {}, false, last}; }
 
+/// World-space directions in which a map's u grows and its v falls.
+struct MapFrame {
+  Vec3 tangent;
+  Vec3 bitangent;
+};
+
+/// Returns the unit direction of +u of a set in the plane of the triangle, and its handedness as
+/// in PrimitiveDescription::tangents; zero if the coordinates do not change.
+Vec4 flat_tangent(const SurfacePoint& p, std::size_t set) {
+  const Vec3 u = p.to_edge1 * p.uv_edge1[set].x + p.to_edge2 * p.uv_edge2[set].x;
+  const Vec3 v = p.to_edge1 * p.uv_edge1[set].y + p.to_edge2 * p.uv_edge2[set].y;
+  const float side = dot(cross(u, v), p.normal_geometric) < 0 ? -1.0F : 1.0F;
+  const Vec3 along = cross(v, p.normal_geometric) * side;
+  const Vec3 t =
+      normalize_or(along - p.normal_shading * dot(along, p.normal_shading), Vec3{0, 0, 0});
+  return {t.x, t.y, t.z, -side};
+}
+
+/// Tangents of the file apply to all maps as they are; computed ones are turned into the map's
+/// coordinates, as glTF 2.0 (3.9.3) defines tangents by "the texture coordinates associated with
+/// the normal texture".
+MapFrame frame_of(const TextureSlot& slot, const SurfacePoint& p) {
+  Vec3 tangent = p.tangent;
+  float sign = p.tangent_sign;
+  if (p.tangent_uv_set >= 0 && slot.texture != nullptr) {
+    if (slot.description.uv_set != p.tangent_uv_set) {
+      const Vec4 flat = flat_tangent(p, static_cast<std::size_t>(slot.description.uv_set));
+      tangent = {flat.x, flat.y, flat.z};
+      sign = flat.w;
+    }
+    const Vec3 bitangent = cross(p.normal_shading, tangent) * sign;
+    tangent = tangent * slot.axes.along_tangent + bitangent * slot.axes.along_bitangent;
+    sign *= slot.axes.sign;
+  }
+  return {tangent, cross(p.normal_shading, tangent) * sign};
+}
+
 /// Returns the normal of a normal map in world space, on the front side like point.normal_shading.
 Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
   const SurfacePoint& p = at.point;
@@ -88,8 +125,9 @@ Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
   }
   const Vec4 texel = read(slot, at);
   const Vec3 n = {(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
-  const Vec3 bitangent = cross(p.normal_shading, p.tangent) * p.tangent_sign;
-  return normalize_or(p.tangent * n.x + bitangent * n.y + p.normal_shading * n.z, p.normal_shading);
+  const MapFrame map = frame_of(slot, p);
+  return normalize_or(map.tangent * n.x + map.bitangent * n.y + p.normal_shading * n.z,
+                      p.normal_shading);
 }
 
 /// Returns a shading normal visible to the viewer, rotated only as far as needed if it faces away.
@@ -203,12 +241,28 @@ void apply_anisotropy(const Material& material, const Seen& at, Shading& s) {
     strength *= t.z;
   }
   s.bsdf.alpha_x = std::max(lerp(s.bsdf.alpha_y, 1.0F, strength * strength), 1e-4F);
-  const Vec3 bitangent = cross(point.normal_shading, point.tangent) * point.tangent_sign;
+  const MapFrame map = frame_of(material.anisotropy, point);
   s.frame =
-      frame_from_normal_tangent(s.frame.n, point.tangent * direction.x + bitangent * direction.y);
+      frame_from_normal_tangent(s.frame.n, map.tangent * direction.x + map.bitangent * direction.y);
 }
 
 }  // namespace
+
+// Coordinates q = A p grow along u where p grows along the first column of A^-1, (d, -c) / det for
+// A = (a b; c d); p's v grows against the bitangent.
+MapAxes map_axes(const std::array<float, 6>& uv_transform) noexcept {
+  const float a = uv_transform[0];
+  const float b = uv_transform[1];
+  const float c = uv_transform[3];
+  const float d = uv_transform[4];
+  const float determinant = a * d - b * c;
+  const float size = std::hypot(c, d);
+  if (determinant == 0 || !std::isfinite(determinant) || !std::isfinite(size)) {
+    return {};
+  }
+  const float sign = determinant < 0 ? -1.0F : 1.0F;
+  return {sign * d / size, sign * c / size, sign};
+}
 
 Medium medium_within(const MaterialDescription& f) noexcept {
   return medium_within(f, f.attenuation_color, f.multiscatter_color);

@@ -10,6 +10,11 @@ constexpr auto kReplicates = static_cast<std::size_t>(kMeterReplicates);
 /// Student's t for 15 degrees of freedom, two-sided kMeterConfidence.
 constexpr double kStudent95 = 2.131449546;
 static_assert(kMeterReplicates == 16);
+/// Upper 97.5% limits of a Poisson mean if no event and if one was seen (Garwood 1936).
+constexpr double kOfNone = 3.689;
+constexpr double kOfOne = 5.572;
+/// Share of a reading that unseen light may be before it is marked.
+constexpr double kMarked = 0.25;
 
 double luminance_of(const std::array<double, 3>& c) {
   return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
@@ -38,7 +43,7 @@ std::vector<MeterPoint> meter_points(const MeterSettings& settings) {
 }
 
 std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
-                                         const std::vector<MeterChunk>& chunks) {
+                                         const std::vector<MeterChunk>& chunks, double path_light) {
   std::vector<MeterReading> readings;
   if (chunks.size() < meter_chunks(points.size()) ||
       std::any_of(chunks.begin(), chunks.end(),
@@ -59,17 +64,24 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
       }
     }
     reading.illuminance = luminance_of(reading.irradiance);
+    std::array<double, kReplicates> offs{};
     double squares = 0;
     double largest = 0;
     for (std::size_t r = 0; r < kReplicates; ++r) {
-      const double off = luminance_of(sums[r]) * scale - reading.illuminance;
-      squares += off * off;
-      largest = std::max(largest, off * off);
+      offs[r] = luminance_of(sums[r]) * scale - reading.illuminance;
+      squares += offs[r] * offs[r];
+      largest = std::max(largest, offs[r] * offs[r]);
     }
-    reading.unreliable = largest > squares / 2 || !(reading.illuminance > 0);
-    const double error = std::sqrt(squares / (kMeterReplicates - 1) / kMeterReplicates);
-    reading.low = std::max(0.0, reading.illuminance - kStudent95 * error);
-    reading.high = reading.illuminance + kStudent95 * error;
+    std::sort(offs.begin(), offs.end());
+    const double median = 0.5 * (offs[kReplicates / 2 - 1] + offs[kReplicates / 2]);
+    const double event = (offs.back() - median) / kMeterReplicates;
+    const double unseen = kOfNone * path_light / static_cast<double>(reading.samples);
+    reading.unreliable = largest > squares / 2 || !(reading.illuminance > 0) ||
+                         unseen > kMarked * reading.illuminance;
+    const double reach =
+        kStudent95 * std::sqrt(squares / (kMeterReplicates - 1) / kMeterReplicates);
+    reading.low = std::max(0.0, reading.illuminance - reach);
+    reading.high = reading.illuminance + std::max({reach, (kOfOne - 1) * event, unseen});
     readings.push_back(reading);
   }
   return readings;

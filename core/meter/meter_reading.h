@@ -23,15 +23,24 @@ struct MeterReading {
   MeterPoint at;
   std::array<double, 3> irradiance{};  ///< linear RGB
   double illuminance = 0;              ///< its luminance: lux
-  double low = 0;                      ///< 95% interval of the luminance, by Student's t
+  double low = 0;                      ///< 95% interval of the luminance
   double high = 0;
-  /// The interval may miss: one randomisation makes up most of the variance, as where light is
-  /// rare, or no path has found light.
+  /// The interval may miss or is wide: one randomisation makes up most of the variance, as where
+  /// light is rare; no path has found light; or light that no path has found may be more than a
+  /// quarter of the reading.
   bool unreliable = false;
   std::int64_t samples = 0;  ///< paths
 };
 /// Returns the readings; none before every point has a sample. chunks: those of the points.
+/// path_light: unsampled_path_light() of the scene (core/render/unsampled_light.h).
+///
+/// The interval is Student's t, but rare events are skewed, so its upper end is at least
+///   mean + 4.57 (largest randomisation - their median) / 16: the largest as a single event, of
+///     which up to 5.57 may have been due (Poisson, 97.5%; Garwood 1936). For Gaussian noise this
+///     is the end by Student's t;
+///   mean + 3.69 path_light / paths: of light that no path has found up to 3.69 events may be due.
 std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
-                                         const std::vector<MeterChunk>& chunks);
+                                         const std::vector<MeterChunk>& chunks,
+                                         double path_light = 0);
 
 }  // namespace core

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error/error_estimate.h"
+#include "core/film/half_sums.h"
 #include "core/film/summed_area.h"
 #include "core/render/pass_plan.h"
 
@@ -60,28 +60,27 @@ Statistics of_pilot(const Film& film) {
   return out;
 }
 
-/// Returns sqrt(variance / (signal + floor) / cost) of each pixel. Variance and cost are pooled.
-/// The signal is that of a window as large as a tile, so the plan reduces the error as defined in
-/// core/error/error_estimate.h, without seams between tiles.
+/// Returns (s / (l + 3 F) / cost)^(2/3) of each pixel: s standard deviation, l light, F the floor,
+/// all but F pooled over neighbours. The grain (core/error/error_estimate.h) is the mean of s / (l
+/// + 3 F) / sqrt(n), which is least for a given sum of n cost if n is proportional to this.
 std::vector<float> needs(const Statistics& s, int width, int height) {
   const int radius =
       std::max(static_cast<int>(std::ceil((std::sqrt(kPooled / s.degrees) - 1) / 2)), 0);
   SummedArea variances(width, height);
-  SummedArea signals(width, height);
+  SummedArea lights(width, height);
   SummedArea costs(width, height);
-  double light = 0;
+  double roots = 0;
   const auto sum = [](Rgb c) { return static_cast<double>(c.r + c.g + c.b); };
   std::size_t i = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, ++i) {
-      const double variance = sum(s.variance[i]);
-      variances.set(x, y, variance);
-      signals.set(x, y, sum(s.mean[i] * s.mean[i]) - variance / (s.degrees + 1));
+      variances.set(x, y, sum(s.variance[i]));
+      lights.set(x, y, std::abs(sum(s.mean[i])));
       costs.set(x, y, static_cast<double>(s.cost[i]));
-      light += static_cast<double>(luminance(s.mean[i]));
+      roots += root_of_light(s.mean[i]);
     }
   }
-  const double floor = 3 * error_floor(light / static_cast<double>(s.mean.size()));
+  const double floor = 3 * error_floor(roots / static_cast<double>(s.mean.size()));
   const auto mean_over = [](const SummedArea& area, const PixelRect& r) {
     return area.sum(r) / (static_cast<double>(r.width) * r.height);
   };
@@ -90,11 +89,11 @@ std::vector<float> needs(const Statistics& s, int width, int height) {
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const PixelRect window = window_around(x, y, radius, width, height);
-      const PixelRect around = window_around(x, y, kTileSize / 2, width, height);
-      const double variance = mean_over(variances, window);
-      const double scale = std::max(mean_over(signals, around), 0.0) + floor;
+      const double variance = std::max(mean_over(variances, window), 0.0);
+      const double scale = std::max(mean_over(lights, window), 0.0) + floor;
       const double cost = std::max(mean_over(costs, window), 1.0);
-      out.push_back(static_cast<float>(variance > 0 ? std::sqrt(variance / scale / cost) : 0));
+      const double need = variance > 0 ? std::sqrt(variance) / scale / cost : 0;
+      out.push_back(static_cast<float>(std::cbrt(need * need)));
     }
   }
   return out;
@@ -132,8 +131,7 @@ std::vector<float> dilated(std::vector<float> values, int width, int height, int
                        false);
 }
 
-/// Gives every pixel of a tile the root mean square of the tile: squared needs are variances, which
-/// add up.
+/// Gives every pixel of a tile the same need, from the mean of their (needs)^(3/2), which add up.
 std::vector<float> by_tile(const std::vector<float>& values, const Film& film, int radius) {
   const PixelRect crop = film.crop();
   std::vector<float> tiles;
@@ -143,10 +141,10 @@ std::vector<float> by_tile(const std::vector<float>& values, const Film& film, i
     columns += rect.y == film.tile_rect(0).y ? 1 : 0;
     double sum = 0;
     for_pixels(rect, crop, [&](std::size_t, std::size_t i) {
-      sum += static_cast<double>(values[i]) * static_cast<double>(values[i]);
+      sum += std::pow(static_cast<double>(values[i]), 1.5);
     });
-    tiles.push_back(
-        static_cast<float>(std::sqrt(sum / (static_cast<double>(rect.width) * rect.height))));
+    tiles.push_back(static_cast<float>(
+        std::pow(sum / (static_cast<double>(rect.width) * rect.height), 2.0 / 3)));
   }
   tiles = dilated(std::move(tiles), columns, film.tile_count() / columns, radius);
   std::vector<float> out(values.size());

@@ -93,6 +93,7 @@ Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples,
 struct TileFigures {
   double noise = 0;
   double light = 0;
+  double roots = 0;   ///< of the luminance, for the floor
   double signal = 0;  ///< products of the halves: squared signal without bias from noise
 };
 
@@ -112,6 +113,7 @@ TileFigures figures_of(const FilmSnapshot& film, const PixelRect& tile) {
     const Rgb one = half_value(film, i, 0).mean;
     const Rgb other = half_value(film, i, 1).mean;
     sums.light += 0.5 * static_cast<double>(luminance(one + other));
+    sums.roots += root_of_light((one + other) * 0.5F);
     for (int c = 0; c < 3; ++c) {
       const auto apart = static_cast<double>(one[c] - other[c]);
       sums.noise += apart * apart / 4;
@@ -169,18 +171,19 @@ std::vector<double> pilot_errors(std::span<const PilotImage> images) {
   const PixelRect whole = images[0].film.rect;
   const std::vector<PixelRect> tiles = tile_rects({0, 0, whole.width, whole.height});
   std::vector<std::vector<TileFigures>> figures;  // by tile and image
-  double light = 0;
+  double roots = 0;
   for (const PixelRect& tile : tiles) {
     figures.emplace_back();
     double most = 0;
     for (const PilotImage& image : images) {
       figures.back().push_back(figures_of(image.film, tile));
-      most = std::max(most, figures.back().back().light);
+      most = std::max(most, figures.back().back().roots);
     }
-    light += most;
+    roots += most;
   }
   const double pixels = static_cast<double>(whole.width) * whole.height;
-  const double floor = 3 * error_floor(light / pixels);
+  const double of_channel = error_floor(roots / pixels);
+  const double floor = 3 * of_channel * of_channel;
   std::vector<double> errors(images.size());
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     const double area = static_cast<double>(tiles[t].width) * tiles[t].height;

@@ -41,7 +41,7 @@ Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
   PathState path = start_path(scene, camera_ray, sampler, rays);
   PathVertex vertex;
   Found out;
-  float way_m = 0;
+  float way_m = camera_ray.start_m;
   for (int k = 0; k < kSmoothMost; ++k) {
     if (!reach(scene, path, vertex)) {
       if (path.depth == 0) {

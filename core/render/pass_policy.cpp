@@ -9,10 +9,6 @@
 namespace core {
 namespace {
 
-/// A job can stop wrongly only if its error exceeds the target by less than the bound exceeds the
-/// estimate. Between looks errors fall by 6 to 13%: before the last two looks the error is too far
-/// away, and those two see nearly the same samples.
-constexpr int kLooksAtRisk = 2;
 /// Per octave of samples: denoising takes as long as some samples of the image, so more checks
 /// would cost more than they save.
 constexpr int kDenoisedLooks = 2;
@@ -85,10 +81,9 @@ int PassPolicy::stop_at(double samples) const {
              : samples_max_;
 }
 
-double PassPolicy::alpha() const { return (1 - stop_.confidence) / kLooksAtRisk; }
-
 double PassPolicy::error_bound(const ErrorEstimate& look) const {
-  return stop_.worst_tile ? look.worst_tile_bound(alpha()) : look.bound(alpha());
+  // No correction for repeated looks: the noise of the interval's end is small beside its doubt.
+  return stop_.worst_tile ? look.worst_tile(stop_.confidence) : look.image(stop_.confidence).high;
 }
 
 bool PassPolicy::may_stop_at(int samples) const {
@@ -101,11 +96,9 @@ bool PassPolicy::denoises_at(int samples) const {
           next_look(samples - 1, replicates_, unit_, kDenoisedLooks) == samples);
 }
 
-StopReason PassPolicy::decide(int samples, double relative_rmse, double bound,
-                              double denoised_bound) const {
+StopReason PassPolicy::decide(int samples, double bound, double denoised_bound) const {
   const bool may_stop = may_stop_at(samples);
-  // The reported error also meets the target.
-  if (stop_.relative_error && may_stop && std::max(bound, relative_rmse) <= *stop_.relative_error) {
+  if (stop_.relative_error && may_stop && bound <= *stop_.relative_error) {
     return StopReason::kRelativeError;
   }
   if (stop_.denoised_error && may_stop && denoised_bound <= *stop_.denoised_error) {

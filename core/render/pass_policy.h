@@ -45,16 +45,14 @@ class PassPolicy {
   /// Returns the first count at or above `samples` at which an error target may end the job.
   int stop_at(double samples) const;
 
-  /// Returns the bound that is compared with the error target; infinite if unknown.
+  /// Returns the upper end that is compared with the error target; NaN if unknown.
   double error_bound(const ErrorEstimate& look) const;
-  /// Returns the probability with which the bound of one look may be exceeded.
-  double alpha() const;
   /// Returns whether the image is denoised at this look to test the stop rule.
   bool denoises_at(int samples) const;
   /// Decides after a complete pass of `samples`. bound: error_bound() of the look at that count,
   /// infinite if there was none. denoised_bound: that of the denoised image. Returns kNone to
   /// continue.
-  StopReason decide(int samples, double relative_rmse, double bound,
+  StopReason decide(int samples, double bound,
                     double denoised_bound = std::numeric_limits<double>::infinity()) const;
 
  private:

@@ -36,7 +36,7 @@ struct Progress {
   std::uint32_t revision = 0;
 
   /// 1 / (relative error^2 * CPU seconds); NaN if unknown.
-  double efficiency() const noexcept { return efficiency_at(error.relative_rmse); }
+  double efficiency() const noexcept { return efficiency_at(error.relative); }
   /// Bounds of the efficiency at the confidence level of the error.
   double efficiency_low() const noexcept { return efficiency_at(error.high); }
   double efficiency_high() const noexcept { return efficiency_at(error.low); }

@@ -19,8 +19,7 @@ double unix_seconds() {
 }  // namespace
 
 ErrorInterval ProgressMeter::error() const {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  return points_.empty() ? ErrorInterval{nan, nan, nan, false} : points_.back().error;
+  return points_.empty() ? unknown_error() : points_.back().error;
 }
 
 void ProgressMeter::note_pass(int samples, double elapsed_seconds) {
@@ -42,14 +41,14 @@ void ProgressMeter::note_look(const ConvergencePoint& point, double bound) {
 Remaining ProgressMeter::samples_at_end(const PassPolicy& policy, int base) const {
   const double most = policy.samples_max();
   const ErrorInterval seen = error();
-  const double e = seen.relative_rmse;
+  const double e = seen.relative;
   if (!policy.stop().relative_error || !(e > 0)) {
     return {most, most, most};
   }
   const double bound = bound_ > 0 ? bound_ : seen.high;
   std::vector<SeenError> errors;
   for (const ConvergencePoint& point : points_) {
-    errors.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative_rmse});
+    errors.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative});
   }
   const double exponent = error_exponent(errors);
   const auto end = [&](double from, double falls) -> double {
@@ -66,7 +65,7 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
                          Progress& p) {
   const StopRules& stop = policy.stop();
   p.error = error();
-  const double e = p.error.relative_rmse;
+  const double e = p.error.relative;
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;

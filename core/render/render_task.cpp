@@ -228,10 +228,9 @@ RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
   const PassPolicy by = policy_now();
   Look seen = due.looks ? look(due, by) : Look{};
   if (due.looks && by.denoises_at(due.samples) && denoised_bound) {
-    seen.denoised_bound = denoised_bound(*film, by.alpha());
+    seen.denoised_bound = denoised_bound(*film, by.stop().confidence);
   }
-  return settle(due.samples, by.decide(due.samples, seen.point.error.relative_rmse, seen.bound,
-                                       seen.denoised_bound));
+  return settle(due.samples, by.decide(due.samples, seen.bound, seen.denoised_bound));
 }
 
 /// Plans the epoch that begins at the current samples.

@@ -92,11 +92,10 @@ struct TaskOptions {
   double elapsed_before = 0;  ///< seconds spent before a restart
   double slice_target_seconds = 0.02;
   std::vector<ConvergencePoint> points_before;
-  /// Returns an upper bound of the error of the film's denoised image, exceeded with probability at
-  /// most alpha; infinite if unknown. Called by one thread at looks of jobs with
-  /// stop.denoised_error, while no slice of the task is out. If empty, such a rule never ends the
-  /// task.
-  std::function<double(const Film& film, double alpha)> denoised_bound = {};
+  /// Returns the upper end of the error of the film's denoised image; infinite if unknown. Called
+  /// by one thread at looks of jobs with stop.denoised_error, while no slice of the task is out. If
+  /// empty, such a rule never ends the task.
+  std::function<double(const Film& film, double confidence)> denoised_bound = {};
 };
 
 class RenderTask {

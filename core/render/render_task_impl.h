@@ -86,7 +86,7 @@ struct RenderTask::Impl {
   const std::shared_ptr<Film> film;
   const int samples_limit;
   const double slice_seconds;
-  const std::function<double(const Film&, double)> denoised_bound;
+  const std::function<double(const Film&, double confidence)> denoised_bound;
   RenderSink& sink;
   std::stop_source stop_source;  // stops slices on cancellation or when a time limit is reached
 

@@ -108,7 +108,7 @@ class PictureRenderer final : public Renderer {
     float weight = 1;
   };
   Start start(PathSampler& sampler, int x, int y, int s) const;
-  void finish(PathSample& sample, float weight, std::uint64_t& rejected) const;
+  void finish(PathSample& sample, const Start& from, std::uint64_t& rejected) const;
   /// Returns a sample of the irradiance layer [W/m^2].
   Rgb irradiance(const Camera::CameraRay& ray, const PathSampler& sampler, TileState& state) const;
   bool render_waves(TileState& state, const FillRule& rule, int last_sample,
@@ -134,7 +134,7 @@ PathSample PictureRenderer::trace(PathSampler& sampler, int x, int y, int s, std
                                   std::uint64_t& rejected) const {
   const Start from = start(sampler, x, y, s);
   PathSample sample = planned_.integrator->trace(from.ray, sampler, rays);
-  finish(sample, from.weight, rejected);
+  finish(sample, from, rejected);
   return sample;
 }
 
@@ -146,7 +146,9 @@ PictureRenderer::Start PictureRenderer::start(PathSampler& sampler, int x, int y
   return {camera_.ray(at.film_px, at.lens), at.weight};
 }
 
-void PictureRenderer::finish(PathSample& sample, float weight, std::uint64_t& rejected) const {
+void PictureRenderer::finish(PathSample& sample, const Start& from, std::uint64_t& rejected) const {
+  const float weight = from.weight;
+  sample.depth_m += sample.hit ? from.ray.start_m : 0.0F;
   sample.radiance *= weight;
   sample.fit.control *= weight;
   if (view_.settings.film.errors_over_white) {
@@ -194,7 +196,7 @@ bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int 
     std::fill(shares.begin(), shares.end(), Rgb{});
     const std::uint64_t rejected = state.rejected_samples;
     PathSample sample = planned_.integrator->trace_shares(from.ray, sampler, state.rays, shares);
-    finish(sample, from.weight, state.rejected_samples);
+    finish(sample, from, state.rejected_samples);
     const float weight = state.rejected_samples == rejected ? from.weight : 0.0F;
     for (std::size_t i = 0; i < shares.size(); ++i) {
       if (settings.film.shares[i].is_irradiance) {
@@ -228,19 +230,18 @@ bool PictureRenderer::render_groups(TileState& state, const FillRule& rule, int 
   const PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
                             settings.first_replicate);
   std::vector<GroupPath> paths(kGroupMost, {{}, sampler});
-  std::array<float, kGroupMost> weights{};
+  std::array<Start, kGroupMost> starts{};
   return fill_tile_in_groups(
       state, rule, settings.light_block, last_sample, stop,
       [&](std::span<const DueSample> due, int each, std::span<PathSample> samples) {
         for (std::size_t i = 0; i < due.size(); ++i) {
-          const Start from = start(paths[i].sampler, due[i].x, due[i].y, due[i].sample);
-          paths[i].camera_ray = from.ray;
-          weights[i] = from.weight;
+          starts[i] = start(paths[i].sampler, due[i].x, due[i].y, due[i].sample);
+          paths[i].camera_ray = starts[i].ray;
         }
         tracer.trace(std::span(paths).first(due.size()), each, state.rays);
         for (std::size_t i = 0; i < due.size(); ++i) {
           samples[i] = paths[i].out;
-          finish(samples[i], weights[i], state.rejected_samples);
+          finish(samples[i], starts[i], state.rejected_samples);
         }
       });
 }
@@ -352,7 +353,7 @@ bool PictureRenderer::gather(TileState& state, const Prepass& pass, std::stop_to
   bool whole = fill_tile(state, rule, first_sample + 1, stop, [&](int x, int y, int s) {
     const Start from = start(sampler, x, y, s);
     PathSample sample = planned_.integrator->gather(from.ray, sampler, pass, state.rays);
-    finish(sample, from.weight, state.rejected_samples);
+    finish(sample, from, state.rejected_samples);
     return sample;
   });
   whole = whole && count_mattes(state, rule, first_sample, stop);

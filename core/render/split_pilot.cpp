@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/accel/accel.h"
-#include "core/error/error_estimate.h"
 #include "core/film/camera_sample.h"
+#include "core/film/half_sums.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -86,15 +86,15 @@ std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& 
     const double mean = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
     pixels.push_back({mean, within, total});
   }
-  double luminance_sum = 0;
+  double roots = 0;
   for (const PixelVariances& p : pixels) {
-    luminance_sum += p.mean;
+    roots += std::sqrt(std::max(p.mean, 0.0));
   }
   // Relative to signal and floor, as in the error of an image.
-  const double floor = error_floor(luminance_sum / count);
+  const double floor = error_floor(roots / count);
   SplitCosts out;
   for (const PixelVariances& p : pixels) {
-    const double signal = p.mean * p.mean + floor;
+    const double signal = p.mean * p.mean + floor * floor;
     if (signal > 0) {
       out.branch_variance += p.branch / signal / count;
       out.way_variance += (p.total - p.branch) / signal / count;

@@ -47,6 +47,7 @@
 ///   volume  z       wavelengths of a spectral path        integrators/path
 ///   volume  w       hero wavelength                       transport/surface_event
 ///                                                         transport/scene_colors
+///                                                         integrators/bdpt
 ///   choice  x       which of several light candidates,    integrators/path
 ///                   or a turn of a softened shadow        integrators/shared_lights
 ///                                                         integrators/catcher

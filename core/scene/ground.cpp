@@ -65,6 +65,11 @@ std::vector<float> doubling(float first, float last) {
 
 }  // namespace
 
+bool is_drawn(const MaterialDescription& material) noexcept {
+  return !(material.alpha_mode == AlphaMode::kBlend && material.base_alpha <= 0) &&
+         !(material.alpha_mode == AlphaMode::kMask && material.base_alpha < material.alpha_cutoff);
+}
+
 Bounds bounds_of(const SceneDescription& scene) {
   Bounds out;
   for (const InstanceDescription& instance : scene.instances) {
@@ -73,8 +78,15 @@ Bounds bounds_of(const SceneDescription& scene) {
       continue;
     }
     for (const PrimitiveDescription& primitive : scene.meshes[mesh].primitives) {
-      for (const Vec3 p : primitive.positions) {
-        out.add(instance.to_world.point(p));
+      const auto material = static_cast<std::size_t>(primitive.material);
+      if (primitive.material >= 0 && material < scene.materials.size() &&
+          !is_drawn(scene.materials[material])) {
+        continue;
+      }
+      for (const std::uint32_t i : primitive.indices) {
+        if (i < primitive.positions.size()) {
+          out.add(instance.to_world.point(primitive.positions[i]));
+        }
       }
     }
   }

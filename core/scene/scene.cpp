@@ -23,7 +23,7 @@ std::size_t memory_of(const SceneData& data) {
     bytes += texture->bytes();
   }
   for (const auto& profile : data.profiles) {
-    bytes += profile->bytes();
+    bytes += profile != nullptr ? profile->bytes() : 0;
   }
   return bytes;
 }
@@ -86,7 +86,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   summary.extensions = std::move(description.extensions);
   summary.warnings = std::move(description.warnings);
   if (const double met = boxes_met(*scene->data_); met > kBoxesMetMost) {
-    summary.warnings.push_back(crowding_warning(met));
+    summary.warnings.emplace_back("crowded", "", crowding_warning(met));
   }
   summary.has_emissive_strength = description.has_emissive_strength;
   summary.has_scattering = scene->data_->has_scattering;

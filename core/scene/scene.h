@@ -38,7 +38,7 @@ struct SceneSummary {
   std::vector<std::string> variants;
   std::vector<std::string> animations;
   std::vector<std::string> extensions;
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
   bool has_emissive_strength = false;
   bool has_environment = false;  ///< the file has an environment
   bool has_scattering = false;   ///< of the interior of a solid

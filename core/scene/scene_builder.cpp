@@ -13,6 +13,7 @@
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
 #include "core/scene/crowding.h"
+#include "core/scene/ground.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
@@ -52,12 +53,12 @@ class Builder {
   }
 
   /// Returns what automatic cameras frame: the model, and around it on a catcher, which is the only
-  /// level ground, the shadow of light that falls at 63 degrees or more: half as long as the model
-  /// is high.
+  /// level ground, for a quarter of its height: the shadow of light that falls at 76 degrees or
+  /// more, and most of longer ones, since the image is higher or wider than the model.
   Bounds bounds() const {
     Bounds out = bounds_;
     if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
-      const float reach = 0.5F * out.diagonal().y;
+      const float reach = 0.25F * out.diagonal().y;
       out.min.x -= reach;
       out.min.z -= reach;
       out.max.x += reach;
@@ -75,6 +76,7 @@ class Builder {
   TextureSlot slot(const TextureDescription& description, bool srgb) {
     TextureSlot out;
     out.description = description;
+    out.axes = map_axes(description.uv_transform);
     if (description.image < 0) {
       return out;
     }
@@ -197,6 +199,7 @@ class Builder {
     mesh.indices = std::move(p.indices);
     mesh.normals = std::move(p.normals);
     mesh.tangents = std::move(p.tangents);
+    mesh.tangent_uv_set = p.tangent_uv_set;
     mesh.uv = std::move(p.uv);
     mesh.colors = std::move(p.colors);
     mesh.file_vertices = std::move(p.file_vertices);
@@ -382,9 +385,12 @@ class Builder {
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
-    for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
-      (placed == to_.ground ? ground_bounds_ : bounds_)
-          .add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
+    Bounds& bounds_here = placed == to_.ground ? ground_bounds_ : bounds_;
+    if (is_drawn(material.factors)) {
+      for (const std::uint32_t i : mesh.indices) {
+        bounds_here.add(to_world == nullptr ? mesh.positions[i]
+                                            : to_world->point(mesh.positions[i]));
+      }
     }
     for (const MovedVertices& moved : mesh.later) {
       for (std::size_t i = 0; i + 1 < moved.positions.size(); ++i) {

@@ -166,7 +166,7 @@ class SolidFinder {
     std::string text = "mesh '" + from_.description.meshes[mesh].name +
                        "': the surface of material '" + solid.material->factors.name + "' " + what;
     if (told_.insert(text).second) {
-      from_.description.warnings.push_back(std::move(text));
+      from_.description.warnings.emplace_back("solid", "", std::move(text));
     }
   }
 

@@ -164,6 +164,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
       moved = carried(moved, corners(mesh, nullptr, hit.primitive, 0), c);
     }
     s.tangent = normalize_or(moved, {0, 0, 0});
+    s.tangent_uv_set = mesh.tangent_uv_set;
     s.tangent_sign = (t.w < 0) != mirrored ? -1.0F : 1.0F;
   }
   s.material = mesh.material;

@@ -98,10 +98,11 @@ class SceneWriter {
       // m is rotation times scale: [c sx, s sy, ox; -s sx, c sy, oy].
       writer_.use_extension("KHR_texture_transform");
       const float rotation = std::atan2(-m[3], m[0]);
+      const float mirrored = m[0] * m[4] - m[1] * m[3] < 0 ? -1.0F : 1.0F;
       info["extensions"]["KHR_texture_transform"] = {
           {"offset", {m[2], m[5]}},
           {"rotation", rotation},
-          {"scale", {std::hypot(m[0], m[3]), std::hypot(m[1], m[4])}}};
+          {"scale", {std::hypot(m[0], m[3]), mirrored * std::hypot(m[1], m[4])}}};
     }
     return info;
   }
@@ -322,16 +323,23 @@ class SceneWriter {
   }
 
   void write_camera(const CameraDescription& camera) {
+    // glTF requires planes: these are none (Camera::set_planes).
+    constexpr float kNear = 1e-30F;
+    constexpr float kFar = 1e30F;
     Json json = {{"name", camera.name}};
     if (camera.orthographic) {
       json["type"] = "orthographic";
       json["orthographic"] = {{"xmag", camera.x_magnification},
                               {"ymag", camera.y_magnification},
-                              {"znear", 0},
-                              {"zfar", 1000}};
+                              {"znear", camera.near_m},
+                              {"zfar", std::min(camera.far_m, kFar)}};
     } else {
       json["type"] = "perspective";
-      json["perspective"] = {{"yfov", camera.vertical_fov_rad}, {"znear", 0.01}};
+      json["perspective"] = {{"yfov", camera.vertical_fov_rad},
+                             {"znear", std::max(camera.near_m, kNear)}};
+      if (camera.far_m < kFar) {
+        json["perspective"]["zfar"] = camera.far_m;
+      }
       if (camera.aspect_ratio > 0) {
         json["perspective"]["aspectRatio"] = camera.aspect_ratio;
       }

@@ -88,6 +88,9 @@ void for_each_value(std::span<const std::byte> view, const GltfAccessor& accesso
 template <typename T, typename Convert>
 Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string& where,
                                 const Convert& convert) {
+  if (const Error* fault = source.tables().fault_of("accessors", index)) {
+    return *fault;
+  }
   const GltfAccessor& accessor = source.tables().accessors[static_cast<std::size_t>(index)];
   const auto width = static_cast<std::uint64_t>(accessor.shape.values());
   if (accessor.count > source.budget().left()) {
@@ -143,6 +146,9 @@ Result<std::vector<T>> read_all(GltfSource& source, int index, const std::string
 
 Status check_shape(const GltfSource& source, int accessor, ElementShape shape,
                    const std::string& where) {
+  if (const Error* fault = source.tables().fault_of("accessors", accessor)) {
+    return *fault;
+  }
   const ElementShape seen = source.tables().accessors[static_cast<std::size_t>(accessor)].shape;
   if (seen.rows != shape.rows || seen.columns != shape.columns) {
     return invalid(where, "accessor " + std::to_string(accessor) + " has elements of " +
@@ -152,21 +158,35 @@ Status check_shape(const GltfSource& source, int accessor, ElementShape shape,
   return ok_status();
 }
 
-Result<std::vector<float>> read_floats(GltfSource& source, int accessor, const std::string& where) {
+Result<std::vector<float>> read_floats(GltfSource& source, int accessor, const std::string& where,
+                                       GltfRepairs* repairs) {
   auto values =
       read_all<float>(source, accessor, where, [](const std::byte* from, const GltfAccessor& a) {
         return load_float(from, a.component, a.normalized);
       });
-  if (values &&
-      !std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
-    return invalid(where,
-                   "accessor " + std::to_string(accessor) + " holds a value that is not finite");
+  if (!values) {
+    return values;
   }
-  return values;
+  const auto is_not_finite = [](float v) { return !std::isfinite(v); };
+  const auto count = std::count_if(values->begin(), values->end(), is_not_finite);
+  if (count == 0) {
+    return values;
+  }
+  std::string fault = "accessor " + std::to_string(accessor) + " holds a value that is not finite";
+  if (repairs == nullptr) {
+    return invalid(where, std::move(fault));
+  }
+  std::replace_if(values->begin(), values->end(), is_not_finite, 0.0F);
+  const auto status = repairs->mended("not_finite", where, std::move(fault),
+                                      std::to_string(count) + " values count as 0");
+  return status ? std::move(values) : Result<std::vector<float>>(status.error());
 }
 
 Result<std::vector<std::uint32_t>> read_integers(GltfSource& source, int accessor,
                                                  const std::string& where) {
+  if (const Error* fault = source.tables().fault_of("accessors", accessor)) {
+    return *fault;
+  }
   const ComponentType type =
       source.tables().accessors[static_cast<std::size_t>(accessor)].component;
   if (!is_unsigned(type)) {

@@ -159,18 +159,32 @@ std::string path_of(const tinygltf::AnimationChannel& channel) {
 class Player {
  public:
   Player(const tinygltf::Model& model, GltfSource& source, double time_seconds,
-         std::vector<std::string>& warnings)
-      : model_(model), source_(source), time_seconds_(time_seconds), warnings_(warnings) {}
+         GltfRepairs& repairs)
+      : model_(model), source_(source), time_seconds_(time_seconds), repairs_(repairs) {}
 
   Result<AnimatedMoment> play() {
     for (std::size_t a = 0; a < model_.animations.size(); ++a) {
       if (moves_what_is_taken(a)) {
-        warnings_.push_back(where_of(a) + ": \"" + model_.animations[a].name +
-                            "\" is not played, because an earlier animation moves the same");
+        repairs_.note("animation_ignored", where_of(a),
+                      '"' + model_.animations[a].name +
+                          "\" is not played, because an earlier animation moves the same");
         continue;
       }
-      if (auto status = play_animation(a); !status) {
-        return status.error();
+      const AnimatedMoment before = moment_;
+      const std::set<std::string> taken_before = taken_;
+      const Status played = play_animation(a);
+      if (played) {
+        continue;
+      }
+      if (played.error().code != ErrorCode::kInvalidArgument) {
+        return played.error();
+      }
+      moment_ = before;
+      taken_ = taken_before;
+      if (auto mended = repairs_.mended("animation_ignored", played.error().where,
+                                        played.error().message, "the animation is not played");
+          !mended) {
+        return mended.error();
       }
     }
     return std::move(moment_);
@@ -227,7 +241,7 @@ class Player {
     const std::string& path = channel.target_path;
     const bool rotation = path == "rotation";
     if (!rotation && path != "translation" && path != "scale" && path != "weights") {
-      warnings_.push_back(where + ": target \"" + path + "\" is not animated");
+      repairs_.note("animation_ignored", where, "target \"" + path + "\" is not animated");
       return ok_status();
     }
     if (auto status = take(path_of(channel), where); !status) {
@@ -238,8 +252,21 @@ class Player {
     if (!track) {
       return track.error();
     }
+    if (rotation && track->interpolation != "CUBICSPLINE") {
+      note_lengths(track->values, sampler_where + "/output");
+    }
     put(moment_.nodes[channel.target_node], path, sample(*track, time_seconds_, rotation));
     return ok_status();
+  }
+
+  void note_lengths(const std::vector<float>& rotations, const std::string& where) {
+    const std::size_t others = others_than_unit<4>(rotations);
+    if (others > 0) {
+      repairs_.note("normalized", where,
+                    std::to_string(others) +
+                        " rotations are not of unit length; the result is "
+                        "normalised");
+    }
   }
 
   Status set_value(const GltfPointer& pointer) {
@@ -272,7 +299,7 @@ class Player {
   const tinygltf::Model& model_;
   GltfSource& source_;
   double time_seconds_;
-  std::vector<std::string>& warnings_;
+  GltfRepairs& repairs_;
   std::set<std::string> taken_;
   AnimatedMoment moment_;
 };
@@ -280,9 +307,8 @@ class Player {
 }  // namespace
 
 Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
-                                           double time_seconds,
-                                           std::vector<std::string>& warnings) {
-  return Player(model, source, time_seconds, warnings).play();
+                                           double time_seconds, GltfRepairs& repairs) {
+  return Player(model, source, time_seconds, repairs).play();
 }
 
 }  // namespace core

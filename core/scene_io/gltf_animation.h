@@ -38,8 +38,9 @@ struct AnimatedMoment {
 /// Evaluates all animations at once. Before its first and after its last key an animation holds
 /// that key, as glTF 2.0 requires. An animation of a target that an earlier one already animates is
 /// ignored with a warning. Values are clamped to the range of their member, which cubic splines may
-/// exceed. Errors: kInvalidArgument with a JSON pointer.
+/// exceed. An animation with a fault is not played. Errors: kTooLarge; strict: kInvalidArgument
+/// with a JSON pointer.
 Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
-                                           double time_seconds, std::vector<std::string>& warnings);
+                                           double time_seconds, GltfRepairs& repairs);
 
 }  // namespace core

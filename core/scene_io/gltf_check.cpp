@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/scene_io/gltf_json.h"
+#include "core/scene_io/gltf_mend.h"
 #include "core/scene_io/gltf_pointer.h"
 #include "core/scene_io/gltf_schema.h"
 #include "core/scene_io/gltf_schema_check.h"
@@ -51,7 +52,7 @@ Status check_asset(const Json& root) {
   return ok_status();
 }
 
-Status check_extensions(const Json& root, std::vector<std::string>& warnings) {
+Status check_extensions(const Json& root, GltfRepairs& repairs) {
   const Json none = Json::array();
   const auto required = root.find("extensionsRequired");
   const Json& needed = required == root.end() ? none : *required;
@@ -64,10 +65,11 @@ Status check_extensions(const Json& root, std::vector<std::string>& warnings) {
     }
   }
   const auto used = root.find("extensionsUsed");
-  for (const Json& name : used == root.end() ? none : *used) {
-    const auto text = name.get<std::string>();
-    if (!is_supported_extension(text)) {
-      warnings.push_back("extension " + shown(name) + " is used by the file and was ignored");
+  const Json& names = used == root.end() ? none : *used;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_supported_extension(names[i].get<std::string>())) {
+      repairs.note("extension_ignored", "/extensionsUsed/" + std::to_string(i),
+                   "extension " + shown(names[i]) + " is used by the file and was ignored");
     }
   }
   return ok_status();
@@ -150,10 +152,13 @@ GltfAccessor read_accessor(const Json& json) {
   return accessor;
 }
 
-GltfTables read_tables(const Json& root) {
-  GltfTables tables;
+/// Parts that were left out stay empty.
+void read_tables(const Json& root, GltfTables& tables) {
   for (const Json& json : array_of(root, "buffers")) {
     GltfBuffer& buffer = tables.buffers.emplace_back();
+    if (tables.fault_of("buffers", static_cast<int>(tables.buffers.size()) - 1) != nullptr) {
+      continue;
+    }
     buffer.bytes = json.at("byteLength").get<std::uint64_t>();
     if (const auto uri = json.find("uri"); uri != json.end()) {
       buffer.uri = uri->get<std::string>();
@@ -163,6 +168,9 @@ GltfTables read_tables(const Json& root) {
   }
   for (const Json& json : array_of(root, "bufferViews")) {
     GltfView& view = tables.views.emplace_back();
+    if (tables.fault_of("bufferViews", static_cast<int>(tables.views.size()) - 1) != nullptr) {
+      continue;
+    }
     view.buffer = json.at("buffer").get<int>();
     view.offset = unsigned_or(json, "byteOffset", 0);
     view.bytes = json.at("byteLength").get<std::uint64_t>();
@@ -172,11 +180,17 @@ GltfTables read_tables(const Json& root) {
     }
   }
   for (const Json& json : array_of(root, "accessors")) {
-    tables.accessors.push_back(read_accessor(json));
+    const auto index = static_cast<int>(tables.accessors.size());
+    tables.accessors.push_back(tables.fault_of("accessors", index) == nullptr ? read_accessor(json)
+                                                                              : GltfAccessor());
   }
   for (const Json& json : array_of(root, "images")) {
     GltfImage& image = tables.images.emplace_back();
+    if (tables.fault_of("images", static_cast<int>(tables.images.size()) - 1) != nullptr) {
+      continue;
+    }
     image.name = json.value("name", std::string());
+    image.media_type = json.value("mimeType", std::string());
     image.view = index_or_none(json, "bufferView");
     if (const auto uri = json.find("uri"); uri != json.end()) {
       image.uri = uri->get<std::string>();
@@ -191,7 +205,6 @@ GltfTables read_tables(const Json& root) {
       }
     }
   }
-  return tables;
 }
 
 // Removes input that crashes tinygltf 2.7 to 2.9: index accessors without a view, channels without
@@ -216,25 +229,32 @@ void reduce_for_tinygltf(Json& root) {
   }
 }
 
-Result<CheckedGltf> check_document(Json& root, const GltfContainer& container) {
-  if (auto status = check_schemas(root); !status) {
+Result<CheckedGltf> check_document(Json& root, const GltfContainer& container,
+                                   GltfRepairs& repairs) {
+  CheckedGltf checked;
+  if (auto status = check_schemas(root, checked.tables, repairs); !status) {
     return status.error();
   }
   if (auto status = check_asset(root); !status) {
     return status.error();
   }
+  if (auto status = mend_document(root, checked.tables, repairs); !status) {
+    return status.error();
+  }
   if (auto status = check_node_transforms(root); !status) {
     return status.error();
   }
-  CheckedGltf checked;
-  if (auto status = check_extensions(root, checked.warnings); !status) {
+  if (auto status = check_extensions(root, repairs); !status) {
     return status.error();
   }
-  checked.tables = read_tables(root);
-  if (auto status = check_tables(checked.tables, container); !status) {
+  read_tables(root, checked.tables);
+  if (auto status = check_tables(checked.tables, container, repairs); !status) {
     return status.error();
   }
-  if (auto status = read_pointers(root, checked.tables, checked.warnings); !status) {
+  if (auto status = read_pointers(root, checked.tables, repairs); !status) {
+    return status.error();
+  }
+  if (auto status = take_animated_matrices_apart(root, repairs); !status) {
     return status.error();
   }
   reduce_for_tinygltf(root);
@@ -244,10 +264,10 @@ Result<CheckedGltf> check_document(Json& root, const GltfContainer& container) {
 
 }  // namespace
 
-Result<CheckedGltf> check_gltf(const GltfContainer& container) {
+Result<CheckedGltf> check_gltf(const GltfContainer& container, GltfRepairs& repairs) {
   try {
     Json root = Json::parse(container.json);
-    return check_document(root, container);
+    return check_document(root, container, repairs);
   } catch (const Json::parse_error& problem) {
     // Omits the parser's own message, which quotes the input.
     return invalid("", "the glTF JSON cannot be read: it is not JSON from " +

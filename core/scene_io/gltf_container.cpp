@@ -1,5 +1,6 @@
 #include "core/scene_io/gltf_container.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -63,7 +64,8 @@ Status check_json(std::string_view json, const GltfLimits& limits) {
   return ok_status();
 }
 
-Result<GltfContainer> open_glb(std::span<const std::byte> file) {
+/// Reads chunks to the end of the file, whatever total length the header gives.
+Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& repairs) {
   if (file.size() < kHeaderBytes + kChunkHeaderBytes) {
     return invalid("a GLB of " + std::to_string(file.size()) + " bytes is cut within its header");
   }
@@ -72,22 +74,44 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file) {
   }
   const std::size_t length = u32(file, 8);
   if (length > file.size()) {
-    return invalid("the GLB says that it has " + std::to_string(length) + " bytes, but only " +
-                   std::to_string(file.size()) + " are there");
+    const auto status =
+        repairs.mended("container", "",
+                       "the GLB says that it has " + std::to_string(length) + " bytes, but only " +
+                           std::to_string(file.size()) + " are there",
+                       "its chunks are read as far as they are there");
+    if (!status) {
+      return status.error();
+    }
   }
   GltfContainer container;
   bool has_json = false;
-  for (std::size_t at = kHeaderBytes; at < length;) {
-    if (length - at < kChunkHeaderBytes) {
-      return invalid("the GLB is cut within a chunk header");
+  std::size_t at = kHeaderBytes;
+  while (at < file.size() && (at < length || !container.has_bin)) {
+    const std::size_t left = file.size() - at - std::min(kChunkHeaderBytes, file.size() - at);
+    const bool is_cut = file.size() - at < kChunkHeaderBytes;
+    std::size_t bytes = is_cut ? 0 : u32(file, at);
+    if (is_cut || bytes > left + kPaddingMax) {
+      if (at >= length) {
+        break;  // not a chunk
+      }
+      return invalid(is_cut ? "the GLB is cut within a chunk header"
+                            : "a GLB chunk of " + std::to_string(bytes) +
+                                  " bytes does not fit in the " + std::to_string(left) +
+                                  " bytes that are left");
     }
-    const std::size_t bytes = u32(file, at);
+    if (bytes > left) {
+      const auto status =
+          repairs.mended("padding", "",
+                         "a GLB chunk of " + std::to_string(bytes) + " bytes does not fit in the " +
+                             std::to_string(left) + " bytes that are left",
+                         "it ends with the file");
+      if (!status) {
+        return status.error();
+      }
+      bytes = left;
+    }
     const std::uint32_t type = u32(file, at + 4);
     at += kChunkHeaderBytes;
-    if (bytes > length - at) {
-      return invalid("a GLB chunk of " + std::to_string(bytes) + " bytes does not fit in the " +
-                     std::to_string(length - at) + " bytes that are left");
-    }
     const auto chunk = file.subspan(at, bytes);
     if (!has_json) {
       if (type != kJsonChunk) {
@@ -104,15 +128,40 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file) {
   if (!has_json) {
     return invalid("the GLB has no JSON chunk");
   }
+  if (length < at) {
+    const auto status = repairs.mended("container", "",
+                                       "the GLB says that it has " + std::to_string(length) +
+                                           " bytes, but its chunks have " + std::to_string(at),
+                                       "all are read");
+    if (!status) {
+      return status.error();
+    }
+  } else if (at < file.size()) {
+    repairs.note("container", "",
+                 std::to_string(file.size() - at) + " bytes after the GLB are ignored");
+  }
   return container;
+}
+
+/// Some writers pad the JSON with zeros instead of spaces.
+Status strip_zeros(std::string_view& json, GltfRepairs& repairs) {
+  const std::size_t end = json.find_last_not_of('\0') + 1;  // npos + 1 is 0
+  if (end == json.size()) {
+    return ok_status();
+  }
+  const std::string zeros = std::to_string(json.size() - end);
+  json = json.substr(0, end);
+  return repairs.mended("padding", "", "the JSON is followed by " + zeros + " bytes of zero",
+                        "they are ignored");
 }
 
 }  // namespace
 
-Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits) {
+Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits,
+                                     GltfRepairs& repairs) {
   GltfContainer container;
   if (file.size() >= 4 && u32(file, 0) == kMagic) {
-    auto glb = open_glb(file);
+    auto glb = open_glb(file, repairs);
     if (!glb) {
       return glb;
     }
@@ -124,6 +173,9 @@ Result<GltfContainer> open_container(std::span<const std::byte> file, const Gltf
           "this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with "
           "\"{\"");
     }
+  }
+  if (auto status = strip_zeros(container.json, repairs); !status) {
+    return status.error();
   }
   if (auto status = check_json(container.json, limits); !status) {
     return status.error();

@@ -7,8 +7,12 @@
 
 #include "core/base/result.h"
 #include "core/scene_io/gltf_load.h"
+#include "core/scene_io/gltf_repairs.h"
 
 namespace core {
+
+/// Up to this many bytes of padding may be missing: chunks of a GLB end at multiples of four.
+inline constexpr std::size_t kPaddingMax = 3;
 
 struct GltfContainer {
   std::string_view json;
@@ -18,7 +22,9 @@ struct GltfContainer {
 
 /// Recognises GLB by its magic and JSON by its opening brace; refuses other data. Checks lengths,
 /// chunk order and the nesting of the JSON (limits.json_depth_max), so that it is safe to parse
-/// recursively. Errors: kInvalidArgument, kTooLarge.
-Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits);
+/// recursively. Mended: a wrong total length if all chunks are there, bytes after the last chunk,
+/// missing padding of the last chunk, zeros after the JSON. Errors: kInvalidArgument, kTooLarge.
+Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits,
+                                     GltfRepairs& repairs);
 
 }  // namespace core

@@ -8,8 +8,9 @@
 #include <utility>
 
 #include "core/color/rgb.h"
-#include "core/color/tone_map.h"
 #include "core/image_io/image_io.h"
+#include "core/image_io/radiance.h"
+#include "core/math/area_cover.h"
 #include "core/math/numbers.h"
 #include "core/math/vec.h"
 #include "core/scene_io/gltf_model.h"
@@ -55,40 +56,29 @@ std::vector<int> faces_of(const tinygltf::Value& light) {
   return images;
 }
 
-template <typename T>
-T value_at(const Image& image, std::size_t i) {
-  T value{};
-  std::memcpy(&value, image.bytes.data() + i * sizeof(T), sizeof(T));
-  return value;
-}
-
-Rgb texel(const Image& image, std::size_t pixel) {
-  const auto channels = static_cast<std::size_t>(image.channels);
-  const std::size_t at = pixel * channels;
-  const auto stored = [&](std::size_t c) {
-    switch (image.type) {
-      case PixelType::kU8:
-        return static_cast<float>(value_at<std::uint8_t>(image, at + c)) / 255.0F;
-      case PixelType::kU16:
-        return static_cast<float>(value_at<std::uint16_t>(image, at + c)) / 65535.0F;
-      case PixelType::kF32:
-        break;
-    }
-    const auto value = value_at<float>(image, at + c);
-    return value >= 0 && std::isfinite(value) ? value : 0.0F;
-  };
-  const bool grey = channels < 3;
-  const Rgb color = {stored(0), stored(grey ? 0 : 1), stored(grey ? 0 : 2)};
-  if (image.type == PixelType::kF32) {
-    return color;
+/// Averages a face by area to at most kFaceMax texels per edge.
+Face reduced(Face face) {
+  if (face.side <= kFaceMax) {
+    return face;
   }
-  const Rgb linear = {linear_from_srgb(color.r), linear_from_srgb(color.g),
-                      linear_from_srgb(color.b)};
-  const float divisor = channels % 2 == 0 ? stored(channels - 1) : 1;
-  return divisor > 0 ? linear * (1 / divisor) : Rgb{0, 0, 0};
+  const std::vector<AreaCover> covers = area_covers(face.side, kFaceMax);
+  Face small{kFaceMax, {}};
+  for (const AreaCover& row : covers) {
+    for (const AreaCover& column : covers) {
+      Rgb sum = {0, 0, 0};
+      for_each_covered(column, row, [&](int x, int y, float share) {
+        sum += face.texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(face.side) +
+                           static_cast<std::size_t>(x)] *
+               share;
+      });
+      small.texels.push_back(sum);
+    }
+  }
+  return small;
 }
 
-Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits) {
+Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits,
+                       std::vector<Warning>& warnings) {
   const std::string where = "/images/" + std::to_string(index);
   const auto file = source.image_file(index);
   if (!file) {
@@ -106,12 +96,10 @@ Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits) 
       !status) {
     return status.error();
   }
-  Face face{image->width, {}};
-  face.texels.reserve(side * side);
-  for (std::size_t i = 0; i < side * side; ++i) {
-    face.texels.push_back(texel(*image, i));
+  if (auto warning = radiance_warning(*image, "image " + std::to_string(index)); !warning.empty()) {
+    warnings.emplace_back("texels", where, std::move(warning));
   }
-  return face;
+  return reduced({image->width, radiance_of(*image, AlphaUse::kDivisor)});
 }
 
 /// Returns the light from a direction in the cube's frame. Order of the faces, and s and t on each:
@@ -182,7 +170,8 @@ Result<std::vector<int>> images_of_environment(const tinygltf::Model& model, int
 
 Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& model,
                                                       GltfSource& source,
-                                                      const GltfOptions& options) {
+                                                      const GltfOptions& options,
+                                                      std::vector<Warning>& warnings) {
   const auto scene = chosen_scene(model, options.scene_index);
   if (!scene) {
     return scene.error();
@@ -195,12 +184,12 @@ Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& mod
   std::array<Face, kFaces> faces;
   int side = 1;
   for (std::size_t i = 0; i < kFaces; ++i) {
-    auto face = read_face(images[i], source, options.limits);
+    auto face = read_face(images[i], source, options.limits, warnings);
     if (!face) {
       return face.error();
     }
     faces[i] = *std::move(face);
-    side = std::max(side, std::min(faces[i].side, kFaceMax));
+    side = std::max(side, faces[i].side);
   }
   Image map{4 * side, 2 * side, 3, PixelType::kF32, {}};
   const auto texels = static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height);

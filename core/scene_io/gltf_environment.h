@@ -10,6 +10,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -28,6 +29,7 @@ Result<std::vector<int>> images_of_environment(const tinygltf::Model& model, int
 /// "/images/N"; kInvalidArgument for a face that is not square; kTooLarge.
 Result<std::shared_ptr<const Image>> read_environment(const tinygltf::Model& model,
                                                       GltfSource& source,
-                                                      const GltfOptions& options);
+                                                      const GltfOptions& options,
+                                                      std::vector<Warning>& warnings);
 
 }  // namespace core

@@ -1,8 +1,12 @@
 #include "core/scene_io/gltf_images.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
+#include <span>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -16,6 +20,24 @@ namespace {
 bool is_there(const GltfImage& image, const ResolveUri& resolve) {
   return !image.uri || is_data_uri(*image.uri) ||
          (resolve && resolve(percent_decode(*image.uri)) != nullptr);
+}
+
+/// Returns the media type of an image by its first bytes; empty for formats that glTF does not
+/// name.
+std::string_view media_type_of(std::span<const std::byte> file) {
+  struct Mark {
+    std::string_view bytes;
+    std::size_t at;
+    std::string_view type;
+  };
+  constexpr std::array kMarks = {
+      Mark{"\x89PNG", 0, "image/png"}, Mark{"\xFF\xD8\xFF", 0, "image/jpeg"},
+      Mark{"WEBP", 8, "image/webp"}, Mark{"\xABKTX 20", 0, "image/ktx2"}};
+  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  const auto* const mark = std::find_if(kMarks.begin(), kMarks.end(), [&](const Mark& m) {
+    return text.size() >= m.at && text.substr(m.at).starts_with(m.bytes);
+  });
+  return mark == kMarks.end() ? std::string_view() : mark->type;
 }
 
 TextureWrap wrap_mode(int mode) noexcept {
@@ -55,12 +77,12 @@ std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfT
     for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
       const auto* extension = find_extension(texture.extensions, name);
       const int other = extension == nullptr ? -1 : value_integer(*extension, "source", -1);
-      if (other >= 0 &&
+      if (other >= 0 && tables.fault_of("images", other) == nullptr &&
           (image < 0 || is_there(tables.images[static_cast<std::size_t>(other)], resolve))) {
         image = other;
       }
     }
-    chosen.push_back(image);
+    chosen.push_back(tables.fault_of("images", image) == nullptr ? image : -1);
   }
   return chosen;
 }
@@ -78,6 +100,13 @@ Result<int> GltfImages::noted(int image) {
   auto file = source_.image_file(image);
   if (!file) {
     return file.error();
+  }
+  const std::string& said = source_.tables().images[static_cast<std::size_t>(image)].media_type;
+  const std::string_view seen = media_type_of(*file);
+  if (!said.empty() && !seen.empty() && said != seen) {
+    scene_.warnings.emplace_back(
+        "media_type", where + "/mimeType",
+        '"' + said + "\" is not the type of the bytes, which are read as " + std::string(seen));
   }
   Noted note{.image = image, .to = scene_.images.size(), .file = *file};
   note.bytes_max = source_.budget().left();
@@ -148,8 +177,9 @@ Result<TextureDescription> GltfImages::texture(const TextureReference& reference
   }
   const auto texture = static_cast<std::size_t>(reference.texture);
   if (texture_images_[texture] < 0) {
-    scene_.warnings.push_back("texture " + std::to_string(reference.texture) +
-                              " has no image and counts as white");
+    scene_.warnings.emplace_back("texture_missing",
+                                 "/textures/" + std::to_string(reference.texture),
+                                 "the texture has no image and counts as white");
     return description;
   }
   auto image = noted(texture_images_[texture]);

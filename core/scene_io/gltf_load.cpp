@@ -16,14 +16,12 @@
 #include "core/scene_io/gltf_objects.h"
 #include "core/scene_io/gltf_place.h"
 #include "core/scene_io/gltf_pointer.h"
+#include "core/scene_io/gltf_repairs.h"
 #include "core/scene_io/gltf_source.h"
-#include "core/scene_io/gltf_uri.h"
 #include "core/scene_io/shutter.h"
 
 namespace core {
 namespace {
-
-constexpr std::size_t kWarningsMax = 100;
 
 // Memory of JSON as two documents, one after the other, and as tinygltf's model. Measured by
 // tests/stress/memory --measure: 190 per number in a list; 300 per object of three members.
@@ -93,17 +91,18 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
 /// Returns the nodes that animations move; other animated values are set in `model`.
 Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& source,
                                       const GltfOptions& options, tinygltf::Model& model,
-                                      std::vector<std::string>& warnings) {
+                                      GltfRepairs& repairs) {
   if (!options.time_seconds) {
     return AnimatedNodes();
   }
-  auto moment = evaluate_animations(model, source, *options.time_seconds, warnings);
+  auto moment = evaluate_animations(model, source, *options.time_seconds, repairs);
   if (!moment) {
     return moment.error();
   }
   if (!moment->values.empty()) {
     if (options.shutter_seconds > 0) {
-      warnings.emplace_back(
+      repairs.note(
+          "shutter", "",
           "While the shutter is open, properties animated by KHR_animation_pointer, other than "
           "transforms, keep their values at its opening.");
     }
@@ -116,24 +115,25 @@ Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& so
   return std::move(moment->nodes);
 }
 
-void keep_warnings_short(std::vector<std::string>& warnings) {
-  if (warnings.size() > kWarningsMax) {
-    const std::size_t more = warnings.size() - kWarningsMax;
-    warnings.resize(kWarningsMax);
-    warnings.push_back("and " + std::to_string(more) + " more warnings");
-  }
-}
+/// A document without the bytes that it refers to.
+struct OpenedGltf {
+  GltfContainer container;
+  CheckedGltf checked;
+  tinygltf::Model model;
+  std::vector<int> texture_images;  ///< of each texture, or -1
+  std::vector<int> needed_images;
+};
 
-Result<SceneDescription> load_moment(std::span<const std::byte> file, const ResolveUri& resolve,
-                                     const GltfOptions& options) {
-  auto container = open_container(file, options.limits);
+Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
+                             int scene_index, const GltfLimits& limits, GltfRepairs& repairs) {
+  auto container = open_container(file, limits, repairs);
   if (!container) {
     return container.error();
   }
-  if (auto status = check_json_bytes(container->json, options.limits); !status) {
+  if (auto status = check_json_bytes(container->json, limits); !status) {
     return status.error();
   }
-  auto checked = check_gltf(*container);
+  auto checked = check_gltf(*container, repairs);
   if (!checked) {
     return checked.error();
   }
@@ -141,32 +141,47 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
   if (!model) {
     return model.error();
   }
-  const std::vector<int> texture_images = choose_texture_images(*model, checked->tables, resolve);
-  std::vector<int> needed_images = texture_images;
-  std::erase(needed_images, -1);
-  const auto environment_images = images_of_environment(*model, options.scene_index);
-  if (!environment_images) {
-    return environment_images.error();
+  OpenedGltf opened{*std::move(container), *std::move(checked), *std::move(model), {}, {}};
+  opened.texture_images = choose_texture_images(opened.model, opened.checked.tables, resolve);
+  for (std::size_t i = 0; i < opened.texture_images.size(); ++i) {
+    if (opened.texture_images[i] >= 0 && opened.checked.tables.uses("textures", i)) {
+      opened.needed_images.push_back(opened.texture_images[i]);
+    }
   }
-  needed_images.insert(needed_images.end(), environment_images->begin(), environment_images->end());
+  const auto of_environment = images_of_environment(opened.model, scene_index);
+  if (!of_environment) {
+    return of_environment.error();
+  }
+  opened.needed_images.insert(opened.needed_images.end(), of_environment->begin(),
+                              of_environment->end());
+  return opened;
+}
+
+Result<SceneDescription> load_moment(std::span<const std::byte> file, const ResolveUri& resolve,
+                                     const GltfOptions& options) {
+  GltfRepairs repairs(options.is_strict);
+  auto opened = open_gltf(file, resolve, options.scene_index, options.limits, repairs);
+  if (!opened) {
+    return opened.error();
+  }
+  auto& [container, checked, model, texture_images, needed_images] = *opened;
   auto source =
-      GltfSource::open(checked->tables, *container, resolve, needed_images, options.limits);
+      GltfSource::open(checked.tables, container, resolve, needed_images, options.limits, repairs);
   if (!source) {
     return source.error();
   }
   SceneDescription scene;
-  scene.warnings = std::move(checked->warnings);
-  read_names(*model, scene);
+  read_names(model, scene);
   auto variant = find_variant(scene, options.variant);
   if (!variant) {
     return variant.error();
   }
-  auto animated = play_animations(*checked, *source, options, *model, scene.warnings);
+  auto animated = play_animations(checked, *source, options, model, repairs);
   if (!animated) {
     return animated.error();
   }
-  GltfImages images(*model, *source, texture_images, options.limits, scene);
-  if (auto status = read_materials(*model, images, scene); !status) {
+  GltfImages images(model, *source, texture_images, options.limits, scene);
+  if (auto status = read_materials(model, checked.tables, images, scene); !status) {
     return status.error();
   }
   if (!options.geometry_only) {
@@ -174,24 +189,27 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
       return status.error();
     }
   }
-  if (auto status = number_objects(*model, checked->tables, scene); !status) {
+  if (auto status = number_objects(model, checked.tables, scene); !status) {
     return status.error();
   }
   if (auto status = read_profiles(*source, scene); !status) {
     return status.error();
   }
-  GltfMeshes meshes(*model, *source, options, *variant, scene);
-  if (auto status = place_nodes(*model, *source, meshes, options, *animated, scene); !status) {
+  GltfMeshes meshes(model, *source, options, *variant, repairs, scene);
+  if (auto status = place_nodes(model, *source, meshes, options, *animated, scene); !status) {
     return status.error();
   }
   if (!options.geometry_only) {
-    auto environment = read_environment(*model, *source, options);
+    auto environment = read_environment(model, *source, options, scene.warnings);
     if (!environment) {
       return environment.error();
     }
     scene.environment = *std::move(environment);
   }
-  keep_warnings_short(scene.warnings);
+  std::vector<Warning> all = repairs.take();
+  all.insert(all.end(), scene.warnings.begin(), scene.warnings.end());
+  shorten(all);
+  scene.warnings = std::move(all);
   return scene;
 }
 
@@ -226,38 +244,22 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   return scene;
 }
 
-Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
-                                           const GltfLimits& limits) {
-  auto container = open_container(file, limits);
-  if (!container) {
-    return container.error();
+Result<std::vector<std::string>> gltf_files(std::span<const std::byte> file, const HasFile& has,
+                                            const GltfLimits& limits) {
+  static const SharedBytes kThere = std::make_shared<const Bytes>();
+  const auto resolve = [&has](std::string_view name) { return has(name) ? kThere : nullptr; };
+  GltfRepairs repairs(/*is_strict=*/false);
+  const auto opened = open_gltf(file, resolve, GltfOptions().scene_index, limits, repairs);
+  if (!opened) {
+    return opened.error();
   }
-  if (auto status = check_json_bytes(container->json, limits); !status) {
-    return status.error();
-  }
-  auto checked = check_gltf(*container);
-  if (!checked) {
-    return checked.error();
-  }
-  std::vector<std::string> uris;
-  const auto add = [&uris](const std::optional<std::string>& uri) {
-    if (uri && !is_data_uri(*uri)) {
-      const std::string name = percent_decode(*uri);
-      if (std::find(uris.begin(), uris.end(), name) == uris.end()) {
-        uris.push_back(name);
-      }
+  std::vector<std::string> names;
+  for (const SideFile& each : side_files(opened->checked.tables, opened->needed_images)) {
+    if (each.required || has(each.name)) {
+      names.push_back(each.name);
     }
-  };
-  for (const GltfBuffer& buffer : checked->tables.buffers) {
-    add(buffer.uri);
   }
-  for (const GltfImage& image : checked->tables.images) {
-    add(image.uri);
-  }
-  for (const GltfProfile& profile : checked->tables.profiles) {
-    add(profile.uri);
-  }
-  return uris;
+  return names;
 }
 
 }  // namespace core

@@ -49,6 +49,8 @@ struct GltfOptions {
   std::optional<Place> origin;
   /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;
+  /// Refuses every fault that would otherwise be mended with a warning (gltf_repairs.h).
+  bool is_strict = false;
   GltfLimits limits;
 };
 
@@ -69,9 +71,13 @@ using ResolveUri = std::function<SharedBytes(std::string_view uri)>;
 Result<SceneDescription> load_gltf(std::span<const std::byte> file, const ResolveUri& resolve,
                                    const GltfOptions& options);
 
-/// Returns the side files of a glTF document, in document order, without repeats and data URIs.
-/// Errors: as load_gltf().
-Result<std::vector<std::string>> gltf_uris(std::span<const std::byte> file,
-                                           const GltfLimits& limits = {});
+/// Whether there is a file with that name, a percent-decoded uri.
+using HasFile = std::function<bool(std::string_view name)>;
+
+/// Returns the names of the files that load_gltf() reads of those that `has` has, and of those that
+/// it needs besides, in the order of the document, each once: of buffers, of images of textures and
+/// of the environment, and of light profiles. Errors: as load_gltf().
+Result<std::vector<std::string>> gltf_files(std::span<const std::byte> file, const HasFile& has,
+                                            const GltfLimits& limits = {});
 
 }  // namespace core

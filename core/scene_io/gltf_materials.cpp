@@ -168,7 +168,6 @@ class MaterialReader {
     texture(m_.metallic_roughness_texture, reference_of(pbr.metallicRoughnessTexture));
     texture(m_.normal_texture, reference_of(in_.normalTexture));
     m_.normal_scale = static_cast<float>(in_.normalTexture.scale);
-    texture(m_.occlusion_texture, reference_of(in_.occlusionTexture));
     m_.occlusion_strength = static_cast<float>(in_.occlusionTexture.strength);
     m_.emissive = rgb_of(in_.emissiveFactor, {0, 0, 0});
     texture(m_.emissive_texture, reference_of(in_.emissiveTexture));
@@ -267,7 +266,9 @@ class MaterialReader {
   }
 
   void warn(const std::string& what) {
-    scene_.warnings.push_back("material '" + m_.name + "': " + what);
+    scene_.warnings.emplace_back("material",
+                                 "/materials/" + std::to_string(scene_.materials.size()),
+                                 "material '" + m_.name + "': " + what);
   }
 
   /// The curve of extras counts instead of KHR_materials_ior, and for paths of wavelengths instead
@@ -408,8 +409,13 @@ class MaterialReader {
 
 }  // namespace
 
-Status read_materials(const tinygltf::Model& model, GltfImages& images, SceneDescription& scene) {
+Status read_materials(const tinygltf::Model& model, const GltfTables& tables, GltfImages& images,
+                      SceneDescription& scene) {
   for (const tinygltf::Material& in : model.materials) {
+    if (!tables.uses("materials", scene.materials.size())) {
+      scene.materials.emplace_back().name = in.name;
+      continue;
+    }
     auto material = MaterialReader(in, images, scene).read();
     if (!material) {
       return material.error();

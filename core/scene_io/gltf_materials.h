@@ -8,10 +8,12 @@
 
 namespace core {
 
-/// Fills scene.materials, one for each of the file's, and scene.has_emissive_strength.
+/// Fills scene.materials, one for each of the file's, and scene.has_emissive_strength. Of materials
+/// that nothing uses only the name is read.
 ///
 /// KHR_materials_pbrSpecularGlossiness becomes a dielectric of ior 0 (KHR_materials_ior: F0 is the
 /// specular colour alone), without loss; a glossiness texture becomes a roughness texture.
-Status read_materials(const tinygltf::Model& model, GltfImages& images, SceneDescription& scene);
+Status read_materials(const tinygltf::Model& model, const GltfTables& tables, GltfImages& images,
+                      SceneDescription& scene);
 
 }  // namespace core

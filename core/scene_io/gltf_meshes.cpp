@@ -79,7 +79,7 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
     const auto uv_sets = material >= 0
                              ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
                              : MaterialDescription{}.uv_sets;
-    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, scene_.warnings);
+    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, repairs_);
     if (!read) {
       return read.error();
     }
@@ -135,6 +135,7 @@ void GltfMeshes::finish(PrimitiveDescription& primitive) const {
         tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
     if (uv_set >= 0) {
       make_tangents(primitive, uv_set);
+      primitive.tangent_uv_set = uv_set;
     }
   }
 }

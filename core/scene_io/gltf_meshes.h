@@ -28,12 +28,13 @@ class GltfMeshes {
   /// variant: index into KHR_materials_variants, -1 for none. All references must outlive it. Pre:
   /// scene.mesh_primitives is filled.
   GltfMeshes(const tinygltf::Model& model, GltfSource& source, const GltfOptions& options,
-             int variant, SceneDescription& scene)
+             int variant, GltfRepairs& repairs, SceneDescription& scene)
       : model_(model),
         source_(source),
         limits_(options.limits),
         has_tangents_(!options.geometry_only),
         variant_(variant),
+        repairs_(repairs),
         scene_(scene) {}
 
   /// Returns the index into scene.meshes, creating the mesh on first use; -1 if nothing of it can
@@ -50,6 +51,7 @@ class GltfMeshes {
   GltfLimits limits_;
   bool has_tangents_;  ///< created if materials need them
   int variant_;
+  GltfRepairs& repairs_;
   SceneDescription& scene_;
   std::size_t triangles_ = 0;
   std::map<std::tuple<int, std::vector<float>, int>, int> known_;

@@ -33,6 +33,6 @@ Place far_origin(const PlaceBox& box) noexcept;
 /// Returns far_origin() of the meshes, placed by the matrices of scene.instances. Adds a warning
 /// where floats cannot hold what the file does.
 Place find_origin(const SceneDescription& scene, std::span<const Affine> to_world,
-                  std::vector<std::string>& warnings);
+                  std::vector<Warning>& warnings);
 
 }  // namespace core

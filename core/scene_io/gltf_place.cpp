@@ -95,7 +95,7 @@ class NodePlacer {
 
   void place_camera(int node) {
     const int index = node_at(node).camera;
-    if (index < 0) {
+    if (index < 0 || source_.tables().fault_of("cameras", index) != nullptr) {
       return;
     }
     const tinygltf::Camera& in = model_.cameras[static_cast<std::size_t>(index)];
@@ -105,11 +105,21 @@ class NodePlacer {
     if (camera.orthographic) {
       camera.x_magnification = static_cast<float>(std::abs(in.orthographic.xmag));
       camera.y_magnification = static_cast<float>(std::abs(in.orthographic.ymag));
+      set_planes(camera, in.orthographic.znear, in.orthographic.zfar);
     } else {
       camera.vertical_fov_rad = static_cast<float>(in.perspective.yfov);
       camera.aspect_ratio = static_cast<float>(in.perspective.aspectRatio);
+      set_planes(camera, in.perspective.znear, in.perspective.zfar);
     }
     cameras_.push_back(matrix_of(node));
+  }
+
+  /// Absent planes are 0 in tinygltf's model.
+  static void set_planes(CameraDescription& camera, double znear, double zfar) {
+    camera.near_m = static_cast<float>(std::max(znear, 0.0));
+    if (zfar > znear) {
+      camera.far_m = static_cast<float>(zfar);
+    }
   }
 
   void place_light(int node) {

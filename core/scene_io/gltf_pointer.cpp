@@ -173,7 +173,7 @@ struct Channel {
 };
 
 Status read_pointer(const Json& root, const Channel& channel, GltfTables& tables,
-                    std::vector<std::string>& warnings) {
+                    GltfRepairs& repairs) {
   Json& target = channel.json["target"];
   const std::string where = "/animations/" + std::to_string(channel.animation) + "/channels/" +
                             std::to_string(channel.index);
@@ -188,7 +188,7 @@ Status read_pointer(const Json& root, const Channel& channel, GltfTables& tables
   const std::vector<std::string> steps = steps_of(path);
   const auto outcome = TargetWalk(root, steps).walk(pointer);
   if (outcome == TargetWalk::Outcome::kFixed) {
-    warnings.push_back(where + ": target " + shown(Json(path)) + " is not animated");
+    repairs.note("animation_ignored", where, "target " + shown(Json(path)) + " is not animated");
     return ok_status();
   }
   if (outcome == TargetWalk::Outcome::kMissing) {
@@ -222,7 +222,7 @@ Status read_pointer(const Json& root, const Channel& channel, GltfTables& tables
 
 }  // namespace
 
-Status read_pointers(GltfJson& root, GltfTables& tables, std::vector<std::string>& warnings) {
+Status read_pointers(GltfJson& root, GltfTables& tables, GltfRepairs& repairs) {
   const auto animations = root.find("animations");
   for (std::size_t a = 0; animations != root.end() && a < animations->size(); ++a) {
     Json& animation = (*animations)[a];
@@ -233,10 +233,16 @@ Status read_pointers(GltfJson& root, GltfTables& tables, std::vector<std::string
       if (extensions == target.end() || !extensions->contains("KHR_animation_pointer")) {
         continue;
       }
-      if (auto status =
-              read_pointer(root, {channels[c], animation["samplers"], a, c}, tables, warnings);
-          !status) {
-        return status;
+      const auto status =
+          read_pointer(root, {channels[c], animation["samplers"], a, c}, tables, repairs);
+      if (status) {
+        continue;
+      }
+      channels[c]["target"].erase("node");  // so that nothing plays it
+      if (auto mended = repairs.mended("animation_ignored", status.error().where,
+                                       status.error().message, "the channel is not played");
+          !mended) {
+        return mended;
       }
     }
   }

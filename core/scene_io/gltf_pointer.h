@@ -19,9 +19,9 @@ namespace core {
 
 /// Fills tables.pointers. Channels that move a node become ordinary channels in `root`, which the
 /// specification defines as equivalent. Pre: check_schemas() and check_tables() accepted both.
-/// Errors: kInvalidArgument if a pointer refers to a missing member, two ways to write a target are
-/// mixed, or the output is not valid for a boolean.
-Status read_pointers(GltfJson& root, GltfTables& tables, std::vector<std::string>& warnings);
+/// Channels with a fault are ignored; strict: kInvalidArgument if a pointer refers to a missing
+/// member, two ways to write a target are mixed, or the output is not valid for a boolean.
+Status read_pointers(GltfJson& root, GltfTables& tables, GltfRepairs& repairs);
 
 /// Returns the document with these values. Pre: their paths are in tables.pointers.
 std::string with_values(const std::string& model_json, std::span<const AnimatedValue> values);

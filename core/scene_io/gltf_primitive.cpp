@@ -40,8 +40,9 @@ Indices triangle_list(const Indices& in, int mode) {
 /// Reads the attributes of one primitive from accessors or Draco data.
 class AttributeReader {
  public:
-  AttributeReader(GltfSource& source, std::optional<DracoPrimitive> draco, std::string where)
-      : source_(source), draco_(std::move(draco)), where_(std::move(where)) {}
+  AttributeReader(GltfSource& source, std::optional<DracoPrimitive> draco, std::string where,
+                  GltfRepairs& repairs)
+      : source_(source), draco_(std::move(draco)), where_(std::move(where)), repairs_(repairs) {}
 
   /// Reads vectors of an attribute: one per vertex (any number for the first attribute).
   template <typename V>
@@ -60,6 +61,9 @@ class AttributeReader {
     auto floats = values(name, it->second, place, where);
     if (!floats) {
       return floats.error();
+    }
+    if (place == "/attributes") {
+      note_lengths(name, *floats, where);
     }
     to = to_vectors<V>(*floats);
     return check_count(to.size(), where);
@@ -99,7 +103,21 @@ class AttributeReader {
         return it->second;
       }
     }
-    return read_floats(source_, accessor, where);
+    const bool may_fail = name != "POSITION" && !name.starts_with("WEIGHTS");
+    return read_floats(source_, accessor, where, may_fail ? &repairs_ : nullptr);
+  }
+
+  void note_lengths(const std::string& name, const std::vector<float>& values,
+                    const std::string& where) {
+    const std::size_t others = name == "NORMAL"    ? others_than_unit<3>(values)
+                               : name == "TANGENT" ? others_than_unit<4, 3>(values)
+                                                   : 0;
+    if (others > 0) {
+      repairs_.note("normalized", where,
+                    std::to_string(others) +
+                        " vectors are not of unit length; they are normalised, or replaced if they "
+                        "are zero");
+    }
   }
 
   Status check_count(std::size_t count, const std::string& where) {
@@ -116,6 +134,7 @@ class AttributeReader {
   GltfSource& source_;
   std::optional<DracoPrimitive> draco_;
   std::string where_;
+  GltfRepairs& repairs_;
   std::optional<std::size_t> vertex_count_;
 };
 
@@ -235,22 +254,22 @@ Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
                                                     std::array<int, 2> uv_sets,
-                                                    std::vector<std::string>& warnings) {
+                                                    GltfRepairs& repairs) {
   const std::optional<GltfPrimitive> nothing;
   const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
   if (mode < TINYGLTF_MODE_TRIANGLES) {
-    warnings.push_back(where + ": points and lines are not drawn");
+    repairs.note("not_drawn", where, "points and lines are not drawn");
     return nothing;
   }
   if (!primitive.attributes.contains("POSITION")) {
-    warnings.push_back(where + ": a primitive without positions is not drawn");
+    repairs.note("not_drawn", where, "a primitive without positions is not drawn");
     return nothing;
   }
   auto draco = read_draco(primitive, source, where);
   if (!draco) {
     return draco.error();
   }
-  AttributeReader reader(source, *std::move(draco), where);
+  AttributeReader reader(source, *std::move(draco), where, repairs);
   GltfPrimitive out;
   const auto& attributes = primitive.attributes;
   Status status = reader.read(out.base.positions, attributes, "POSITION", "/attributes");
@@ -277,12 +296,12 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
       return indices.error();
     }
     if (mode == TINYGLTF_MODE_TRIANGLES && indices->size() % 3 != 0) {
-      warnings.push_back(where + ": the last, incomplete triangle is not drawn");
+      repairs.note("not_drawn", where, "the last, incomplete triangle is not drawn");
     }
     out.base.indices = triangle_list(*indices, mode);
   }
   if (out.base.indices.empty()) {
-    warnings.push_back(where + ": a primitive without a triangle is not drawn");
+    repairs.note("not_drawn", where, "a primitive without a triangle is not drawn");
     return nothing;
   }
   return std::optional<GltfPrimitive>(std::move(out));

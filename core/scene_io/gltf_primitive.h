@@ -42,6 +42,6 @@ struct GltfPrimitive {
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
                                                     std::array<int, 2> uv_sets,
-                                                    std::vector<std::string>& warnings);
+                                                    GltfRepairs& repairs);
 
 }  // namespace core

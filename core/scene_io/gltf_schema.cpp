@@ -13,15 +13,31 @@ constexpr bool kRequired = true;
 
 constexpr M integer(std::string_view name, bool required, double min,
                     std::string_view one_of = {}) {
-  return {.name = name, .kind = K::kInteger, .required = required, .min = min, .one_of = one_of};
+  return {.name = name,
+          .kind = K::kInteger,
+          .required = required,
+          .min = min,
+          .one_of = one_of,
+          .repair = required || one_of.empty() ? Repair::kRefuse : Repair::kLeaveOut};
 }
 constexpr M number(std::string_view name, double min, double max, bool required = false) {
-  return {.name = name, .kind = K::kNumber, .required = required, .min = min, .max = max};
+  return {.name = name,
+          .kind = K::kNumber,
+          .required = required,
+          .min = min,
+          .max = max,
+          .repair = Repair::kClamp};
 }
 constexpr M string(std::string_view name, bool required = false, std::string_view one_of = {}) {
-  return {.name = name, .kind = K::kString, .required = required, .one_of = one_of};
+  return {.name = name,
+          .kind = K::kString,
+          .required = required,
+          .one_of = one_of,
+          .repair = Repair::kLeaveOut};
 }
-constexpr M boolean(std::string_view name) { return {.name = name, .kind = K::kBoolean}; }
+constexpr M boolean(std::string_view name) {
+  return {.name = name, .kind = K::kBoolean, .repair = Repair::kLeaveOut};
+}
 constexpr M index(std::string_view name, std::string_view refers_to, bool required = false) {
   return {
       .name = name, .kind = K::kInteger, .required = required, .min = 0, .refers_to = refers_to};
@@ -43,9 +59,27 @@ constexpr M numbers(std::string_view name, std::size_t count, double min = -1e30
           .min = min,
           .max = max,
           .count_min = count,
-          .count_max = count};
+          .count_max = count,
+          .repair = Repair::kClamp};
 }
-constexpr M number_list(std::string_view name) { return {.name = name, .kind = K::kNumbers}; }
+constexpr M quaternion(std::string_view name) {
+  M row = numbers(name, 4, -1.001, 1.001);
+  row.repair = Repair::kNormalize;
+  return row;
+}
+/// Part of a node's transform.
+constexpr M transform(std::string_view name, std::size_t count) {
+  M row = numbers(name, count, -3.4e38, 3.4e38);
+  row.repair = Repair::kRefuse;
+  return row;
+}
+constexpr M with_default(M row, double otherwise) {
+  row.otherwise = otherwise;
+  return row;
+}
+constexpr M number_list(std::string_view name) {
+  return {.name = name, .kind = K::kNumbers, .repair = Repair::kLeaveOut};
+}
 constexpr M strings(std::string_view name) { return {.name = name, .kind = K::kStrings}; }
 constexpr M texture(std::string_view name) { return object(name, "textureInfo"); }
 constexpr M factor(std::string_view name) { return number(name, 0, 1); }
@@ -90,11 +124,9 @@ constexpr std::array kSparseValues = {index("bufferView", "bufferViews", kRequir
                                       integer("byteOffset", false, 0)};
 constexpr std::array kBuffer = {integer("byteLength", kRequired, 1), string("uri"), string("name")};
 constexpr std::array kBufferView = {
-    index("buffer", "buffers", kRequired),
-    integer("byteOffset", false, 0),
+    index("buffer", "buffers", kRequired), integer("byteOffset", false, 0),
     integer("byteLength", kRequired, 1),
-    M{.name = "byteStride", .kind = K::kInteger, .min = 4, .max = 252},
-    integer("target", false, -kBig),
+    M{.name = "byteStride", .kind = K::kInteger, .min = 4, .max = 252, .repair = Repair::kKeep},
     string("name")};
 constexpr std::array kMeshopt = {
     index("buffer", "buffers", kRequired),
@@ -117,25 +149,28 @@ constexpr std::array kTextureSource = {index("source", "images", kRequired)};
 constexpr M kTexCoord = {.name = "texCoord", .kind = K::kInteger, .min = 0, .max = 65535};
 constexpr std::array kTextureInfo = {index("index", "textures", kRequired), kTexCoord,
                                      number("scale", -kBig, kBig), number("strength", 0, 1)};
+/// Occlusion is computed: its texture is not read, and its references need not exist.
+constexpr std::array kOcclusionInfo = {number("strength", 0, 1)};
 constexpr std::array kTextureTransform = {numbers("offset", 2), number("rotation", -kBig, kBig),
                                           numbers("scale", 2), kTexCoord};
 
 constexpr std::array kCamera = {string("type", kRequired, "perspective|orthographic"),
                                 object("perspective", "perspective"),
                                 object("orthographic", "orthographic"), string("name")};
-constexpr std::array kPerspective = {number("yfov", 1e-6, 3.14159265, kRequired),
-                                     number("aspectRatio", 1e-6, 1e6),
-                                     number("znear", 0, kBig, kRequired), number("zfar", 0, kBig)};
-constexpr std::array kOrthographic = {
-    number("xmag", -kBig, kBig, kRequired), number("ymag", -kBig, kBig, kRequired),
-    number("znear", 0, kBig, kRequired), number("zfar", 0, kBig, kRequired)};
+constexpr std::array kPerspective = {
+    M{.name = "yfov", .required = true, .min = 1e-6, .max = 3.14159265},
+    number("aspectRatio", 1e-6, 1e6), with_default(number("znear", 0, kBig, kRequired), 0),
+    number("zfar", 0, kBig)};
+constexpr std::array kOrthographic = {number("xmag", -kBig, kBig, kRequired),
+                                      number("ymag", -kBig, kBig, kRequired),
+                                      with_default(number("znear", 0, kBig, kRequired), 0),
+                                      with_default(number("zfar", 0, kBig, kRequired), kBig)};
 constexpr std::array kScene = {indices("nodes", "nodes"), string("name")};
-constexpr std::array kNode = {
-    index("camera", "cameras"),       indices("children", "nodes"),
-    index("skin", "skins"),           numbers("matrix", 16, -kBig, kBig),
-    index("mesh", "meshes"),          numbers("rotation", 4, -1.001, 1.001),
-    numbers("scale", 3, -kBig, kBig), numbers("translation", 3, -kBig, kBig),
-    number_list("weights"),           string("name")};
+constexpr std::array kNode = {index("camera", "cameras"), indices("children", "nodes"),
+                              index("skin", "skins"),     transform("matrix", 16),
+                              index("mesh", "meshes"),    quaternion("rotation"),
+                              transform("scale", 3),      transform("translation", 3),
+                              number_list("weights"),     string("name")};
 constexpr std::array kNodeLight = {index("light", "lights", kRequired)};
 constexpr std::array kNodeVisibility = {boolean("visible")};
 constexpr std::array kGpuInstancing = {M{.name = "attributes",
@@ -198,7 +233,7 @@ constexpr std::array kNodeProfile = {index("light", "light profiles", kRequired)
                                      number("multiplier", 0, kBig), numbers("color", 3, 0, 1)};
 constexpr std::array kImageLights = {objects("lights", "imageLight", kRequired)};
 constexpr std::array kImageLight = {string("name"),
-                                    numbers("rotation", 4, -1.001, 1.001),
+                                    quaternion("rotation"),
                                     number("intensity", 0, kBig),
                                     M{.name = "irradianceCoefficients",
                                       .kind = K::kNumberRows,
@@ -218,7 +253,7 @@ constexpr std::array kSceneImageLight = {index("light", "image-based lights", kR
 
 constexpr std::array kMaterial = {object("pbrMetallicRoughness", "pbr"),
                                   texture("normalTexture"),
-                                  texture("occlusionTexture"),
+                                  object("occlusionTexture", "occlusionInfo"),
                                   texture("emissiveTexture"),
                                   numbers("emissiveFactor", 3, 0, 1),
                                   string("alphaMode", false, "OPAQUE|MASK|BLEND"),
@@ -287,6 +322,7 @@ constexpr std::array kSchemas = {
     Row{"texture/EXT_texture_webp", kTextureSource},
     Row{"texture/KHR_texture_basisu", kTextureSource},
     Row{"textureInfo", kTextureInfo},
+    Row{"occlusionInfo", kOcclusionInfo},
     Row{"textureInfo/KHR_texture_transform", kTextureTransform},
     Row{"camera", kCamera},
     Row{"perspective", kPerspective},

@@ -28,6 +28,15 @@ enum class JsonKind : std::uint8_t {
   kNumberRows    ///< array of arrays of `row_count`
 };
 
+/// What is done about a value that does not fit its row (core/scene_io/gltf_repairs.h).
+enum class Repair : std::uint8_t {
+  kRefuse,     ///< an error: what is meant would have to be guessed
+  kLeaveOut,   ///< an optional member counts as absent
+  kClamp,      ///< numbers outside the range count as its nearest bound; others as kLeaveOut
+  kNormalize,  ///< a quaternion of another length is normalised; others are errors
+  kKeep        ///< numbers above or below the range, but not below 0, are used as they are
+};
+
 struct SchemaMember {
   std::string_view name;
   JsonKind kind = JsonKind::kNumber;
@@ -42,6 +51,9 @@ struct SchemaMember {
   std::size_t row_count = 0;
   std::string_view child = {};
   std::string_view one_of = {};  ///< allowed values of a string or integer, "A|B|C"
+  Repair repair = Repair::kRefuse;
+  /// Counts if a required number is missing; NaN: none does.
+  double otherwise = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Returns the rows of schema `name`, such as "material", or "material/KHR_materials_sheen" for an

@@ -45,27 +45,61 @@ Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& 
         "\"" + shown_uri(uri) + "\" is not relative; only files that come with the scene are read",
         where + "/uri"};
   }
-  return resolve ? resolve(percent_decode(uri)) : SharedBytes();
+  const std::string name = percent_decode(uri);
+  SharedBytes bytes = resolve ? resolve(name) : SharedBytes();
+  if (bytes == nullptr) {
+    absent_.insert(name);
+  }
+  return bytes;
+}
+
+std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> needed_images) {
+  std::vector<SideFile> files;
+  const auto add = [&files](const std::optional<std::string>& uri, bool required) {
+    if (!uri || is_data_uri(*uri) || has_scheme(*uri)) {
+      return;
+    }
+    const std::string name = percent_decode(*uri);
+    const auto known = std::find_if(files.begin(), files.end(),
+                                    [&name](const SideFile& each) { return each.name == name; });
+    if (known == files.end()) {
+      files.push_back({name, required});
+    } else {
+      known->required = known->required || required;
+    }
+  };
+  for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
+    if (tables.uses("buffers", i)) {
+      add(tables.buffers[i].uri, !tables.buffers[i].is_meshopt_fallback);
+    }
+  }
+  for (const int image : needed_images) {
+    add(tables.images[static_cast<std::size_t>(image)].uri, true);
+  }
+  for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
+    if (tables.uses("light profiles", i)) {
+      add(tables.profiles[i].uri, true);
+    }
+  }
+  return files;
 }
 
 Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContainer& container,
                                     const ResolveUri& resolve, std::span<const int> needed_images,
-                                    const GltfLimits& limits) {
+                                    const GltfLimits& limits, GltfRepairs& repairs) {
   GltfSource source(tables, limits);
-  std::vector<std::string> missing;
-  const auto note_missing = [&missing](const std::string& uri) {
-    const std::string name = percent_decode(uri);
-    if (std::find(missing.begin(), missing.end(), name) == missing.end()) {
-      missing.push_back(name);
-    }
-  };
   for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
     const GltfBuffer& buffer = tables.buffers[i];
     const std::string where = "/buffers/" + std::to_string(i);
     source.buffers_.emplace_back();
+    if (!tables.uses("buffers", i)) {
+      continue;
+    }
     if (!buffer.uri) {
       if (!buffer.is_meshopt_fallback) {
-        source.buffers_[i] = container.bin.first(buffer.bytes);
+        if (auto status = source.set_buffer(i, container.bin, repairs); !status) {
+          return status.error();
+        }
       }
       continue;
     }
@@ -74,18 +108,11 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
       return bytes.error();
     }
     if (*bytes == nullptr) {
-      if (!buffer.is_meshopt_fallback) {
-        note_missing(*buffer.uri);
-      }
       continue;
     }
-    if ((*bytes)->size() < buffer.bytes) {
-      return Error{ErrorCode::kInvalidArgument,
-                   std::to_string(buffer.bytes) + " bytes, but the file has only " +
-                       std::to_string((*bytes)->size()),
-                   where + "/byteLength"};
+    if (auto status = source.set_buffer(i, **bytes, repairs); !status) {
+      return status.error();
     }
-    source.buffers_[i] = std::span(**bytes).first(buffer.bytes);
     source.owned_.push_back(*std::move(bytes));
   }
   for (const int i : needed_images) {
@@ -97,15 +124,12 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     if (!bytes) {
       return bytes.error();
     }
-    if (*bytes == nullptr) {
-      note_missing(*image.uri);
-    }
     source.image_files_[i] = *std::move(bytes);
   }
   for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
     const GltfProfile& profile = tables.profiles[i];
     SharedBytes& file = source.profile_files_.emplace_back();
-    if (!profile.uri) {
+    if (!profile.uri || !tables.uses("light profiles", i)) {
       continue;
     }
     auto bytes = source.fetch(*profile.uri, resolve,
@@ -113,10 +137,13 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     if (!bytes) {
       return bytes.error();
     }
-    if (*bytes == nullptr) {
-      note_missing(*profile.uri);
-    }
     file = *std::move(bytes);
+  }
+  std::vector<std::string> missing;
+  for (const SideFile& file : side_files(tables, needed_images)) {
+    if (file.required && source.absent_.contains(file.name)) {
+      missing.push_back(file.name);
+    }
   }
   if (!missing.empty()) {
     return missing_files("files that the scene refers to are missing", missing);
@@ -124,15 +151,36 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
   return source;
 }
 
+Status GltfSource::set_buffer(std::size_t index, std::span<const std::byte> file,
+                              GltfRepairs& repairs) {
+  const std::uint64_t bytes = tables_->buffers[index].bytes;
+  if (file.size() >= bytes) {
+    buffers_[index] = file.first(bytes);
+    return ok_status();
+  }
+  const std::string where = "/buffers/" + std::to_string(index) + "/byteLength";
+  std::string fault =
+      std::to_string(bytes) + " bytes, but the file has only " + std::to_string(file.size());
+  if (needed_bytes(*tables_, index) > file.size()) {
+    return Error{ErrorCode::kInvalidArgument, std::move(fault), where};
+  }
+  buffers_[index] = file;
+  return repairs.mended("padding", where, std::move(fault), "nothing reads the missing ones");
+}
+
 Result<std::span<const std::byte>> GltfSource::view(int index) {
+  if (const Error* fault = tables_->fault_of("bufferViews", index)) {
+    return *fault;
+  }
   const GltfView& view = tables_->views[static_cast<std::size_t>(index)];
   if (!view.meshopt) {
     const auto buffer = buffers_[static_cast<std::size_t>(view.buffer)];
-    if (buffer.size() < view.offset + view.bytes) {
+    if (buffer.size() < view.offset || buffer.empty()) {
       return Error{ErrorCode::kInvalidArgument, "the view reads a buffer without content",
                    "/bufferViews/" + std::to_string(index)};
     }
-    return buffer.subspan(view.offset, view.bytes);
+    // Of a buffer that is too short, set_buffer() has checked what is read.
+    return buffer.subspan(view.offset, std::min(view.bytes, buffer.size() - view.offset));
   }
   auto& decompressed = decompressed_[index];
   if (decompressed == nullptr) {
@@ -157,6 +205,9 @@ Result<std::span<const std::byte>> GltfSource::view(int index) {
 }
 
 Result<std::span<const std::byte>> GltfSource::image_file(int index) {
+  if (const Error* fault = tables_->fault_of("images", index)) {
+    return *fault;
+  }
   const GltfImage& image = tables_->images[static_cast<std::size_t>(index)];
   if (image.view >= 0) {
     return view(image.view);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,13 +31,23 @@ class DecodeBudget {
   std::size_t used_ = 0;
 };
 
+/// A file beside the document.
+struct SideFile {
+  std::string name;       ///< its uri, percent-decoded once
+  bool required = false;  ///< false: the content of a meshopt fallback, which nothing may read
+};
+/// Returns the files that a document needs, in its order, each once: of buffers, of the needed
+/// images (indices of tables.images) and of light profiles.
+std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> needed_images);
+
 class GltfSource {
  public:
-  /// Borrows `tables`, which must outlive it. `needed_images` index tables.images. Errors:
-  /// kMissingFiles with all files that `resolve` does not have, kInvalidArgument.
+  /// Borrows `tables`, which must outlive it. `needed_images` index tables.images. Reads the
+  /// buffers and light profiles that are used. Errors: kMissingFiles with all files that `resolve`
+  /// does not have, kInvalidArgument.
   static Result<GltfSource> open(const GltfTables& tables, const GltfContainer& container,
                                  const ResolveUri& resolve, std::span<const int> needed_images,
-                                 const GltfLimits& limits);
+                                 const GltfLimits& limits, GltfRepairs& repairs);
 
   /// Returns the content of a view, decompressed if needed. Pre: 0 <= index < views.size().
   Result<std::span<const std::byte>> view(int index);
@@ -50,6 +61,8 @@ class GltfSource {
   DecodeBudget& budget() noexcept { return budget_; }
 
  private:
+  /// Sets buffer `index` to `file`, of which bytes that nothing reads may be missing.
+  Status set_buffer(std::size_t index, std::span<const std::byte> file, GltfRepairs& repairs);
   GltfSource(const GltfTables& tables, const GltfLimits& limits)
       : tables_(&tables), budget_(limits) {}
 
@@ -64,6 +77,7 @@ class GltfSource {
   std::map<int, SharedBytes> image_files_;              // images with a uri
   std::vector<SharedBytes> profile_files_;              // null: in a view
   std::map<int, std::shared_ptr<Bytes>> decompressed_;  // by view
+  std::set<std::string> absent_;                        // names that `resolve` does not have
 };
 
 }  // namespace core

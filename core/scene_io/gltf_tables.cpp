@@ -1,5 +1,7 @@
 #include "core/scene_io/gltf_tables.h"
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 namespace core {
@@ -29,12 +31,6 @@ Status check_buffer(const GltfTables& tables, std::size_t i, const GltfContainer
   }
   if (i != 0 || !container.has_bin) {
     return invalid(at("buffers", i), "the buffer has neither a uri nor the binary chunk of a GLB");
-  }
-  if (buffer.bytes > container.bin.size()) {
-    return invalid(at("buffers", i) + "/byteLength",
-                   std::to_string(buffer.bytes) +
-                       " bytes, but the binary chunk of the GLB has only " +
-                       std::to_string(container.bin.size()));
   }
   return ok_status();
 }
@@ -77,13 +73,24 @@ Status check_meshopt(const GltfTables& tables, const GltfView& view, const std::
   return ok_status();
 }
 
-Status check_view(const GltfTables& tables, std::size_t i) {
-  const GltfView& view = tables.views[i];
+Status check_view(GltfTables& tables, std::size_t i, GltfRepairs& repairs) {
+  GltfView& view = tables.views[i];
+  if (view.buffer < 0) {
+    return ok_status();  // left out
+  }
   const GltfBuffer& buffer = tables.buffers[static_cast<std::size_t>(view.buffer)];
   if (!fits(view.offset, view.bytes, buffer.bytes)) {
-    return invalid(at("bufferViews", i), span_text(view.offset, view.bytes) +
-                                             " lie outside of the buffer of " +
-                                             std::to_string(buffer.bytes) + " bytes");
+    std::string fault = span_text(view.offset, view.bytes) + " lie outside of the buffer of " +
+                        std::to_string(buffer.bytes) + " bytes";
+    if (view.offset >= buffer.bytes || view.offset + view.bytes > buffer.bytes + kPaddingMax) {
+      return invalid(at("bufferViews", i), std::move(fault));
+    }
+    view.bytes = buffer.bytes - view.offset;
+    if (auto status = repairs.mended("padding", at("bufferViews", i), std::move(fault),
+                                     "the view ends with the buffer");
+        !status) {
+      return status;
+    }
   }
   if (buffer.is_meshopt_fallback && !buffer.uri && !view.meshopt) {
     return invalid(at("bufferViews", i), "the view reads a buffer without content");
@@ -115,7 +122,10 @@ Status check_elements(const GltfView& view, const Elements& e, const std::string
 Status check_accessor(const GltfTables& tables, std::size_t i) {
   const GltfAccessor& accessor = tables.accessors[i];
   const std::uint64_t bytes = element_bytes(accessor.component, accessor.shape);
-  if (accessor.view >= 0) {
+  if (accessor.count == 0) {
+    return ok_status();  // left out
+  }
+  if (accessor.view >= 0 && tables.fault_of("bufferViews", accessor.view) == nullptr) {
     const GltfView& view = tables.views[static_cast<std::size_t>(accessor.view)];
     if (view.stride != 0 && view.stride < bytes) {
       return invalid(at("bufferViews", static_cast<std::size_t>(accessor.view)) + "/byteStride",
@@ -138,6 +148,10 @@ Status check_accessor(const GltfTables& tables, std::size_t i) {
                                          " is more than the accessor's " +
                                          std::to_string(accessor.count));
   }
+  if (tables.fault_of("bufferViews", sparse.indices_view) != nullptr ||
+      tables.fault_of("bufferViews", sparse.values_view) != nullptr) {
+    return ok_status();  // an error where the accessor is read
+  }
   const std::uint64_t index_bytes = component_bytes(sparse.indices_type);
   if (auto status = check_elements(tables.views[static_cast<std::size_t>(sparse.indices_view)],
                                    {sparse.indices_offset, sparse.count, index_bytes, index_bytes},
@@ -149,13 +163,16 @@ Status check_accessor(const GltfTables& tables, std::size_t i) {
                         {sparse.values_offset, sparse.count, bytes, bytes}, where + "/values");
 }
 
-Status check_image(const GltfTables& tables, std::size_t i) {
-  const GltfImage& image = tables.images[i];
-  if (image.uri.has_value() == (image.view >= 0)) {
-    return invalid(at("images", i), image.uri ? "an image has a uri or a bufferView, not both"
-                                              : "the image has neither a uri nor a bufferView");
+Status check_image(GltfTables& tables, std::size_t i, GltfRepairs& repairs) {
+  GltfImage& image = tables.images[i];
+  if (image.uri && image.view >= 0) {
+    image.uri.reset();
+    return repairs.mended("left_out", at("images", i),
+                          "an image has a uri or a bufferView, not both", "its uri is ignored");
   }
-  return ok_status();
+  return image.uri || image.view >= 0
+             ? ok_status()
+             : Status(invalid(at("images", i), "the image has neither a uri nor a bufferView"));
 }
 
 Status check_profile(const GltfTables& tables, std::size_t i) {
@@ -168,35 +185,92 @@ Status check_profile(const GltfTables& tables, std::size_t i) {
   return ok_status();
 }
 
-}  // namespace
-
-Status check_tables(const GltfTables& tables, const GltfContainer& container) {
-  for (std::size_t i = 0; i < tables.buffers.size(); ++i) {
-    if (auto status = check_buffer(tables, i, container); !status) {
-      return status;
+/// Runs `check` for every part of an array; leaves out those with faults where that is possible.
+template <typename Check>
+Status check_all(GltfTables& tables, const char* array, std::size_t count, GltfRepairs& repairs,
+                 const Check& check) {
+  const bool is_deferred =
+      std::string_view(array) != "buffers" && std::string_view(array) != "light profiles";
+  for (std::size_t i = 0; i < count; ++i) {
+    if (tables.fault_of(array, static_cast<int>(i)) != nullptr) {
+      continue;
     }
-  }
-  for (std::size_t i = 0; i < tables.views.size(); ++i) {
-    if (auto status = check_view(tables, i); !status) {
-      return status;
-    }
-  }
-  for (std::size_t i = 0; i < tables.accessors.size(); ++i) {
-    if (auto status = check_accessor(tables, i); !status) {
-      return status;
-    }
-  }
-  for (std::size_t i = 0; i < tables.images.size(); ++i) {
-    if (auto status = check_image(tables, i); !status) {
-      return status;
-    }
-  }
-  for (std::size_t i = 0; i < tables.profiles.size(); ++i) {
-    if (auto status = check_profile(tables, i); !status) {
-      return status;
+    if (const Status status = check(i); !status) {
+      if (repairs.is_strict() || (!is_deferred && tables.uses(array, i))) {
+        return status;
+      }
+      leave_out(tables, {array, i}, status.error(), repairs);
     }
   }
   return ok_status();
+}
+
+}  // namespace
+
+const Error* GltfTables::fault_of(const char* array, int index) const {
+  if (left_out.empty()) {
+    return nullptr;
+  }
+  const auto found = left_out.find({array, static_cast<std::size_t>(index)});
+  return found == left_out.end() ? nullptr : &found->second;
+}
+
+std::uint64_t needed_bytes(const GltfTables& tables, std::size_t buffer) {
+  std::vector<bool> has_accessor(tables.views.size(), false);
+  std::uint64_t needed = 0;
+  const auto is_here = [&](std::size_t view) {
+    return tables.views[view].buffer == static_cast<int>(buffer) && !tables.views[view].meshopt;
+  };
+  for (std::size_t i = 0; i < tables.accessors.size(); ++i) {
+    const GltfAccessor& accessor = tables.accessors[i];
+    if (accessor.view < 0 || tables.fault_of("accessors", static_cast<int>(i)) != nullptr ||
+        !is_here(static_cast<std::size_t>(accessor.view))) {
+      continue;
+    }
+    const GltfView& view = tables.views[static_cast<std::size_t>(accessor.view)];
+    has_accessor[static_cast<std::size_t>(accessor.view)] = true;
+    const std::uint64_t bytes = element_bytes(accessor.component, accessor.shape);
+    const std::uint64_t stride = view.stride == 0 ? bytes : view.stride;
+    needed =
+        std::max(needed, view.offset + accessor.offset + (accessor.count - 1) * stride + bytes);
+  }
+  for (std::size_t i = 0; i < tables.views.size(); ++i) {
+    const GltfView& view = tables.views[i];
+    if (tables.fault_of("bufferViews", static_cast<int>(i)) != nullptr) {
+      continue;
+    }
+    if (view.meshopt && view.meshopt->buffer == static_cast<int>(buffer)) {
+      needed = std::max(needed, view.meshopt->offset + view.meshopt->bytes);
+    } else if (is_here(i) && !has_accessor[i]) {
+      needed = std::max(needed, view.offset + view.bytes);
+    }
+  }
+  return needed;
+}
+
+void leave_out(GltfTables& tables, const GltfPart& part, const Error& fault, GltfRepairs& repairs) {
+  if (tables.left_out.emplace(part, fault).second) {
+    repairs.note("left_out", fault.where, fault.message + "; the part is left out");
+  }
+}
+
+Status check_tables(GltfTables& tables, const GltfContainer& container, GltfRepairs& repairs) {
+  Status status = check_all(tables, "buffers", tables.buffers.size(), repairs,
+                            [&](std::size_t i) { return check_buffer(tables, i, container); });
+  const auto check = [&](const char* array, std::size_t count, const auto& one) {
+    if (status) {
+      status = check_all(tables, array, count, repairs, one);
+    }
+  };
+  check("bufferViews", tables.views.size(),
+        [&](std::size_t i) { return check_view(tables, i, repairs); });
+  check("accessors", tables.accessors.size(),
+        [&](std::size_t i) { return check_accessor(tables, i); });
+  check("images", tables.images.size(),
+        [&](std::size_t i) { return check_image(tables, i, repairs); });
+  check("light profiles", tables.profiles.size(),
+        [&](std::size_t i) { return check_profile(tables, i); });
+  return status;
 }
 
 }  // namespace core

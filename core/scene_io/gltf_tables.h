@@ -3,13 +3,17 @@
 /// buffer and every accessor in its view.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/scene_io/gltf_container.h"
+#include "core/scene_io/gltf_repairs.h"
 
 namespace core {
 
@@ -91,6 +95,7 @@ struct GltfAccessor {
 
 struct GltfImage {
   std::string name;
+  std::string media_type;  ///< as the file says; the bytes decide
   std::optional<std::string> uri;
   int view = -1;
 };
@@ -117,17 +122,40 @@ struct GltfPointer {
   float max = 0;
 };
 
+/// An element of one of the document's arrays.
+struct GltfPart {
+  std::string array;  ///< as in SchemaMember::refers_to: "accessors", "lights", ...
+  std::size_t index = 0;
+  friend auto operator<=>(const GltfPart&, const GltfPart&) = default;
+};
+
 struct GltfTables {
+  /// Parts that scenes and animations refer to, directly or not. Strict reading: all.
+  std::set<GltfPart> used;
+  /// Parts with faults, which are not read; an error where one is needed.
+  std::map<GltfPart, Error> left_out;
   std::vector<GltfBuffer> buffers;
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<GltfImage> images;
   std::vector<GltfProfile> profiles;
   std::vector<GltfPointer> pointers;
+
+  bool uses(const char* array, std::size_t index) const { return used.contains({array, index}); }
+  /// Returns the fault of a part that was left out, or null.
+  const Error* fault_of(const char* array, int index) const;
 };
 
-/// Checks all ranges in the tables: views in buffers, accessors and sparse parts in views. Pre:
-/// indices between the tables are valid. Errors: kInvalidArgument with a JSON pointer.
-Status check_tables(const GltfTables& tables, const GltfContainer& container);
+/// Notes that a part is left out because of its fault.
+void leave_out(GltfTables& tables, const GltfPart& part, const Error& fault, GltfRepairs& repairs);
+
+/// Returns how many bytes of a buffer its accessors, and views without accessors, reach.
+std::uint64_t needed_bytes(const GltfTables& tables, std::size_t buffer);
+
+/// Checks all ranges in the tables: views in buffers, accessors and sparse parts in views. Parts
+/// with faults are left out, to be refused where they are needed. Pre: indices between the tables
+/// are valid. Errors: kInvalidArgument with a JSON pointer, for buffers that are used; strict: for
+/// every fault.
+Status check_tables(GltfTables& tables, const GltfContainer& container, GltfRepairs& repairs);
 
 }  // namespace core

@@ -7,6 +7,8 @@
 namespace core {
 namespace {
 
+constexpr std::string_view kDataScheme = "data:";  // in any case: RFC 3986, 3.1
+
 int hex_digit(char c) noexcept {
   if (c >= '0' && c <= '9') {
     return c - '0';
@@ -30,19 +32,34 @@ int base64_digit(char c) noexcept {
 
 Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
+bool is_space(char c) noexcept { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+bool equal_without_case(std::string_view a, std::string_view b) noexcept {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+    return std::tolower(static_cast<unsigned char>(x)) ==
+           std::tolower(static_cast<unsigned char>(y));
+  });
+}
+
+/// Skips line breaks, as MIME encoders write them (RFC 2045, 6.8).
 Result<Bytes> decode_base64(std::string_view text) {
-  while (!text.empty() && text.back() == '=') {
+  while (!text.empty() && (text.back() == '=' || is_space(text.back()))) {
     text.remove_suffix(1);
   }
   Bytes bytes;
   bytes.reserve(text.size() / 4 * 3 + 2);
   std::uint32_t bits = 0;
   int held = 0;
+  std::size_t digits = 0;
   for (const char c : text) {
+    if (is_space(c)) {
+      continue;
+    }
     const int digit = base64_digit(c);
     if (digit < 0) {
       return invalid("a data URI contains a character that is not base64");
     }
+    ++digits;
     bits = bits << 6U | static_cast<std::uint32_t>(digit);
     held += 6;
     if (held >= 8) {
@@ -50,26 +67,46 @@ Result<Bytes> decode_base64(std::string_view text) {
       bytes.push_back(static_cast<std::byte>(bits >> static_cast<std::uint32_t>(held) & 0xFFU));
     }
   }
-  if (text.size() % 4 == 1) {
+  if (digits % 4 == 1) {
     return invalid("the base64 of a data URI is truncated");
   }
   return bytes;
 }
 
+/// parameters: the text between the scheme and the comma, whose parts may be in any order.
+bool names_base64(std::string_view parameters) noexcept {
+  while (!parameters.empty()) {
+    const std::size_t end = std::min(parameters.find(';'), parameters.size());
+    std::string_view part = parameters.substr(0, end);
+    while (!part.empty() && is_space(part.front())) {
+      part.remove_prefix(1);
+    }
+    while (!part.empty() && is_space(part.back())) {
+      part.remove_suffix(1);
+    }
+    if (equal_without_case(part, "base64")) {
+      return true;
+    }
+    parameters.remove_prefix(std::min(end + 1, parameters.size()));
+  }
+  return false;
+}
+
 }  // namespace
 
-bool is_data_uri(std::string_view uri) noexcept { return uri.starts_with("data:"); }
+bool is_data_uri(std::string_view uri) noexcept {
+  return equal_without_case(uri.substr(0, kDataScheme.size()), kDataScheme);
+}
 
 Result<Bytes> decode_data_uri(std::string_view uri) {
   const std::size_t comma = uri.find(',');
   if (!is_data_uri(uri) || comma == std::string_view::npos) {
     return invalid("a data URI without a comma");
   }
-  const std::string_view content = uri.substr(comma + 1);
-  if (uri.substr(0, comma).ends_with(";base64")) {
-    return decode_base64(content);
+  const std::string text = percent_decode(uri.substr(comma + 1));
+  if (names_base64(uri.substr(kDataScheme.size(), comma - kDataScheme.size()))) {
+    return decode_base64(text);
   }
-  const std::string text = percent_decode(content);
   const auto* first = reinterpret_cast<const std::byte*>(text.data());
   return Bytes(first, first + text.size());
 }

@@ -13,8 +13,8 @@ namespace core {
 
 bool is_data_uri(std::string_view uri) noexcept;
 
-/// Returns the bytes of a data URI, base64 or percent-encoded. Errors: kInvalidArgument without a
-/// location.
+/// Returns the bytes of a data URI (RFC 2397): percent-encoded, and base64 with or without line
+/// breaks if one of its parameters says so. Errors: kInvalidArgument without a location.
 Result<Bytes> decode_data_uri(std::string_view uri);
 
 /// Decodes percent escapes (%41 becomes A); malformed ones stay unchanged.

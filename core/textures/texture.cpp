@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include <immintrin.h>
+
+#include "core/image_io/radiance.h"
+#include "core/math/area_cover.h"
 
 namespace core {
 namespace {
@@ -32,24 +34,6 @@ const std::array<float, 256> kSrgbTable = make_table(true);
 Vec4 mix(Vec4 a, Vec4 b, float t) {
   return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t,
           a.w + (b.w - a.w) * t};
-}
-
-/// Returns one channel of a stored pixel as [0,1] (integers) or unchanged (floats).
-float stored(const Image& image, std::size_t index) {
-  switch (image.type) {
-    case PixelType::kU8:
-      return static_cast<float>(std::to_integer<unsigned>(image.bytes[index])) / 255.0F;
-    case PixelType::kU16: {
-      std::uint16_t value = 0;
-      std::memcpy(&value, &image.bytes[index * 2], 2);
-      return static_cast<float>(value) / 65535.0F;
-    }
-    case PixelType::kF32:
-      break;
-  }
-  float value = 0;
-  std::memcpy(&value, &image.bytes[index * 4], 4);
-  return value;
 }
 
 std::uint32_t to_byte(float c) {
@@ -107,9 +91,33 @@ Vec4 float_mean_of(Vec4 a, Vec4 b, Vec4 c, Vec4 d) {
   return mix(mix(a, b, 0.5F), mix(c, d, 0.5F), 0.5F);
 }
 
+/// value(texel): linear; texel(value): rounds it.
+template <typename Texel, typename Value, typename ToTexel>
+std::vector<Texel> halved_by_area(const std::vector<Texel>& from, int width, int height,
+                                  const Value& value, const ToTexel& texel) {
+  const std::vector<AreaCover> columns = area_covers(width, std::max(1, width / 2));
+  const std::vector<AreaCover> rows = area_covers(height, std::max(1, height / 2));
+  std::vector<Texel> to;
+  to.reserve(columns.size() * rows.size());
+  for (const AreaCover& row : rows) {
+    for (const AreaCover& column : columns) {
+      Vec4 sum = {0, 0, 0, 0};
+      for_each_covered(column, row, [&](int x, int y, float share) {
+        const Vec4 v = value(from[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                  static_cast<std::size_t>(x)]);
+        sum = {sum.x + v.x * share, sum.y + v.y * share, sum.z + v.z * share, sum.w + v.w * share};
+      });
+      to.push_back(texel(sum));
+    }
+  }
+  return to;
+}
+
+/// As halved_by_area() for even sizes, without multiplications. Pre: each size is even or 1.
 template <typename Texel, typename Mean>
-std::vector<Texel> halved(const std::vector<Texel>& from, int width, int height, int half_width,
-                          int half_height, const Mean& mean) {
+std::vector<Texel> halved(const std::vector<Texel>& from, int width, int height, const Mean& mean) {
+  const int half_width = std::max(1, width / 2);
+  const int half_height = std::max(1, height / 2);
   std::vector<Texel> to(static_cast<std::size_t>(half_width) *
                         static_cast<std::size_t>(half_height));
   const auto row_of = [&](int y) {
@@ -126,6 +134,37 @@ std::vector<Texel> halved(const std::vector<Texel>& from, int width, int height,
     }
   }
   return to;
+}
+
+bool is_odd(int size) { return size > 1 && size % 2 == 1; }
+
+Vec4 unpacked(std::uint32_t c, bool srgb) {
+  const auto& table = srgb ? kSrgbTable : kLinearTable;
+  return {table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U], kLinearTable[c >> 24]};
+}
+
+std::uint32_t packed(Vec4 v, bool srgb) {
+  const auto byte = [srgb](float c) {
+    return srgb ? kSrgbEncoder.encode(std::min(c, 1.0F)) : to_byte(c);
+  };
+  return byte(v.x) | byte(v.y) << 8U | byte(v.z) << 16U | to_byte(v.w) << 24U;
+}
+
+template <typename Texel>
+Vec4 mean_of_texels(int width, int height, const Texel& texel) {
+  std::array<double, 4> sum{};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const Vec4 v = texel(x, y);
+      sum[0] += static_cast<double>(v.x);
+      sum[1] += static_cast<double>(v.y);
+      sum[2] += static_cast<double>(v.z);
+      sum[3] += static_cast<double>(v.w);
+    }
+  }
+  const double count = static_cast<double>(width) * static_cast<double>(height);
+  const auto share = [&](std::size_t c) { return static_cast<float>(sum[c] / count); };
+  return {share(0), share(1), share(2), share(3)};
 }
 
 /// 8-bit pixels as RGBA.
@@ -163,13 +202,7 @@ int wrapped_texel(int i, int n, TextureWrap mode) {
 Vec4 Texture::texel(const Level& level, int x, int y) const noexcept {
   const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
                   static_cast<std::size_t>(x);
-  if (level.floats.empty()) {
-    const std::uint32_t c = level.rgba8[at];
-    const auto& table = srgb_ ? kSrgbTable : kLinearTable;
-    return {table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U],
-            kLinearTable[c >> 24]};
-  }
-  return level.floats[at];
+  return level.floats.empty() ? unpacked(level.rgba8[at], srgb_) : level.floats[at];
 }
 
 std::vector<Vec4> linear_texels(const Image& image, bool srgb) {
@@ -178,14 +211,14 @@ std::vector<Vec4> linear_texels(const Image& image, bool srgb) {
   const bool alpha = channels == 2 || channels == 4;
   const bool decode = srgb && image.type != PixelType::kF32;
   const auto value = [&](std::size_t k) {
-    const float c = stored(image, k);
+    const float c = stored_value(image, k);
     return decode ? srgb_to_linear(c) : c;
   };
   std::vector<Vec4> texels(image.value_count() / channels);
   for (std::size_t i = 0; i < texels.size(); ++i) {
     const std::size_t at = i * channels;
     texels[i] = {value(at), value(grey ? at : at + 1), value(grey ? at : at + 2),
-                 alpha ? stored(image, at + channels - 1) : 1.0F};
+                 alpha ? stored_value(image, at + channels - 1) : 1.0F};
   }
   return texels;
 }
@@ -205,24 +238,31 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
     base.floats = linear_texels(image, srgb);
   }
   texture->levels_.push_back(std::move(base));
+  const bool is_srgb = texture->srgb_;
   while (texture->levels_.back().width > 1 || texture->levels_.back().height > 1) {
     const Level& from = texture->levels_.back();
+    const bool by_area = is_odd(from.width) || is_odd(from.height);
     Level to;
     to.width = std::max(1, from.width / 2);
     to.height = std::max(1, from.height / 2);
-    const auto half = [&](const auto& texels, const auto& mean) {
-      return halved(texels, from.width, from.height, to.width, to.height, mean);
-    };
-    if (!bytes) {
-      to.floats = half(from.floats, float_mean_of);
-    } else if (texture->srgb_) {
-      to.rgba8 = half(from.rgba8, srgb_mean_of);
+    if (!bytes && by_area) {
+      const auto same = [](Vec4 v) { return v; };
+      to.floats = halved_by_area(from.floats, from.width, from.height, same, same);
+    } else if (!bytes) {
+      to.floats = halved(from.floats, from.width, from.height, float_mean_of);
+    } else if (by_area) {
+      to.rgba8 = halved_by_area(
+          from.rgba8, from.width, from.height,
+          [is_srgb](std::uint32_t c) { return unpacked(c, is_srgb); },
+          [is_srgb](Vec4 v) { return packed(v, is_srgb); });
     } else {
-      to.rgba8 = half(from.rgba8, mean_of);
+      to.rgba8 = halved(from.rgba8, from.width, from.height, is_srgb ? srgb_mean_of : mean_of);
     }
     texture->levels_.push_back(std::move(to));
   }
-  texture->mean_ = texture->texel(texture->levels_.back(), 0, 0);
+  texture->mean_ = mean_of_texels(image.width, image.height, [&texture](int x, int y) {
+    return texture->texel(texture->levels_.front(), x, y);
+  });
   return texture;
 }
 

@@ -37,8 +37,10 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
     path.met = nullptr;
   }
   const auto go_on = [&](const SurfacePoint& point) {
-    travelled += length(point.position - ray.origin);
+    const float passed_m = length(point.position - ray.origin);
+    travelled += passed_m;
     ray = ray_behind(point, ray);
+    ray.t_max -= passed_m;
   };
   const auto end_at = [&](const SurfacePoint& point) {
     vertex.point = point;
@@ -96,6 +98,7 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
 
 void pass_hole(PathState& path, const PathVertex& vertex) noexcept {
   path.ray = ray_behind(vertex.point, path.ray);
+  path.ray.t_max -= vertex.distance_m;
   ++path.solid_holes;
   path.passed_m += vertex.distance_m;
   path.media = vertex.beyond;

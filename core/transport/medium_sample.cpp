@@ -104,6 +104,7 @@ void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) n
   path.solid_holes = 0;
   path.passed_m = 0;
   path.ray.direction = sample_henyey_greenstein(before, medium.g, u);
+  path.ray.t_max = Ray{}.t_max;
   path.last = {henyey_greenstein(dot(before, path.ray.direction), medium.g), point, {}, 1};
   path.cone_spread_rad += kMediumConeSpread;
   path.is_sharp = false;

@@ -48,8 +48,11 @@ struct PathState {
   float passed_m = 0;             ///< length of the segment up to the last of them
   std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes so far
   float wavelength_nm = 0;        ///< hero wavelength; 0: the path carries all of them
-  int medium_scatterings = 0;     ///< of `depth`: those in media
-  const Fog* fog = nullptr;       ///< around the solids; null if there is none
+  /// The number of its hero wavelength, if paths share one; their throughput then leaves out its
+  /// colour. Negative: the path draws its own.
+  float u_wavelength = -1;
+  int medium_scatterings = 0;  ///< of `depth`: those in media
+  const Fog* fog = nullptr;    ///< around the solids; null if there is none
 
   /// Scattering events at surfaces.
   int scatterings() const noexcept { return depth - null_scatterings - medium_scatterings; }

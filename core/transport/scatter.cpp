@@ -27,6 +27,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   path.eta_scale *= sample.eta * sample.eta;
   path.ray.origin = offset_ray(vertex.shading.origin, through ? -n : n, vertex.point.error_m);
   path.ray.direction = wi;
+  path.ray.t_max = Ray{}.t_max;
   if (scene.has_volumes) {
     if (through && vertex.face.solid != nullptr) {
       path.media = vertex.beyond;

@@ -31,8 +31,11 @@ void solid_boundary(PathState& path, PathVertex& vertex) noexcept {
   const BoundaryMedia at(path.media, vertex.beyond, front);
   const bool disperses_around = disperses(at.around);
   if ((disperses(at.within) || disperses_around) && !(path.wavelength_nm > 0)) {
-    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume));
-    const WavelengthSample sample = sample_wavelength(u.w);
+    const bool is_shared = path.u_wavelength >= 0;
+    const WavelengthSample sample = sample_wavelength(
+        is_shared ? path.u_wavelength
+                  : path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kVolume)).w);
+    const Rgb color = is_shared ? Rgb(1) : sample.weight;
     path.wavelength_nm = sample.wavelength_nm;
     if (front && !disperses_around) {
       const MaterialDescription& f = at.within->factors;
@@ -45,10 +48,10 @@ void solid_boundary(PathState& path, PathVertex& vertex) noexcept {
                                            fresnel_dielectric(cos_o, n.b / outer)} /
                                            here
                                      : Rgb(1);
-      b.refraction_weight = sample.weight;
+      b.refraction_weight = color;
       vertex.drew_wavelength = true;
     } else {
-      path.beta *= sample.weight;
+      path.beta *= color;
     }
   }
   b.ior = relative_ior(path, at);

@@ -19,6 +19,8 @@ struct CameraRayLanes {
   Vec3s<N> direction;
   Floats<N> spread_rad;
   Floats<N> width_m;
+  Floats<N> start_m;  ///< as in Camera::CameraRay
+  Floats<N> t_max;
   Floats<N> weight;  ///< of the reconstruction filter
 };
 
@@ -70,6 +72,8 @@ class LaneCamera {
       out.direction.set(k, one.ray.direction);
       out.spread_rad.v[k] = one.spread_rad;
       out.width_m.v[k] = one.width_m;
+      out.start_m.v[k] = one.start_m;
+      out.t_max.v[k] = one.ray.t_max;
     }
     return out;
   }
@@ -82,10 +86,13 @@ class LaneCamera {
     const Floats<N> x = ((x_px + x_px) / Floats<N>(p.width_px) - one) * Floats<N>(p.half_width);
     const Floats<N> y = (one - (y_px + y_px) / Floats<N>(p.height_px)) * Floats<N>(p.half_height);
     const Vec3s<N> d = Vec3s<N>(p.forward) + Vec3s<N>(p.right) * x + Vec3s<N>(p.up) * y;
-    out.origin = Vec3s<N>(p.eye);
-    out.direction = d * (one / length(d));
+    const Floats<N> secant = length(d);
+    out.origin = Vec3s<N>(p.eye) + d * Floats<N>(p.near_m);
+    out.direction = d * (one / secant);
     out.spread_rad = Floats<N>(p.spread_rad);
-    out.width_m = Floats<N>(0);
+    out.start_m = secant * Floats<N>(p.near_m);
+    out.width_m = out.spread_rad * out.start_m;
+    out.t_max = min(secant * Floats<N>(p.depth_m), Floats<N>(Ray{}.t_max));
   }
 
   const Camera& camera_;

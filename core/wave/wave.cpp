@@ -15,7 +15,7 @@ PathSample Wave::result(std::size_t i) const noexcept {
     const Vec3 albedo = results.albedo.get(i);
     out.albedo = {albedo.x, albedo.y, albedo.z};
     out.normal_world = results.normal.get(i);
-    out.depth_m = results.depth_m.at[i];
+    out.depth_m = results.depth_m.at[i] + results.start_m.at[i];
   }
   return out;
 }

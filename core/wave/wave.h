@@ -102,7 +102,9 @@ struct WaveResults {
   WaveVec3 albedo;
   WaveVec3 normal;
   WaveFloats depth_m;
-  WaveFloats weight;  ///< of the reconstruction filter
+  WaveFloats start_m;  ///< of the camera ray
+  WaveFloats t_max;    ///< of the camera ray
+  WaveFloats weight;   ///< of the reconstruction filter
   WaveArray<std::int32_t> hit;
 };
 

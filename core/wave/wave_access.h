@@ -7,6 +7,7 @@
 
 #include "core/accel/accel.h"
 #include "core/math/lane_math.h"
+#include "core/wave/lane_camera.h"
 #include "core/wave/lane_sampler.h"
 #include "core/wave/wave.h"
 
@@ -69,6 +70,17 @@ struct PathNumbers {
 };
 inline void add_radiance(WaveResults& results, std::size_t slot, Vec3 value) {
   results.radiance.set(slot, results.radiance.get(slot) + value);
+}
+/// Stores the camera rays of paths `to`, ..., whose results are `slot`, ....
+template <std::size_t N>
+void store_rays(Wave& wave, std::size_t to, std::size_t slot, const CameraRayLanes<N>& rays) {
+  store(wave.paths.origin, to, rays.origin);
+  store(wave.paths.direction, to, rays.direction);
+  store(wave.paths.cone_width_m.at + to, rays.width_m);
+  store(wave.paths.cone_spread_rad.at + to, rays.spread_rad);
+  store(wave.results.weight.at + slot, rays.weight);
+  store(wave.results.start_m.at + slot, rays.start_m);
+  store(wave.results.t_max.at + slot, rays.t_max);
 }
 template <std::size_t N>
 struct FirstSurface {

@@ -140,11 +140,7 @@ void LaneTracer<N>::begin(Wave& wave, const WaveStart& start,
     const Vec4s<N> u =
         draw(wave, Numbers::load(paths, to), (1U << some.size()) - 1, kCameraGroup, camera.drawn());
     const CameraRayLanes<N> rays = camera.rays(some, u);
-    store(paths.origin, to, rays.origin);
-    store(paths.direction, to, rays.direction);
-    store(paths.cone_width_m.at + to, rays.width_m);
-    store(paths.cone_spread_rad.at + to, rays.spread_rad);
-    store(results.weight.at + first, rays.weight);
+    store_rays(wave, to, first, rays);
     store(paths.beta, to, Vec3s<N>(Vec3{1, 1, 1}));
     store(paths.pdf_bsdf.at + to, Floats<N>(0));
     store(paths.last_origin, to, nothing);
@@ -168,6 +164,9 @@ void LaneTracer<N>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const 
   for (std::size_t first = paths.first; first < end; first += 8) {
     const unsigned active = lanes_below(end - first);
     fill(packet, paths.origin, paths.direction, first);
+    if (depth == 0) {  // camera paths are in the order of their slots
+      std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.t_max);
+    }
     HitPacket hits;
     const unsigned met = scene_.accel->intersect8(packet, active, hits);
     std::copy_n(hits.instance, 8, wave.hits.instance.at + first);
@@ -253,6 +252,7 @@ void LaneTracer<N>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int d
   TracedPath path{PathState{.sampler = sampler_of(wave, paths.slot.at[i]), .rays = rays}};
   path.ray.origin = paths.origin.get(i);
   path.ray.direction = paths.direction.get(i);
+  path.ray.t_max = depth == 0 ? wave.results.t_max.at[slot] : Ray{}.t_max;
   path.beta = {beta.x, beta.y, beta.z};
   path.depth = depth;
   path.last = {paths.pdf_bsdf.at[i], paths.last_origin.get(i), paths.last_normal.get(i), 1};

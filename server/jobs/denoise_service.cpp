@@ -72,9 +72,9 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
   return kept(job, film, is_first ? Effort::kFirstPreview : Effort::kPreview, patience);
 }
 
-double DenoiseService::bound(const JobPointer& job, const core::Film& film, double alpha) {
+double DenoiseService::bound(const JobPointer& job, const core::Film& film, double confidence) {
   const auto made = kept(job, film, Effort::kWhole, MemoryGate::kPatience);
-  return made ? (*made)->picture.bound(core::DenoiseMode::kMixed, alpha)
+  return made ? (*made)->picture.interval(core::DenoiseMode::kMixed, confidence).high
               : std::numeric_limits<double>::infinity();
 }
 
@@ -177,7 +177,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   view.has_features = features != nullptr;
   view.mixed = made->picture.interval(core::DenoiseMode::kMixed, 0.95);
   view.full = made->picture.interval(core::DenoiseMode::kFull, 0.95);
-  view.plain = core::ErrorEstimate(made->picture.plain_tiles).image(0.95);
+  view.plain = core::ErrorEstimate(made->picture.plain_tiles, snapshot.errors).image(0.95);
   view.revision = made->picture.revision;
   const auto end = Clock::now();
   view.seconds = std::chrono::duration<double>(end - begin).count();

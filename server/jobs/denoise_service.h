@@ -46,7 +46,7 @@ class DenoiseService {
                             std::optional<std::uint32_t> revision,
                             std::chrono::milliseconds patience);
   /// As core::TaskOptions::denoised_bound.
-  double bound(const JobPointer& job, const core::Film& film, double alpha);
+  double bound(const JobPointer& job, const core::Film& film, double confidence);
 
  private:
   using Clock = std::chrono::steady_clock;

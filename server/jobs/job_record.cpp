@@ -79,6 +79,45 @@ std::vector<std::string> new_warnings(const api::JobView& before, const api::Job
   return warnings;
 }
 
+namespace {
+
+/// Without the characters that separate lines and the parts of a line.
+std::string one_word(std::string text) {
+  for (char& c : text) {
+    c = c == '\n' || c == '\t' ? ' ' : c;
+  }
+  return text;
+}
+
+/// One line per warning: its text, or code, pointer and detail, separated by tabs.
+std::vector<std::string> warning_lines(const api::JobView& view) {
+  std::vector<std::string> lines;
+  for (const std::string& text : view.warnings) {
+    const auto detail = std::find_if(view.warning_details.begin(), view.warning_details.end(),
+                                     [&](const core::Warning& w) { return w.text() == text; });
+    lines.push_back(detail == view.warning_details.end()
+                        ? one_word(text)
+                        : one_word(detail->code) + '\t' + one_word(detail->pointer) + '\t' +
+                              one_word(detail->detail));
+  }
+  return lines;
+}
+
+void read_warning_lines(const std::vector<std::string>& lines, api::JobView& view) {
+  for (const std::string& line : lines) {
+    const std::size_t first = line.find('\t');
+    const std::size_t second = line.find('\t', first + 1);
+    if (first == std::string::npos || second == std::string::npos) {
+      view.warnings.push_back(line);
+      continue;
+    }
+    api::add_warning(view, {line.substr(0, first), line.substr(first + 1, second - first - 1),
+                            line.substr(second + 1)});
+  }
+}
+
+}  // namespace
+
 JobRow to_row(const JobRecord& record) {
   const api::JobView& view = record.view;
   JobRow row;
@@ -97,10 +136,7 @@ JobRow to_row(const JobRecord& record) {
   row.created_at = view.created_at_unix_seconds;
   row.started_at = view.started_at_unix_seconds;
   row.finished_at = view.finished_at_unix_seconds;
-  row.warnings = view.warnings;
-  for (std::string& warning : row.warnings) {
-    std::replace(warning.begin(), warning.end(), '\n', ' ');
-  }
+  row.warnings = warning_lines(view);
   if (record.failure) {
     row.failure = *record.failure;
   }
@@ -118,10 +154,9 @@ JobRow to_row(const JobRecord& record) {
   row.rays = view.progress.rays;
   row.rejected_samples = view.progress.rejected_samples;
   row.peak_bytes = view.peak_bytes;
-  row.error_rmse = known(view.progress.error.relative_rmse);
-  row.error_low = known(view.progress.error.low);
-  row.error_high = known(view.progress.error.high);
-  row.error_unreliable = view.progress.error.unreliable;
+  row.error_grain = known(view.progress.error.grain);
+  row.error_doubt = known(view.progress.error.doubt);
+  row.error_reach = known(view.progress.error.reach);
   if (view.spec.retention_seconds && view.finished_at_unix_seconds) {
     row.delete_at = *view.finished_at_unix_seconds + *view.spec.retention_seconds;
   }
@@ -163,7 +198,7 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   view.finished_at_unix_seconds = row.finished_at;
   view.spec = std::move(parsed->spec);
   view.spec_version = static_cast<std::uint32_t>(row.spec_version);
-  view.warnings = row.warnings;
+  read_warning_lines(row.warnings, view);
   view.film_digest = row.film_digest;
   view.peak_bytes = row.peak_bytes;
   view.build = row.build;
@@ -184,8 +219,9 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   progress.cpu_seconds = row.cpu_seconds;
   progress.rays = row.rays;
   progress.rejected_samples = row.rejected_samples;
-  progress.error = {value_or_nan(row.error_rmse), value_or_nan(row.error_low),
-                    value_or_nan(row.error_high), row.error_unreliable};
+  progress.error = row.error_grain && row.error_doubt && row.error_reach
+                       ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach)
+                       : core::unknown_error();
   if (row.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;
   }

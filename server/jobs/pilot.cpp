@@ -156,7 +156,7 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   if (target > 0) {
     std::vector<core::SeenError> seen;
     for (const core::ConvergencePoint& point : task_.points()) {
-      seen.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative_rmse});
+      seen.push_back({static_cast<double>(point.samples_per_pixel), point.error.relative});
     }
     const double most_samples = std::max(samples, 1.0);
     const double exponent = core::error_exponent(seen);
@@ -169,7 +169,7 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
     const double gain = spec.render.adaptive.type == core::AdaptiveType::kNone ? 1 : kAdaptiveGain;
     samples_low = std::max(1.0, needed(progress.error.low, exponent) / gain);
     samples_high = needed(progress.error.high, kIndependent);
-    samples = needed(progress.error.relative_rmse, exponent);
+    samples = needed(progress.error.high, exponent);
   }
   const PathCost cost = path_cost(*film_);
   const double pixels = pixels_of(crop_of(spec.render.film)) +

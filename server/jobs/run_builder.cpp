@@ -204,11 +204,35 @@ core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec,
   return made;
 }
 
+core::Status RunBuilder::tell_of_scene(Job& job, const core::Scene& scene) {
+  const std::vector<core::Warning>& warnings = scene.summary().warnings;
+  const std::vector<core::Warning> told = job.record().view.warning_details;
+  const auto is_told = [&](const core::Warning& warning) {
+    return std::find(told.begin(), told.end(), warning) != told.end();
+  };
+  if (std::all_of(warnings.begin(), warnings.end(), is_told)) {
+    return core::ok_status();
+  }
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    for (const core::Warning& warning : warnings) {
+      api::add_warning(record.view, warning);
+    }
+    return {};
+  };
+  const Verdict noted =
+      parts_.journal.change(job, modify, {.unstored = Journal::Unstored::kInMemory});
+  return noted ? core::ok_status()
+               : core::Status(Error{ErrorCode::kCancelled, "the job was deleted", ""});
+}
+
 core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer(
     Job& job, const std::stop_token& stop) {
   auto view = admitted_view(job.record().view.spec, stop);
   if (!view) {
     return view.error();
+  }
+  if (auto told = tell_of_scene(job, *view->scene); !told) {
+    return told.error();
   }
   auto settled = core::settle(*view, job.record().view.spec.stop, stop);
   if (!settled) {
@@ -254,6 +278,12 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   if (!camera) {
     return camera.error();
   }
+  if (spec.environment_asset) {
+    const std::string warning = parts_.scenes.environment_warning(*spec.environment_asset);
+    if (const auto warned = warn(*job, warning); !warned) {
+      return warned.error();
+    }
+  }
   parts_.book.end_load(*job, memory_of(spec, camera->forward()).shared_bytes);
   RenderRun::Parts parts;
   parts.job = job;
@@ -271,9 +301,9 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.options.samples_limit = samples_max_;
   // The run belongs to the job: a shared pointer here would keep both alive.
   parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
-                                                                           double alpha) {
+                                                                           double confidence) {
     const JobPointer asked = weak.lock();
-    return asked != nullptr && ask ? ask(asked, film, alpha)
+    return asked != nullptr && ask ? ask(asked, film, confidence)
                                    : std::numeric_limits<double>::infinity();
   };
   if (!job->memory_only()) {
@@ -292,6 +322,10 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
 }
 
 Status RunBuilder::warn(Job& job, const std::string& warning) {
+  const std::vector<std::string> told = job.record().view.warnings;
+  if (warning.empty() || std::find(told.begin(), told.end(), warning) != told.end()) {
+    return core::ok_status();
+  }
   const auto modify = [&](JobRecord& record) -> Verdict {
     record.view.warnings.push_back(warning);
     return {};
@@ -313,11 +347,8 @@ core::Result<LocalThreads*> RunBuilder::threads_beside_workers(Job& job, const c
   const std::string warning = "Workers cannot render this job: one of their results could have " +
                               memory_words(needed) + ", and this server accepts " +
                               memory_words(most) + ". The server renders the job alone.";
-  const std::vector<std::string> told = job.record().view.warnings;
-  if (std::find(told.begin(), told.end(), warning) == told.end()) {
-    if (const auto warned = warn(job, warning); !warned) {
-      return warned.error();
-    }
+  if (const auto warned = warn(job, warning); !warned) {
+    return warned.error();
   }
   return static_cast<LocalThreads*>(nullptr);
 }

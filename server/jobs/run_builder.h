@@ -60,7 +60,8 @@ class RunBuilder {
   const std::string& arithmetic() const { return arithmetic_; }
   const std::string& build_text() const { return build_; }
   /// As core::TaskOptions::denoised_bound, for the job's film.
-  using DenoisedBound = std::function<double(const JobPointer&, const core::Film&, double alpha)>;
+  using DenoisedBound =
+      std::function<double(const JobPointer&, const core::Film&, double confidence)>;
   /// local must outlive the runs.
   void set_local_threads(LocalThreads* local) { local_ = local; }
   /// Warns that the job waits for that reason, or removes the warning if there is none.
@@ -71,6 +72,8 @@ class RunBuilder {
  private:
   core::Result<core::View> admitted_view(const api::JobSpec& spec,
                                          const std::stop_token& stop) const;
+  /// Adds the warnings about the scene's file to the job's.
+  core::Status tell_of_scene(Job& job, const core::Scene& scene);
   /// Resolves the integrator `auto` and records the choice in the job.
   core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(Job& job,
                                                                        const std::stop_token& stop);

@@ -41,17 +41,23 @@ core::Result<std::optional<std::string>> denoised_layer(const api::ImageQuery& q
   return query.layer;
 }
 
+std::string error_text(const core::ErrorInterval& error) {
+  std::string out;
+  if (std::isfinite(error.relative)) {
+    out = api::number_text(error.relative);
+    if (std::isfinite(error.low)) {
+      out.append(", ").append(api::number_text(error.low));
+      out.append(", ").append(api::number_text(error.high));
+    }
+  }
+  return out;
+}
+
 DenoisedFacts denoised_facts(const api::DenoisedView& view, const api::ImageQuery& query) {
   const core::ErrorInterval& error = is_full(query) ? view.full : view.mixed;
   DenoisedFacts out;
   out.denoiser = denoiser_text(view, query);
-  if (std::isfinite(error.relative_rmse)) {
-    out.error = api::number_text(error.relative_rmse);
-    if (std::isfinite(error.low)) {
-      out.error.append(", ").append(api::number_text(error.low));
-      out.error.append(", ").append(api::number_text(error.high));
-    }
-  }
+  out.error = error_text(error);
   // The denoiser's picture stays biased; the mixed one converges to the plain one.
   out.bias = is_full(query) ? "biased" : "consistent";
   return out;
@@ -62,10 +68,10 @@ void add_denoised_origin(std::map<std::string, std::string>& texts, const api::D
   const core::ErrorInterval& error = is_full(query) ? view.full : view.mixed;
   texts["tessera:denoiser"] = denoiser_text(view, query);
   texts["tessera:bias"] = denoised_facts(view, query).bias;
-  texts.erase("tessera:relative_rmse_interval");
-  texts["tessera:relative_rmse"] = api::number_text(error.relative_rmse);
+  texts.erase("tessera:error_interval");
+  texts["tessera:error"] = api::number_text(error.relative);
   if (std::isfinite(error.low)) {
-    texts["tessera:relative_rmse_interval"] =
+    texts["tessera:error_interval"] =
         api::number_text(error.low) + " " + api::number_text(error.high);
   }
 }

@@ -17,8 +17,11 @@ bool wants_denoised(const api::ImageQuery& query);
 /// Returns the layer that replaces beauty. Errors: kInvalidArgument at /denoise for another layer.
 core::Result<std::optional<std::string>> denoised_layer(const api::ImageQuery& query);
 
-/// Response headers: X-Tessera-Denoiser; X-Tessera-Error (relative error, low, high; empty:
-/// unknown); X-Tessera-Bias.
+/// Returns the header X-Tessera-Error: error, low, high; without the ends if they are unknown,
+/// empty if the error is.
+std::string error_text(const core::ErrorInterval& error);
+
+/// Response headers: X-Tessera-Denoiser, X-Tessera-Error, X-Tessera-Bias.
 struct DenoisedFacts {
   std::string denoiser;
   std::string error;

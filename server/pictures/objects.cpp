@@ -88,7 +88,7 @@ api::ViewpointView viewpoint_of(const core::Camera& camera, int width, int heigh
   const core::Camera::CameraRay edge = camera.ray({0.75F * w, 0.5F * h}, {0.5F, 0.5F});
   const core::Vec3 back = -camera.forward();
   const core::Vec3 aside =
-      edge.ray.origin - middle.ray.origin + edge.ray.direction - middle.ray.direction;
+      edge.from_lens() - middle.from_lens() + edge.ray.direction - middle.ray.direction;
   const core::Vec3 right = core::normalize(aside - back * core::dot(aside, back));
   api::ViewpointView out;
   out.type = camera.type();
@@ -102,7 +102,7 @@ api::ViewpointView viewpoint_of(const core::Camera& camera, int width, int heigh
         1 / static_cast<double>(camera.is_orthographic() ? middle.width_m : middle.spread_rad);
     out.scale_px = {scale, scale};
   }
-  out.to_world = {right, core::cross(back, right), back, middle.ray.origin};
+  out.to_world = {right, core::cross(back, right), back, middle.from_lens()};
   return out;
 }
 

@@ -65,10 +65,10 @@ std::map<std::string, std::string> provenance(const api::JobView& view,
       {"tessera:samples_per_pixel", api::number_text(view.progress.samples_mean)},
       {"Software", "Tessera " + about.version},
   };
-  if (std::isfinite(view.progress.error.relative_rmse)) {
-    texts["tessera:relative_rmse"] = api::number_text(view.progress.error.relative_rmse);
-    texts["tessera:relative_rmse_interval"] = api::number_text(view.progress.error.low) + " " +
-                                              api::number_text(view.progress.error.high);
+  if (std::isfinite(view.progress.error.relative)) {
+    texts["tessera:error"] = api::number_text(view.progress.error.relative);
+    texts["tessera:error_interval"] = api::number_text(view.progress.error.low) + " " +
+                                      api::number_text(view.progress.error.high);
   }
   if (!view.ledger.empty()) {
     texts["tessera:samples"] = api::ledger_json(view.ledger);
@@ -207,6 +207,37 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
   return std::nullopt;
 }
 
+/// EXR of all layers stays raw, since its variances are those of the raw halves.
+std::optional<Error> refused_fireflies(const Picture& picture) {
+  const auto refused = [](std::string why) {
+    return Error{ErrorCode::kInvalidArgument, std::move(why), "/fireflies"};
+  };
+  if (!picture.query.fireflies) {
+    return std::nullopt;
+  }
+  if (picture.denoised) {
+    return *picture.query.fireflies == api::Fireflies::kKeep
+               ? std::optional(refused("denoised images are made without fireflies"))
+               : std::nullopt;
+  }
+  if (shows_all_layers(picture)) {
+    return *picture.query.fireflies == api::Fireflies::kKeep
+               ? std::nullopt
+               : std::optional(refused("an EXR of all layers keeps its light; give layer=beauty"));
+  }
+  return core::has_fireflies(std::string(layer_of(picture.query)))
+             ? std::nullopt
+             : std::optional(refused("applies only to beauty and light shares"));
+}
+
+bool sets_aside(const Picture& picture) {
+  const auto by_format =
+      picture.format.high_dynamic_range ? api::Fireflies::kKeep : api::Fireflies::kSetAside;
+  return !picture.denoised && !shows_all_layers(picture) &&
+         core::has_fireflies(std::string(layer_of(picture.query))) &&
+         picture.query.fireflies.value_or(by_format) == api::Fireflies::kSetAside;
+}
+
 /// Returns a weight for each of the film's shares: 0 for those that are not part of the image.
 std::vector<float> all_weights(const core::Film& film, std::span<const float> mix) {
   std::vector<float> weights;
@@ -240,6 +271,9 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (const auto refused = refused_ids(picture)) {
     return *refused;
   }
+  if (const auto refused = refused_fireflies(picture)) {
+    return *refused;
+  }
   auto lease = memory_.take(working_bytes(film, picture), "the image", patience);
   if (!lease) {
     return Error{ErrorCode::kUnavailable, lease.error().message, ""};
@@ -254,8 +288,11 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       film, picture.rect,
       all_layers ? std::nullopt : std::optional(layer->value_or(std::string(core::kBeauty))),
       picture.view.spec.render.film,
-      {picture.denoised, is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
-      picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix));
+      {.denoised = {picture.denoised,
+                    is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
+       .mix =
+           picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix),
+       .sets_aside = sets_aside(picture)});
   if (!layers) {
     return Error{layers.error().code, layers.error().message, "/layer"};
   }
@@ -289,6 +326,9 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       .content =
           with_lease(std::make_shared<const std::string>(*std::move(encoded)), *std::move(lease)),
       .range = range,
+      .set_aside = sets_aside(picture) || picture.denoised
+                       ? std::optional(layers->set_aside().share())
+                       : std::nullopt,
       .exposure_stops = exposure};
 }
 

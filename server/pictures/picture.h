@@ -33,6 +33,7 @@ struct Picture {
 struct EncodedPicture {
   std::shared_ptr<const std::string> content;  ///< holds a lease on its memory
   std::optional<ValueRange> range;             ///< of a data layer
+  std::optional<double> set_aside = {};        ///< share of the light; empty: all was kept
   std::optional<float> exposure_stops;         ///< of a colour layer in a display format
 };
 

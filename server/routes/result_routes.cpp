@@ -1,7 +1,9 @@
 // Results of a job: image, pixels, convergence.
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
@@ -17,6 +19,7 @@
 #include "core/image_io/image_io.h"
 #include "core/layers/exposure.h"
 #include "core/meter/meter_reading.h"
+#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
@@ -69,6 +72,13 @@ Error unknown_format() {
             std::string(format.extension) + ")";
   }
   return Error{api::kNotAcceptable, "images come as " + list, ""};
+}
+
+/// Prints a share, such as "0.21%".
+std::string percent_text(double share) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2f%%", 100 * share);
+  return text.data();
 }
 
 std::string picture_etag(const Request& request, const Picture& picture,
@@ -321,6 +331,9 @@ Response image(const RouteContext& context, Request& request) {
                          api::number_text(static_cast<double>(encoded->range->low)) + "," +
                              api::number_text(static_cast<double>(encoded->range->high)));
   }
+  if (encoded->set_aside) {
+    response.headers.set("X-Tessera-Set-Aside", percent_text(*encoded->set_aside));
+  }
   if (encoded->exposure_stops) {
     response.headers.set("X-Tessera-Exposure",
                          core::exposure_text(static_cast<double>(*encoded->exposure_stops)));
@@ -330,6 +343,13 @@ Response image(const RouteContext& context, Request& request) {
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", api::bias_of(view));
+  core::ErrorInterval error = view.progress.error;
+  if (!core::errors_are_valid(view.spec.render)) {
+    error.low = error.high = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (const std::string text = error_text(error); !text.empty()) {
+    response.headers.set("X-Tessera-Error", text);
+  }
   if (picture.denoised_view) {
     const DenoisedFacts facts = denoised_facts(*picture.denoised_view, *query);
     response.headers.set("X-Tessera-Denoiser", facts.denoiser);
@@ -408,7 +428,10 @@ core::Result<std::vector<core::MeterReading>> meter_of(const RouteContext& conte
   if (!film) {
     return film.error();
   }
-  auto readings = core::meter_readings(core::meter_points(meter), (*film)->meter());
+  // Without the scene, which may have been deleted, only the samples bound the readings.
+  const auto view = context.jobs.scene_view(job);
+  auto readings = core::meter_readings(core::meter_points(meter), (*film)->meter(),
+                                       view ? core::unsampled_path_light(*view) : 0);
   if (readings.empty()) {
     return Error{ErrorCode::kConflict, "the meter has no sample yet", ""};
   }

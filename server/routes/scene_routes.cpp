@@ -12,6 +12,7 @@
 #include "api/limits.h"
 #include "api/queries.h"
 #include "api/requests.h"
+#include "core/scene_io/gltf_uri.h"
 #include "server/http/conditional.h"
 #include "server/http/text.h"
 #include "server/routes/answers.h"
@@ -22,6 +23,9 @@ namespace {
 
 using core::Error;
 using core::ErrorCode;
+
+/// The answer to a client that has sent these names the next ones.
+constexpr std::size_t kMissingShown = 1000;
 
 /// Reads the body into memory once it is reserved; the HTTP server limits its size.
 core::Result<SceneService::Upload> read_body(const RouteContext& context, const Request& request) {
@@ -65,6 +69,17 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   if (!added) {
     return error_answer(request, added.error());
   }
+  if (!added->missing.empty()) {
+    api::Problem problem = api::from_error(
+        core::missing_files("files that the scene refers to are missing", added->missing));
+    for (const std::string& name : added->missing) {
+      if (problem.errors.size() == kMissingShown) {
+        break;
+      }
+      problem.errors.push_back({api::join_pointer("/files", name), "is missing"});
+    }
+    return problem_answer(request, problem);
+  }
   Response response = json_response(added->known ? 200 : 201, added->description);
   response.headers.set("Location", "/v1/scenes/" + added->id);
   return response;
@@ -80,8 +95,10 @@ Response create(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  const SceneOrigin origin{
-      .access = request.access, .name = query->name, .stop = request.stop_token()};
+  const SceneOrigin origin{.access = request.access,
+                           .name = query->name,
+                           .is_strict = query->strict,
+                           .stop = request.stop_token()};
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";

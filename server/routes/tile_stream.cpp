@@ -7,6 +7,7 @@
 
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
+#include "core/film/set_aside.h"
 #include "core/settings/registry.h"
 
 namespace server {
@@ -19,6 +20,8 @@ constexpr std::size_t kPieceBytes = 128U << 10U;
 constexpr std::chrono::milliseconds kLookAgain{1000};
 constexpr std::chrono::microseconds kPace{20'000};
 constexpr std::chrono::microseconds kPaceForEach{500};
+/// Marks frames without fireflies in the cache; not a flag of frames.
+constexpr std::uint32_t kCalmFrame = 1U << 31U;
 
 }  // namespace
 
@@ -96,7 +99,7 @@ void TileStream::run(StreamWriter& writer) {
     if (is_final) {
       const api::JobView view = parts_.jobs.view(*job_);
       writer.write(api::encode_end_frame(film ? (*film)->revision() : view.progress.revision,
-                                         static_cast<float>(view.progress.error.relative_rmse)));
+                                         static_cast<float>(view.progress.error.relative)));
       return;
     }
     const auto now = Clock::now();
@@ -114,6 +117,7 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film, bo
   const std::uint32_t flags =
       (core::is_transparent(job_->record().view.spec.render) ? api::kTileAlpha : 0U) |
       (query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U);
+  const bool sets_aside = query_.fireflies == api::Fireflies::kSetAside;
   piece_.clear();
   for (std::size_t t = 0; t < tiles; ++t) {
     const int tile = static_cast<int>(t);
@@ -122,7 +126,9 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film, bo
       continue;
     }
     const auto make = [&] {
-      api::TileFrame frame = tile_frame(*film.shown_tile(tile), film.replicates(), flags);
+      api::TileFrame frame =
+          tile_frame(sets_aside ? core::calm_tile(film, tile) : *film.shown_tile(tile),
+                     film.replicates(), flags);
       if (film.errors() == core::PixelErrors::kCorrelated) {
         frame.flags |= api::kTileCorrelated;
       }
@@ -135,8 +141,11 @@ bool TileStream::send_new_tiles(StreamWriter& writer, const core::Film& film, bo
     if (is_final) {
       piece_ += api::encode_tile_frame(make());
     } else {
-      piece_ += *parts_.frames.get(
-          {.job = job_->sequence(), .tile = tile, .revision = revision, .flags = flags}, make);
+      piece_ += *parts_.frames.get({.job = job_->sequence(),
+                                    .tile = tile,
+                                    .revision = revision,
+                                    .flags = flags | (sets_aside ? kCalmFrame : 0U)},
+                                   make);
     }
     sent_[t] = revision;
     if (piece_.size() >= kPieceBytes) {
@@ -163,12 +172,11 @@ bool TileStream::send_denoised(StreamWriter& writer, const core::Film& film, boo
   const auto mode = query_.denoise == api::DenoiseShow::kFull ? core::DenoiseMode::kFull
                                                               : core::DenoiseMode::kMixed;
   const core::DenoisedPicture& picture = (*made)->picture;
-  const auto errors = core::denoised_tile_errors(picture.plain_tiles, picture.tiles(mode));
   const auto tiles = core::tile_rects(picture.rect);
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     api::TileFrame frame = denoised_frame(picture, mode, tiles[t]);
     frame.flags |= query_.planes == api::TilePlanes::kMean ? api::kTileMean : 0U;
-    frame.relative_error = static_cast<float>(errors[t]);
+    frame.relative_error = static_cast<float>(picture.tile_error(mode, t));
     if (!writer.write(api::encode_tile_frame(frame))) {
       return false;
     }

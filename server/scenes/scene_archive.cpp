@@ -1,7 +1,12 @@
 #include "server/scenes/scene_archive.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstddef>
+#include <utility>
+
+#include "server/scenes/zip_names.h"
 
 namespace server {
 
@@ -35,37 +40,127 @@ std::string path_in_archive(std::string_view document, std::string_view uri) {
 
 namespace {
 
-bool ends_with(std::string_view text, std::string_view end) {
-  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+std::string_view folder_of(std::string_view path) {
+  const auto slash = path.rfind('/');
+  return slash == std::string_view::npos ? std::string_view() : path.substr(0, slash);
+}
+
+std::string_view last_part(std::string_view path) { return path.substr(path.rfind('/') + 1); }
+
+/// Returns the extension in lower case, with its dot.
+std::string extension_of(std::string_view path) {
+  const std::string_view file = last_part(path);
+  const auto dot = file.rfind('.');
+  std::string text(dot == std::string_view::npos ? std::string_view() : file.substr(dot));
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string stem_of(std::string_view path) {
+  const std::string_view file = last_part(path);
+  return core::folded_name(file.substr(0, file.rfind('.')));
+}
+
+/// Formats of models that are not read, and archives in the archive, named to explain a refusal.
+constexpr std::array<std::string_view, 12> kOtherFormats = {".zip", ".7z",  ".rar",   ".usdz",
+                                                            ".fbx", ".obj", ".blend", ".dae",
+                                                            ".stl", ".ply", ".max",   ".usd"};
+
+Error without_document(const std::vector<ZipEntry>& entries) {
+  std::string text = "the archive contains no .glb and no .gltf";
+  for (const std::string_view extension : kOtherFormats) {
+    const auto other =
+        std::find_if(entries.begin(), entries.end(), [extension](const ZipEntry& entry) {
+          return !is_from_macos(entry.name) && extension_of(entry.name) == extension;
+        });
+    if (other != entries.end()) {
+      const bool is_archive = extension == ".zip" || extension == ".7z" || extension == ".rar";
+      text += is_archive ? "; it contains another archive, \"" + other->name +
+                               "\": unpack that one and upload it, if it contains glTF"
+                         : "; \"" + other->name + "\" has a format that is not read";
+      break;
+    }
+  }
+  return Error{ErrorCode::kInvalidArgument, std::move(text), ""};
+}
+
+/// Of documents with the same name in the folders of glTF's sample models, one form of the model
+/// each, returns the binary one, else the plain one; null if they are other documents.
+const ZipEntry* chosen_form(const std::vector<const ZipEntry*>& documents) {
+  const auto is_same_model = [&](const ZipEntry* each) {
+    return stem_of(each->name) == stem_of(documents.front()->name) &&
+           folder_of(folder_of(each->name)) == folder_of(folder_of(documents.front()->name));
+  };
+  if (!std::all_of(documents.begin(), documents.end(), is_same_model)) {
+    return nullptr;
+  }
+  for (const std::string_view form : {"gltf-binary", "gltf"}) {
+    const auto is_form = [form](const ZipEntry* each) {
+      return core::folded_name(last_part(folder_of(each->name))) == form;
+    };
+    const auto found = std::find_if(documents.begin(), documents.end(), is_form);
+    if (found != documents.end() &&
+        std::count_if(documents.begin(), documents.end(), is_form) == 1) {
+      return *found;
+    }
+  }
+  return nullptr;
 }
 
 }  // namespace
 
 core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries) {
-  const ZipEntry* best = nullptr;
-  std::ptrdiff_t best_depth = 0;
-  bool tie = false;
+  std::vector<const ZipEntry*> topmost;
+  std::ptrdiff_t least = 0;
   for (const ZipEntry& entry : entries) {
-    if (!ends_with(entry.name, ".glb") && !ends_with(entry.name, ".gltf")) {
+    const std::string extension = extension_of(entry.name);
+    if ((extension != ".glb" && extension != ".gltf") || is_from_macos(entry.name)) {
       continue;
     }
     const auto depth = std::count(entry.name.begin(), entry.name.end(), '/');
-    if (best == nullptr || depth < best_depth) {
-      best = &entry;
-      best_depth = depth;
-      tie = false;
-    } else {
-      tie = tie || depth == best_depth;
+    if (topmost.empty() || depth < least) {
+      topmost.clear();
+      least = depth;
+    }
+    if (depth == least) {
+      topmost.push_back(&entry);
     }
   }
-  if (best == nullptr || tie) {
-    return Error{ErrorCode::kInvalidArgument,
-                 best == nullptr
-                     ? "the archive contains no .glb and no .gltf"
-                     : "the archive contains several .glb or .gltf files in the same folder",
-                 ""};
+  if (topmost.empty()) {
+    return without_document(entries);
   }
-  return best;
+  if (topmost.size() == 1) {
+    return topmost.front();
+  }
+  if (const ZipEntry* form = chosen_form(topmost)) {
+    return form;
+  }
+  return Error{ErrorCode::kInvalidArgument,
+               "the archive contains several scenes, such as \"" + topmost[0]->name + "\" and \"" +
+                   topmost[1]->name + "\"; upload an archive with one of them",
+               ""};
+}
+
+ArchiveFiles::ArchiveFiles(const std::vector<ZipEntry>& entries, std::string document)
+    : document_(std::move(document)) {
+  for (const ZipEntry& entry : entries) {
+    if (!is_from_macos(entry.name)) {
+      entries_.push_back(&entry);
+      names_.add(entry.name);
+    }
+  }
+}
+
+const ZipEntry* ArchiveFiles::find(std::string_view name) const {
+  for (const std::string& spelled : {std::string(name), core::with_slashes(name)}) {
+    const std::string path = path_in_archive(document_, spelled);
+    const auto found = path.empty() ? std::nullopt : names_.find(path);
+    if (found) {
+      return entries_[*found];
+    }
+  }
+  return nullptr;
 }
 
 }  // namespace server

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/file_names.h"
 #include "core/base/result.h"
 #include "server/scenes/zip.h"
 
@@ -14,8 +15,23 @@ namespace server {
 /// archive.
 std::string path_in_archive(std::string_view document, std::string_view uri);
 
-/// Returns the only .glb or .gltf of an archive; of several, the one in the topmost folder. Errors:
-/// kInvalidArgument for none, and for several in the same folder.
+/// Returns the only .glb or .gltf of an archive; of several, the one in the topmost folder, or of
+/// `glTF` beside `glTF-Binary` and other forms of the same model the latter. Errors:
+/// kInvalidArgument for none, and for several others.
 core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries);
+
+/// The files of an archive as its document names them. Borrows the entries.
+class ArchiveFiles {
+ public:
+  ArchiveFiles(const std::vector<ZipEntry>& entries, std::string document);
+  /// name: a percent-decoded uri. Null if it leaves the archive, or no file or several have the
+  /// name (core::FileNames).
+  const ZipEntry* find(std::string_view name) const;
+
+ private:
+  std::string document_;
+  std::vector<const ZipEntry*> entries_;
+  core::FileNames names_;
+};
 
 }  // namespace server

@@ -7,6 +7,7 @@
 #include "api/job_view.h"
 #include "api/json.h"
 #include "core/image_io/image_io.h"
+#include "core/image_io/radiance.h"
 #include "core/lights/made_environment.h"
 #include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
@@ -430,6 +431,12 @@ SceneService::Memory SceneService::memory_of_environment(
           .load_bytes = size ? size->load_bytes : 0};
 }
 
+std::string SceneService::environment_warning(const std::string& asset) {
+  const core::MutexLock lock(sizes_mutex_);
+  const auto known = environment_warnings_.find(asset);
+  return known == environment_warnings_.end() ? "" : known->second;
+}
+
 core::Result<std::shared_ptr<const core::Environment>> SceneService::environment(
     const std::optional<std::string>& asset, const core::EnvironmentSettings& settings,
     const LoadTerms& terms) {
@@ -467,6 +474,10 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
         auto environment = core::Environment::create(&*image, settings);
         if (!environment) {
           return at_asset(environment.error());
+        }
+        if (auto warning = core::radiance_warning(*image, "the environment"); !warning.empty()) {
+          const core::MutexLock lock(sizes_mutex_);
+          environment_warnings_[*asset] = std::move(warning);
         }
         const std::uint64_t held_bytes = environment_bytes(*image);
         auto held = memory_.note({.shared = {{key, held_bytes}}}, MemoryGate::Kind::kIdle);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -45,6 +46,7 @@ struct SceneServiceOptions {
 struct SceneOrigin {
   Access access = {};         ///< The uploader.
   std::string name = {};      ///< Empty: the name inside the file.
+  bool is_strict = false;     ///< As in core::GltfOptions.
   std::stop_token stop = {};  ///< Ends the checks with kCancelled.
 };
 
@@ -72,6 +74,9 @@ class SceneService {
     std::string id;
     std::string description;  ///< JSON
     bool known = false;
+    /// Names of files that the scene needs besides, as gltf_files() gives them; then nothing was
+    /// added.
+    std::vector<std::string> missing = {};
   };
   /// A file, and the lease of its memory.
   struct Upload {
@@ -81,7 +86,7 @@ class SceneService {
     MemoryGate::Lease lease;
   };
   /// Adds a GLB, a glTF document, or a zip archive with one of them. Loads the scene to check it.
-  /// Errors: of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge, kMissingFiles;
+  /// Errors: of load_gltf() and Scene::build(), kNoSpace, kOverQuota, kTooLarge;
   /// kUnavailable when memory is short.
   core::Result<Added> add_file(Upload file, const SceneOrigin& origin = {});
   core::Result<Added> add_zip(Upload archive, const SceneOrigin& origin = {});
@@ -125,6 +130,9 @@ class SceneService {
   core::Result<std::shared_ptr<const core::Environment>> environment(
       const std::optional<std::string>& asset, const core::EnvironmentSettings& settings,
       const LoadTerms& terms = {});
+  /// Returns what the user should know about the texels of an environment that environment() has
+  /// loaded; empty if there is nothing.
+  std::string environment_warning(const std::string& asset);
   /// The same errors, from the header of the file alone; assets that `access` does not see count as
   /// unknown.
   core::Status check_environment(const std::string& asset, const Access& access);
@@ -153,6 +161,11 @@ class SceneService {
     core::SharedBytes bytes;
     std::map<std::string, core::SharedBytes> files;
   };
+  /// The files that come with a document. read: only of names that it has; takes memory.
+  struct FindFile {
+    std::function<bool(std::string_view name)> has;
+    std::function<core::Result<core::SharedBytes>(std::string_view name, MemoryGate::Lease&)> read;
+  };
   static std::string cache_key(const std::string& id, std::optional<double> time_seconds,
                                const std::optional<std::string>& variant, const SceneStand& stand);
   struct EnvironmentSize {
@@ -167,6 +180,8 @@ class SceneService {
                                                          const core::GltfOptions& options,
                                                          const std::stop_token& stop,
                                                          const SceneStand& stand = {});
+  core::Result<Added> add_with_files(core::SharedBytes main, const FindFile& find,
+                                     MemoryGate::Lease lease, const SceneOrigin& origin);
   core::Result<Added> add_document(Document document, MemoryGate::Lease lease,
                                    const SceneOrigin& origin);
   /// Returns the scene with its memory, for the cache.
@@ -192,6 +207,7 @@ class SceneService {
   core::Mutex sizes_mutex_;
   std::map<std::string, EnvironmentSize> environment_sizes_
       GUARDED_BY(sizes_mutex_);  ///< Sizes of environments read so far.
+  std::map<std::string, std::string> environment_warnings_ GUARDED_BY(sizes_mutex_);
 };
 
 }  // namespace server

@@ -119,7 +119,8 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   }
   const std::string main_id = core::sha256_hex(document.bytes->data(), document.bytes->size());
   const std::string id = scene_id(main_id, files);
-  if (auto known = known_scene(id, origin.access); !known || known->known) {
+  auto known = known_scene(id, origin.access);
+  if (!known || known->known) {
     // An upload replaces stored files that have been damaged.
     for (const auto& [uri, bytes] : document.files) {
       if (known && !assets_.check(files[uri])) {
@@ -129,16 +130,20 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
     if (known && !assets_.check(main_id)) {
       static_cast<void>(assets_.put_for_scene(view_of(*document.bytes), unix_now()));
     }
-    return known;
+    if (!known || !origin.is_strict) {
+      return known;
+    }
   }
   const auto turn = uploads_.take(origin.access.tenant, origin.stop, std::nullopt);
   if (!turn) {
     return turn.error();
   }
   ReadingMemory memory(lease);
-  auto scene = build(document, asking(memory), origin.stop);
-  if (!scene) {
-    return scene.error();
+  core::GltfOptions options = asking(memory);
+  options.is_strict = origin.is_strict;
+  auto scene = build(document, options, origin.stop);
+  if (!scene || known->known) {
+    return scene ? known : scene.error();
   }
   core::SceneSummary summary = (*scene)->summary();
   summary.name = origin.name.empty() ? summary.name : origin.name;
@@ -162,15 +167,46 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   return Added{.id = id, .description = std::move(row.description), .known = false};
 }
 
+core::Result<SceneService::Added> SceneService::add_with_files(core::SharedBytes main,
+                                                               const FindFile& find,
+                                                               MemoryGate::Lease lease,
+                                                               const SceneOrigin& origin) {
+  const std::uint64_t before = lease.bytes();
+  core::Result<std::vector<std::string>> names = std::vector<std::string>();
+  {
+    ReadingMemory memory(lease);
+    const auto has = [&find](std::string_view name) { return find.has(name); };
+    names = core::gltf_files(*main, has, asking(memory).limits);
+  }
+  if (!names) {
+    return names.error();
+  }
+  lease.shrink_to(before);
+  Document document{.bytes = std::move(main), .files = {}};
+  Added added;
+  for (const std::string& name : *names) {
+    if (!find.has(name)) {
+      added.missing.push_back(name);
+      continue;
+    }
+    auto bytes = find.read(name, lease);
+    if (!bytes) {
+      return bytes.error();
+    }
+    document.files[name] = *std::move(bytes);
+  }
+  return added.missing.empty() ? add_document(std::move(document), std::move(lease), origin)
+                               : core::Result<Added>(std::move(added));
+}
+
 core::Result<SceneService::Added> SceneService::add_file(Upload file, const SceneOrigin& origin) {
-  return add_document(
-      Document{.bytes = std::make_shared<const core::Bytes>(std::move(file.content)), .files = {}},
-      std::move(file.lease), origin);
+  const FindFile none = {[](std::string_view) { return false; }, nullptr};
+  return add_with_files(std::make_shared<const core::Bytes>(std::move(file.content)), none,
+                        std::move(file.lease), origin);
 }
 
 core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const SceneOrigin& origin) {
   const core::Bytes archive = std::move(upload.content);
-  MemoryGate::Lease lease = std::move(upload.lease);
   const auto entries = read_zip_directory(archive, options_.zip);
   if (!entries) {
     return entries.error();
@@ -179,51 +215,33 @@ core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const Sce
   if (!main) {
     return main.error();
   }
-  if (auto room = lease.grow((*main)->bytes); !room) {
-    return room.error();
-  }
-  auto content = read_zip_entry(archive, **main);
-  if (!content) {
-    return content.error();
-  }
-  Document document;
-  document.bytes = std::make_shared<const core::Bytes>(std::move(*content));
-  const std::uint64_t before = lease.bytes();
-  ReadingMemory memory(lease);
-  const auto uris = core::gltf_uris(*document.bytes, asking(memory).limits);
-  if (!uris) {
-    return uris.error();
-  }
-  lease.shrink_to(before);
   // Several names may refer to one entry, which is unpacked once.
-  std::map<std::string, core::SharedBytes> unpacked;
-  std::vector<std::string> missing;
-  for (const std::string& uri : *uris) {
-    const std::string path = path_in_archive((*main)->name, uri);
-    const auto entry =
-        std::find_if(entries->begin(), entries->end(),
-                     [&](const ZipEntry& candidate) { return candidate.name == path; });
-    if (path.empty() || entry == entries->end()) {
-      missing.push_back(uri);
-      continue;
-    }
-    core::SharedBytes& content_of_path = unpacked[path];
-    if (!content_of_path) {
-      if (auto room = lease.grow(entry->bytes); !room) {
+  std::map<const ZipEntry*, core::SharedBytes> unpacked;
+  const auto unpack = [&](const ZipEntry& entry,
+                          MemoryGate::Lease& lease) -> core::Result<core::SharedBytes> {
+    core::SharedBytes& content = unpacked[&entry];
+    if (!content) {
+      if (auto room = lease.grow(entry.bytes); !room) {
         return room.error();
       }
-      auto bytes = read_zip_entry(archive, *entry);
+      auto bytes = read_zip_entry(archive, entry);
       if (!bytes) {
         return bytes.error();
       }
-      content_of_path = std::make_shared<const core::Bytes>(std::move(*bytes));
+      content = std::make_shared<const core::Bytes>(*std::move(bytes));
     }
-    document.files[uri] = content_of_path;
+    return content;
+  };
+  auto document = unpack(**main, upload.lease);
+  if (!document) {
+    return document.error();
   }
-  if (!missing.empty()) {
-    return core::missing_files("the archive lacks files that the scene names", missing);
-  }
-  return add_document(std::move(document), std::move(lease), origin);
+  const ArchiveFiles files(*entries, (*main)->name);
+  const FindFile find = {[&files](std::string_view name) { return files.find(name) != nullptr; },
+                         [&](std::string_view name, MemoryGate::Lease& lease) {
+                           return unpack(*files.find(name), lease);
+                         }};
+  return add_with_files(*std::move(document), find, std::move(upload.lease), origin);
 }
 
 core::Result<SceneService::Added> SceneService::add_from_assets(const api::SceneFromAssets& request,
@@ -233,46 +251,53 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
     return lease.error();
   }
   std::map<std::string, core::SharedBytes> known;  // Several names may refer to one asset.
-  const auto read = [&](const std::string& asset,
-                        const std::string& pointer) -> core::Result<core::SharedBytes> {
+  const auto at_pointer = [](const Error& error, const std::string& pointer) {
+    return error.code == ErrorCode::kNotFound
+               ? Error{ErrorCode::kInvalidArgument, error.message, pointer}
+               : error;
+  };
+  const auto read = [&](const std::string& asset, const std::string& pointer,
+                        MemoryGate::Lease& memory) -> core::Result<core::SharedBytes> {
     if (const auto found = known.find(asset); found != known.end()) {
       return found->second;
     }
-    const auto at_pointer = [&pointer](const Error& error) {
-      return error.code == ErrorCode::kNotFound
-                 ? Error{ErrorCode::kInvalidArgument, error.message, pointer}
-                 : error;
-    };
     const auto size = assets_.find(asset, origin.access);
     if (!size) {
-      return at_pointer(size.error());
+      return at_pointer(size.error(), pointer);
     }
-    if (auto room = lease->grow(*size); !room) {
+    if (auto room = memory.grow(*size); !room) {
       return room.error();
     }
     auto bytes = assets_.read(asset, origin.access);
     if (!bytes) {  // removed in the meantime
-      return at_pointer(bytes.error());
+      return at_pointer(bytes.error(), pointer);
     }
     known[asset] = *bytes;
     return bytes;
   };
-  Document document;
-  auto main = read(request.gltf, "/gltf");
+  auto main = read(request.gltf, "/gltf", *lease);
   if (!main) {
     return main.error();
   }
-  document.bytes = std::move(*main);
+  // The request may use the file's name, which the loader uses, or the document's spelling
+  // ("the%20buffer.bin").
+  std::map<std::string, std::string, std::less<>> spelled;
   for (const auto& [uri, asset] : request.files) {
-    auto bytes = read(asset, api::join_pointer("/files", uri));
-    if (!bytes) {
-      return bytes.error();
+    if (const auto found = assets_.find(asset, origin.access); !found) {
+      return at_pointer(found.error(), api::join_pointer("/files", uri));
     }
-    // The request may use the document's spelling ("the%20buffer.bin") or the file's name, which
-    // the loader uses.
-    document.files[core::percent_decode(uri)] = std::move(*bytes);
+    spelled.emplace(core::percent_decode(uri), uri);
   }
-  return add_document(std::move(document), *std::move(lease), origin);
+  for (const auto& [uri, asset] : request.files) {
+    spelled[uri] = uri;
+  }
+  const FindFile find = {[&spelled](std::string_view name) { return spelled.contains(name); },
+                         [&](std::string_view name, MemoryGate::Lease& memory) {
+                           const std::string& uri = spelled.find(name)->second;
+                           return read(request.files.at(uri), api::join_pointer("/files", uri),
+                                       memory);
+                         }};
+  return add_with_files(*std::move(main), find, *std::move(lease), origin);
 }
 
 }  // namespace server

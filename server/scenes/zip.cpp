@@ -6,6 +6,8 @@
 
 #include <zlib.h>
 
+#include "server/scenes/zip_names.h"
+
 namespace server {
 
 using core::Error;
@@ -20,6 +22,7 @@ constexpr std::size_t kEndBytes = 22;
 constexpr std::size_t kCentralBytes = 46;
 constexpr std::size_t kLocalBytes = 30;
 constexpr std::size_t kCommentMax = 65535;
+constexpr std::uint32_t kUtf8 = 1U << 11U;  // general purpose bit 11
 
 Error broken(std::string what) {
   return Error{ErrorCode::kInvalidArgument, "zip archive: " + std::move(what), ""};
@@ -63,31 +66,6 @@ core::Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
   return broken("no central directory; the file is cut short or is not a zip");
 }
 
-bool is_safe_name(std::string_view name) {
-  if (name.empty() || name.front() == '/' || name.find('\\') != std::string_view::npos ||
-      (name.size() > 1 && name[1] == ':')) {
-    return false;
-  }
-  if (std::any_of(name.begin(), name.end(),
-                  [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; })) {
-    return false;
-  }
-  while (true) {
-    const auto slash = name.find('/');
-    const std::string_view part = name.substr(0, slash);
-    if (part.empty() || part == "." || part == "..") {
-      return false;
-    }
-    if (slash == std::string_view::npos) {
-      return true;
-    }
-    name.remove_prefix(slash + 1);
-    if (name.empty()) {
-      return true;  // A folder.
-    }
-  }
-}
-
 core::Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at,
                                           const ZipLimits& limits) {
   ZipEntry entry;
@@ -96,11 +74,11 @@ core::Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at,
     return broken("a name of " + std::to_string(name_bytes) + " bytes; at most " +
                   std::to_string(limits.name_bytes_max) + " are allowed");
   }
-  entry.name = reader.text(at + kCentralBytes, name_bytes);
+  const std::uint32_t flags = reader.u16(at + 8);
+  entry.name = zip_name(reader.text(at + kCentralBytes, name_bytes), (flags & kUtf8) != 0);
   if (!is_safe_name(entry.name)) {
     return broken("the name \"" + entry.name + "\" leaves the archive or is not plain");
   }
-  const std::uint32_t flags = reader.u16(at + 8);
   const std::uint32_t method = reader.u16(at + 10);
   entry.crc32 = reader.u32(at + 16);
   entry.packed_bytes = reader.u32(at + 20);

@@ -23,7 +23,7 @@ struct ZipLimits {
 };
 
 struct ZipEntry {
-  /// Relative, with forward slashes; never empty, absolute, or with `.` and `..` parts.
+  /// UTF-8, relative, with forward slashes; never empty, absolute, or with `.` and `..` parts.
   std::string name;
   std::uint64_t bytes = 0;  ///< After inflating.
   std::uint64_t packed_bytes = 0;

@@ -128,8 +128,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   std::memcpy(&fields, part.data(), sizeof fields);
   const bool is_first = fields.magic == kFirstHeadMagic;
   const std::size_t fields_bytes = is_first ? kFirstHeadBytes : sizeof fields;
-  if ((!is_first && fields.magic != kHeadMagic) || fields.bytes < fields_bytes ||
-      fields.bytes > *got) {
+  if (!is_head(fields.magic) || fields.bytes < fields_bytes || fields.bytes > *got) {
     return damaged(path_, "its head is invalid");
   }
   part.resize(fields.bytes);
@@ -156,12 +155,14 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   for (std::uint32_t i = 0; i < fields.point_count; ++i) {
     PointFields point;
     take(rest, &point, 1);
+    if (fields.magic != kHeadMagic)
+      continue;
     checkpoint.record.points.push_back(core::ConvergencePoint{
         .samples_per_pixel = point.samples_per_pixel,
         .elapsed_seconds = point.elapsed_seconds,
         .cpu_seconds = point.cpu_seconds,
         .rays = point.rays,
-        .error = {point.relative_rmse, point.low, point.high, point.unreliable != 0}});
+        .error = core::error_interval(point.grain, point.doubt, point.reach)});
   }
   checkpoint.tiles.resize(fields.tile_count);
   take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());
@@ -411,11 +412,10 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record,
     const PointFields stored = {.elapsed_seconds = point.elapsed_seconds,
                                 .cpu_seconds = point.cpu_seconds,
                                 .rays = point.rays,
-                                .relative_rmse = point.error.relative_rmse,
-                                .low = point.error.low,
-                                .high = point.error.high,
-                                .samples_per_pixel = point.samples_per_pixel,
-                                .unreliable = point.error.unreliable ? 1 : 0};
+                                .grain = point.error.grain,
+                                .doubt = point.error.doubt,
+                                .reach = point.error.reach,
+                                .samples_per_pixel = point.samples_per_pixel};
     append(buffer_, &stored, 1);
   }
   append(buffer_, tiles_.data(), tiles_.size());

@@ -14,10 +14,15 @@ inline constexpr std::size_t kPointsMax = 2048;
 inline constexpr std::size_t kArithmeticBytesMax = 256;
 /// Part of the room for points holds the arithmetic text.
 inline constexpr std::size_t kPointsWritten = kPointsMax - 8;
-inline constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '2'};
+inline constexpr std::array<char, 4> kHeadMagic = {'T', 'S', 'F', '3'};
+/// Magic of heads whose points have errors of another definition; the points are left out.
+inline constexpr std::array<char, 4> kSecondHeadMagic = {'T', 'S', 'F', '2'};
 /// Magic of heads without cpu_seconds_beside.
 inline constexpr std::array<char, 4> kFirstHeadMagic = {'T', 'S', 'F', '1'};
 inline constexpr std::size_t kFirstHeadBytes = 64;
+inline bool is_head(const std::array<char, 4>& magic) {
+  return magic == kHeadMagic || magic == kSecondHeadMagic || magic == kFirstHeadMagic;
+}
 inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
 
 static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
@@ -79,11 +84,11 @@ struct PointFields {
   double elapsed_seconds = 0;
   double cpu_seconds = 0;
   std::uint64_t rays = 0;
-  double relative_rmse = 0;
-  double low = 0;
-  double high = 0;
+  double grain = 0;
+  double doubt = 0;
+  double reach = 0;
   std::int32_t samples_per_pixel = 0;
-  std::int32_t unreliable = 0;
+  std::int32_t unused = 0;
 };
 static_assert(sizeof(PointFields) == 56);
 

@@ -15,9 +15,9 @@ constexpr const char* kInsert =
     "stop_reason,"
     " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
     " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
-    " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"
-    " error_high, error_unreliable, build, ledger, samples_by_error, split_count, pause_reason, "
-    "sequence) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_grain, error_doubt,"
+    " error_reach, build, ledger, samples_by_error, split_count, pause_reason, "
+    "sequence) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
     "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, "
@@ -25,8 +25,8 @@ constexpr const char* kUpdate =
     " stop_reason=?, created_at=?, started_at=?, finished_at=?, warnings=?, failure_code=?,"
     " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
     " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
-    " rays=?, rejected_samples=?, peak_bytes=?, error_rmse=?, error_low=?, error_high=?,"
-    " error_unreliable=?, build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=? "
+    " rays=?, rejected_samples=?, peak_bytes=?, error_grain=?, error_doubt=?, error_reach=?,"
+    " build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=? "
     "WHERE sequence=?";
 
 /// The columns in the order of kInsert, except the sequence.
@@ -34,8 +34,8 @@ constexpr const char* kUpdate =
   "sequence, id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"     \
   " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where," \
   " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"   \
-  " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_rmse, error_low,"     \
-  " error_high, error_unreliable, build, ledger, samples_by_error, split_count, pause_reason,"    \
+  " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_grain, error_doubt,"  \
+  " error_reach, build, ledger, samples_by_error, split_count, pause_reason,"                     \
   " COALESCE((SELECT owner FROM job_owners WHERE job_owners.job=sequence), '')"
 
 /// Jobs that render or may render again: a finished job with its film can be extended.
@@ -76,8 +76,7 @@ void bind_row(Statement& statement, const JobRow& row) {
   statement.bind(std::int64_t{row.samples_max}).bind(row.elapsed_seconds).bind(row.cpu_seconds);
   statement.bind(signed_of(row.rays)).bind(signed_of(row.rejected_samples));
   statement.bind(signed_of(row.peak_bytes));
-  statement.bind(row.error_rmse).bind(row.error_low).bind(row.error_high);
-  statement.bind(std::int64_t{row.error_unreliable ? 1 : 0});
+  statement.bind(row.error_grain).bind(row.error_doubt).bind(row.error_reach);
   statement.bind(row.build).bind(row.ledger);
   statement.bind(std::int64_t{row.samples_by_error}).bind(std::int64_t{row.split_count});
   statement.bind(row.pause_reason);
@@ -115,10 +114,9 @@ JobRow read_row(const Statement& from) {
   row.rays = unsigned_of(from.integer(column++));
   row.rejected_samples = unsigned_of(from.integer(column++));
   row.peak_bytes = unsigned_of(from.integer(column++));
-  row.error_rmse = from.optional_real(column++);
-  row.error_low = from.optional_real(column++);
-  row.error_high = from.optional_real(column++);
-  row.error_unreliable = from.integer(column++) != 0;
+  row.error_grain = from.optional_real(column++);
+  row.error_doubt = from.optional_real(column++);
+  row.error_reach = from.optional_real(column++);
   row.build = from.text(column++);
   row.ledger = from.text(column++);
   row.samples_by_error = static_cast<int>(from.integer(column++));

@@ -53,10 +53,9 @@ struct JobRow {
   std::uint64_t rays = 0;
   std::uint64_t rejected_samples = 0;
   std::uint64_t peak_bytes = 0;
-  std::optional<double> error_rmse;  ///< Empty: unknown.
-  std::optional<double> error_low;
-  std::optional<double> error_high;
-  bool error_unreliable = false;
+  std::optional<double> error_grain;  ///< As core::error_interval(). Empty: unknown.
+  std::optional<double> error_doubt;
+  std::optional<double> error_reach;
   std::string build = {};   ///< JSON text; empty: unknown.
   std::string ledger = {};  ///< JSON text; empty: follows from the spec.
   int samples_by_error = 0;

@@ -309,6 +309,14 @@ CREATE TRIGGER forget_empty_batch AFTER DELETE ON batch_jobs
   DELETE FROM batches WHERE sequence=old.batch;
 END;
 )sql",
+    // Errors by another definition: those of jobs that ended before are unknown.
+    R"sql(
+ALTER TABLE jobs RENAME COLUMN error_rmse TO error_grain;
+ALTER TABLE jobs RENAME COLUMN error_low TO error_doubt;
+ALTER TABLE jobs RENAME COLUMN error_high TO error_reach;
+ALTER TABLE jobs DROP COLUMN error_unreliable;
+UPDATE jobs SET error_grain=NULL, error_doubt=NULL, error_reach=NULL;
+)sql",
 };
 
 }  // namespace

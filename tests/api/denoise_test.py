@@ -57,12 +57,12 @@ class DenoisedPictures(ApiTest):
         headers = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed").headers
         error = float(headers["X-Tessera-Error"].split(",")[0])
         denoised = self.server.job(job["id"])["denoised"]
-        self.assert_close(denoised["relative_rmse"], error, 1e-5 * error)
+        self.assert_close(denoised["relative"], error, 1e-5 * error)
         self.assertEqual(denoised["type"], "statistical")
         self.assertEqual([denoised[k] for k in ("sha256", "quality", "note")], [None] * 3)
         self.assertEqual(denoised["revision"], job["revision"])
         self.assertTrue(denoised["features"])
-        plain = job["error"]["relative_rmse"]
+        plain = job["error"]["relative"]
         self.assert_close(denoised["gain"], (plain / error) ** 2, 0.01 * (plain / error) ** 2)
 
     def test_film_and_digest_are_unaffected(self):
@@ -121,14 +121,15 @@ class DenoisedJobs(ApiTest):
         answer = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
         self.assert_problem(answer, 409)
 
-    def test_splatted_films_have_no_interval(self):
-        job = self.server.render(small(integrator={"type": "light-trace"}))
-        answer = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
-        self.assertEqual(answer.status, 200, answer)
-        denoised = self.server.job(job["id"])["denoised"]
-        self.assertIsNotNone(denoised["relative_rmse"])
-        self.assertIsNone(denoised["low"])
-        self.assertIsNone(denoised["high"])
+    def test_films_whose_halves_share_their_bias_have_no_interval(self):
+        for integrator, is_valid in (("bdpt", True), ("photon-map", False)):
+            job = self.server.render(small(integrator={"type": integrator}))
+            answer = self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
+            self.assertEqual(answer.status, 200, answer)
+            denoised = self.server.job(job["id"])["denoised"]
+            self.assertIsNotNone(denoised["relative"])
+            self.assertEqual(denoised["low"] is not None, is_valid, denoised)
+            self.assertEqual(denoised["high"] is not None, is_valid, denoised)
 
     def test_limits_the_rate_of_images_of_a_rendering_job(self):
         job = self.server.submit(small(samples=65536))
@@ -156,7 +157,7 @@ class DenoisedJobs(ApiTest):
             self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed")
             for event in events:
                 if event.name == "progress" and event.json()["denoised"]:
-                    self.assertGreaterEqual(event.json()["denoised"]["relative_rmse"], 0)
+                    self.assertGreaterEqual(event.json()["denoised"]["relative"], 0)
                     break
             else:
                 self.fail("the stream ended")
@@ -202,11 +203,14 @@ class DenoisedTargets(ApiTest):
         self.assertEqual(done["stop_reason"], "denoised_error")
         self.assertLessEqual(done["denoised"]["high"], 0.1)
 
+    def test_accepts_correlated_pixels(self):
+        job = self.server.render(small(stop=self.STOP, sampler={"type": "zsobol"}))
+        self.assertEqual(job["stop_reason"], "denoised_error")
+
     def test_refuses_jobs_without_an_interval(self):
         for members in (
             {"denoise": {"type": "none"}},
-            {"integrator": {"type": "light-trace"}},
-            {"sampler": {"type": "zsobol"}},
+            {"integrator": {"type": "photon-map"}},
         ):
             answer = self.server.post("/v1/jobs", small(stop=self.STOP, **members))
             self.assert_problem(answer, 422, "/stop/denoised_error")

@@ -54,6 +54,31 @@ class Images(ApiTest):
     def test_every_image_reports_its_bias(self):
         self.assertEqual(self.image().headers["X-Tessera-Bias"], "none")
 
+    def test_reports_the_error_and_the_light_set_aside(self):
+        error = self.job["error"]
+        said = [float(x) for x in self.image().headers["X-Tessera-Error"].split(",")]
+        self.assertEqual(said, [error["relative"], error["low"], error["high"]])
+        self.assertRegex(self.image().headers["X-Tessera-Set-Aside"], r"^\d+\.\d\d%$")
+
+    def test_fireflies_are_set_aside_for_display_only_and_on_request(self):
+        shown = self.image()
+        kept = self.image("/image.png?fireflies=keep")
+        self.assertEqual(self.image("/image.png?fireflies=set_aside").body, shown.body)
+        self.assertIsNone(kept.headers.get("X-Tessera-Set-Aside"))
+        self.assertNotEqual(kept.body, shown.body, "single bright pixels")
+        raw = self.image("/image.exr?layer=beauty")
+        self.assertIsNone(raw.headers.get("X-Tessera-Set-Aside"))
+        self.assertEqual(self.image("/image.exr?layer=beauty&fireflies=keep").body, raw.body)
+        calm = self.image("/image.exr?layer=beauty&fireflies=set_aside")
+        self.assertEqual(calm.headers["X-Tessera-Set-Aside"], shown.headers["X-Tessera-Set-Aside"])
+
+    def test_fireflies_are_refused_where_they_do_not_apply(self):
+        for rest in ("/image.png?layer=depth&fireflies=keep", "/image.exr?fireflies=set_aside",
+                     "/image.png?denoise=mixed&fireflies=keep", "/image.png?fireflies=some"):
+            self.assert_problem(self.server.get(self.path + rest), 422, "/fireflies")
+        self.assert_problem(self.server.get(self.path + "/tiles?fireflies=set_aside"), 422,
+                            "/fireflies")
+
     def test_every_layer_in_png_and_exr(self):
         for layer in self.server.get("/v1/server").json()["layers"]:
             self.assertEqual(
@@ -307,13 +332,13 @@ class Pixels(ApiTest):
         self.assertEqual(set(curve["slope"]), {"value", "low", "high"})
         points = curve["points"]
         self.assertEqual(points[-1]["samples_per_pixel"], 16)
-        self.assertEqual(points[-1]["relative_rmse"], self.job["error"]["relative_rmse"])
+        self.assertEqual(points[-1]["relative"], self.job["error"]["relative"])
         for before, after in zip(points, points[1:]):
             for member in ("samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays"):
                 self.assertLessEqual(before[member], after[member])
         for point in points:
             self.assertLessEqual({"samples_per_pixel", "elapsed_seconds", "cpu_seconds", "rays",
-                                  "relative_rmse", "low", "high"}, set(point))
+                                  "relative", "low", "high"}, set(point))
 
     def test_one_sample_has_unknown_errors(self):
         job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))

@@ -40,13 +40,15 @@ class Submitting(ApiTest):
                 "film_digest",
                 "denoised",
                 "warnings",
+                "warning_details",
                 "links",
             },
         )
         self.assertLessEqual({"fraction", "samples_per_pixel", "elapsed_seconds", "cpu_seconds",
                               "eta_seconds"}, set(job["progress"]))
         self.assertLessEqual(
-            {"relative_rmse", "low", "high", "confidence", "bias"}, set(job["error"])
+            {"relative", "low", "high", "grain", "doubt", "unreliable", "confidence", "bias",
+             "valid", "relative_rmse"}, set(job["error"])
         )
         self.assertLessEqual(
             {"rays", "rays_per_second", "efficiency", "rejected_samples", "peak_bytes"},
@@ -65,7 +67,10 @@ class Submitting(ApiTest):
                  for t in ("created_at", "started_at", "finished_at")]
         self.assertEqual(times, sorted(times))
         error = done["error"]
-        self.assertTrue(error["low"] <= error["relative_rmse"] <= error["high"], error)
+        self.assertTrue(error["low"] <= error["relative"] <= error["high"], error)
+        self.assert_close(error["relative"], error["grain"] + error["doubt"] / 2, 1e-6)
+        self.assertEqual(error["relative_rmse"], error["relative"])
+        self.assertEqual(error["unreliable"], error["doubt"] > error["grain"])
         self.assertEqual((error["confidence"], error["bias"]), (0.95, "none"))
         self.assertLessEqual(
             done["progress"]["cpu_seconds"], 2 * done["progress"]["elapsed_seconds"] + 0.1
@@ -179,7 +184,7 @@ class Submitting(ApiTest):
                              {"min": rounded, "mean": rounded, "max": rounded}, sampler)
             said = [w for w in job["warnings"] if "5 was requested" in w and sampler in w]
             self.assertEqual(len(said), 0 if rounded == 5 else 1, job["warnings"])
-            self.assertGreater(job["error"]["relative_rmse"], 0)
+            self.assertGreater(job["error"]["relative"], 0)
 
     def test_extension_by_sets_gives_the_digest_of_the_longer_job(self):
         body = job_body(samples=32, sampler={"type": "stratified"})
@@ -197,7 +202,7 @@ class Submitting(ApiTest):
         job = self.server.render(job_body(samples=1, sampler={"type": "independent"}))
         count = job["progress"]["samples_per_pixel"]["max"]
         if count == 1:
-            self.assertIsNone(job["error"]["relative_rmse"])
+            self.assertIsNone(job["error"]["relative"])
 
 
 class Waiting(ApiTest):
@@ -453,11 +458,11 @@ class Extending(ApiTest):
 
     def test_lower_error_extends_too(self):
         job = self.server.render(job_body(samples=16))
-        target = job["error"]["relative_rmse"] / 1.5
+        target = job["error"]["relative"] / 1.5
         self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": {"relative_error": target}})
         done = self.server.wait(job["id"])
         self.assertEqual((done["state"], done["stop_reason"]), ("finished", "relative_error"))
-        self.assertLessEqual(done["error"]["relative_rmse"], target)
+        self.assertLessEqual(done["error"]["relative"], target)
 
     def test_more_time_extends_too(self):
         job = self.server.render(job_body(samples=4))

@@ -56,8 +56,8 @@ class Origin(ApiTest):
         self.assertEqual(texts["tessera:scene"], "cornell-box")
         self.assertEqual(texts["tessera:film_digest"], job["film_digest"])
         self.assertEqual(texts["tessera:stop_reason"], "samples_per_pixel")
-        self.assertEqual(float(texts["tessera:relative_rmse"]), job["error"]["relative_rmse"])
-        self.assertEqual([float(x) for x in texts["tessera:relative_rmse_interval"].split()],
+        self.assertEqual(float(texts["tessera:error"]), job["error"]["relative"])
+        self.assertEqual([float(x) for x in texts["tessera:error_interval"].split()],
                          [job["error"]["low"], job["error"]["high"]])
         build = json.loads(texts["tessera:build"])
         self.assertEqual(build["id"], self.server.get("/v1/server").json()["build"]["id"])

@@ -40,7 +40,8 @@ class Scenes(ApiTest):
         self.assertEqual(self.server.get("/v1/scenes/" + scene["id"]).json(), scene)
         self.assertEqual(set(scene), {"id", "name", "bytes", "bounds", "triangles", "instances",
                                       "cameras", "lights", "light_groups", "materials",
-                                      "variants", "animations", "extensions", "warnings"})
+                                      "variants", "animations", "extensions", "warnings",
+                                      "warning_details"})
         self.assertEqual(scene["triangles"], 1)
         self.assertEqual(scene["bounds"], {"min": [-1, -1, 0], "max": [1, 1, 0]})
         self.assertIn("front", json.dumps(scene["cameras"]))
@@ -85,6 +86,8 @@ class Scenes(ApiTest):
         answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {}})
         problem = self.assert_problem(answer, 424)
         self.assertIn("parts/points.bin", json.dumps(problem))
+        self.assertEqual([error["pointer"] for error in problem["errors"]],
+                         ["/files/parts~1points.bin"])
         answer = self.server.post(
             "/v1/scenes", {"gltf": gltf, "files": {"parts/points.bin": "0" * 64}}
         )
@@ -98,6 +101,28 @@ class Scenes(ApiTest):
     def test_gltf_alone_that_refers_to_files_is_424(self):
         body = json.dumps(triangle_document("points.bin")).encode()
         self.assert_problem(self.server.post("/v1/scenes", body, GLTF), 424)
+
+    def test_names_in_files_are_exact_or_as_in_the_document(self):
+        gltf = self.asset(json.dumps(triangle_document("rate%2520a.bin")).encode())
+        points, other = self.asset(TRIANGLE), self.asset(b"other")
+        for files in ({"rate%20a.bin": points}, {"rate%2520a.bin": points},
+                      {"rate%20a.bin": points, "rate%2520a.bin": other}):
+            answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": files})
+            self.assertIn(answer.status, (200, 201), (files, answer))
+
+    def test_a_glb_takes_files_beside_it(self):
+        document = triangle_document("points.bin")
+        body = glb(document)
+        problem = self.assert_problem(self.server.post("/v1/scenes", body, GLB), 424)
+        self.assertEqual([error["pointer"] for error in problem["errors"]], ["/files/points.bin"])
+        answer = self.server.post("/v1/scenes", {
+            "gltf": self.asset(body), "files": {"points.bin": self.asset(TRIANGLE)}})
+        self.assertIn(answer.status, (200, 201), answer)
+
+    def test_images_that_no_texture_uses_are_not_needed(self):
+        document = triangle_document("points.bin", images=[{"uri": "gone.png"}])
+        data = zipped({"a.gltf": json.dumps(document), "points.bin": TRIANGLE})
+        self.assertIn(self.server.post("/v1/scenes", data, ZIP).status, (200, 201))
 
     def test_cannot_refer_to_a_file_of_the_server(self):
         for uri in (
@@ -162,6 +187,28 @@ class Scenes(ApiTest):
         answer = self.server.post("/v1/scenes", data, GLB)
         self.assertEqual(answer.status, 201, answer)
         self.assertIn("EXT_nobody_needs", json.dumps(answer.json()["warnings"]))
+
+    def test_faults_are_mended_and_told_or_refused_on_request(self):
+        metal = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1.00000012, 0.5, 1]}}
+        data = triangle_glb(
+            materials=[metal],
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        )
+        pointer = "/materials/0/pbrMetallicRoughness/baseColorFactor/1"
+        self.assert_problem(self.server.post("/v1/scenes?strict=1", data, GLB), 422, pointer)
+        answer = self.server.post("/v1/scenes", data, GLB)
+        self.assertEqual(answer.status, 201, answer)
+        scene = answer.json()
+        (detail,) = scene["warning_details"]
+        self.assertEqual((detail["code"], detail["pointer"]), ("clamped", pointer))
+        self.assertEqual(scene["warnings"], [pointer + ": " + detail["detail"]])
+        self.assertEqual(self.server.get("/v1/scenes/" + scene["id"]).json(), scene)
+        # Also once the scene is known.
+        self.assert_problem(self.server.post("/v1/scenes?strict=1", data, GLB), 422, pointer)
+        self.assert_problem(self.server.post("/v1/scenes?strict=2", data, GLB), 422)
+        job = self.server.render(job_body(scene["id"]))
+        self.assertEqual(job["warning_details"], scene["warning_details"])
+        self.assertEqual(job["warnings"].count(scene["warnings"][0]), 1)
 
     def test_checks_curves_of_the_index_of_refraction(self):
         def post(cauchy):

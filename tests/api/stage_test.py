@@ -55,7 +55,9 @@ class Stage(ApiTest):
         for color in ("neutral", "physical"):
             shadow = {} if color == "neutral" else {"shadow": {"color": color}}
             job, rows = self.picture(
-                ground={"type": "catcher", **shadow}, environment={"sun": sun}, query="?exposure=auto"
+                ground={"type": "catcher", **shadow},
+                environment={"sun": sun},
+                query="?exposure=auto",
             )
             self.assertEqual("shadow" in job["spec"]["ground"], color == "physical")
             pictures[color] = [p for row in rows for p in row if 30 < p[3] < 220]

@@ -26,7 +26,7 @@ class Stopping(ApiTest):
         # Without a plan every pixel has the same number of samples at the end.
         job = self.render({"relative_error": 0.1}, adaptive={"type": "none"})
         self.assertEqual(job["stop_reason"], "relative_error")
-        self.assertLessEqual(job["error"]["relative_rmse"], 0.1)
+        self.assertLessEqual(job["error"]["relative"], 0.1)
         self.assertEqual(job["error"]["bias"], "consistent")
         self.assert_whole(job)
         closer = self.render({"relative_error": 0.05}, adaptive={"type": "none"})
@@ -40,7 +40,7 @@ class Stopping(ApiTest):
         self.assertGreaterEqual(job["progress"]["cpu_seconds"], 0.3)
         self.assert_whole(job)
         figures, error = job["statistics"], job["error"]
-        for name, end in (("efficiency", "relative_rmse"), ("efficiency_low", "high"),
+        for name, end in (("efficiency", "relative"), ("efficiency_low", "high"),
                           ("efficiency_high", "low")):
             self.assertAlmostEqual(
                 figures[name] * error[end] ** 2 * job["progress"]["cpu_seconds"], 1, delta=1e-4

@@ -40,7 +40,7 @@ class Tiles(ApiTest):
         self.assertEqual({tile.place() for tile in tiles[:-1]}, tile_places(0, 0, 80, 50))
         end = tiles[-1]
         self.assertEqual((end.revision, end.payload, end.flags), (done["revision"], b"", Tile.END))
-        self.assert_close(end.error, done["error"]["relative_rmse"], 1e-6)
+        self.assert_close(end.error, done["error"]["relative"], 1e-6)
         for tile in tiles[:-1]:
             planes = tile.check()
             self.assertEqual(tile.flags, 0)

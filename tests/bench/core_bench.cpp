@@ -79,8 +79,8 @@ void measure(const char* name, const core::View& view, int samples, int threads)
       "%-12s %6.3f Msamples/s  %6.2f Mrays/s  %5.2f rays/sample  %2.0f %% of CPU in Embree  "
       "relative RMSE %.4f  efficiency %.3f\n",
       name, count / seconds / 1e6, static_cast<double>(p.progress.rays) / seconds / 1e6,
-      static_cast<double>(p.progress.rays) / count, 100 * embree.share(),
-      p.progress.error.relative_rmse, p.progress.efficiency());
+      static_cast<double>(p.progress.rays) / count, 100 * embree.share(), p.progress.error.relative,
+      p.progress.efficiency());
 }
 
 /// CPU time of an error check of a film of 1920x1080, and of its sums, which are computed when
@@ -100,18 +100,18 @@ void measure_look() {
       p = {v, v, v, 1, 0, 1};
     }
     const double start = core::thread_cpu_seconds();
-    core::half_sums(tile.rect, tile.pixels, 2);
+    core::tile_light(tile.rect, tile.pixels, 2);
     committing += core::thread_cpu_seconds() - start;
     film.commit(t, std::move(tile));
   }
   const double start = core::thread_cpu_seconds();
   const core::ErrorEstimate estimate(film);
   const core::ErrorInterval e = estimate.image(0.95);
-  const double bound = estimate.worst_tile_bound(0.025);
+  const double bound = estimate.worst_tile(0.95);
   std::printf(
       "look         1920x1080: %.4f s, after %.4f s for the sums of all tiles (error %.3f, worst "
       "tile at most %.3f)\n",
-      core::thread_cpu_seconds() - start, committing, e.relative_rmse, bound);
+      core::thread_cpu_seconds() - start, committing, e.relative, bound);
 }
 
 }  // namespace

@@ -64,26 +64,12 @@ core::View asset_view(const Plan& plan) {
   return view;
 }
 
-/// An image with many samples: the means of its independent halves, and its coverage.
-struct Reference {
-  int width = 0;
-  int height = 0;
-  std::vector<core::Rgb> a;
-  std::vector<core::Rgb> b;
-  std::vector<float> alpha;
-};
-
-/// (X - RA) (X - RB) has the expected value (X - mu)^2: the noise of the reference cancels.
-double true_error(const core::ColorPlanes& seen, const Reference& reference) {
-  std::vector<test_support::PixelTruth> out(reference.a.size());
-  for (std::size_t p = 0; p < out.size(); ++p) {
-    const core::Rgb x = {seen[0][p], seen[1][p], seen[2][p]};
-    const core::Rgb a = reference.a[p];
-    const core::Rgb b = reference.b[p];
-    out[p] = {(x - a) * (x - b), a * b, static_cast<double>(luminance((a + b) * 0.5F)),
-              reference.alpha[p] > 0};
+double true_error(const core::ColorPlanes& seen, const test_support::Truth& reference) {
+  std::vector<core::Rgb> image;
+  for (std::size_t p = 0; p < reference.mu.size(); ++p) {
+    image.emplace_back(seen[0][p], seen[1][p], seen[2][p]);
   }
-  return test_support::defined_error(out, reference.width, reference.height);
+  return test_support::defined_error(image, reference);
 }
 
 core::ColorPlanes plain_planes(const core::FilmSnapshot& film) {
@@ -115,32 +101,24 @@ void transfer(std::fstream& file, std::vector<T>& values, bool write) {
 }
 
 /// Kept in a file next to this program for later runs. Delete the files when a scene changes.
-Reference reference_of(const std::string& name, const core::View& view, const Plan& plan) {
+test_support::Truth reference_of(const std::string& name, const core::View& view,
+                                 const Plan& plan) {
   constexpr int kReferenceSeed = 1'000'000;
-  Reference out;
-  out.width = view.settings.film.width;
-  out.height = view.settings.film.height;
-  const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
-  out.a.resize(count);
-  out.b.resize(count);
-  out.alpha.resize(count);
+  test_support::Truth out = {view.settings.film.width, view.settings.film.height, {}, {}};
   const std::string path = plan.folder + name + "-" + std::to_string(out.width) + "-" +
-                           std::to_string(plan.reference) + ".reference";
+                           std::to_string(plan.reference) + ".truth";
   std::fstream file(path, std::ios::in | std::ios::binary);
   const bool is_kept = file.is_open();
   if (!is_kept) {
-    const core::FilmSnapshot film =
-        render(view, plan.reference, kReferenceSeed, plan.threads).snapshot;
-    for (std::size_t p = 0; p < count; ++p) {
-      out.a[p] = core::half_value(film, p, 0).mean;
-      out.b[p] = core::half_value(film, p, 1).mean;
-      out.alpha[p] = core::pixel_value(film, p).alpha;
-    }
+    out =
+        test_support::truth_of(render(view, plan.reference, kReferenceSeed, plan.threads).snapshot);
     file.open(path, std::ios::out | std::ios::binary);
   }
-  transfer(file, out.a, !is_kept);
-  transfer(file, out.b, !is_kept);
-  transfer(file, out.alpha, !is_kept);
+  const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
+  out.mu.resize(count);
+  out.is_opaque.resize(count);
+  transfer(file, out.mu, !is_kept);
+  transfer(file, out.is_opaque, !is_kept);
   CHECK(file.good());
   return out;
 }
@@ -148,7 +126,7 @@ Reference reference_of(const std::string& name, const core::View& view, const Pl
 struct Scene {
   std::string name;
   core::View view;
-  Reference reference;
+  test_support::Truth reference;
   core::FeaturePicture features;
   double feature_seconds = 0;  ///< CPU
 };
@@ -269,8 +247,7 @@ void print_targets(const Denoisers& denoisers, const std::vector<std::string>& r
   std::fflush(stdout);
 }
 
-/// One cell of the coverage table. Errors are averaged as squares, whose estimates are unbiased
-/// except that they are clipped at 0.
+/// One cell of the coverage table.
 void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
                 core::DenoiseMode mode, int samples, Pooled& pooled) {
   const auto seeds = static_cast<double>(made.size());
@@ -281,17 +258,17 @@ void print_cell(const Scene& scene, const std::vector<core::MadeDenoised>& made,
   for (const core::MadeDenoised& m : made) {
     const double error = true_error(m.picture.planes(mode), scene.reference);
     const core::ErrorInterval e = m.picture.interval(mode, 0.95);
-    truth += error * error / seeds;
-    estimate += e.relative_rmse * e.relative_rmse / seeds;
+    truth += error / seeds;
+    estimate += e.relative / seeds;
     inside += e.low <= error && error <= e.high ? 100 / seeds : 0;
     width += (e.high - e.low) / seeds;
   }
-  width /= std::sqrt(truth);
-  const double off = std::sqrt(estimate / truth) - 1;
+  width /= truth;
+  const double off = estimate / truth - 1;
   std::printf("%-12s %-12s %-5s %5d  true %.4f  estimate %+5.1f %%  covered %5.1f %%  width %.2f\n",
               scene.name.c_str(), made[0].by.type.c_str(),
-              mode == core::DenoiseMode::kFull ? "full" : "mixed", samples, std::sqrt(truth),
-              100 * off, inside, width);
+              mode == core::DenoiseMode::kFull ? "full" : "mixed", samples, truth, 100 * off,
+              inside, width);
   pooled.cells += 1;
   pooled.covered += inside;
   pooled.least = std::min(pooled.least, inside);

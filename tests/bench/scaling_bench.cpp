@@ -74,7 +74,7 @@ double cpu_seconds(const F& what) {
 }
 
 double sums_of(const core::Film& film, const core::TileState& state) {
-  return core::half_sums(state.rect, state.pixels, film.replicates()).noise;
+  return core::tile_light(state.rect, state.pixels, film.replicates()).roots;
 }
 
 /// Measured with memory in the cache.

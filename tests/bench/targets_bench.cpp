@@ -19,13 +19,7 @@
 namespace {
 
 constexpr double kConfidence = 0.95;
-constexpr int kReferenceSamples = 4096;  // its own error is subtracted
-
-/// Relative error against the reference, minus the error of the reference.
-double true_error(const core::FilmSnapshot& seen, const core::FilmSnapshot& reference) {
-  return test_support::defined_error(test_support::truth_of(seen, reference), seen.rect.width,
-                                     seen.rect.height);
-}
+constexpr int kReferenceSamples = 4096;
 
 }  // namespace
 
@@ -50,12 +44,13 @@ int main(int argc, char** argv) {
     core::View view = bench::builtin_view(builtin.name, width);
     view.settings.seed = 999;
     const auto probe = test_support::render(view, 64, threads);
-    const double at_64 = probe.progress.error.relative_rmse;
+    const double at_64 = probe.progress.error.relative;
     if (!(at_64 > 0)) {
       std::printf("%-12s no noise\n", std::string(builtin.name).c_str());
       continue;
     }
-    const auto reference = test_support::render(view, kReferenceSamples, threads).snapshot;
+    const auto truth =
+        test_support::truth_of(test_support::render(view, kReferenceSamples, threads).snapshot);
     for (const double share : shares) {
       for (const auto& [name, type] : kinds) {
         view.settings.adaptive.type = type;
@@ -68,7 +63,8 @@ int main(int argc, char** argv) {
         for (int i = 0; i < seeds; ++i) {
           view.settings.seed = static_cast<std::uint64_t>(i) + 1;
           const auto picture = test_support::render(view, stop, threads);
-          ratios.push_back(true_error(picture.snapshot, reference) / *stop.relative_error);
+          ratios.push_back(test_support::defined_error(picture.snapshot, truth) /
+                           *stop.relative_error);
           samples += picture.progress.samples_mean / seeds;
           unreliable += picture.progress.error.unreliable ? 1 : 0;
         }

@@ -243,7 +243,7 @@ test('the bias of a method is stated, with the denoised image too', async () => 
   });
   const path = await finished({ film });
   await withPageOf(browser, server, desktop, `#/jobs/${path}`, async (page) => {
-    await until('the error', async () => /^Error\s+[\d.]+%/.test(await textOf(page, 'error')));
+    await until('the error', async () => /^The average pixel is\s+[\d.]+% off/.test(await textOf(page, 'error')));
     assert.equal(await page.getByTestId('bias').count(), 0);
   });
 });

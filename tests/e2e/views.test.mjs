@@ -180,10 +180,10 @@ test('an error older than the image shows its samples, and two points give no sl
     await page.route('**/convergence', async (route) => {
       const id = route.request().url().split('/').at(-2);
       const { error } = await (await ask(`${server.url}/v1/jobs/${id}`)).json();
-      const { relative_rmse, low, high } = error;
-      const point = { elapsed_seconds: 1, relative_rmse, low, high };
+      const { relative, low, high } = error;
+      const point = { elapsed_seconds: 1, relative, low, high };
       const points = [
-        { ...point, samples_per_pixel: 1, elapsed_seconds: 0.5, relative_rmse: 2 * relative_rmse },
+        { ...point, samples_per_pixel: 1, elapsed_seconds: 0.5, relative: 2 * relative },
         { ...point, samples_per_pixel: 2 },
       ];
       await route.fulfill({ json: { points, slope: { value: -1, low: null, high: null } } });

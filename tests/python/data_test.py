@@ -267,8 +267,8 @@ class Pictures(unittest.TestCase):
 
 class Values(unittest.TestCase):
     def test_unknown_numbers_are_nan(self):
-        error = tessera.ErrorBar.of(json.loads('{"relative_rmse": null, "confidence": 0.95}'))
-        self.assertTrue(np.isnan(error.relative_rmse) and np.isnan(error.low))
+        error = tessera.ErrorBar.of(json.loads('{"relative": null, "confidence": 0.95}'))
+        self.assertTrue(np.isnan(error.relative) and np.isnan(error.low))
         self.assertEqual(str(error), "unknown")
         known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.95, "none", True)
         self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")

@@ -28,7 +28,7 @@ assert job.spec.integrator.max_depth > 0 and job.spec.film.width == 48, job
 
 while job.state not in (JobState.FINISHED, JobState.FAILED):
     job = get_job.sync(job.id, client=client, wait=20)
-assert job.state == JobState.FINISHED and job.error.relative_rmse > 0, job
+assert job.state == JobState.FINISHED and job.error.relative > 0, job
 
 image = get_image_in_format.sync(job.id, GetImageInFormatFormat.PNG, client=client, exposure=1)
 assert image.payload.read(8) == b"\x89PNG\r\n\x1a\n", image

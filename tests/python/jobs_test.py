@@ -28,8 +28,8 @@ class Jobs(ServerTest):
         self.assertEqual((job.state, job.stop_reason), ("finished", "samples_per_pixel"))
         self.assertEqual((job.name, job.labels, job.spec["seed"]), ("a box", {"k": "v"}, 3))
         self.assertEqual((job.progress.fraction, job.progress.samples_mean), (1, 8))
-        self.assertLess(job.error.low, job.error.relative_rmse)
-        self.assertLess(job.error.relative_rmse, job.error.high)
+        self.assertLess(job.error.low, job.error.relative)
+        self.assertLess(job.error.relative, job.error.high)
         self.assertEqual((job.error.confidence, job.error.bias), (0.95, "none"))
         self.assertRegex(job.film_digest, "^[0-9a-f]{64}$")
         self.assertGreater(job.statistics["rays"], 0)
@@ -173,7 +173,7 @@ class Jobs(ServerTest):
         job = self.client.submit("cornell-box", samples_per_pixel=32, **SMALL).wait()
         curve = job.convergence()
         self.assertEqual(curve.samples_per_pixel[-1], 32)
-        self.assertEqual(curve.relative_rmse[-1], job.error.relative_rmse)
+        self.assertEqual(curve.relative[-1], job.error.relative)
         self.assertTrue((np.diff(curve.samples_per_pixel) > 0).all())
         self.assertEqual(len(curve), len(curve.rays))
         self.assertTrue(math.isfinite(curve.slope.value))
@@ -181,7 +181,7 @@ class Jobs(ServerTest):
     def test_meets_an_error_target(self):
         job = self.client.submit("cornell-box", relative_error=0.3, **SMALL).wait()
         self.assertEqual(job.stop_reason, "relative_error")
-        self.assertLessEqual(job.error.relative_rmse, 0.3)
+        self.assertLessEqual(job.error.relative, 0.3)
 
     def test_meets_a_target_of_the_denoised_image(self):
         job = self.client.submit("cornell-box", denoised_error=0.3, **SMALL).wait()

@@ -1,6 +1,7 @@
 """Scenes and environments from files: uploads, skipped uploads, refusals."""
 
 import asyncio
+import hashlib
 import io
 import json
 import tempfile
@@ -8,7 +9,7 @@ import zipfile
 from pathlib import Path
 from unittest import mock
 
-from harness import TRIANGLE, hdr_image, triangle_document, triangle_glb
+from harness import TRIANGLE, glb, hdr_image, triangle_document, triangle_glb
 from support import ServerTest
 
 import tessera
@@ -93,37 +94,54 @@ class Uploads(ServerTest):
         with self.assertRaises(tessera.Problem):
             self.client.upload(empty.getvalue())
 
-    def test_reports_missing_files_before_sending_anything(self):
+    def test_reports_missing_files(self):
         path = self.model()
         (self.folder / "the buffer.bin").unlink()
-        with self.assertRaisesRegex(FileNotFoundError, BUFFER):
+        with self.assertRaisesRegex(FileNotFoundError, "the buffer.bin"):
             self.client.upload(path)
-        self.assertEqual(self.sent, [])
+        self.sent.clear()
         with self.assertRaises(FileNotFoundError):
             self.client.submit("no/such/file.glb")
         with self.assertRaisesRegex(tessera.TesseraError, "a scene is a .glb"):
             self.client.upload(__file__)
         with self.assertRaises(tessera.TesseraError):
             self.client.upload(b"neither")
+        self.assertEqual(self.sent, [])
 
     def test_scene_may_not_refer_to_files_outside_its_folder(self):
         inner = self.folder / "inner"
         inner.mkdir()
         secret = self.folder / "secret.bin"
-        secret.write_bytes(TRIANGLE)
+        secret.write_bytes(b"secret" + TRIANGLE)
         (inner / "link.bin").symlink_to(secret)
-        for uri in (
-            "../secret.bin",
-            "%2e%2e/secret.bin",
-            str(secret),
-            "link.bin",
-            "file://" + str(secret),
-        ):
+        for uri in ("../secret.bin", "%2e%2e/secret.bin", str(secret), "link.bin"):
             path = inner / "model.gltf"
             path.write_text(json.dumps(triangle_document(uri=uri)))
             with self.assertRaisesRegex(tessera.TesseraError, "own folder"):
                 self.client.upload(path)
-        self.assertEqual(self.sent, [])
+        path.write_text(json.dumps(triangle_document(uri="file://" + str(secret))))
+        with self.assertRaisesRegex(tessera.TesseraError, "not relative"):
+            self.client.upload(path)
+        secret_id = hashlib.sha256(secret.read_bytes()).hexdigest()
+        self.assertEqual(self.server.get(f"/v1/assets/{secret_id}").status, 404)
+
+    def test_sends_files_beside_a_glb_and_light_profiles(self):
+        (self.folder / "the buffer.bin").write_bytes(TRIANGLE)
+        path = self.folder / "beside.glb"
+        path.write_bytes(glb(triangle_document(uri=BUFFER)))
+        self.assertEqual(self.client.upload(path).triangles, 1)
+        lamp = "IESNA:LM-63-1995\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n100 100\n"
+        (self.folder / "lamp.ies").write_text(lamp)
+        model = self.model(extensionsUsed=["EXT_lights_ies"],
+                           extensions={"EXT_lights_ies": {"lights": [{"uri": "lamp.ies"}]}})
+        self.assertEqual(self.client.upload(model).triangles, 1)
+
+    def test_finds_files_as_windows_and_macos_do(self):
+        path = self.folder / "model.gltf"
+        (self.folder / "Ku\u0308che.BIN").write_bytes(TRIANGLE)  # u and its dots
+        for uri in ("K%C3%BCche.bin", ".\\K\u00fcche.Bin"):
+            path.write_text(json.dumps(triangle_document(uri=uri)))
+            self.assertEqual(self.client.upload(path).triangles, 1)
 
     def test_refuses_files_that_are_not_scenes_with_a_reason(self):
         path = self.folder / "bad.glb"

@@ -182,6 +182,25 @@ core::View instances(int side) {
   return view;
 }
 
+core::View prisms(int side) {
+  const auto flint = [](float roughness) {
+    MaterialDescription m = glass(roughness);
+    m.ior = 1.7F;
+    m.dispersion = 1;
+    return m;
+  };
+  MaterialDescription lamp = emitter(Rgb(4));
+  lamp.double_sided = true;
+  core::SceneDescription scene =
+      scene_of({dielectric(0.6F, {0.7F, 0.6F, 0.5F}), flint(0.4F), flint(0), lamp},
+               {floor_of(0), sphere({-0.8F, 0.6F, 0}, 0.6F, 12, false, 1),
+                sphere({0.7F, 0.5F, 0.4F}, 0.5F, 12, false, 2),
+                quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 3)});
+  core::View view = view_at(std::move(scene), side);
+  view.environment = constant_sky(Rgb(0.3F));
+  return view;
+}
+
 core::View fog_in_box(int side, Rgb scattering) {
   core::SceneDescription scene = cornell();
   core::PunctualLightDescription point;

@@ -22,6 +22,9 @@ core::View textures(int side);
 /// 30 instances of a glass ball and of a diffuse one, mirrored, scaled unevenly and turned, under a
 /// sky with one texel a hundred times as bright as the others.
 core::View instances(int side);
+/// Balls of rough and of smooth glass of strong dispersion on a floor, under an area emitter and a
+/// sky.
+core::View prisms(int side);
 /// The box with a point light in fog whose density decreases with height; at most three scattering
 /// events.
 core::View fog_in_box(int side, core::Rgb scattering);

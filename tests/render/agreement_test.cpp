@@ -86,12 +86,13 @@ std::vector<LightPaths> light_path_scenes() {
           {"caustic", caustic, 64, 768},
           {"many lights", test_support::many_lights(kLightSide), 192, 128},
           {"textures", test_support::textures(kLightSide), 128, 128},
-          {"instances", test_support::instances(kLightSide), 256, 256}};
+          {"instances", test_support::instances(kLightSide), 256, 256},
+          {"prisms", test_support::prisms(kLightSide), 256, 256}};
 }
 
 constexpr const char* kLightIntegrators[] = {"light-trace", "bdpt", "mlt"};
 constexpr int kLightSamples = 64;
-constexpr int kLightComparisons = 21;
+constexpr int kLightComparisons = 24;
 
 /// Strategies of bdpt that a fault might lose; all scenes have light of each.
 const std::vector<std::string> kStrategies = {"st:1,2", "st:1,3", "st:2,1"};

@@ -29,7 +29,7 @@ core::FilmSnapshot picture_of(float a, float b) {
   return film;
 }
 
-// The error definition adds 0.05 of the image's luminance as a floor.
+// The error definition adds 0.05 of an even image's luminance as a floor.
 constexpr double kFloor = 0.05 * 0.05;
 
 TEST(PilotErrors, EqualTheHalfVariancesWhereTheImagesAgree) {

@@ -75,8 +75,8 @@ std::vector<core::Rgb> picture_of(const std::filesystem::path& file, const Optio
                 description.error().message.c_str());
     return {};
   }
-  for (const std::string& warning : description->warnings) {
-    std::printf("  %s\n", warning.c_str());
+  for (const core::Warning& warning : description->warnings) {
+    std::printf("  %s\n", warning.text().c_str());
   }
   auto scene = core::Scene::build(std::move(*description), 2);
   if (!scene) {

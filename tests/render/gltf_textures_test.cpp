@@ -307,6 +307,86 @@ TEST(GltfNormalMaps, MirroredInstancesMirrorTheTilt) {
   }
 }
 
+/// Coordinates that are turned (counter-clockwise, degrees) and then mirrored in v.
+std::array<float, 6> turned(double degrees, bool is_mirrored) {
+  const auto c = static_cast<float>(std::cos(degrees * kPi / 180));
+  const auto s = static_cast<float>(std::sin(degrees * kPi / 180));
+  const float v = is_mirrored ? -2.0F : 2.0F;
+  return {2 * c, s * v, 0, -2 * s, c * v, 0};  // uv_transform of rotation and scale (2, v)
+}
+
+/// Azimuth of the direction in the patch along which u of the transformed coordinates grows, and
+/// their v falls: columns of the inverse; the patch's v points down.
+double azimuth(const std::array<float, 6>& m, bool along_v) {
+  const auto at = [&m](std::size_t i) { return static_cast<double>(m[i]); };
+  const double sign = at(0) * at(4) - at(1) * at(3) < 0 ? -1 : 1;
+  const double u = along_v ? at(1) : at(4);
+  const double v = along_v ? -at(0) : -at(3);
+  return std::atan2(-sign * v, sign * u) * 180 / kPi;
+}
+
+// "the texture coordinates associated with the normal texture" are those after the transform.
+TEST(GltfNormalMaps, FollowTheTransformOfTheirCoordinates) {
+  const core::Vec3 wi = test_support::towards(35, 25);
+  for (const double degrees : {0.0, 30.0, 90.0, 180.0, 270.0}) {
+    for (const bool is_mirrored : {false, true}) {
+      for (const bool along_v : {false, true}) {
+        core::SceneDescription scene = tilted(25, along_v);
+        const auto m = turned(degrees, is_mirrored);
+        scene.materials[0].normal_texture.uv_transform = m;
+        EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
+                    lambert_radiance(test_support::towards(25, azimuth(m, along_v)), wi), kByte)
+            << degrees << is_mirrored << along_v;
+      }
+    }
+  }
+}
+
+// "When tangents are specified" they are the file's, whatever the transform.
+TEST(GltfNormalMaps, GivenTangentsAreNotTurned) {
+  core::SceneDescription scene = tilted(25, false);
+  scene.materials[0].normal_texture.uv_transform = turned(90, false);
+  scene.meshes[0].primitives[0].tangents.assign(4, {1, 0, 0, 1});
+  const core::Vec3 wi = test_support::towards(20);
+  EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
+              lambert_radiance(test_support::towards(25), wi), kByte);
+}
+
+/// A smooth black surface under a coat with a normal map, on a set of its own that is turned by
+/// `degrees`, or has the transform.
+core::SceneDescription coated(double degrees, bool by_coordinates) {
+  core::MaterialDescription m = test_support::lambert({0, 0, 0});
+  m.clearcoat = 1;
+  m.clearcoat_roughness = 0.5F;
+  m.normal_texture.image = 1;  // flat, on set 0
+  m.clearcoat_normal_texture.image = 0;
+  core::SceneDescription scene = test_support::stage(m);
+  core::PrimitiveDescription& patch = scene.meshes[0].primitives[0];
+  const auto matrix = turned(degrees, false);
+  if (by_coordinates) {
+    scene.materials[0].clearcoat_normal_texture.uv_set = 1;
+    for (const core::Vec2 p : patch.uv[0]) {
+      patch.uv[1].push_back({matrix[0] * p.x + matrix[1] * p.y, matrix[3] * p.x + matrix[4] * p.y});
+    }
+  } else {
+    scene.materials[0].clearcoat_normal_texture.uv_transform = matrix;
+  }
+  test_support::add_image(scene, 1, 1, 3, {190, 128, 230});
+  test_support::add_image(scene, 1, 1, 3, {128, 128, 255});
+  return scene;
+}
+
+// A coat's map has its own coordinates: another set, or another transform, than the normal map.
+TEST(GltfNormalMaps, CoatsFollowTheirOwnCoordinates) {
+  const core::Vec3 wi = test_support::towards(50, 100);
+  const float flat = shown(coated(0, false), wi);
+  for (const double degrees : {90.0, 270.0}) {
+    const float by_transform = shown(coated(degrees, false), wi);
+    EXPECT_NEAR(shown(coated(degrees, true), wi), by_transform, 1e-4F * by_transform) << degrees;
+    EXPECT_GT(std::fabs(by_transform - flat), 0.1F * flat) << degrees;
+  }
+}
+
 TEST(GltfNormalMaps, BackOfADoubleSidedSurfaceFlipsTheNormal) {
   // Seen from behind (the patch is rotated about y), u grows to the left, and the tilt follows it;
   // the other components of the normal face the viewer.

@@ -176,7 +176,8 @@ TEST(FarPlaces, FloatsOfTheFileThatLostTheShapeAreReported) {
   }
   const core::SceneDescription read = test_support::load(core::write_glb(scene));
   ASSERT_EQ(read.warnings.size(), 1U);
-  EXPECT_NE(read.warnings[0].find("in steps of 0."), std::string::npos) << read.warnings[0];
+  EXPECT_NE(read.warnings[0].detail.find("in steps of 0."), std::string::npos)
+      << read.warnings[0].detail;
 }
 
 TEST(FarPlaces, SizesBeyondFloatsAreReported) {
@@ -185,7 +186,7 @@ TEST(FarPlaces, SizesBeyondFloatsAreReported) {
     scene.instances[0].to_world = core::scaling({size, size, size});
     const core::SceneDescription read = test_support::load(core::write_glb(scene));
     ASSERT_EQ(read.warnings.size(), 1U) << size;
-    EXPECT_NE(read.warnings[0].find("radius"), std::string::npos);
+    EXPECT_NE(read.warnings[0].detail.find("radius"), std::string::npos);
   }
 }
 

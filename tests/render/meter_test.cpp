@@ -12,6 +12,7 @@
 
 #include "core/lights/made_environment.h"
 #include "core/lights/sun_position.h"
+#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
@@ -64,7 +65,7 @@ MeterReading measure(const core::View& view, int samples) {
 /// The half width of an interval is 2.13 standard errors; 4 of them are exceeded by chance in 1 of
 /// 850 (Student, 15 degrees). scene: relative error of round shapes made of triangles.
 bool is_truth(const MeterReading& reading, double truth, double scene = 0) {
-  const double error = (reading.high - reading.illuminance) / 2.131449546;
+  const double error = (reading.illuminance - reading.low) / 2.131449546;
   const double off = std::fabs(reading.illuminance - truth);
   return off <= 4 * error + (scene + 3e-6) * truth && error < 1.5e-3 * truth;
 }
@@ -98,6 +99,55 @@ TEST(Meter, MarksReadingsThatRestOnOneRandomisation) {
   EXPECT_TRUE(reading_of(sums).unreliable);
   EXPECT_TRUE(reading_of(std::vector<double>(16, 0.0)).unreliable) << "no path has found light";
   EXPECT_FALSE(reading_of(std::vector<double>(16, 1.0)).unreliable) << "free of noise";
+}
+
+/// Fraction of the intervals that hold the truth if, beside Gaussian noise, 1,024 paths meet `rate`
+/// events on average that carry `light` each. path_light: of meter_readings().
+double covered(double rate, double light, double path_light) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal(1, 0.02);
+  std::poisson_distribution<int> events(rate / core::kMeterReplicates);
+  constexpr int kPaths = 64;  // of each randomisation
+  constexpr int kReadings = 400;
+  int inside = 0;
+  for (int i = 0; i < kReadings; ++i) {
+    core::MeterChunk chunk;
+    chunk.samples = kPaths;
+    for (int r = 0; r < core::kMeterReplicates; ++r) {
+      const double sum = kPaths * normal(random) + light * events(random);
+      chunk.sums.push_back({sum, sum, sum});
+    }
+    const MeterReading reading =
+        core::meter_readings({{{0, 0, 0}, {0, 1, 0}}}, {chunk}, path_light).at(0);
+    const double truth = 1 + rate * light / (kPaths * core::kMeterReplicates);
+    inside += reading.low <= truth && truth <= reading.high ? 1 : 0;
+  }
+  return static_cast<double>(inside) / kReadings;
+}
+
+// 400 intervals of 95%: below 91% with a probability of 3e-4. An event is 100 / 1024 of the
+// reading, so that one missing is far outside of the Gaussian interval. The planted fault:
+// a bound of 0 for the light of a path.
+TEST(Meter, IntervalsHoldForRareEvents) {
+  for (const double rate : {0.2, 1.0, 4.0, 20.0}) {
+    EXPECT_GE(covered(rate, 100, 100), 0.91) << rate;
+  }
+  EXPECT_GE(covered(0, 100, 0), 0.91) << "Gaussian noise alone";
+  EXPECT_LT(covered(0.2, 100, 0), 0.5);
+  EXPECT_LT(covered(1, 100, 0), 0.8);
+}
+
+TEST(Meter, TellsWhatOnePathCanCarryThroughGlass) {
+  core::MaterialDescription glass;
+  glass.transmission = 1;
+  glass.roughness = 0;
+  const auto with = [](core::MaterialDescription material) {
+    return core::unsampled_path_light(stage(test_support::scene_of(
+        {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(7)), material},
+        {square(), test_support::sphere({2, 1, 0}, 0.5F, 8, false, 2)})));
+  };
+  EXPECT_NEAR(with(glass), 7 * kPi, 1e-4);
+  EXPECT_EQ(with(test_support::lambert(Rgb(0.5F))), 0) << "light sampling finds all light";
 }
 
 TEST(Meter, MeasuresASquareADiskAndASphere) {
@@ -270,7 +320,7 @@ TEST(Meter, DoesNotChangeTheImage) {
 TEST(Meter, CellsOfAPlaneFollowThePointsRowByRow) {
   const auto points = core::meter_points(box().settings.meter);
   ASSERT_EQ(points.size(), 36U);
-  const auto near = [](Vec3 a, Vec3 b) { return length(a - b) < 1e-6F; };
+  const auto near = [](const core::Place& a, Vec3 b) { return length(a.rounded() - b) < 1e-6F; };
   EXPECT_TRUE(near(points[1].position, {0.18F, 0.5F, 0.1F + 0.4F / 7}));
   EXPECT_TRUE(near(points[2].position, {0.18F, 0.5F, 0.1F + 1.2F / 7}));
   EXPECT_TRUE(near(points[35].position, {0.82F, 0.5F, 0.9F - 0.4F / 7}));

@@ -4,6 +4,7 @@ set(RENDER_TEST_SOURCES
   agreement_test.cpp
   bdpt_media_test.cpp
   bounces_test.cpp
+  catcher_error_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
   control_variate_test.cpp
@@ -18,6 +19,7 @@ set(RENDER_TEST_SOURCES
   medium_light_test.cpp
   meter_test.cpp
   mlt_test.cpp
+  neutral_shadow_test.cpp
   options_test.cpp
   photons_test.cpp
   planted_bugs_test.cpp
@@ -38,5 +40,6 @@ list(APPEND RENDER_TEST_SOURCES
   gltf_glass_test.cpp
   gltf_lights_test.cpp
   gltf_materials_test.cpp
+  gltf_planes_test.cpp
   gltf_terminator_test.cpp
   gltf_textures_test.cpp)

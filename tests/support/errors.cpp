@@ -3,127 +3,93 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/support/statistics.h"
-
 namespace test_support {
-namespace {
 
-struct Ratio {
+std::vector<core::Rgb> image_of(const core::FilmSnapshot& film) {
+  std::vector<core::Rgb> out;
+  for (std::size_t p = 0; p < film.pixel_count(); ++p) {
+    out.push_back(core::pixel_value(film, p).mean);
+  }
+  return out;
+}
+
+Truth truth_of(const core::FilmSnapshot& reference) {
+  Truth out = {reference.rect.width, reference.rect.height, image_of(reference), {}};
+  for (std::size_t p = 0; p < reference.pixel_count(); ++p) {
+    out.is_opaque.push_back(core::pixel_value(reference, p).alpha > 0 ? 1 : 0);
+  }
+  return out;
+}
+
+double defined_error(std::span<const core::Rgb> image, const Truth& truth) {
+  double roots = 0;
   double pixels = 0;
-  double value = 0;
-};
-
-std::vector<Ratio> ratios_of(const std::vector<PixelTruth>& pixels, int width, int height) {
-  double light = 0;
-  double opaque = 0;
-  for (const PixelTruth& p : pixels) {
-    light += p.is_opaque ? p.luminance : 0;
-    opaque += p.is_opaque ? 1 : 0;
-  }
-  const double floor = opaque > 0 ? 3 * std::pow(0.05 * light / opaque, 2) : 0;
-  std::vector<Ratio> out;
-  for (int top = 0; top < height; top += 32) {
-    for (int left = 0; left < width; left += 32) {
-      double noise = 0;
-      double signal = 0;
-      Ratio tile;
-      for (int y = top; y < std::min(top + 32, height); ++y) {
-        for (int x = left; x < std::min(left + 32, width); ++x) {
-          const PixelTruth& p = pixels[static_cast<std::size_t>(y * width + x)];
-          for (int c = 0; c < 3; ++c) {
-            noise += static_cast<double>(p.noise[c]);
-            signal += static_cast<double>(p.signal[c]);
-          }
-          tile.pixels += p.is_opaque ? 1 : 0;
-        }
-      }
-      tile.value = noise > 0 ? noise / (std::max(signal, 0.0) + floor * tile.pixels) : 0;
-      out.push_back(tile);
+  for (std::size_t p = 0; p < image.size(); ++p) {
+    if (truth.is_opaque[p] != 0) {
+      roots += std::sqrt(std::max(static_cast<double>(luminance(truth.mu[p])), 0.0));
+      pixels += 1;
     }
   }
-  return out;
-}
-
-}  // namespace
-
-double defined_error(const std::vector<PixelTruth>& pixels, int width, int height) {
+  const double floor = pixels > 0 ? 0.05 * (roots / pixels) * (roots / pixels) : 0;
   double sum = 0;
-  double count = 0;
-  for (const Ratio& tile : ratios_of(pixels, width, height)) {
-    sum += tile.pixels * tile.value;
-    count += tile.pixels;
+  for (std::size_t p = 0; p < image.size(); ++p) {
+    double apart = 0;
+    double scale = 0;
+    for (int c = 0; c < 3; ++c) {
+      const auto seen = static_cast<double>(image[p][c]);
+      const auto mu = static_cast<double>(truth.mu[p][c]);
+      apart += std::abs(seen - mu);
+      scale += std::max(seen, mu) + floor;
+    }
+    sum += truth.is_opaque[p] != 0 && apart > 0 ? apart / scale : 0;
   }
-  return std::sqrt(std::max(sum / count, 0.0));
+  return pixels > 0 ? sum / pixels : 0;
 }
 
-std::vector<double> defined_tile_errors(const std::vector<PixelTruth>& pixels, int width,
-                                        int height) {
+double defined_error(const core::FilmSnapshot& seen, const Truth& truth) {
+  return defined_error(image_of(seen), truth);
+}
+
+std::vector<double> errors_of(const std::vector<core::FilmSnapshot>& films) {
+  std::vector<std::vector<core::Rgb>> images;
+  for (const core::FilmSnapshot& film : films) {
+    images.push_back(image_of(film));
+  }
+  return errors_of(films, images);
+}
+
+std::vector<double> errors_of(const std::vector<core::FilmSnapshot>& films,
+                              const std::vector<std::vector<core::Rgb>>& images) {
+  Truth others = truth_of(films.front());
+  std::vector<core::Rgb> sum(others.mu.size());
+  for (const core::FilmSnapshot& film : films) {
+    const std::vector<core::Rgb> image = image_of(film);
+    for (std::size_t p = 0; p < sum.size(); ++p) {
+      sum[p] += image[p];
+    }
+  }
   std::vector<double> out;
-  for (const Ratio& tile : ratios_of(pixels, width, height)) {
-    out.push_back(std::sqrt(std::max(tile.value, 0.0)));
-  }
-  return out;
-}
-
-std::vector<PixelTruth> truth_of(const std::vector<core::FilmSnapshot>& films) {
-  const auto renders = static_cast<float>(films.size());
-  std::vector<PixelTruth> out(films.front().pixel_count());
-  for (std::size_t p = 0; p < out.size(); ++p) {
-    Moments channels[3];
-    float alpha = 0;
-    for (const core::FilmSnapshot& film : films) {
-      const core::HalfValue value = core::pixel_value(film, p);
-      for (int c = 0; c < 3; ++c) {
-        channels[c].add(static_cast<double>(value.mean[c]));
-      }
-      alpha += value.alpha;
+  for (std::size_t i = 0; i < films.size(); ++i) {
+    const std::vector<core::Rgb> own = image_of(films[i]);
+    for (std::size_t p = 0; p < sum.size(); ++p) {
+      others.mu[p] = (sum[p] - own[p]) * (1 / static_cast<float>(films.size() - 1));
     }
-    const auto rgb = [&](auto&& of) {
-      return core::Rgb(static_cast<float>(of(channels[0])), static_cast<float>(of(channels[1])),
-                       static_cast<float>(of(channels[2])));
-    };
-    const core::Rgb mean = rgb([](const Moments& m) { return m.mean; });
-    out[p].noise = rgb([](const Moments& m) { return m.variance(); });
-    out[p].signal = mean * mean - out[p].noise / renders;  // unbiased
-    out[p].luminance = static_cast<double>(luminance(mean));
-    out[p].is_opaque = alpha > 0;
+    out.push_back(defined_error(images[i], others));
   }
   return out;
 }
 
-std::vector<PixelTruth> truth_of(const core::FilmSnapshot& seen,
-                                 const core::FilmSnapshot& reference) {
-  std::vector<PixelTruth> out(reference.pixel_count());
-  for (std::size_t p = 0; p < out.size(); ++p) {
-    const core::Rgb a = core::half_value(reference, p, 0).mean;
-    const core::Rgb b = core::half_value(reference, p, 1).mean;
-    const core::HalfValue truth = core::pixel_value(reference, p);
-    const core::Rgb off = core::pixel_value(seen, p).mean - truth.mean;
-    out[p].noise = off * off - (a - b) * (a - b) * 0.25F;
-    out[p].signal = a * b;
-    out[p].luminance = static_cast<double>(luminance(truth.mean));
-    out[p].is_opaque = truth.alpha > 0;
-  }
-  return out;
-}
-
-std::vector<core::TileSums> tile_sums(const core::FilmSnapshot& film) {
-  const auto r = static_cast<std::size_t>(film.replicates);
-  std::vector<core::TileSums> out;
-  for (const core::PixelRect& tile : core::tile_rects(film.rect)) {
-    std::vector<core::ReplicatePixel> pixels;
-    for (int y = tile.y; y < tile.y + tile.height; ++y) {
-      const auto at =
-          (static_cast<std::size_t>(y - film.rect.y) * static_cast<std::size_t>(film.rect.width) +
-           static_cast<std::size_t>(tile.x - film.rect.x)) *
-          r;
-      const auto begin = film.pixels.begin() + static_cast<std::ptrdiff_t>(at);
-      pixels.insert(pixels.end(), begin,
-                    begin + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(tile.width) * r));
+void share_half(core::FilmSnapshot& film, float share) {
+  const auto replicates = static_cast<std::size_t>(film.replicates);
+  for (std::size_t i = 0; i < film.pixels.size(); i += replicates) {
+    for (std::size_t k = 1; k < replicates; k += 2) {
+      const core::ReplicatePixel& a = film.pixels[i + k - 1];
+      core::ReplicatePixel& b = film.pixels[i + k];
+      b.mean_r += share * (a.mean_r - b.mean_r);
+      b.mean_g += share * (a.mean_g - b.mean_g);
+      b.mean_b += share * (a.mean_b - b.mean_b);
     }
-    out.push_back(core::half_sums(tile, pixels, film.replicates));
   }
-  return out;
 }
 
 }  // namespace test_support

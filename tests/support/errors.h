@@ -1,33 +1,36 @@
-/// The error of an image by its definition, in plain loops, for films with known expected values.
+/// The error of an image by its definition, in plain loops, for images with known expected values.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/film/film.h"
 
 namespace test_support {
 
-/// The true values of a pixel.
-struct PixelTruth {
-  core::Rgb noise;       ///< variance of its value, or the squared error of an image
-  core::Rgb signal;      ///< square of its expected value
-  double luminance = 0;  ///< of its expected value
-  bool is_opaque = true;
+/// Expected values of the pixels of an image, row by row.
+struct Truth {
+  int width = 0;
+  int height = 0;
+  std::vector<core::Rgb> mu;
+  std::vector<char> is_opaque;
 };
+Truth truth_of(const core::FilmSnapshot& reference);
 
-/// sqrt(sum over tiles of 32x32 of n / n_all N / (max(S, 0) + 3 n (0.05 L)^2)); row by row.
-double defined_error(const std::vector<PixelTruth>& pixels, int width, int height);
-/// The same for each tile, row by row.
-std::vector<double> defined_tile_errors(const std::vector<PixelTruth>& pixels, int width,
-                                        int height);
+/// Mean over the pixels of sum_c |I - mu| / sum_c (max(I, mu) + F), F = 0.05 (mean of the roots of
+/// the luminance of mu)^2.
+double defined_error(std::span<const core::Rgb> image, const Truth& truth);
+double defined_error(const core::FilmSnapshot& seen, const Truth& truth);
 
-/// From the variance over images with different seeds.
-std::vector<PixelTruth> truth_of(const std::vector<core::FilmSnapshot>& films);
-/// The error of `seen` itself, relative to a film of many samples, minus the error of that film.
-std::vector<PixelTruth> truth_of(const core::FilmSnapshot& seen,
-                                 const core::FilmSnapshot& reference);
+/// The error of each film against the mean of the others, whose noise adds 1 / (2 (films - 1)).
+std::vector<double> errors_of(const std::vector<core::FilmSnapshot>& films);
+/// The same for other images made from the films.
+std::vector<double> errors_of(const std::vector<core::FilmSnapshot>& films,
+                              const std::vector<std::vector<core::Rgb>>& images);
 
-/// Sums of the tiles of a snapshot of a whole film.
-std::vector<core::TileSums> tile_sums(const core::FilmSnapshot& film);
+std::vector<core::Rgb> image_of(const core::FilmSnapshot& film);
+
+/// The planted fault of estimates: a share of half A is part of half B.
+void share_half(core::FilmSnapshot& film, float share);
 
 }  // namespace test_support

@@ -43,16 +43,15 @@ inline core::FilmSnapshot draw(const Plan& plan, std::uint64_t seed) {
   return film;
 }
 
-inline double true_error(const Plan& plan) {
-  std::vector<PixelTruth> pixels;
+inline Truth truth_of(const Plan& plan) {
+  Truth out = {plan.width, plan.height, {}, {}};
   for (int y = 0; y < plan.height; ++y) {
     for (int x = 0; x < plan.width; ++x) {
-      const double mu = plan.mu(x, y);
-      pixels.push_back({core::Rgb(static_cast<float>(plan.variance(x, y))),
-                        core::Rgb(static_cast<float>(mu * mu)), mu, true});
+      out.mu.emplace_back(static_cast<float>(plan.mu(x, y)));
+      out.is_opaque.push_back(1);
     }
   }
-  return defined_error(pixels, plan.width, plan.height);
+  return out;
 }
 
 /// Mean over 128 samples of events of the given probability, each worth 1 / probability.

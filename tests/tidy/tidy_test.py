@@ -66,6 +66,8 @@ CONFINED = {
     "draco/": ["core/scene_io", "tests"],
     "meshoptimizer.h": ["core/scene_io", "tests"],
     "OpenImageIO/": ["core/image_io"],
+    "utf8proc.h": ["core/base"],
+    "webp/": ["core/image_io", "tests"],
     "zstd.h": ["core/image_io"],
     "png.h": ["clients/cli/png.cpp"],
     "nats/": ["server/queue"],

@@ -141,9 +141,12 @@ export class MockJob {
     const error = this.errorOf({ x: 0, y: 0, width: this.width, height: this.height });
     const spread = 0.25 / Math.sqrt(1 + this.points.length);
     this.error = {
-      relative_rmse: error,
+      relative: error,
       low: error * (1 - spread),
       high: error * (1 + spread),
+      grain: 0.95 * error,
+      doubt: 0.1 * error,
+      unreliable: false,
       confidence: 0.95,
       bias: 'none',
     };
@@ -152,7 +155,7 @@ export class MockJob {
       elapsed_seconds: this.elapsed,
       cpu_seconds: this.elapsed * 2,
       rays: this.rays,
-      relative_rmse: error,
+      relative: error,
       low: this.error.low,
       high: this.error.high,
     });
@@ -180,7 +183,7 @@ export class MockJob {
     if (stop.samples_per_pixel) f = Math.max(f, done / stop.samples_per_pixel);
     if (stop.seconds) f = Math.max(f, this.elapsed / stop.seconds);
     if (stop.relative_error && this.error)
-      f = Math.max(f, (stop.relative_error / this.error.relative_rmse) ** 2);
+      f = Math.max(f, (stop.relative_error / this.error.relative) ** 2);
     return Math.min(f, 0.999);
   }
 
@@ -212,9 +215,11 @@ export class MockJob {
             : null,
       },
       error: this.error ?? {
-        relative_rmse: null,
+        relative: null,
         low: null,
         high: null,
+        grain: null,
+        doubt: null,
         confidence: 0.95,
         bias: 'none',
       },
@@ -223,7 +228,7 @@ export class MockJob {
       statistics: {
         rays: this.rays,
         rays_per_second: this.elapsed ? this.rays / this.elapsed : 0,
-        efficiency: this.error ? 1 / (this.error.relative_rmse ** 2 * this.elapsed * 2) : null,
+        efficiency: this.error ? 1 / (this.error.relative ** 2 * this.elapsed * 2) : null,
         rejected_samples: 0,
         peak_bytes: 64e6 + this.width * this.height * 64,
       },
@@ -325,7 +330,7 @@ export class MockJob {
     const p = this.points.slice(-12);
     if (p.length < 3) return { value: null, low: null, high: null };
     const xs = p.map((q) => Math.log(q.samples_per_pixel)),
-      ys = p.map((q) => Math.log(q.relative_rmse));
+      ys = p.map((q) => Math.log(q.relative));
     const mx = xs.reduce((a, b) => a + b) / xs.length,
       my = ys.reduce((a, b) => a + b) / ys.length;
     const value =

@@ -138,7 +138,7 @@ function tiles(job, after, res) {
           y: 0,
           width: 0,
           height: 0,
-          error: job.error?.relative_rmse ?? NaN,
+          error: job.error?.relative ?? NaN,
           planes: null,
         }),
       );

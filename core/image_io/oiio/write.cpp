@@ -248,6 +248,9 @@ OIIO::TypeDesc given_type(const LinearPart& part) {
   return part.has_whole ? OIIO::TypeDesc::UNKNOWN : OIIO::TypeDesc::FLOAT;
 }
 
+/// Otherwise OpenImageIO writes the current time into EXR and TIFF, and equal images differ.
+void pin_date(OIIO::ImageSpec& spec) { spec.attribute("DateTime", "1970:01:01 00:00:00"); }
+
 /// layer: the prefix of channel names, which is removed together with the dot after it.
 LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count,
                     const std::string& layer, const EncodeOptions& options) {
@@ -271,8 +274,7 @@ LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count
   }
   part.spec.attribute("oiio:ColorSpace", "Linear");
   part.spec.attribute("compression", "zip");
-  // Otherwise OpenImageIO writes the current time into the file, and equal images differ.
-  part.spec.attribute("DateTime", "1970:01:01 00:00:00");
+  pin_date(part.spec);
   return part;
 }
 
@@ -354,7 +356,9 @@ Status write_linear(const ImageRows& image, const ImageFormat& format, const Enc
     part.half.resize(channels);
     part.whole.resize(channels);
     if (format.extension == "tif") {
-      part.spec.attribute("compression", "zip");
+      // OpenImageIO compresses floats with a predictor that few programs know.
+      part.spec.attribute("compression", "none");
+      pin_date(part.spec);
     }
   }
   return write_rows<float>(

@@ -4,6 +4,7 @@ set(API_TEST_SOURCES
   events_test.cpp
   film_view_test.cpp
   job_refusals_test.cpp
+  job_spec_property_test.cpp
   job_spec_test.cpp
   job_stage_test.cpp
   job_view_test.cpp

@@ -59,7 +59,7 @@ TEST(JobView, WritesNullForUnknownValues) {
   const Json body = parsed(api::job_json(job));
   for (const char* pointer :
        {"/pause_reason", "/stop_reason", "/started_at", "/finished_at", "/failure",
-        "/queue_position", "/film_digest", "/error/relative_rmse", "/error/low", "/error/high",
+        "/queue_position", "/film_digest", "/error/relative", "/error/low", "/error/high",
         "/statistics/efficiency", "/statistics/efficiency_low", "/statistics/efficiency_high",
         "/statistics/peak_bytes", "/progress/eta_seconds", "/progress/eta_interval_seconds"}) {
     EXPECT_TRUE(body.at(Json::json_pointer(pointer)).is_null()) << pointer;
@@ -88,7 +88,11 @@ TEST(JobView, InvalidErrorHasNoInterval) {
     EXPECT_EQ(error["valid"], valid);
     EXPECT_EQ(error["low"].is_null(), !valid);
     EXPECT_EQ(error["high"].is_null(), !valid);
-    EXPECT_FALSE(error["relative_rmse"].is_null());
+    EXPECT_FALSE(error["relative"].is_null());
+    EXPECT_EQ(error["relative_rmse"], error["relative"]) << "the name of version 1.0";
+    for (const char* name : {"grain", "doubt", "unreliable", "confidence", "bias"}) {
+      EXPECT_TRUE(error.contains(name)) << name;
+    }
   }
 }
 
@@ -190,7 +194,7 @@ std::vector<core::ConvergencePoint> points_of(const std::vector<std::pair<int, d
   for (const auto& [samples, error] : values) {
     core::ConvergencePoint point;
     point.samples_per_pixel = samples;
-    point.error.relative_rmse = error;
+    point.error.relative = error;
     points.push_back(point);
   }
   return points;
@@ -226,7 +230,7 @@ TEST(Slope, IgnoresUnknownErrorsAndReportsTooFewPoints) {
   EXPECT_TRUE(std::isnan(api::fit_slope(points_of({{1, 1.0}})).value));
   EXPECT_TRUE(std::isnan(api::fit_slope({}).value));
   const Json body = parsed(api::convergence_json(points_of({{1, nan}})));
-  EXPECT_TRUE(body["points"][0]["relative_rmse"].is_null());
+  EXPECT_TRUE(body["points"][0]["relative"].is_null());
   EXPECT_TRUE(body["slope"]["value"].is_null());
 }
 

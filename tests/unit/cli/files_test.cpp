@@ -33,20 +33,35 @@ class SideFiles : public testing::Test {
 
 TEST_F(SideFiles, AreFoundInTheFolderOfTheScene) {
   for (const char* uri :
-       {"part.bin", "a%20b.bin", "./part.bin", "textures/t.png", "textures/../part.bin"}) {
+       {"part.bin", "a b.bin", "./part.bin", "textures/t.png", "textures/../part.bin"}) {
     EXPECT_TRUE(find(uri)) << uri;
   }
 }
 
 TEST_F(SideFiles, OutsideTheFolderAreRefused) {
   const std::string absolute = (root_ / "secret.bin").string();
-  for (const char* uri :
-       {"../secret.bin", "%2e%2e/secret.bin", "textures/../../secret.bin", "link.bin",
-        absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
+  for (const char* uri : {"../secret.bin", "textures/../../secret.bin", "link.bin",
+                          absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
     const auto found = find(uri);
     ASSERT_FALSE(found) << uri;
     EXPECT_EQ(found.error().code, core::ErrorCode::kForbidden) << uri;
   }
+}
+
+TEST_F(SideFiles, NamesAreNotDecodedAgain) {
+  EXPECT_FALSE(find("a%20b.bin"));
+  std::ofstream(root_ / "scene" / "a%20b.bin") << "x";
+  EXPECT_TRUE(fs::equivalent(*find("a%20b.bin"), root_ / "scene" / "a%20b.bin"));
+}
+
+TEST_F(SideFiles, AreFoundAsOnWindowsAndMacos) {
+  std::ofstream(root_ / "scene" / "K\u00fcche.PNG") << "x";  // composed
+  for (const char* name : {"PART.bin", "textures\\T.png", "Textures/t.PNG", "Ku\u0308che.png"}) {
+    EXPECT_TRUE(find(name)) << name;
+  }
+  std::ofstream(root_ / "scene" / "Part.bin") << "x";
+  EXPECT_FALSE(find("PART.bin"));  // two, and none is the same
+  EXPECT_TRUE(find("part.bin"));
 }
 
 TEST_F(SideFiles, ReportsMissingOnes) {
@@ -72,20 +87,6 @@ TEST_F(SideFiles, BelongToTheOnlyModelOfTheFolder) {
   const auto name = cli::model_file("cornell-box");
   ASSERT_TRUE(name);
   EXPECT_FALSE(*name);
-}
-
-TEST(GltfSideFiles, AreListedOnceInOrderWithoutDataUris) {
-  const auto uris = cli::gltf_side_files(
-      R"({"buffers":[{"uri":"b.bin"},{"uri":"data:application/octet-stream;base64,AA=="},{}],)"
-      R"("images":[{"uri":"i.png"},{"bufferView":0},{"uri":"b.bin"}]})");
-  ASSERT_TRUE(uris);
-  EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "i.png"}));
-}
-
-TEST(GltfSideFiles, RefusesValuesThatAreNotObjects) {
-  for (const char* text : {"", "[]", "{", "glTF"}) {
-    EXPECT_FALSE(cli::gltf_side_files(text)) << text;
-  }
 }
 
 TEST(Files, AreWrittenCompletelyOrNotAtAll) {

@@ -48,14 +48,6 @@ TEST(ProgressText, OmitsAnUnknownError) {
   EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
-TEST(ProgressText, OfAnUnboundedIntervalIsShort) {
-  cli::ProgressFacts facts;
-  facts.relative_error = 5.14;
-  facts.error_low = 0;
-  facts.error_high = 1e27;
-  EXPECT_EQ(cli::interval_text(facts), "error 514% (0.000 to over 10000)");
-}
-
 TEST(ProgressText, NamesAnErrorThatIsNoiseAlone) {
   cli::ProgressFacts facts;
   facts.is_noise_alone = true;

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "core/camera/orbit.h"
+#include "core/scene/ground.h"
+#include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -292,6 +294,80 @@ TEST(CameraChi2, LensIsAUniformDisk) {
   }
   const std::vector<double> expected(observed.size(), kSamples / 192.0);
   EXPECT_GT(test_support::chi2(observed, expected).p_value, 0.001);  // the false alarm rate
+}
+
+/// Looks along -z from (0, 0, 5) at the box from -1 to 1.
+Camera with_planes(bool is_orthographic, float near_m, float far_m) {
+  CameraDescription file;
+  file.orthographic = is_orthographic;
+  file.to_world.t = {0, 0, 5};
+  file.near_m = near_m;
+  file.far_m = far_m;
+  return make({}, {file}, 100, 100);
+}
+
+TEST(CameraPlanes, BoundTheRays) {
+  for (const bool is_orthographic : {false, true}) {
+    const Camera camera = with_planes(is_orthographic, 4.5F, 5.5F);
+    for (const Vec2 film : {Vec2{50, 50}, Vec2{3, 90}}) {
+      const Camera::CameraRay ray = camera.ray(film, {});
+      EXPECT_NEAR(ray.ray.origin.z, 0.5F, 1e-6);
+      EXPECT_NEAR((ray.ray.origin + ray.ray.direction * ray.ray.t_max).z, -0.5F, 1e-6);
+      EXPECT_NEAR(ray.from_lens().z, 5, 1e-6);
+    }
+    // Light from points beyond the planes does not reach the film, and the way of other light ends
+    // at the near plane.
+    EXPECT_EQ(camera.sample_wi({0.1F, 0, 0.6F}, {}).pdf_solid_angle, 0);
+    EXPECT_EQ(camera.sample_wi({0.1F, 0, -0.6F}, {}).pdf_solid_angle, 0);
+    const auto seen = camera.sample_wi({0.1F, 0, -0.25F}, {});
+    EXPECT_GT(seen.pdf_solid_angle, 0);
+    EXPECT_NEAR(seen.origin.z, 0.5F, 1e-6);
+    EXPECT_TRUE(camera.project({0.1F, 0, 0.6F}, {}));  // of objects, whether clipped or not
+  }
+}
+
+TEST(CameraPlanes, DoNothingWhereTheyCutNothing) {
+  const core::Ray unbounded;
+  for (const bool is_orthographic : {false, true}) {
+    const auto ray = with_planes(is_orthographic, 3.9F, 6.1F).ray({30, 20}, {});
+    EXPECT_EQ(ray.start_m, 0);
+    EXPECT_EQ(ray.ray.origin.z, 5);
+    EXPECT_EQ(ray.ray.t_max, unbounded.t_max);
+  }
+}
+
+TEST(CameraPlanes, BelongToCamerasOfTheFile) {
+  CameraDescription file;
+  file.near_m = 4.5F;
+  file.far_m = 5.5F;
+  const core::Ray unbounded;
+  const auto ray = make(posed(90), {file}, 100, 100).ray({30, 20}, {});
+  EXPECT_EQ(ray.start_m, 0);
+  EXPECT_EQ(ray.ray.t_max, unbounded.t_max);
+}
+
+TEST(SceneBounds, AreThoseOfWhatIsDrawn) {
+  core::MaterialDescription hidden = test_support::lambert({1, 1, 1});
+  hidden.alpha_mode = core::AlphaMode::kBlend;
+  hidden.base_alpha = 0;
+  core::MaterialDescription cut = hidden;
+  cut.alpha_mode = core::AlphaMode::kMask;
+  cut.base_alpha = 0.4F;
+  core::PrimitiveDescription seen = test_support::quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0);
+  seen.positions.push_back({100, 0, 0});  // of no triangle
+  seen.normals.clear();
+  for (auto& uv : seen.uv) {
+    uv.clear();
+  }
+  const core::SceneDescription scene =
+      test_support::scene_of({test_support::lambert({1, 1, 1}), hidden, cut},
+                             {seen, test_support::quad({0, 0, -50}, {1, 0, 0}, {0, 1, 0}, 1),
+                              test_support::quad({0, 90, 0}, {1, 0, 0}, {0, 1, 0}, 2)});
+  for (const Bounds& bounds :
+       {core::bounds_of(scene), test_support::build(scene)->summary().bounds}) {
+    EXPECT_TRUE(bounds.min == (Vec3{0, 0, 0}));
+    EXPECT_TRUE(bounds.max == (Vec3{1, 1, 0}));
+  }
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ set(CORE_TEST_SOURCES
   roulette_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  set_aside_test.cpp
   settle_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp

@@ -100,7 +100,7 @@ TEST(AutoExposure, OfABlackImageIsZero) {
   EXPECT_FALSE(black.is_clipped());
 }
 
-TEST(Clipping, MostPixelsAboveWhiteAreToldWithTheExposureThatShowsThem) {
+TEST(Clipping, MostPixelsAboveWhiteAreReportedWithTheExposureThatShowsThem) {
   const Brightness most = grey([](int i) { return i % 10 == 0 ? 0.5F : 100.0F; });
   EXPECT_TRUE(most.is_clipped());
   EXPECT_DOUBLE_EQ(most.clipped, 0.9);

@@ -199,8 +199,10 @@ TEST(Film, NoLayerIsInfiniteIfTheVarianceOverflows) {
   const core::PixelError error = core::pixel_error(snapshot, 0, 0);
   // The halves are 5e37 and 0 in one of the two pooled pixels.
   EXPECT_NEAR(static_cast<double>(error.standard_error.g) / 2.5e37, std::sqrt(0.5), 1e-6);
-  EXPECT_TRUE(
-      std::isfinite(core::half_sums(snapshot.rect, snapshot.pixels, snapshot.replicates).noise));
+  for (const core::TileSums& tile : core::half_sums(snapshot)) {
+    EXPECT_TRUE(std::isfinite(tile.grain));
+    EXPECT_TRUE(std::isfinite(tile.doubt));
+  }
 }
 
 // Layers are computed in bands of rows; the error pools pixels across adjacent bands.
@@ -226,7 +228,8 @@ TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
   record_all(view.settings.film);
   const auto picture = test_support::render(view, 4);
   const core::PixelRect rect = {3, 5, 30, 70};
-  const core::FilmSnapshot snapshot = picture.film->snapshot(rect);
+  core::FilmSnapshot snapshot = picture.film->snapshot(rect);
+  snapshot.error_floor = picture.film->error_floor();
   std::vector<std::optional<std::string>> layers = {std::nullopt};
   for (const auto& layer : core::layers()) {
     layers.emplace_back(std::string(layer.name));
@@ -237,7 +240,8 @@ TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
         layer
             ? core::layer_image(snapshot, *layer, &look)
             : core::Result<core::FloatImage>(core::all_layers_image(snapshot, view.settings.film));
-    auto made = core::LayerRows::create(*picture.film, rect, layer, view.settings.film, look);
+    auto made =
+        core::LayerRows::create(*picture.film, rect, layer, view.settings.film, {.denoised = look});
     ASSERT_TRUE(whole && made) << layer.value_or("all");
     const core::ImageRows rows = made->rows();
     ASSERT_EQ(rows.channel_names, whole->channel_names);

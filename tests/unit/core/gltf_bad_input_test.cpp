@@ -1,3 +1,4 @@
+#include "core/scene_io/gltf_uri.h"
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {
@@ -50,7 +51,8 @@ TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {
   const auto scene = load_json("{" + kAsset + R"(,"extensionsUsed":["FOO_bar"]})");
   ASSERT_TRUE(scene);
   ASSERT_EQ(scene->warnings.size(), 1U);
-  EXPECT_EQ(scene->warnings[0], "extension \"FOO_bar\" is used by the file and was ignored");
+  EXPECT_EQ(scene->warnings[0].text(),
+            "/extensionsUsed/0: extension \"FOO_bar\" is used by the file and was ignored");
 }
 
 // A hint for graphics cards; gltf-validator warns about values outside its list.
@@ -67,37 +69,37 @@ TEST(GltfBadInput, ViewBeyondItsBufferIsRefused) {
   core::GlbWriter writer;
   const std::vector<float> data(16, 0.0F);
   writer.add_view(bytes(data), R"({"byteLength":9999})");
-  expect_error_at(load(writer), "/bufferViews/0");
+  expect_error_at(load_strictly(writer), "/bufferViews/0");
 }
 
 TEST(GltfBadInput, ViewWhoseEndOverflowsIsRefused) {
   core::GlbWriter writer;
   const std::vector<float> data(16, 0.0F);
   writer.add_view(bytes(data), R"({"byteOffset":9007199254740991})");
-  expect_error_at(load(writer), "/bufferViews/0");
+  expect_error_at(load_strictly(writer), "/bufferViews/0");
 }
 
 TEST(GltfBadInput, NegativeOffsetIsRefused) {
   core::GlbWriter writer;
   const std::vector<float> data(16, 0.0F);
   writer.add_view(bytes(data), R"({"byteOffset":-4})");
-  expect_error_at(load(writer), "/bufferViews/0/byteOffset");
+  expect_error_at(load_strictly(writer), "/bufferViews/0/byteOffset");
 }
 
 TEST(GltfBadInput, AccessorBeyondItsViewIsRefused) {
   core::GlbWriter writer;
   writer.add_accessor(bytes(triangle_positions()), kF32, "VEC3", 4);
-  expect_error_at(load(writer), "/accessors/0");
+  expect_error_at(load_strictly(writer), "/accessors/0");
 }
 
 TEST(GltfBadInput, HugeCountIsRefused) {
   core::GlbWriter writer;
   writer.add_accessor(bytes(triangle_positions()), kF32, "VEC3", 1'000'000'000'000'000);
-  expect_error_at(load(writer), "/accessors/0");
+  expect_error_at(load_strictly(writer), "/accessors/0");
 }
 
 TEST(GltfBadInput, HugeAccessorOfZerosIsTooLarge) {
-  const auto scene = load_json(
+  const auto scene = load_json_strictly(
       "{" + kAsset +
       R"(,"accessors":[{"componentType":5126,"type":"VEC3","count":4503599627370496}],)"
       R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]})");
@@ -109,7 +111,7 @@ TEST(GltfBadInput, IndexBeyondTheVerticesIsRefused) {
   core::GlbWriter writer;
   const int indices = accessor(writer, std::vector<std::uint16_t>{0, 1, 3}, kU16, "SCALAR", 1);
   add_triangle(writer, "\"indices\":" + number(indices));
-  const auto scene = load(writer);
+  const auto scene = load_strictly(writer);
   expect_error_at(scene, "/meshes/0/primitives/0/indices");
   EXPECT_EQ(scene.error().message, "index 3 at place 2 is not below the 3 vertices");
 }
@@ -118,7 +120,7 @@ TEST(GltfBadInput, SignedIndicesAreRefused) {
   core::GlbWriter writer;
   const int indices = accessor(writer, std::vector<std::int16_t>{0, 1, 2}, kI16, "SCALAR", 1);
   add_triangle(writer, "\"indices\":" + number(indices));
-  expect_error_at(load(writer), "/meshes/0/primitives/0/indices");
+  expect_error_at(load_strictly(writer), "/meshes/0/primitives/0/indices");
 }
 
 TEST(GltfBadInput, AttributeWithOtherCountIsRefused) {
@@ -127,7 +129,7 @@ TEST(GltfBadInput, AttributeWithOtherCountIsRefused) {
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) +
                             ",\"NORMAL\":" + number(normals) + "}");
-  expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/NORMAL");
+  expect_error_at(load_strictly(writer), "/meshes/0/primitives/0/attributes/NORMAL");
 }
 
 TEST(GltfBadInput, NotANumberInPositionsIsRefused) {
@@ -136,72 +138,75 @@ TEST(GltfBadInput, NotANumberInPositionsIsRefused) {
   positions[4] = std::numeric_limits<float>::quiet_NaN();
   const int a = accessor(writer, positions, kF32, "VEC3", 3);
   add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(a) + "}");
-  expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/POSITION");
+  expect_error_at(load_strictly(writer), "/meshes/0/primitives/0/attributes/POSITION");
 }
 
 TEST(GltfBadInput, MissingMaterialIsReported) {
   core::GlbWriter writer;
   add_triangle(writer, "\"material\":7");
-  const auto scene = load(writer);
+  const auto scene = load_strictly(writer);
   expect_error_at(scene, "/meshes/0/primitives/0/material");
   EXPECT_EQ(scene.error().message, "7 names none of the 0 materials");
 }
 
 TEST(GltfBadInput, FactorOutsideItsRangeIsRefused) {
-  const auto scene = load_material(R"("pbrMetallicRoughness":{"metallicFactor":1.5})");
+  const auto scene = load_material_strictly(R"("pbrMetallicRoughness":{"metallicFactor":1.5})");
   expect_error_at(scene, "/materials/0/pbrMetallicRoughness/metallicFactor");
   EXPECT_EQ(scene.error().message, "1.5 is outside [0, 1]");
 }
 
 TEST(GltfBadInput, WrongTypeIsRefused) {
-  expect_error_at(load_material(R"("alphaMode":3)"), "/materials/0/alphaMode");
+  expect_error_at(load_material_strictly(R"("alphaMode":3)"), "/materials/0/alphaMode");
 }
 
 TEST(GltfBadInput, UnknownEnumeratorIsRefused) {
-  expect_error_at(load_material(R"("alphaMode":"GLOW")"), "/materials/0/alphaMode");
+  expect_error_at(load_material_strictly(R"("alphaMode":"GLOW")"), "/materials/0/alphaMode");
 }
 
 TEST(GltfBadInput, ShortColorIsRefused) {
-  expect_error_at(load_material(R"("pbrMetallicRoughness":{"baseColorFactor":[1,1,1]})"),
+  expect_error_at(load_material_strictly(R"("pbrMetallicRoughness":{"baseColorFactor":[1,1,1]})"),
                   "/materials/0/pbrMetallicRoughness/baseColorFactor");
 }
 
 TEST(GltfBadInput, ExtensionMembersAreChecked) {
   expect_error_at(
-      load_material(R"("extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":2}})"),
+      load_material_strictly(R"("extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":2}})"),
       "/materials/0/extensions/KHR_materials_clearcoat/clearcoatFactor");
 }
 
 TEST(GltfBadInput, IorBetween0And1IsRefused) {
-  expect_error_at(load_material(R"("extensions":{"KHR_materials_ior":{"ior":0.5}})"),
+  expect_error_at(load_material_strictly(R"("extensions":{"KHR_materials_ior":{"ior":0.5}})"),
                   "/materials/0/extensions/KHR_materials_ior/ior");
 }
 
 TEST(GltfBadInput, CycleOfNodesIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[1]},{"children":[0]}]})"),
-                  "/nodes/0");
+  expect_error_at(
+      load_json_strictly("{" + kAsset + R"(,"nodes":[{"children":[1]},{"children":[0]}]})"),
+      "/nodes/0");
 }
 
 TEST(GltfBadInput, NodeAsItsOwnChildIsRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[0]}]})"), "/nodes/0");
+  expect_error_at(load_json_strictly("{" + kAsset + R"(,"nodes":[{"children":[0]}]})"), "/nodes/0");
 }
 
 TEST(GltfBadInput, TwoParentsAreRefused) {
-  expect_error_at(load_json("{" + kAsset + R"(,"nodes":[{"children":[2]},{"children":[2]},{}]})"),
-                  "/nodes/1/children/0");
+  expect_error_at(
+      load_json_strictly("{" + kAsset + R"(,"nodes":[{"children":[2]},{"children":[2]},{}]})"),
+      "/nodes/1/children/0");
 }
 
 TEST(GltfBadInput, MatrixWithTranslationRotationOrScaleIsRefused) {
   expect_error_at(
-      load_json("{" + kAsset +
-                R"(,"nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1]}]})"),
+      load_json_strictly(
+          "{" + kAsset +
+          R"(,"nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1]}]})"),
       "/nodes/0");
 }
 
 TEST(GltfBadInput, TransformThatOverflowsIsRefused) {
   expect_error_at(
-      load_json("{" + kAsset +
-                R"(,"nodes":[{"scale":[1e30,1,1],"children":[1]},{"scale":[1e30,1,1]}]})"),
+      load_json_strictly("{" + kAsset +
+                         R"(,"nodes":[{"scale":[1e30,1,1],"children":[1]},{"scale":[1e30,1,1]}]})"),
       "/nodes/1");
 }
 
@@ -218,7 +223,7 @@ TEST(GltfBadInput, ReadsAnyDepthOfNodes) {
 }
 
 TEST(GltfBadInput, ListsAllMissingFiles) {
-  const auto scene = load_json(
+  const auto scene = load_json_strictly(
       "{" + kAsset +
       R"(,"buffers":[{"uri":"a%20b.bin","byteLength":4},{"uri":"c.bin","byteLength":4}]})");
   ASSERT_FALSE(scene);
@@ -228,7 +233,8 @@ TEST(GltfBadInput, ListsAllMissingFiles) {
 
 TEST(GltfBadInput, AbsoluteUriIsRefused) {
   expect_error_at(
-      load_json("{" + kAsset + R"(,"buffers":[{"uri":"file:///etc/passwd","byteLength":4}]})"),
+      load_json_strictly("{" + kAsset +
+                         R"(,"buffers":[{"uri":"file:///etc/passwd","byteLength":4}]})"),
       "/buffers/0/uri");
 }
 
@@ -237,13 +243,13 @@ TEST(GltfBadInput, TruncatedExternalFileIsRefused) {
     return std::make_shared<const core::Bytes>(core::Bytes(3));
   };
   expect_error_at(
-      load_json("{" + kAsset + R"(,"buffers":[{"uri":"a.bin","byteLength":4}]})", resolve),
+      load_json_strictly("{" + kAsset + R"(,"buffers":[{"uri":"a.bin","byteLength":4}]})", resolve),
       "/buffers/0/byteLength");
 }
 
 TEST(GltfBadInput, BrokenBase64IsRefused) {
   expect_error_at(
-      load_json(
+      load_json_strictly(
           "{" + kAsset +
           R"(,"buffers":[{"uri":"data:application/octet-stream;base64,AB!=","byteLength":1}]})"),
       "/buffers/0/uri");
@@ -257,7 +263,7 @@ TEST(GltfBadInput, BrokenImageIsRefusedAtTheImage) {
   writer.add("textures", R"({"source":0})");
   writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
   add_triangle(writer, "\"material\":0");
-  expect_error_at(load(writer), "/images/0");
+  expect_error_at(load_strictly(writer), "/images/0");
 }
 
 TEST(GltfBadInput, TooManyTrianglesAreTooLarge) {
@@ -295,14 +301,67 @@ TEST(GltfBadInput, AcceptsIntegersWrittenAsFloats) {
   EXPECT_TRUE(scene.has_value());
 }
 
-TEST(GltfUris, ListsExternalFilesOnceInOrder) {
+std::vector<std::string> files_of(const std::string& json, const std::string& there = "") {
+  const auto files = core::gltf_files(std::as_bytes(std::span(json)),
+                                      [&](std::string_view name) { return name == there; });
+  EXPECT_TRUE(files.has_value()) << (files ? "" : files.error().message);
+  return files ? *files : std::vector<std::string>();
+}
+
+TEST(GltfFiles, AreListedOnceInOrderWithNamesDecodedOnce) {
+  EXPECT_EQ(files_of("{" + kAsset +
+                     R"(,"buffers":[{"uri":"b.bin","byteLength":4},)"
+                     R"({"uri":"DATA:,abcd","byteLength":4}],)"
+                     R"("textures":[{"source":0},{"source":1},{"source":2}],)"
+                     R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"},{"uri":"a%2520b.png"}]})"),
+            (std::vector<std::string>{"b.bin", "a b.png", "a%20b.png"}));
+}
+
+TEST(GltfFiles, AreOnlyThoseThatATextureUses) {
+  EXPECT_EQ(files_of("{" + kAsset + R"(,"images":[{"uri":"gone.png"}]})"),
+            std::vector<std::string>());
+}
+
+TEST(GltfFiles, PreferTheCompressedFormIfItIsThere) {
   const std::string json =
       "{" + kAsset +
-      R"(,"buffers":[{"uri":"b.bin","byteLength":4},{"uri":"data:,abcd","byteLength":4}],)"
-      R"("images":[{"uri":"a%20b.png"},{"uri":"b.bin"}]})";
-  const auto uris = core::gltf_uris(std::as_bytes(std::span(json)));
-  ASSERT_TRUE(uris);
-  EXPECT_EQ(*uris, (std::vector<std::string>{"b.bin", "a b.png"}));
+      R"(,"extensionsUsed":["EXT_texture_webp"],"images":[{"uri":"a.png"},{"uri":"a.webp"}],)"
+      R"("textures":[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}]})";
+  EXPECT_EQ(files_of(json), std::vector<std::string>{"a.png"});
+  EXPECT_EQ(files_of(json, "a.webp"), std::vector<std::string>{"a.webp"});
+}
+
+std::string text_of(const std::string& uri) {
+  const auto bytes = core::decode_data_uri(uri);
+  if (!bytes) {
+    return "refused";
+  }
+  return {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
+}
+
+// "Man" and ">>>?" are the examples of RFC 4648 and of its letters + and /.
+TEST(DataUri, IsReadInEveryFormThatRfc2397Allows) {
+  for (const char* uri :
+       {"data:;base64,TWFu", "DATA:application/octet-stream;BASE64,TWFu",
+        "data:application/gltf-buffer;charset=utf-8;base64,TWFu", "data:;base64;charset=utf-8,TWFu",
+        "data:;base64,TW\r\nFu\n", "data:;base64,TWF%75", "data:,Man",
+        "data:text/plain;charset=utf-8,M%61n"}) {
+    EXPECT_EQ(text_of(uri), "Man") << uri;
+  }
+  for (const char* uri :
+       {"data:;base64,Pj4+Pw==", "data:;base64,Pj4%2BPw%3D%3D", "data:;base64,Pj4-Pw"}) {
+    EXPECT_EQ(text_of(uri), ">>>?") << uri;
+  }
+  EXPECT_EQ(text_of("data:;base64,Pz8/"), "???");
+  EXPECT_EQ(text_of("data:;base64,Pz8%2F"), "???");
+  EXPECT_EQ(text_of("data:;base64x,TWFu"), "TWFu");  // another parameter
+}
+
+TEST(DataUri, RefusesOtherText) {
+  for (const char* uri :
+       {"data:;base64,TW=u", "data:;base64,TWFuA", "data:;base64,TW!u", "data:;base64", "dat:,x"}) {
+    EXPECT_EQ(text_of(uri), "refused") << uri;
+  }
 }
 
 core::Bytes document_of(const std::string& text) {
@@ -338,7 +397,7 @@ TEST(GltfMemory, IsLimitedBeforeItIsAllocated) {
 TEST(GltfPrimitive, WithoutAttributesIsRefused) {
   const auto loaded = core::load_gltf(
       document_of(R"({"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{}}]}]})"),
-      nullptr, {});
+      nullptr, strictly());
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().where, "/meshes/0/primitives/0/attributes");
 }

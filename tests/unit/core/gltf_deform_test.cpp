@@ -180,7 +180,7 @@ TEST(GltfAnimation, RefusesTimesThatDoNotIncrease) {
   writer.add("animations",
              "{\"samplers\":[{\"input\":" + number(times) + ",\"output\":" + number(output) +
                  "}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}]}");
-  expect_error_at(load(writer), "/animations/0/samplers/0/input");
+  expect_error_at(load_strictly(writer), "/animations/0/samplers/0/input");
 }
 
 TEST(GltfAnimation, IgnoresASecondAnimationOfTheSameNode) {

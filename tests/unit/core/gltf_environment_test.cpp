@@ -1,6 +1,8 @@
 // EXT_lights_image_based; quotations are from the extension.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/image_io/image_io.h"
 #include "core/lights/environment.h"
@@ -133,6 +135,26 @@ TEST(GltfEnvironment, FacesAreSeenFromTheCenter) {
   expect_color(*environment, {-0.4F, 1, -0.4F}, white);
   expect_color(*environment, {0.4F, -1, 0.4F}, black);
   expect_color(*environment, {-0.4F, -1, -0.4F}, green);
+}
+
+TEST(GltfEnvironment, CountsTexelsThatAreNoLight) {
+  auto faces = colored();
+  faces[0].values[0] = -1;
+  faces[0].values[3] = std::numeric_limits<float>::quiet_NaN();
+  core::GlbWriter writer;
+  std::string images;
+  const auto exr = static_cast<int>(
+      std::find_if(core::image_formats().begin(), core::image_formats().end(),
+                   [](const core::ImageFormat& format) { return format.extension == "exr"; }) -
+      core::image_formats().begin());
+  for (const core::FloatImage& face : faces) {
+    images += (images.empty() ? "[" : ",") + number(add_face(writer, face, exr));
+  }
+  add_light(writer, images + "]");
+  const auto scene = load(writer, {});
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->warnings.size(), 1U);
+  EXPECT_EQ(scene->warnings[0].detail.find("2 texels of image 0 have negative"), 0U);
 }
 
 TEST(GltfEnvironment, IsMultipliedByItsIntensity) {

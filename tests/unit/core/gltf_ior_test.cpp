@@ -95,7 +95,7 @@ TEST(GltfIor, WarnsAboutContradictions) {
   const auto warnings = [](const std::string& extensions) {
     const auto scene = with_extras(kSellmeier, extensions);
     EXPECT_TRUE(scene);
-    return scene ? scene->warnings : std::vector<std::string>();
+    return scene ? scene->warnings : std::vector<core::Warning>();
   };
   // n_d = 1.5168 and 20 / V_d = 20 / 64.17 = 0.3117, rounded as exporters do.
   EXPECT_TRUE(warnings(R"(,"KHR_materials_ior":{"ior":1.52},)"
@@ -103,11 +103,11 @@ TEST(GltfIor, WarnsAboutContradictions) {
                   .empty());
   const auto ior = warnings(R"(,"KHR_materials_ior":{"ior":1.45})");
   ASSERT_EQ(ior.size(), 1U);
-  EXPECT_EQ(ior[0],
+  EXPECT_EQ(ior[0].detail,
             "material '': KHR_materials_ior says 1.45, the curve in extras 1.517, which is used");
   const auto dispersion = warnings(R"(,"KHR_materials_dispersion":{"dispersion":0.4})");
   ASSERT_EQ(dispersion.size(), 1U);
-  EXPECT_EQ(dispersion[0],
+  EXPECT_EQ(dispersion[0].detail,
             "material '': KHR_materials_dispersion says 0.4, the curve in extras 0.3117, which "
             "is used if spectral is true");
 }
@@ -117,13 +117,14 @@ TEST(GltfIor, WarnsAboutCurvesWithoutEffect) {
   ASSERT_TRUE(surface);
   EXPECT_NEAR(surface->materials[0].ior, 1.5168F, 5e-6F);
   ASSERT_EQ(surface->warnings.size(), 1U);
-  EXPECT_NE(surface->warnings[0].find("causes dispersion only in volumes"), std::string::npos);
+  EXPECT_NE(surface->warnings[0].detail.find("causes dispersion only in volumes"),
+            std::string::npos);
 
   const auto glossy = with_extras(kCauchy, R"(,"KHR_materials_pbrSpecularGlossiness":{})");
   ASSERT_TRUE(glossy);
   EXPECT_FALSE(glossy->materials[0].ior_curve.is_known());
   ASSERT_EQ(glossy->warnings.size(), 1U);
-  EXPECT_NE(glossy->warnings[0].find("has no effect"), std::string::npos);
+  EXPECT_NE(glossy->warnings[0].detail.find("has no effect"), std::string::npos);
 }
 
 }  // namespace

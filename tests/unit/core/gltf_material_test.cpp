@@ -142,7 +142,8 @@ TEST(GltfMaterial, WarnsAboutATextureOfAMedium) {
   const auto scene = load(writer);
   ASSERT_TRUE(scene) << scene.error().message;
   ASSERT_EQ(scene->warnings.size(), 1U);
-  EXPECT_NE(scene->warnings[0].find("multiscatterColorTexture is ignored"), std::string::npos);
+  EXPECT_NE(scene->warnings[0].detail.find("multiscatterColorTexture is ignored"),
+            std::string::npos);
 }
 
 TEST(GltfMaterial, ScatteringOfThinWallsIsDiffuseTransmission) {
@@ -480,7 +481,7 @@ TEST(GltfMaterial, ReadsThePriorityOfSolids) {
     ASSERT_TRUE(ignored) << wrong;
     EXPECT_EQ(ignored->materials[0].priority, 0) << wrong;
     ASSERT_EQ(ignored->warnings.size(), 1U) << wrong;
-    EXPECT_NE(ignored->warnings[0].find("extras.priority"), std::string::npos);
+    EXPECT_NE(ignored->warnings[0].detail.find("extras.priority"), std::string::npos);
   }
   const auto thin = load_material(R"("extras":{"priority":3})");
   ASSERT_TRUE(thin);

@@ -69,11 +69,28 @@ inline core::Result<core::SceneDescription> load_json(const std::string& json,
 }
 
 /// Loads a GLB of one triangle whose material has these members.
-inline core::Result<core::SceneDescription> load_material(const std::string& members) {
+inline core::Result<core::SceneDescription> load_material(const std::string& members,
+                                                          const core::GltfOptions& options = {}) {
   core::GlbWriter writer;
   writer.add("materials", "{" + members + "}");
   add_triangle(writer, "\"material\":0");
-  return load(writer);
+  return load(writer, options);
+}
+
+/// As above, without mending faults.
+inline core::GltfOptions strictly(core::GltfOptions options = {}) {
+  options.is_strict = true;
+  return options;
+}
+inline core::Result<core::SceneDescription> load_strictly(core::GlbWriter& writer) {
+  return load(writer, strictly());
+}
+inline core::Result<core::SceneDescription> load_material_strictly(const std::string& members) {
+  return load_material(members, strictly());
+}
+inline core::Result<core::SceneDescription> load_json_strictly(
+    const std::string& json, const core::ResolveUri& resolve = nullptr) {
+  return core::load_gltf(std::as_bytes(std::span(json)), resolve, strictly());
 }
 
 /// Returns the only primitive of a scene; fails the test if there is none.

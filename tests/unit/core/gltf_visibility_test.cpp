@@ -58,7 +58,7 @@ TEST(GltfVisibility, MayBeRequired) {
 TEST(GltfVisibility, MustBeABoolean) {
   core::GlbWriter writer;
   add_triangle(writer, "", R"("extensions":{"KHR_node_visibility":{"visible":0}})");
-  expect_error_at(load(writer), "/nodes/0/extensions/KHR_node_visibility/visible");
+  expect_error_at(load_strictly(writer), "/nodes/0/extensions/KHR_node_visibility/visible");
 }
 
 }  // namespace

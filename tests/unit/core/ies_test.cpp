@@ -325,7 +325,8 @@ TEST(GltfLightProfiles, LoadFromExternalFiles) {
   core::GlbWriter writer;
   add_lit(writer, R"({"uri":"a%20lamp.ies"})", R"("light":0)");
   const auto separate = writer.finish_separate("a.bin");
-  const auto uris = core::gltf_uris(std::as_bytes(std::span(separate.json)));
+  const auto uris = core::gltf_files(std::as_bytes(std::span(separate.json)),
+                                     [](std::string_view) { return false; });
   ASSERT_TRUE(uris);
   EXPECT_EQ(*uris, (std::vector<std::string>{"a.bin", "a lamp.ies"}));
   const auto resolve = [&](bool has_profile) {

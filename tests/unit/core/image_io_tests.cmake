@@ -1,4 +1,7 @@
 set(IMAGE_IO_TEST_SOURCES
+  file_names_test.cpp
+  image_headers_test.cpp
   image_io_test.cpp
   ktx2_test.cpp
   tone_map_test.cpp)
+set(IMAGE_IO_TEST_LIBRARIES core_names PkgConfig::WEBP)

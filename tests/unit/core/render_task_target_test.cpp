@@ -62,14 +62,14 @@ TEST(RenderTaskProgress, OfAnErrorTargetDoesNotDecrease) {
 /// count.
 struct Asked {
   std::vector<double> samples;
-  std::vector<double> alphas;
+  std::vector<double> confidences;
 
   core::TaskOptions options(double target) {
     core::TaskOptions out;
     out.stop.denoised_error = target;
-    out.denoised_bound = [this](const core::Film& film, double alpha) {
+    out.denoised_bound = [this](const core::Film& film, double confidence) {
       samples.push_back(film.sample_counts().mean);
-      alphas.push_back(alpha);
+      confidences.push_back(confidence);
       return 1 / samples.back();
     };
     return out;
@@ -85,8 +85,8 @@ TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
   core::run_to_end(task, 2);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kDenoisedError);
   EXPECT_EQ(asked.samples, (std::vector<double>{4, 6, 8, 12}));
-  for (const double alpha : asked.alphas) {
-    EXPECT_DOUBLE_EQ(alpha, (1 - 0.95) / 2) << "of two error checks, each with a risk";
+  for (const double confidence : asked.confidences) {
+    EXPECT_DOUBLE_EQ(confidence, 0.95);
   }
 }
 

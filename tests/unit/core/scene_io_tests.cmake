@@ -16,6 +16,7 @@ set(SCENE_IO_TEST_SOURCES
   gltf_motion_test.cpp
   gltf_objects_test.cpp
   gltf_pointer_test.cpp
+  gltf_repairs_test.cpp
   gltf_tangent_test.cpp
   gltf_visibility_test.cpp
   ies_test.cpp)

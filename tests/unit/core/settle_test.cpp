@@ -99,8 +99,8 @@ TEST(Crowding, CountsInstancesWithTheirTriangles) {
 TEST(Crowding, IsAWarningOfTheScene) {
   const auto warns = [](core::SceneDescription description) {
     const auto scene = core::Scene::build(std::move(description), 1);
-    for (const std::string& warning : (*scene)->summary().warnings) {
-      if (warning.find("in the same place") != std::string::npos) {
+    for (const core::Warning& warning : (*scene)->summary().warnings) {
+      if (warning.detail.find("in the same place") != std::string::npos) {
         return true;
       }
     }

@@ -106,7 +106,7 @@ TEST(Solids, ContainThePointsInsideTheirSurface) {
   const auto scene = balls({glass(), glass()}, {1, 0.5F});
   const core::SceneData& data = scene->data();
   ASSERT_EQ(data.solids.size(), 2U);
-  EXPECT_TRUE(scene->summary().warnings.empty()) << scene->summary().warnings.front();
+  EXPECT_TRUE(scene->summary().warnings.empty()) << scene->summary().warnings.front().detail;
   EXPECT_TRUE(core::solids_around(data, {0, 0, 1.5F}).empty());
   EXPECT_TRUE(core::solids_around(data, {0.9F, 0.9F, 0}).empty()) << "in the box alone";
   const MediumStack outer = core::solids_around(data, {0, 0, 0.75F});
@@ -143,13 +143,13 @@ TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
   EXPECT_TRUE(warnings(ball).empty());
   const auto inward = warnings(test_support::sphere({0, 0, 0}, 1, 8, true, 0));
   ASSERT_EQ(inward.size(), 1U);
-  EXPECT_NE(inward.front().find("mesh 'vase'"), std::string::npos);
-  EXPECT_NE(inward.front().find("faces inwards"), std::string::npos);
+  EXPECT_NE(inward.front().detail.find("mesh 'vase'"), std::string::npos);
+  EXPECT_NE(inward.front().detail.find("faces inwards"), std::string::npos);
   ball.indices.resize(ball.indices.size() / 2);
   const auto open = warnings(ball);
   ASSERT_EQ(open.size(), 1U);
-  EXPECT_NE(open.front().find("mesh 'vase'"), std::string::npos);
-  EXPECT_NE(open.front().find("is not closed"), std::string::npos);
+  EXPECT_NE(open.front().detail.find("mesh 'vase'"), std::string::npos);
+  EXPECT_NE(open.front().detail.find("is not closed"), std::string::npos);
 }
 
 TEST(ClosedSurface, SeamsAreClosedUpToRounding) {

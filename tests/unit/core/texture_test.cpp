@@ -34,6 +34,15 @@ double srgb_of(double c) {
   return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
 }
 
+/// The coarsest level, which a footprint of the whole texture reads.
+Vec4 coarsest_of(const Texture& texture) {
+  Texture::Lookup at;
+  at.uv = {0.5F, 0.5F};
+  at.across = {2, 0};
+  at.along = {0, 2};
+  return texture.sample(at);
+}
+
 /// The largest distance, in steps of 1/255, between the 1x1 level of 2x2 images and the mean of
 /// their texels in linear light. scale: 1, or a fault.
 double worst_rounding(int channels, bool srgb, double scale = 1) {
@@ -41,7 +50,7 @@ double worst_rounding(int channels, bool srgb, double scale = 1) {
   double worst = 0;
   for (int round = 0; round < 20'000; ++round) {
     const Image image = image_of(2, 2, channels, random);
-    const Vec4 coarsest = Texture::create(image, srgb)->mean();
+    const Vec4 coarsest = coarsest_of(*Texture::create(image, srgb));
     const bool grey = channels <= 2;
     for (int c = 0; c < (grey ? 1 : 3); ++c) {
       double sum = 0;
@@ -75,6 +84,67 @@ TEST(TextureLevels, HalveOddAndNarrowImages) {
     const Vec4 mean = texture->mean();
     EXPECT_TRUE(mean.x >= 0 && mean.x <= 1 && mean.w >= 0 && mean.w <= 1);
   }
+}
+
+/// Float images are not rounded: each level must keep the sum over the area.
+Image ramp_of(int width, int height) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = 3;
+  image.type = core::PixelType::kF32;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      // The last column and row are the brightest.
+      for (const float v : {static_cast<float>(x == width - 1), static_cast<float>(y == height - 1),
+                            static_cast<float>((x + 1) * (y + 1))}) {
+        const auto* bytes = reinterpret_cast<const std::byte*>(&v);
+        image.bytes.insert(image.bytes.end(), bytes, bytes + sizeof v);
+      }
+    }
+  }
+  return image;
+}
+
+TEST(TextureLevels, KeepTheMeanOfEverySize) {
+  for (int width = 1; width <= 17; ++width) {
+    for (const int height : {1, 2, 3, 6, 7, 31}) {
+      const auto texture = Texture::create(ramp_of(width, height), false);
+      const auto w = static_cast<float>(width);
+      const auto h = static_cast<float>(height);
+      const float product = (w + 1) * (h + 1) / 4;
+      for (const Vec4& found : {coarsest_of(*texture), texture->mean()}) {
+        EXPECT_NEAR(found.x * w, 1, 1e-5F) << width << 'x' << height;
+        EXPECT_NEAR(found.y * h, 1, 1e-5F) << width << 'x' << height;
+        EXPECT_NEAR(found.z / product, 1, 1e-5F) << width << 'x' << height;
+      }
+    }
+  }
+}
+
+TEST(TextureLevels, OfBytesKeepTheLastColumn) {
+  // Black but for the last of 2^k - 1 columns, whose share halving would lose; sRGB and data.
+  for (const bool srgb : {false, true}) {
+    Image image;
+    image.width = 7;
+    image.height = 1;
+    image.channels = 1;
+    image.bytes.assign(7, std::byte{0});
+    image.bytes[6] = std::byte{255};
+    const float found = coarsest_of(*Texture::create(image, srgb)).x;
+    // Two roundings to 255 steps, of up to 1/100 in linear light near 1/7.
+    EXPECT_NEAR(found, 1.0F / 7, srgb ? 0.006F : 0.004F);
+  }
+}
+
+TEST(TextureMean, IsThatOfTheTexelsNotOfRoundedLevels) {
+  Image image;
+  image.width = 64;
+  image.height = 64;
+  image.channels = 1;
+  image.bytes.assign(64 * 64, std::byte{0});
+  image.bytes[100] = std::byte{255};
+  EXPECT_NEAR(Texture::create(image, true)->mean().x * 64 * 64, 1, 1e-5F);
 }
 
 TEST(TextureTaps, OfOneTextureApplyToAnotherOfItsSize) {

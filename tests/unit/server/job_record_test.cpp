@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -51,6 +53,8 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   record.view.state = JobState::kFailed;
   record.view.stop_reason = core::StopReason::kFailed;
   record.view.warnings = {"careful"};
+  api::add_warning(record.view, {"clamped", "/materials/0", "2 is outside [0, 1]; 1 counts"});
+  api::add_warning(record.view, {"padding", "", "of the\tcontainer"});
   record.failure = core::Error{core::ErrorCode::kNoSpace, "the disk is full", "/films/a"};
   record.view.progress.samples_max = 4;
   record.view.progress.elapsed_seconds = 2;
@@ -62,7 +66,11 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   EXPECT_TRUE(api::same_spec(back->view.spec, record.view.spec));
   EXPECT_EQ(back->sequence, 9);
   EXPECT_EQ(back->view.state, JobState::kFailed);
-  EXPECT_EQ(back->view.warnings, record.view.warnings);
+  const std::vector<std::string> texts = {"careful", "/materials/0: 2 is outside [0, 1]; 1 counts",
+                                          "of the container"};
+  EXPECT_EQ(back->view.warnings, texts);
+  ASSERT_EQ(back->view.warning_details.size(), 2U);
+  EXPECT_EQ(back->view.warning_details[0], record.view.warning_details[0]);
   ASSERT_TRUE(back->view.failure);
   EXPECT_EQ(back->view.failure->status, 507);
   EXPECT_EQ(back->view.progress.samples_max, 4);
@@ -75,7 +83,7 @@ TEST(JobRecord, IsRestoredFromItsRow) {
 TEST(JobRecord, UnknownErrorStaysUnknown) {
   const auto back = server::to_record(server::to_row(made_record()));
   ASSERT_TRUE(back);
-  EXPECT_TRUE(std::isnan(back->view.progress.error.relative_rmse));
+  EXPECT_TRUE(std::isnan(back->view.progress.error.relative));
   EXPECT_FALSE(back->view.failure);
 }
 

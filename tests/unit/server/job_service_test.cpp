@@ -166,7 +166,7 @@ TEST_F(Jobs, FinishedJobOutlivesTheProcess) {
   EXPECT_EQ(after.state, JobState::kFinished);
   EXPECT_EQ(after.film_digest, before.film_digest);
   EXPECT_EQ(after.progress.rays, before.progress.rays);
-  EXPECT_EQ(after.progress.error.relative_rmse, before.progress.error.relative_rmse);
+  EXPECT_EQ(after.progress.error.relative, before.progress.error.relative);
   EXPECT_EQ((*jobs->films().film(**found))->digest(), before.film_digest);
   EXPECT_TRUE((*found)->end_mark());
 }

@@ -101,12 +101,65 @@ TEST_F(Scenes, UriMayGoUpInsideTheArchiveButNotOutOfIt) {
 
 TEST_F(Scenes, ListsMissingFiles) {
   const auto zipped = scenes->add_zip(bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}})));
-  ASSERT_FALSE(zipped);
-  EXPECT_EQ(zipped.error().code, ErrorCode::kMissingFiles);
-  EXPECT_NE(zipped.error().message.find("m.bin"), std::string::npos);
+  ASSERT_TRUE(zipped) << zipped.error().message;
+  EXPECT_EQ(zipped->missing, std::vector<std::string>{"m.bin"});
   const auto alone = scenes->add_file(bytes_of(triangle_gltf("/etc/passwd")));
-  ASSERT_FALSE(alone);
-  EXPECT_EQ(alone.error().code, ErrorCode::kMissingFiles);
+  ASSERT_TRUE(alone) << alone.error().message;
+  EXPECT_EQ(alone->missing, std::vector<std::string>{"/etc/passwd"});
+  EXPECT_TRUE(scenes->list(Access::of(""), std::nullopt, 10)->empty());
+}
+
+TEST_F(Scenes, ZipsOfWindowsAndMacosAreRead) {
+  const std::string mesh = triangle_buffer();
+  const std::vector<std::vector<test_support::ZipFile>> archives = {
+      {{"a.gltf", triangle_gltf("m.bin")}, {"m.bin", mesh}, {"._a.gltf", "x"}, {"._m.bin", "x"}},
+      {{"in/a.gltf", triangle_gltf("m.bin")},
+       {"in/m.bin", mesh},
+       {"__MACOSX/in/._a.gltf", "x"},
+       {"__MACOSX/a.gltf", "x"}},
+      {{"in\\a.gltf", triangle_gltf("d/m.bin")}, {"in\\d\\m.bin", mesh}},
+      {{"a.gltf", triangle_gltf("d\\\\m.bin")}, {"d/m.bin", mesh}},
+      {{"A.GLTF", triangle_gltf("m.bin")}, {"m.bin", mesh}},
+      {{"a.gltf", triangle_gltf("Mesh.bin")}, {"MESH.BIN", mesh}},
+      {{"a.gltf", triangle_gltf("K\u00fcche.bin")}, {"Ku\u0308che.bin", mesh}},
+      {{"a.gltf", triangle_gltf("K\u00fcche.bin")},
+       {"K\x81"
+        "che.bin",
+        mesh}},  // code page 437
+      {{"Fox/glTF/Fox.gltf", triangle_gltf("none.bin")},
+       {"Fox/glTF-Binary/Fox.glb", triangle_gltf("m.bin")},
+       {"Fox/glTF-Binary/m.bin", mesh}},
+  };
+  for (std::size_t i = 0; i < archives.size(); ++i) {
+    const auto added = scenes->add_zip(bytes_of(make_zip(archives[i])));
+    ASSERT_TRUE(added) << i << ": " << added.error().message;
+    EXPECT_TRUE(added->missing.empty()) << i;
+  }
+}
+
+TEST_F(Scenes, AmongNamesThatDifferByCaseOnlyTheSameOneIsRead) {
+  const auto exact = scenes->add_zip(bytes_of(make_zip(
+      {{"a.gltf", triangle_gltf("m.bin")}, {"M.bin", "x"}, {"m.bin", triangle_buffer()}})));
+  ASSERT_TRUE(exact) << exact.error().message;
+  EXPECT_TRUE(exact->missing.empty());
+  const auto neither = scenes->add_zip(bytes_of(make_zip({{"a.gltf", triangle_gltf("m.Bin")},
+                                                          {"M.bin", triangle_buffer()},
+                                                          {"m.bin", triangle_buffer()}})));
+  ASSERT_TRUE(neither) << neither.error().message;
+  EXPECT_EQ(neither->missing, std::vector<std::string>{"m.Bin"});
+}
+
+TEST_F(Scenes, ZipsWithoutOneSceneAreRefusedWithTheCause) {
+  const auto refusal = [&](const std::vector<test_support::ZipFile>& files) {
+    const auto added = scenes->add_zip(bytes_of(make_zip(files)));
+    return added ? "added" : added.error().message;
+  };
+  const std::string two = refusal({{"high.gltf", "{}"}, {"low.gltf", "{}"}});
+  EXPECT_NE(two.find("\"high.gltf\" and \"low.gltf\""), std::string::npos) << two;
+  const std::string inner = refusal({{"source/model.zip", "PK"}, {"textures/a.png", "x"}});
+  EXPECT_NE(inner.find("\"source/model.zip\""), std::string::npos) << inner;
+  const std::string other = refusal({{"source/model.fbx", "x"}});
+  EXPECT_NE(other.find("\"source/model.fbx\""), std::string::npos) << other;
 }
 
 TEST_F(Scenes, ReportsUnknownAssetsByTheirPointer) {

@@ -96,8 +96,8 @@ TEST_F(Store, RestoresAJobWithEveryMember) {
   row.rays = 12;
   row.rejected_samples = 13;
   row.peak_bytes = 14;
-  row.error_rmse = 0.125;
-  row.error_unreliable = true;
+  row.error_grain = 0.125;
+  row.error_reach = 0.25;
   row.samples_by_error = 15;
   row.split_count = 16;
   row.pause_reason = "storage_full";
@@ -122,9 +122,9 @@ TEST_F(Store, RestoresAJobWithEveryMember) {
   EXPECT_EQ(back.revision, row.revision);
   EXPECT_EQ(back.samples_mean, 1.5);
   EXPECT_EQ(back.rays, 12U);
-  EXPECT_EQ(back.error_rmse, 0.125);
-  EXPECT_FALSE(back.error_low);
-  EXPECT_TRUE(back.error_unreliable);
+  EXPECT_EQ(back.error_grain, 0.125);
+  EXPECT_FALSE(back.error_doubt);
+  EXPECT_EQ(back.error_reach, 0.25);
 }
 
 TEST_F(Store, ListsAreNewestFirstAndPaged) {

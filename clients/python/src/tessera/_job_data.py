@@ -106,6 +106,11 @@ class JobData:
         return list(self.data.get("warnings") or [])
 
     @property
+    def warning_details(self) -> list[dict[str, str]]:
+        """Warnings about the scene's file: `code`, `pointer` and `detail`."""
+        return list(self.data.get("warning_details") or [])
+
+    @property
     def size(self) -> tuple[int, int]:
         """Width and height of the image, or of the crop if there is one."""
         _, _, width, height = self._crop()

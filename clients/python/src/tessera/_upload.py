@@ -1,22 +1,24 @@
-"""Local scene files: the files that they refer to, and their paths."""
+"""Local scene files, and the files beside them."""
 
 from __future__ import annotations
 
 import asyncio
 import hashlib
-import json
 import os
+import unicodedata
 from collections.abc import AsyncIterator, Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import unquote
 
 from ._wire import PIECE_BYTES, Call
-from .errors import TesseraError
+from .errors import MissingFiles, TesseraError
 
 # The server reads a large scene and builds its trees within the request.
 _LOADING_S = 600.0
-_MEDIA = {".glb": "model/gltf-binary", ".zip": "application/zip"}
+_MEDIA = {
+    ".glb": "model/gltf-binary",
+    ".gltf": "model/gltf+json",
+    ".zip": "application/zip",
+}
 
 
 def looks_like_file(scene: str | os.PathLike[str]) -> bool:
@@ -39,23 +41,30 @@ def scene_file(path: str | os.PathLike[str]) -> Path:
         return found[0]
     if not place.is_file():
         raise FileNotFoundError(f"there is no scene file {place}")
-    if place.suffix.lower() not in (".gltf", *_MEDIA):
+    if place.suffix.lower() not in _MEDIA:
         raise TesseraError(f"{place}: a scene is a .glb, .gltf or .zip file, or a folder with one")
     return place
 
 
-def single_file_call(content: Path | bytes, suffix: str) -> Call:
+def _params(name: str | None, strict: bool) -> dict[str, str]:
+    named = {} if name is None else {"name": name}
+    return named | {"strict": "1"} if strict else named
+
+
+def single_file_call(content: Path | bytes, suffix: str, strict: bool = False) -> Call:
     """POST /v1/scenes with a single file."""
     headers = {"Content-Type": _MEDIA[suffix]}
-    params = {"name": content.name} if isinstance(content, Path) else {}
+    params = _params(content.name if isinstance(content, Path) else None, strict)
     return Call(
         "POST", "/v1/scenes", params=params, content=content, headers=headers, timeout_s=_LOADING_S
     )
 
 
-def scene_from_assets_call(gltf_id: str, files: dict[str, str], name: str) -> Call:
+def scene_from_assets_call(
+    gltf_id: str, files: dict[str, str], name: str, strict: bool = False
+) -> Call:
     return Call(
-        "POST", "/v1/scenes", params={"name": name}, json={"gltf": gltf_id, "files": files},
+        "POST", "/v1/scenes", params=_params(name, strict), json={"gltf": gltf_id, "files": files},
         timeout_s=_LOADING_S,
     )  # fmt: skip
 
@@ -69,35 +78,46 @@ def bytes_suffix(content: bytes) -> str:
     raise TesseraError("bytes of a scene are a GLB or a zip archive; these are neither")
 
 
-@dataclass(frozen=True)
-class SideFile:
-    uri: str  # as written in the document
-    path: Path
+_FILES = "/files/"
 
 
-def side_files(gltf: Path) -> list[SideFile]:
-    """Returns the files that a glTF document refers to, each once. They must be in its folder."""
-    try:
-        document = json.loads(gltf.read_bytes())
-    except ValueError as error:
-        raise TesseraError(f"{gltf}: is not JSON: {error}") from error
-    if not isinstance(document, dict):
-        raise TesseraError(f"{gltf}: is not a glTF document")
-    home = gltf.parent.resolve()
-    found: dict[str, SideFile] = {}
-    for kind in ("buffers", "images"):
-        items = document.get(kind)
-        for item in items if isinstance(items, list) else []:
-            uri = item.get("uri") if isinstance(item, dict) else None
-            if not isinstance(uri, str) or uri.startswith("data:") or uri in found:
-                continue
-            path = (home / unquote(uri)).resolve()
-            if "://" in uri or not path.is_relative_to(home):
-                raise TesseraError(f"{gltf}: may only use files in its own folder, not {uri}")
-            if not path.is_file():
-                raise FileNotFoundError(f"{gltf} refers to {uri}, which does not exist")
-            found[uri] = SideFile(uri, path)
-    return list(found.values())
+def missing_files(problem: MissingFiles) -> list[str]:
+    """Returns the names of the files that the server lacks: pointers into `files` of a request."""
+    return [
+        error.pointer[len(_FILES) :].replace("~1", "/").replace("~0", "~")
+        for error in problem.errors
+        if error.pointer.startswith(_FILES)
+    ]
+
+
+def _folded(name: str) -> str:
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
+
+
+def _find_inside(home: Path, name: str) -> Path | None:
+    """Returns the file of that name, else the only one that Windows or macOS would take for it."""
+    place = home
+    for part in name.split("/"):
+        if not (place / part).exists():
+            inside = place.iterdir() if place.is_dir() else ()
+            alike = [each for each in inside if _folded(each.name) == _folded(part)]
+            if len(alike) != 1:
+                return None
+            place = alike[0]
+        else:
+            place /= part
+    return place if place.is_file() else None
+
+
+def side_file(document: Path, name: str) -> Path:
+    """Returns the file beside a document, from its folder only. name: a uri, percent-decoded."""
+    home = document.parent.resolve()
+    path = _find_inside(home, name) or _find_inside(home, name.replace("\\", "/"))
+    if "://" in name or not (path or home / name).resolve().is_relative_to(home):
+        raise TesseraError(f"{document}: may only use files in its own folder, not {name}")
+    if path is None:
+        raise FileNotFoundError(f"{document} refers to {name}, which does not exist")
+    return path.resolve()
 
 
 def pieces(path: Path) -> Iterator[bytes]:

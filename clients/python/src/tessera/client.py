@@ -40,7 +40,7 @@ from ._wire import (
     unreachable,
 )
 from .batch import Batch
-from .errors import MethodNotAllowed, NotFound, problem_of
+from .errors import MethodNotAllowed, MissingFiles, NotFound, problem_of
 from .job import Job
 from .options import JobOptions, make_request
 from .results import Comparison, LabPoint, LabRun, Scene, ServerInfo
@@ -112,19 +112,41 @@ class Client:
 
     # Uploads and submissions.
 
-    def upload(self, scene: Pathish | bytes) -> Scene:
+    def upload(self, scene: Pathish | bytes, *, strict: bool = False) -> Scene:
         """Uploads a scene: .glb, .gltf, .zip, a folder with a glTF, or the bytes of a GLB or zip.
 
-        Does not send files that the server has already.
+        Does not send files that the server has already. strict: files with faults are refused
+        instead of mended with `warnings`.
         """
         if isinstance(scene, bytes):
-            return self._scene(_upload.single_file_call(scene, _upload.bytes_suffix(scene)))
+            suffix = _upload.bytes_suffix(scene)
+            return self._scene(_upload.single_file_call(scene, suffix, strict))
         path = _upload.scene_file(scene)
-        if path.suffix.lower() != ".gltf":
-            return self._scene(_upload.single_file_call(path, path.suffix.lower()))
-        files = {side.uri: self.upload_asset(side.path) for side in _upload.side_files(path)}
+        suffix = path.suffix.lower()
+        try:
+            return self._scene(_upload.single_file_call(path, suffix, strict))
+        except MissingFiles as problem:
+            missing = _upload.missing_files(problem)
+            if suffix == ".zip" or not missing:
+                raise
+        return self._upload_with_files(path, missing, strict)
+
+    def _upload_with_files(
+        self, path: Path, missing: list[str], strict: bool
+    ) -> Scene:
+        """Sends the files beside a document that the server asks for, until it asks for no more."""
         document = self.upload_asset(path)
-        return self._scene(_upload.scene_from_assets_call(document, files, path.name))
+        files: dict[str, str] = {}
+        while True:
+            for name in missing:
+                files[name] = self.upload_asset(_upload.side_file(path, name))
+            try:
+                call = _upload.scene_from_assets_call(document, files, path.name, strict)
+                return self._scene(call)
+            except MissingFiles as problem:
+                missing = _upload.missing_files(problem)
+                if not missing or files.keys() & set(missing):
+                    raise
 
     def upload_asset(self, content: Pathish | bytes) -> str:
         """Uploads any file, e.g. an environment map. Returns its id, the sha256 of the content."""

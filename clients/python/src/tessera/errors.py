@@ -136,7 +136,7 @@ class Invalid(Problem):
 
 
 class MissingFiles(Problem):
-    """424: the scene refers to files that were not uploaded with it."""
+    """424: the scene refers to files that were not uploaded with it; `errors` point to them."""
 
 
 class TooManyRequests(Problem):

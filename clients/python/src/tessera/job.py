@@ -126,9 +126,9 @@ class Job(JobData):
     def picture(self, format: str = "png", **options: Any) -> bytes:
         """Returns the bytes of an image file: png, jpg, webp, exr, hdr or tif.
 
-        options: layer (by default beauty, or all layers for exr), exposure (stops, or auto), tonemap
-        (srgb, linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision (at least), part,
-        max_size, parts (1: one part of an exr per layer).
+        options: layer (by default beauty, or all layers for exr), exposure (stops, or auto),
+        tonemap (srgb, linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision
+        (at least), part, max_size, parts (1: one part of an exr per layer).
         """
         response = self._client.send(self.picture_call(format, options))
         return response.content

@@ -681,15 +681,19 @@ class Progress(TypedDict):
 
 
 class ErrorEstimate(TypedDict):
-    """Error estimate of the current image."""
+    """Error estimate of the current image I against the truth mu: the mean over pixels of (sum over
+    channels of |I - mu|) / (sum of max(I, mu) + F), F = 0.05 (mean root of the luminance)^2."""
 
-    relative_rmse: float | None
+    relative: float | None
     low: float | None
     high: float | None
+    grain: float | None
+    doubt: float | None
     confidence: float
     bias: Literal["none", "consistent", "biased"]
     valid: bool
     unreliable: bool
+    relative_rmse: float | None
 
 
 class Statistics(TypedDict):
@@ -715,9 +719,14 @@ class Denoised(TypedDict):
     quality: str | None
     note: str | None
     features: bool
-    relative_rmse: float | None
+    relative: float | None
     low: float | None
     high: float | None
+    grain: float | None
+    doubt: float | None
+    unreliable: bool
+    full_relative: float | None
+    relative_rmse: float | None
     full_relative_rmse: float | None
     gain: float | None
     revision: int
@@ -957,9 +966,12 @@ class ConvergencePoint(TypedDict):
     elapsed_seconds: float
     cpu_seconds: float
     rays: int
-    relative_rmse: float | None
+    relative: float | None
     low: float | None
     high: float | None
+    grain: float | None
+    doubt: float | None
+    relative_rmse: float | None
 
 
 class ConvergenceSlope(TypedDict):

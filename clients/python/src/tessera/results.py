@@ -45,15 +45,18 @@ class Interval:
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """Error estimate of the current image: the noise-to-signal ratio of its average tile.
+    """Error estimate of the current image: how far its average pixel is off, 0 to 1.
 
-    bias: `none`, `consistent` or `biased`. unreliable: a few small regions dominate the error, so
-    the interval is only a guess.
+    relative is grain + doubt / 2. grain: relative difference of the halves, mean over the pixels.
+    doubt: light that only one half has found. bias: `none`, `consistent` or `biased`. unreliable:
+    doubt is above grain, so the interval may miss.
     """
 
-    relative_rmse: float
+    relative: float
     low: float
     high: float
+    grain: float
+    doubt: float
     confidence: float
     bias: str
     unreliable: bool
@@ -61,18 +64,25 @@ class ErrorBar:
     @staticmethod
     def of(data: Mapping[str, Any]) -> ErrorBar:
         return ErrorBar(
-            relative_rmse=number(data.get("relative_rmse")),
+            relative=number(data.get("relative")),
             low=number(data.get("low")),
             high=number(data.get("high")),
+            grain=number(data.get("grain")),
+            doubt=number(data.get("doubt")),
             confidence=number(data.get("confidence")),
             bias=str(data.get("bias", "none")),
             unreliable=bool(data.get("unreliable", False)),
         )
 
+    @property
+    def relative_rmse(self) -> float:
+        """Deprecated: the same as `relative`; removed in version 2."""
+        return self.relative
+
     def __str__(self) -> str:
-        if math.isnan(self.relative_rmse):
+        if math.isnan(self.relative):
             return "unknown"
-        text = f"{self.relative_rmse:.2%}"
+        text = f"{self.relative:.2%}"
         if not (math.isnan(self.low) or math.isnan(self.high)):
             text += f" ({self.low:.2%} to {self.high:.2%})"
         return text + (", unreliable" if self.unreliable else "")
@@ -156,10 +166,17 @@ class Convergence:
     elapsed_seconds: DoubleArray
     cpu_seconds: DoubleArray
     rays: DoubleArray
-    relative_rmse: DoubleArray
+    relative: DoubleArray
     low: DoubleArray
     high: DoubleArray
+    grain: DoubleArray
+    doubt: DoubleArray
     slope: Interval
+
+    @property
+    def relative_rmse(self) -> DoubleArray:
+        """Deprecated: the same as `relative`; removed in version 2."""
+        return self.relative
 
     def __len__(self) -> int:
         return len(self.samples_per_pixel)
@@ -176,9 +193,11 @@ class Convergence:
             elapsed_seconds=column("elapsed_seconds"),
             cpu_seconds=column("cpu_seconds"),
             rays=column("rays"),
-            relative_rmse=column("relative_rmse"),
+            relative=column("relative"),
             low=column("low"),
             high=column("high"),
+            grain=column("grain"),
+            doubt=column("doubt"),
             slope=Interval.of(data["slope"]),
         )
 
@@ -353,6 +372,11 @@ class Scene:
     @property
     def warnings(self) -> list[str]:
         return list(self.data["warnings"])
+
+    @property
+    def warning_details(self) -> list[dict[str, str]]:
+        """The same as `code`, `pointer` into the glTF document, and `detail`."""
+        return list(self.data["warning_details"])
 
 
 @dataclass(frozen=True)

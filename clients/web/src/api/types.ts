@@ -978,26 +978,40 @@ export interface Progress {
   eta_interval_seconds: [number, number] | null;
 }
 
-/** Error estimate of the current image. */
+/**
+ * Error estimate of the current image I against the truth mu: the mean over pixels of (sum over
+ * channels of |I - mu|) / (sum of max(I, mu) + F), F = 0.05 (mean root of the luminance)^2.
+ */
 export interface ErrorEstimate {
   /**
-   * Noise-to-signal ratio of the average tile: sqrt(mean over tiles of N / (S + F)), N the sum of
-   * (A - B)^2 / 4 over pixels and channels, S that of A B, A and B the halves' means, F the floor 3
-   * n (0.05 L)^2 of n pixels in an image of mean luminance L; null: unknown.
+   * grain + doubt / 2: the average pixel is off by this share of its brightness, 0 to 1; null:
+   * unknown.
    */
-  relative_rmse: number | null;
+  relative: number | null;
   /** Lower end of the interval; null: unknown, or not valid. */
   low: number | null;
   /** Upper end of the interval. */
   high: number | null;
+  /** Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). */
+  grain: number | null;
+  /**
+   * Light that only one half has found: mean over squares of 16 pixels of sum (|A - B| r) / sum
+   * (|A| + |B| + 2 F).
+   */
+  doubt: number | null;
   /** Confidence level of the interval. */
   confidence: number;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
   /** False: the error is noise alone, without the image's blur, so there is no interval. */
   valid: boolean;
-  /** A few small regions dominate the error, so the interval is only a guess. */
+  /**
+   * More light is in doubt than is visible as grain (doubt above grain): rare bright paths are
+   * still being found, and the interval may miss.
+   */
   unreliable: boolean;
+  /** Deprecated: the same as `relative`; removed in version 2. */
+  relative_rmse: number | null;
 }
 
 /** Cost of the job. */
@@ -1039,22 +1053,29 @@ export interface Denoised {
   note: string | null;
   /** Uses albedo, normal, depth and emission; false: the scene was deleted. */
   features: boolean;
-  /**
-   * As in `error`, with N an estimate of the squared error including bias; 0 if it is too small to
-   * be measured.
-   */
-  relative_rmse: number | null;
+  /** As in `error`, bias included; 0 if it is too small to be measured. */
+  relative: number | null;
   /**
    * Lower end of its 95% interval; null: not valid; 0 if an error target ended the job, because
    * only `high` holds then.
    */
   low: number | null;
   high: number | null;
-  /** Relative error of `full`, the denoiser's own image. */
+  /** What remains wrong in the average pixel. */
+  grain: number | null;
+  /** That of the image before denoising. */
+  doubt: number | null;
+  /** Doubt is above grain. */
+  unreliable: boolean;
+  /** Error of `full`, the denoiser's own image. */
+  full_relative: number | null;
+  /** Deprecated: the same as `relative`; removed in version 2. */
+  relative_rmse: number | null;
+  /** Deprecated: the same as `full_relative`. */
   full_relative_rmse: number | null;
   /**
-   * (plain relative_rmse / this one)^2: factor of samples that the plain image would need for the
-   * same error.
+   * (plain error / this one)^2: factor of samples that the plain image would need for the same
+   * error.
    */
   gain: number | null;
   /** Revision of the image that was denoised. */
@@ -1329,9 +1350,13 @@ export interface ConvergencePoint {
   elapsed_seconds: number;
   cpu_seconds: number;
   rays: number;
-  relative_rmse: number | null;
+  relative: number | null;
   low: number | null;
   high: number | null;
+  grain: number | null;
+  doubt: number | null;
+  /** Deprecated: the same as `relative`. */
+  relative_rmse: number | null;
 }
 
 /** Get the error over samples and time. */

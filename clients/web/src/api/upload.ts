@@ -1,4 +1,4 @@
-import { api, upload } from './client';
+import { api, RequestError, upload } from './client';
 import type { Scene } from './types';
 
 /** A file with its path inside the drop, `/` between folders. */
@@ -47,12 +47,19 @@ async function walk(entry: FileSystemEntry, folder: string, out: DroppedFile[]):
 export const filesOfInput = (input: HTMLInputElement): DroppedFile[] =>
   [...(input.files ?? [])].map((file) => ({ path: file.webkitRelativePath || file.name, file }));
 
+/** A file in which macOS keeps what belongs to another file. */
+const isFromMacos = (path: string): boolean => /(^|\/)(\._[^/]*$|__MACOSX\/)/.test(path);
+
 /** The model among the dropped files: a .glb or .zip, else the outermost .gltf. */
-export const modelIn = (files: DroppedFile[]): DroppedFile | undefined =>
-  files.find((f) => /\.(glb|zip)$/i.test(f.path)) ??
-  files
-    .filter((f) => /\.gltf$/i.test(f.path))
-    .sort((a, b) => a.path.length - b.path.length)[0];
+export const modelIn = (files: DroppedFile[]): DroppedFile | undefined => {
+  const own = files.filter((f) => !isFromMacos(f.path));
+  return (
+    own.find((f) => /\.(glb|zip)$/i.test(f.path)) ??
+    own
+      .filter((f) => /\.gltf$/i.test(f.path))
+      .sort((a, b) => a.path.length - b.path.length)[0]
+  );
+};
 
 const nameCharacters = 255;
 /** The display name of a file's model, at most as long as the server accepts. */
@@ -65,93 +72,110 @@ export interface SentScene {
   used: File[];
 }
 
+const filesPointer = '/files/';
+
+/** Names of the files that the server lacks for a scene: pointers into `files` of a request. */
+const missingIn = (error: unknown): string[] =>
+  error instanceof RequestError && error.status === 424
+    ? error.errors
+        .filter((e) => e.pointer.startsWith(filesPointer))
+        .map((e) => e.pointer.slice(filesPointer.length).replace(/~1/g, '/').replace(/~0/g, '~'))
+    : [];
+
 /**
- * Sends a model: one .glb, one .zip, one self-contained .gltf, or a .gltf with the files it names.
+ * Sends a model: one .glb, .zip or .gltf, and the files beside a document that the server asks for.
  */
 export async function uploadScene(files: DroppedFile[], report: UploadReport): Promise<SentScene> {
   const model = modelIn(files);
   if (!model) throw new UploadError('There is no .glb, .gltf or .zip among these files.');
-  const isDocument = /\.gltf$/i.test(model.path);
-  const wanted = isDocument ? await namedFiles(model.file) : [];
-  if (wanted.length) return uploadFolder(model, wanted, files, report);
-  const type = isDocument
+  const isArchive = /\.zip$/i.test(model.path);
+  const type = /\.gltf$/i.test(model.path)
     ? 'model/gltf+json'
-    : /\.zip$/i.test(model.path)
+    : isArchive
       ? 'application/zip'
       : 'model/gltf-binary';
   const query = `?name=${encodeURIComponent(nameOf(model.file))}`;
-  const scene = await upload<Scene>(`v1/scenes${query}`, model.file, type, (share) =>
-    report(model.file.name, share),
-  );
-  return { scene, used: [model.file] };
+  try {
+    const scene = await upload<Scene>(`v1/scenes${query}`, model.file, type, (share) =>
+      report(model.file.name, share),
+    );
+    return { scene, used: [model.file] };
+  } catch (error) {
+    const missing = missingIn(error);
+    if (isArchive || !missing.length) throw error;
+    return uploadWithFiles(model, missing, files, report);
+  }
 }
 
-async function uploadFolder(
-  gltf: DroppedFile,
+/** The name as Windows and macOS compare it. */
+const folded = (name: string): string =>
+  name.replace(/\\/g, '/').normalize('NFC').toLowerCase().normalize('NFC');
+
+/** The file of that path, else the only one that Windows or macOS would take for it. */
+function fileAt(path: string, files: DroppedFile[]): DroppedFile | undefined {
+  const same = files.find((f) => f.path === path);
+  const alike = files.filter((f) => folded(f.path) === folded(path));
+  return same ?? (alike.length === 1 ? alike[0] : undefined);
+}
+
+/** Resolves `.` and `..`. */
+function plainPath(path: string): string {
+  const out: string[] = [];
+  for (const part of path.split(/[\\/]/)) {
+    if (part === '..') out.pop();
+    else if (part !== '.' && part !== '') out.push(part);
+  }
+  return out.join('/');
+}
+
+function fileFor(name: string, base: string, files: DroppedFile[]): File | undefined {
+  const whole = fileAt(base + name, files) ?? fileAt(plainPath(base + name), files);
+  if (whole) return whole.file;
+  // A drop of single files has no folders: fall back to the name alone.
+  const last = name.split(/[\\/]/).pop() ?? '';
+  const alone = files.map(({ file }) => ({ path: file.name, file }));
+  return fileAt(last, alone)?.file;
+}
+
+async function uploadWithFiles(
+  document: DroppedFile,
   wanted: string[],
   files: DroppedFile[],
   report: UploadReport,
 ): Promise<SentScene> {
-  const base = gltf.path.slice(0, gltf.path.lastIndexOf('/') + 1);
+  const base = document.path.slice(0, document.path.lastIndexOf('/') + 1);
   const found = new Map<string, File>();
-  const missing: string[] = [];
-  for (const uri of wanted) {
-    const path = base + decodeUri(uri);
-    // A drop of single files has no folders: fall back to the name alone.
-    const hit =
-      files.find((f) => f.path === path) ??
-      files.find((f) => f.file.name === decodeUri(uri).split('/').pop());
-    if (hit) found.set(uri, hit.file);
-    else missing.push(decodeUri(uri));
-  }
-  if (missing.length)
-    throw new UploadError(
-      `${gltf.file.name} needs files that were not dropped with it: ${missing.join(', ')}. ` +
-        'Drop the whole folder.',
-    );
-  const total = [...found.values()].reduce((sum, f) => sum + f.size, gltf.file.size);
-  let sent = 0;
-  const send = async (file: File): Promise<string> => {
-    const answer = await upload<{ id: string }>(
-      'v1/assets',
-      file,
-      'application/octet-stream',
-      (share) => report(file.name, (sent + share * file.size) / total),
-    );
-    sent += file.size;
-    return answer.id;
-  };
   const ids: Record<string, string> = {};
-  for (const [uri, file] of found) {
-    const id = await send(file);
-    // As written in the document, and without escapes: a server may look for either.
-    ids[uri] = id;
-    ids[decodeUri(uri)] = id;
-  }
-  const root = await send(gltf.file);
-  const scene = await api.createScene(root, ids, nameOf(gltf.file));
-  return { scene, used: [gltf.file, ...found.values()] };
-}
-
-/** URIs of buffers and images that are not embedded. */
-async function namedFiles(file: File): Promise<string[]> {
-  let document: { buffers?: { uri?: string }[]; images?: { uri?: string }[] };
-  try {
-    document = JSON.parse(await file.text()) as typeof document;
-  } catch {
-    throw new UploadError(`${file.name} is not valid JSON, so it is not a glTF file.`);
-  }
-  const uris = [...(document.buffers ?? []), ...(document.images ?? [])]
-    .map((e) => e.uri)
-    .filter((u): u is string => !!u && !u.startsWith('data:'));
-  return [...new Set(uris)];
-}
-
-function decodeUri(uri: string): string {
-  try {
-    return decodeURIComponent(uri).replace(/^\.\//, '');
-  } catch {
-    return uri;
+  let root = '';
+  for (let missing = wanted; ; ) {
+    const absent = missing.filter((name) => !fileFor(name, base, files));
+    if (absent.length)
+      throw new UploadError(
+        `${document.file.name} needs files that were not dropped with it: ${absent.join(', ')}. ` +
+          'Drop the whole folder.',
+      );
+    for (const name of missing) found.set(name, fileFor(name, base, files) as File);
+    const total = [...found.values()].reduce((sum, f) => sum + f.size, document.file.size);
+    let sent = 0;
+    const send = async (file: File): Promise<string> => {
+      const answer = await upload<{ id: string }>(
+        'v1/assets',
+        file,
+        'application/octet-stream',
+        (share) => report(file.name, (sent + share * file.size) / total),
+      );
+      sent += file.size;
+      return answer.id;
+    };
+    for (const name of missing) ids[name] = await send(found.get(name) as File);
+    root ||= await send(document.file);
+    try {
+      const scene = await api.createScene(root, ids, nameOf(document.file));
+      return { scene, used: [document.file, ...found.values()] };
+    } catch (error) {
+      missing = missingIn(error);
+      if (!missing.length || missing.some((name) => name in ids)) throw error;
+    }
   }
 }
 

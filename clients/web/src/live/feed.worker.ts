@@ -201,7 +201,8 @@ class Feed {
 
   private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
     const headers = { accept: 'application/vnd.tessera.tiles' };
-    const query = `after=${this.revision}&planes=${this.planes}`;
+    const calm = this.planes === 'mean' ? '&fireflies=set_aside' : '';
+    const query = `after=${this.revision}&planes=${this.planes}${calm}`;
     const response = await fetch(`${this.address}/tiles?${query}`, {
       headers,
       signal,

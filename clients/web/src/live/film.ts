@@ -26,8 +26,8 @@ export class LiveFilm {
   tilesSeen = 0;
   /** Increases with every tile, so that readers notice changes. */
   version = 0;
-  /** Sum of the luminance over the known pixels that are not transparent, and their number. */
-  private light = 0;
+  /** Sum of the luminance's roots over the known pixels that are not transparent; their number. */
+  private roots = 0;
   private opaque = 0;
   private readonly listeners = new Set<(rect: Rect) => void>();
 
@@ -81,32 +81,30 @@ export class LiveFilm {
     if (!(this.samples[pixel] > 0) || this.alpha?.[pixel] === 0) return;
     const at = 3 * pixel;
     const { rgb } = this;
-    this.light += sign * (0.2126 * rgb[at] + 0.7152 * rgb[at + 1] + 0.0722 * rgb[at + 2]);
+    const light = 0.2126 * rgb[at] + 0.7152 * rgb[at + 1] + 0.0722 * rgb[at + 2];
+    this.roots += sign * Math.sqrt(Math.max(light, 0));
     this.opaque += sign;
   }
 
-  /**
-   * Relative error of each pixel of a rectangle: the root of noise over signal plus floor, over the
-   * channels. Half means A and B have the mean m and the variance v = (A - B)^2 / 4, so A B is m^2
-   * - v. The floor is that of the server: a twentieth of the image's mean luminance.
-   */
+  /** Error of each pixel of a rectangle over its window, as in the server's layer `error`. */
   relativeError(rect: Rect, out: Float32Array): void {
-    const floor = this.opaque > 0 ? 3 * (0.05 * (this.light / this.opaque)) ** 2 : 0;
-    this.pooled(rect, out, (variance, _mean, _count, signal) => {
-      const noise = variance[0] + variance[1] + variance[2];
-      return noise > 0 ? Math.sqrt(noise / (Math.max(signal, 0) + floor)) : 0;
-    });
+    this.pooled(rect, out, (_variance, _mean, _count, error) => error);
+  }
+
+  /** 0.05 (mean root of the luminance)^2, as of the server. */
+  private get floor(): number {
+    return this.opaque > 0 ? 0.05 * (this.roots / this.opaque) ** 2 : 0;
   }
 
   /**
    * Computes a value for each pixel of a rectangle from averages over a window of 5 x 5 pixels:
-   * variance, mean and A B of the halves, summed over the channels. NaN where nothing is known. The
-   * arrays passed to `figure` are reused; count is the number of pixels in the window.
+   * variance and mean, by channel, and the error. NaN where nothing is known. The arrays passed to
+   * `figure` are reused; count is the number of pixels in the window.
    */
   pooled(
     rect: Rect,
     out: Float32Array,
-    figure: (variance: number[], mean: number[], count: number, signal: number) => number,
+    figure: (variance: number[], mean: number[], count: number, error: number) => number,
   ): void {
     const radius = 2;
     const x0 = Math.max(0, rect.x - radius);
@@ -125,34 +123,50 @@ export class LiveFilm {
       for (let x = rect.x; x < rect.x + rect.width; ++x) {
         const from = Math.max(0, x - radius - x0);
         const to = Math.min(columns - 1, x + radius - x0);
-        const [count, signal] = average(sums, from, to, variance, mean);
+        const [count, error] = average(sums, from, to, variance, mean);
         const at = (y - rect.y) * rect.width + x - rect.x;
-        out[at] = count > 0 ? figure(variance, mean, count, signal) : NaN;
+        out[at] = count > 0 ? figure(variance, mean, count, error) : NaN;
       }
     }
   }
 
+  /**
+   * Half means A and B have the mean m and the variance v = (A - B)^2 / 4, so |A - B| is 2 sqrt(v)
+   * and |A| + |B| the larger of that and 2 |m|.
+   */
   private addRow(y: number, x0: number, columns: number, sums: Float32Array): void {
+    const { floor } = this;
     for (let i = 0; i < columns; ++i) {
       const pixel = y * this.width + x0 + i;
       const known = this.samples[pixel] > 0 && !Number.isNaN(this.variance[3 * pixel]);
       if (!known) continue;
+      let apart = 0;
+      let scale = 6 * floor;
       for (let c = 0; c < 3; ++c) {
         const variance = this.variance[3 * pixel + c];
         const mean = this.rgb[3 * pixel + c];
+        const difference = 2 * Math.sqrt(variance);
         sums[stride * i + c] += variance;
         sums[stride * i + 3 + c] += mean;
-        sums[stride * i + 6] += mean * mean - variance;
+        apart += difference;
+        scale += Math.max(difference, 2 * Math.abs(mean));
       }
-      sums[stride * i + 7] += 1;
+      const share = apart > 0 ? apart / scale : 0;
+      sums[stride * i + 6] += share;
+      sums[stride * i + 7] += apart * share;
+      sums[stride * i + 8] += scale;
+      sums[stride * i + 9] += 1;
     }
   }
 }
 
-/** Number of sums per column: variance and mean of three channels, A B of all, pixels. */
-const stride = 8;
+/**
+ * Number of sums per column: variance and mean of three channels; r, d r and s of the error (guide,
+ * One number for an image); pixels.
+ */
+const stride = 10;
 
-/** Means over the columns from..to; returns the number of known pixels and their mean A B. */
+/** Means over the columns from..to; returns the number of known pixels and their error. */
 function average(
   sums: Float32Array,
   from: number,
@@ -161,7 +175,9 @@ function average(
   mean: number[],
 ): [number, number] {
   let count = 0;
-  let signal = 0;
+  let shares = 0;
+  let doubtful = 0;
+  let scale = 0;
   variance.fill(0);
   mean.fill(0);
   for (let i = from; i <= to; ++i) {
@@ -169,12 +185,15 @@ function average(
       variance[c] += sums[stride * i + c];
       mean[c] += sums[stride * i + 3 + c];
     }
-    signal += sums[stride * i + 6];
-    count += sums[stride * i + 7];
+    shares += sums[stride * i + 6];
+    doubtful += sums[stride * i + 7];
+    scale += sums[stride * i + 8];
+    count += sums[stride * i + 9];
   }
   for (let c = 0; c < 3; ++c) {
     variance[c] /= count;
     mean[c] /= count;
   }
-  return [count, signal / count];
+  const doubt = scale > 0 ? doubtful / scale : 0;
+  return [count, Math.min(1, shares / count + doubt / 2)];
 }

@@ -19,7 +19,6 @@ export function number(v: number | null | undefined, digits = 3): string {
 export function percent(v: number | null | undefined): string {
   if (!known(v)) return dash;
   const p = 100 * v;
-  if (p > 10_000) return 'over 10000%'; // over 100 times the light: the factor is meaningless
   const digits = p >= 99.95 ? 0 : p >= 9.995 ? 1 : 2;
   return `${p >= 0.0995 ? p.toFixed(digits) : p.toPrecision(2)}%`;
 }
@@ -95,10 +94,9 @@ export function ago(iso: string | null | undefined): string {
 /** A description of how an image with this relative error looks. */
 export function errorInWords(error: number | null | undefined): string {
   if (!known(error)) return 'Too few samples to estimate.';
-  if (error > 0.3) return 'Very noisy: good enough to check composition.';
-  if (error > 0.1) return 'Noisy: good enough to check lighting and composition.';
+  if (error > 0.3) return 'Very noisy: good enough to check the layout only.';
+  if (error > 0.1) return 'Noisy: good enough to check lighting and layout.';
   if (error > 0.03) return 'Visible grain.';
-  if (error > 0.01) return 'Fine grain in dark or glossy places.';
-  if (error > 0.003) return 'Clean to the eye.';
-  return 'Clean enough for measurements.';
+  if (error > 0.01) return 'Nearly clean: fine grain in dark or glossy places.';
+  return 'Clean to the eye.';
 }

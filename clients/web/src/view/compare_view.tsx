@@ -145,7 +145,7 @@ function useComparison(a: Job | null, b: Job | null): Asked {
 /** Labels of the sides, each over its part of the image. */
 function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: number }) {
   const samples = job?.progress?.samples_per_pixel?.mean;
-  const error = job?.error?.relative_rmse;
+  const error = job?.error?.relative;
   return (
     <div
       class={`side-note side-note-${name.toLowerCase()}`}

@@ -7,7 +7,7 @@ import { Later } from '../ui/later';
 import { biasOf } from './bias';
 
 type Axis = 'samples' | 'seconds';
-type Known = ConvergencePoint & { relative_rmse: number };
+type Known = ConvergencePoint & { relative: number };
 
 const height = 190;
 const margin = { left: 54, right: 12, top: 10, bottom: 30 };
@@ -34,9 +34,9 @@ function forecast(last: Known, slope: Convergence['slope'] | null, axis: Axis): 
   if (value == null || value > -0.05) return null;
   const here = xOf(last, axis);
   const reach = (error: number, s: number | null | undefined): number | null =>
-    s != null && s < -0.05 ? here * (last.relative_rmse / error) ** (-1 / s) : null;
+    s != null && s < -0.05 ? here * (last.relative / error) ** (-1 / s) : null;
   return {
-    at: (x) => last.relative_rmse * (x / here) ** value,
+    at: (x) => last.relative * (x / here) ** value,
     whenBelow: (error) => ({
       value: reach(error, value)!,
       low: reach(error, slope?.low),
@@ -62,7 +62,7 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
   if (!samples || !seconds) return null;
   const left = (time: number | null): string =>
     time === null ? 'much more' : duration(Math.max(0, time - last.elapsed_seconds));
-  const rows = nextErrors(job, last.relative_rmse).map((error) => {
+  const rows = nextErrors(job, last.relative).map((error) => {
     const t = seconds.whenBelow(error);
     return {
       error,
@@ -136,7 +136,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
   const [hover, setHover] = useState<Known | null>(null);
   const [box, width] = useWidth();
   const points = (data?.points ?? []).filter(
-    (p): p is Known => p.relative_rmse != null && p.relative_rmse > 0 && xOf(p, axis) > 0,
+    (p): p is Known => p.relative != null && p.relative > 0 && xOf(p, axis) > 0,
   );
   const fitted = points.length >= fitFrom ? (data?.slope ?? null) : null;
   const slope = fitted?.value;
@@ -172,7 +172,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
       <p class="plot-foot" data-testid="slope">
         {hover ? (
           `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ` +
-            `${percent(hover.relative_rmse)} (${percent(hover.low)} to ${percent(hover.high)})`
+            `${percent(hover.relative)} (${percent(hover.low)} to ${percent(hover.high)})`
         ) : slope != null ? (
           <>
             Slope <b>{exponent(slope)}</b>
@@ -209,15 +209,15 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
   const last = points[points.length - 1];
   const line = forecast(last, slope, axis);
   const reach =
-    target && line && last.relative_rmse > target && !isFinal(job.state)
+    target && line && last.relative > target && !isFinal(job.state)
       ? line.whenBelow(target).value
       : null;
   const x0 = xOf(points[0], axis);
   const x1 = Math.max(xOf(last, axis), Math.min(reach ?? 0, xOf(last, axis) * 30), x0 * 2) * 1.05;
-  const lows = points.map((p) => p.low ?? p.relative_rmse).filter((v) => v > 0),
-    highs = points.map((p) => p.high ?? p.relative_rmse);
+  const lows = points.map((p) => p.low ?? p.relative).filter((v) => v > 0),
+    highs = points.map((p) => p.high ?? p.relative);
   // Intervals of the first passes may be arbitrarily wide: the band is clipped.
-  const errors = points.map((p) => p.relative_rmse);
+  const errors = points.map((p) => p.relative);
   const lowest = Math.max(Math.min(...lows), Math.min(...errors) / 10);
   const y0 = Math.min(target ?? Infinity, lowest) * 0.8,
     y1 = Math.min(Math.max(...highs), 10 * Math.max(...errors)) * 1.15;
@@ -232,8 +232,8 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
         return `${px(xOf(p, axis)).toFixed(1)},${py(within).toFixed(1)}`;
       })
       .join(' ');
-  const upper = path(points, (p) => p.high ?? p.relative_rmse);
-  const band = `${upper} ${path([...points].reverse(), (p) => p.low ?? p.relative_rmse)}`;
+  const upper = path(points, (p) => p.high ?? p.relative);
+  const band = `${upper} ${path([...points].reverse(), (p) => p.low ?? p.relative)}`;
   const nearest = (clientX: number, element: Element): void => {
     const x = clientX - element.getBoundingClientRect().left;
     onHover(
@@ -248,8 +248,8 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
       height={height}
       role="img"
       aria-label={
-        `Error against ${axis}: from ${percent(points[0].relative_rmse)} down to ` +
-        `${percent(last.relative_rmse)} after ${count(last.samples_per_pixel)} samples.`
+        `Error against ${axis}: from ${percent(points[0].relative)} down to ` +
+        `${percent(last.relative)} after ${count(last.samples_per_pixel)} samples.`
       }
       onPointerMove={(e) => nearest(e.clientX, e.currentTarget)}
       onPointerLeave={() => onHover(null)}
@@ -283,11 +283,11 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
       {line && (
         <line class="trend" x1={px(x0)} y1={py(line.at(x0))} x2={px(x1)} y2={py(line.at(x1))} />
       )}
-      <polyline class="curve" points={path(points, (p) => p.relative_rmse)} />
+      <polyline class="curve" points={path(points, (p) => p.relative)} />
       <circle
         class="curve-end"
         cx={px(xOf(hover ?? last, axis))}
-        cy={py((hover ?? last).relative_rmse)}
+        cy={py((hover ?? last).relative)}
         r={4}
       />
     </svg>

@@ -23,7 +23,7 @@ export const curvesAtMost = 8;
 
 const lookMs = 2000;
 
-type Known = ConvergencePoint & { relative_rmse: number };
+type Known = ConvergencePoint & { relative: number };
 
 interface Curve {
   id: string;
@@ -46,7 +46,7 @@ async function curveOf(id: string, signal: AbortSignal): Promise<Curve> {
     title: titleOf(job),
     ended: isFinal(job.state),
     points: data.points.filter(
-      (p): p is Known => p.relative_rmse !== null && p.relative_rmse > 0,
+      (p): p is Known => p.relative !== null && p.relative > 0,
     ),
   };
 }
@@ -97,13 +97,13 @@ export function tableOf(curves: Curve[]): string {
         p.elapsed_seconds,
         p.cpu_seconds,
         p.rays,
-        p.relative_rmse,
+        p.relative,
         p.low ?? '',
         p.high ?? '',
       ].join(),
     ),
   );
-  const head = 'job,name,samples_per_pixel,elapsed_seconds,cpu_seconds,rays,relative_rmse,low,high';
+  const head = 'job,name,samples_per_pixel,elapsed_seconds,cpu_seconds,rays,relative,low,high';
   return [head, ...lines, ''].join('\n');
 }
 
@@ -163,7 +163,7 @@ export function ConvergenceView({ ids }: { ids: string[] }) {
               </svg>
               <a href={`#/jobs/${c.id}`}>{c.title}</a>
               <span class="dim">
-                {percent(last.relative_rmse)} after {count(last.samples_per_pixel)} samples,{' '}
+                {percent(last.relative)} after {count(last.samples_per_pixel)} samples,{' '}
                 {duration(last.elapsed_seconds)}
               </span>
             </li>
@@ -203,7 +203,7 @@ function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: num
   const points = drawn.flatMap((c) => c.points);
   if (!points.length) return <p class="lab-plot-empty dim">Not enough passes yet.</p>;
   const x = decades(points.map(of));
-  const y = decades(points.map((p) => p.relative_rmse));
+  const y = decades(points.map((p) => p.relative));
   const px = (p: Known): number => across(width, x, Math.log10(of(p)));
   const py = (error: number): number =>
     Math.min(height - margin.bottom, Math.max(margin.top, up(y, Math.log10(error))));
@@ -211,7 +211,7 @@ function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: num
     list.map((p) => `${px(p).toFixed(1)},${py(error(p)).toFixed(1)}`).join(' ');
   const words = drawn
     .filter((c) => c.points.length)
-    .map((c) => `${c.title}: ${percent(c.points[c.points.length - 1].relative_rmse)} in the end`)
+    .map((c) => `${c.title}: ${percent(c.points[c.points.length - 1].relative)} in the end`)
     .join('; ');
   return (
     <svg
@@ -232,18 +232,18 @@ function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: num
       {drawn.map((c, i) => (
         <g key={c.id} class={`lab-series-${i % curvesAtMost}`}>
           <polygon class="convergence-band" points={bandOf(c.points, line)} />
-          <polyline class="lab-fit" points={line(c.points, (p) => p.relative_rmse)} />
+          <polyline class="lab-fit" points={line(c.points, (p) => p.relative)} />
           {c.points.map((p) => (
             <circle
               key={p.samples_per_pixel}
               class="lab-dot"
               cx={px(p)}
-              cy={py(p.relative_rmse)}
+              cy={py(p.relative)}
               r={3}
             >
               <title>
                 {`${c.title}: ${count(p.samples_per_pixel)} samples, ` +
-                  `${duration(p.elapsed_seconds)}: ${percent(p.relative_rmse)}`}
+                  `${duration(p.elapsed_seconds)}: ${percent(p.relative)}`}
               </title>
             </circle>
           ))}

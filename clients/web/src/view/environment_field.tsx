@@ -337,8 +337,11 @@ function ShadowFields() {
       {share('Shadow strength', '0% is no shadow.', v.shadowStrength, (shadowStrength) =>
         change({ shadowStrength }),
       )}
-      {share('Shadow softness', 'Widens every light for the shadow.', v.shadowSoftness, (shadowSoftness) =>
-        change({ shadowSoftness }),
+      {share(
+        'Shadow softness',
+        'Widens every light for the shadow.',
+        v.shadowSoftness,
+        (shadowSoftness) => change({ shadowSoftness }),
       )}
     </>
   );

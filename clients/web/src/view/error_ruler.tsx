@@ -3,6 +3,7 @@ import { rampCss } from '../live/heat';
 import { count, errorInWords, number, percent } from '../ui/format';
 import { biasOf, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
+import { SetAside } from './set_aside';
 import { errorRange } from './view_modes';
 
 /** An error is outdated if the image has this many times its samples. */
@@ -15,10 +16,10 @@ const staleFrom = 1.25;
 function samplesThen(job: Job, points: ConvergencePoint[]): number | null {
   const now = job.progress?.samples_per_pixel?.mean;
   const last = points[points.length - 1];
-  const value = job.error?.relative_rmse;
-  if (!now || !last?.relative_rmse || value == null) return null;
+  const value = job.error?.relative;
+  if (!now || !last?.relative || value == null) return null;
   // The curve is requested occasionally: the error may be newer than its end.
-  const same = Math.abs(value / last.relative_rmse - 1) < 1e-6;
+  const same = Math.abs(value / last.relative - 1) < 1e-6;
   return same && now > staleFrom * last.samples_per_pixel ? last.samples_per_pixel : null;
 }
 
@@ -38,29 +39,32 @@ export function ErrorRuler({
 }) {
   const job = denoised ? shownAs(plain, denoised) : plain;
   const { error } = job;
-  const value = error?.relative_rmse;
+  const value = error?.relative;
   const then = denoised ? null : samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   const bias = biasOf(job);
   const notes: { text: string; id: string }[] = [];
-  if (denoised) notes.push({ id: 'denoised', text: 'denoised' });
-  if (then != null) notes.push({ id: 'age', text: `at ${count(then)} samples` });
   if (value != null && error?.low != null && error.high != null)
     notes.push({
       id: 'interval',
-      text: `${percent(error.low)} to ${percent(error.high)} with ${confidence}% confidence`,
+      text: `(${percent(error.low)} to ${percent(error.high)} with ${confidence}% confidence)`,
     });
+  if (denoised) notes.push({ id: 'denoised', text: 'denoised' });
+  if (then != null) notes.push({ id: 'age', text: `at ${count(then)} samples` });
   if (denoised)
-    notes.push({ id: 'plain', text: `plain ${percent(plain.error?.relative_rmse)}` });
+    notes.push({ id: 'plain', text: `plain ${percent(plain.error?.relative)}` });
   return (
     <section class="ruler" aria-label="Error of the image">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
-          <span class="ruler-label">{bias === 'none' ? 'Error' : 'Noise'}</span>{' '}
+          <span class="ruler-label">
+            {value == null ? 'Error' : bias === 'none' ? 'The average pixel is' : 'Noise'}
+          </span>{' '}
           <strong>
             {denoised && isOpen(denoised) && 'below '}
             {value != null ? percent(value) : 'not known yet'}
           </strong>
+          {value != null && bias === 'none' && ' off'}
           {notes.map(({ id, text }, i) => (
             <span
               key={id}
@@ -68,7 +72,7 @@ export function ErrorRuler({
               data-testid={`error-${id}`}
               title={id === 'denoised' ? denoised?.denoiser : undefined}
             >
-              {i > 0 ? ', ' : ' '}
+              {id === 'interval' || i === 0 ? ' ' : ', '}
               {text}
             </span>
           ))}
@@ -77,6 +81,7 @@ export function ErrorRuler({
       </div>
       {bias !== 'none' && <BiasNote job={job} bias={bias} />}
       <Track job={job} points={points} />
+      <SetAside job={plain} />
     </section>
   );
 }
@@ -88,8 +93,7 @@ const isOpen = (denoised: DenoisedError): boolean => denoised.low === 0 && denoi
 function shownAs(job: Job, denoised: DenoisedError): Job {
   const { low, high } = denoised;
   const value = isOpen(denoised) ? high : denoised.value;
-  const error = { ...job.error, relative_rmse: value, low, high };
-  return { ...job, error: { ...error, unreliable: false } } as Job;
+  return { ...job, error: { ...job.error, relative: value, low, high } } as Job;
 }
 
 /** What the noise does not include; for progressive photon mapping also how fast that falls. */
@@ -123,13 +127,17 @@ function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
 
 /** A denoised image has no visible grain. */
 function wordsFor({ error }: Job, isDenoised: boolean): string {
-  if (error?.unreliable) return 'Too few bright events so far: the interval may be too narrow.';
-  return isDenoised ? '' : errorInWords(error?.relative_rmse);
+  if (error?.unreliable)
+    return (
+      'Rare bright paths are still being found: more light is in doubt than is visible as grain. ' +
+      'Take more samples, or denoise.'
+    );
+  return isDenoised ? '' : errorInWords(error?.relative);
 }
 
 function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   const { error } = job;
-  const value = error?.relative_rmse;
+  const value = error?.relative;
   const target = job.spec.stop?.relative_error;
   const range = rangeFor(job, target ?? null);
   const place = (v: number): number =>
@@ -171,12 +179,12 @@ function Track({ job, points }: { job: Job; points: ConvergencePoint[] }) {
   );
 }
 
-/** 100% to 0.1%; extended by decades if the image or its target is better, or the image worse. */
+/** 100% to 0.1%; extended by decades if the image or its target is better. */
 function rangeFor(job: Job, target: number | null): { low: number; high: number } {
   const best = Math.min(job.error?.low ?? 1, target ?? 1);
   let low = 0.001;
   while (best > 0 && best < low * 1.5 && low > 1e-6) low /= 10;
-  return { low, high: (job.error?.relative_rmse ?? 0) > 1 ? 10 : 1 };
+  return { low, high: 1 };
 }
 
 function ticksOf({ low, high }: { low: number; high: number }): number[] {
@@ -190,7 +198,7 @@ function ticksOf({ low, high }: { low: number; high: number }): number[] {
 
 /** Up to 24 earlier estimates. */
 function ghosts(points: ConvergencePoint[]): number[] {
-  const values = points.map((p) => p.relative_rmse).filter((v): v is number => v != null && v > 0);
+  const values = points.map((p) => p.relative).filter((v): v is number => v != null && v > 0);
   const step = Math.max(1, Math.ceil(values.length / 24));
   return values.filter((_, i) => i % step === 0);
 }

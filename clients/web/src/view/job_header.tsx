@@ -65,7 +65,7 @@ interface Extension {
 /** Offered extensions of an ended job, based on its current values. */
 function extensions(job: Job, mostSamples: number): Extension[] {
   const samples = job.progress?.samples_per_pixel?.mean ?? 0;
-  const error = job.error?.relative_rmse;
+  const error = job.error?.relative;
   const out: Extension[] = [];
   if (samples > 0)
     out.push({

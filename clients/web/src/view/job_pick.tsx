@@ -17,7 +17,7 @@ export const sameSize = (a: Job, b: Job): boolean =>
 
 /** Distinguishing parts come first: a narrow list truncates the rest. */
 function factsOf(job: Job): string {
-  const error = job.error?.relative_rmse;
+  const error = job.error?.relative;
   return [
     isFinal(job.state) ? null : stateLabel(job),
     error == null ? null : percent(error),

@@ -35,7 +35,7 @@ export const shortState = (job: Job): string =>
   job.state === 'rendering'
     ? doneShare(job.progress?.fraction ?? 0)
     : job.state === 'finished'
-      ? percent(job.error?.relative_rmse)
+      ? percent(job.error?.relative)
       : labels[job.state];
 
 /** Why a job has nothing to show; null if it has, or still may. */

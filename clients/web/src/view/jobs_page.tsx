@@ -140,7 +140,7 @@ function JobCard({ job, chosen, onChoose }: JobCardProps) {
       .catch(sayError);
   };
   const facts = [
-    job.error?.relative_rmse != null && `${percent(job.error.relative_rmse)} error`,
+    job.error?.relative != null && `${percent(job.error.relative)} error`,
     `${count(job.progress?.samples_per_pixel?.mean)} samples`,
     duration(job.progress?.elapsed_seconds),
     ago(job.created_at),

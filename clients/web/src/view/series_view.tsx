@@ -241,7 +241,10 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
       <a
         class="quiet"
         data-testid="archive"
-        href={`${relative(batch.links.archive)}?format=${format}&denoise=${hasLayers ? 'off' : denoise}`}
+        href={
+          `${relative(batch.links.archive)}?format=${format}` +
+          `&denoise=${hasLayers ? 'off' : denoise}`
+        }
         download
       >
         Download zip

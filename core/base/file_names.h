@@ -1,0 +1,37 @@
+/// Compares names of files as Windows and macOS do, whose scenes name files in ways that differ by
+/// bytes from what a disk or an archive holds.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace core {
+
+/// Returns a name with `/` for `\`.
+std::string with_slashes(std::string_view name);
+
+/// Returns a name with `/` for `\`, composed (NFC) and in folded case: equal for names that Windows
+/// or macOS would take for the same file. Text that is not UTF-8 keeps its bytes.
+std::string folded_name(std::string_view name);
+
+bool is_utf8(std::string_view text);
+
+/// A list of names, in which a name is found as it is, else by folded_name() if only one is the
+/// same.
+class FileNames {
+ public:
+  void add(const std::string& name);
+  /// Returns the number of the name in the order of add(); empty if none or several are the same.
+  std::optional<std::size_t> find(std::string_view name) const;
+
+ private:
+  std::size_t count_ = 0;
+  std::map<std::string, std::size_t, std::less<>> exact_;
+  std::map<std::string, std::optional<std::size_t>, std::less<>> folded_;  ///< empty: several
+};
+
+}  // namespace core

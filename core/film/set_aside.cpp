@@ -1,0 +1,122 @@
+#include "core/film/set_aside.h"
+
+#include <algorithm>
+
+#include "core/film/summed_area.h"
+
+namespace core {
+
+SetAside& SetAside::operator+=(const SetAside& other) {
+  taken += other.taken;
+  light += other.light;
+  return *this;
+}
+
+CalmFactors calm_factors(const FilmSnapshot& film) {
+  const std::size_t n = film.pixel_count();
+  const int width = film.rect.width;
+  const int height = film.rect.height;
+  std::array<std::vector<float>, 2> light = {std::vector<float>(n), std::vector<float>(n)};
+  std::vector<float> brighter(n);  // of both halves
+  std::vector<char> is_whole(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const HalfValue a = half_value(film, i, 0);
+    const HalfValue b = half_value(film, i, 1);
+    light[0][i] = luminance(a.mean);
+    light[1][i] = luminance(b.mean);
+    brighter[i] = std::max({light[0][i], light[1][i], 0.0F});
+    is_whole[i] = a.count > 0 && b.count > 0 ? 1 : 0;
+  }
+  CalmFactors out = {std::vector<float>(n, 1), std::vector<float>(n, 1)};
+  std::size_t i = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x, ++i) {
+      if (is_whole[i] == 0) {
+        continue;
+      }
+      float around = 0;
+      const PixelRect window = window_around(x, y, 1, width, height);
+      for (int row = window.y; row < window.y + window.height; ++row) {
+        for (int column = window.x; column < window.x + window.width; ++column) {
+          const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                          static_cast<std::size_t>(column);
+          around = at == i ? around : std::max(around, brighter[at]);
+        }
+      }
+      for (std::size_t half = 0; half < 2; ++half) {
+        const float most = std::max(around, light[1 - half][i]);
+        out[half][i] = light[half][i] > most ? most / light[half][i] : 1.0F;
+      }
+    }
+  }
+  return out;
+}
+
+SetAside taken_by(const FilmSnapshot& film, const CalmFactors& factors) {
+  SetAside out;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const HalfValue a = half_value(film, i, 0);
+    const HalfValue b = half_value(film, i, 1);
+    const HalfValue before = pixel_value(a, b);
+    const Rgb after = pixel_value({a.mean * factors[0][i], a.alpha, a.count},
+                                  {b.mean * factors[1][i], b.alpha, b.count})
+                          .mean;
+    out.light += static_cast<double>(luminance(before.mean));
+    out.taken += static_cast<double>(luminance(before.mean - after));
+  }
+  return out;
+}
+
+SetAside set_aside(FilmSnapshot& film, const PixelRect& counted) {
+  const CalmFactors factors = calm_factors(film);
+  SetAside out;
+  const auto replicates = static_cast<std::size_t>(film.replicates);
+  std::size_t i = 0;
+  for (int y = film.rect.y; y < film.rect.y + film.rect.height; ++y) {
+    for (int x = film.rect.x; x < film.rect.x + film.rect.width; ++x, ++i) {
+      const Rgb before = pixel_value(film, i).mean;
+      for (std::size_t k = 0; k < replicates; ++k) {
+        ReplicatePixel& p = film.pixels[i * replicates + k];
+        const float factor = factors[k % 2][i];
+        p.mean_r *= factor;
+        p.mean_g *= factor;
+        p.mean_b *= factor;
+        p.m2_luminance *= factor * factor;
+      }
+      if (x >= counted.x && x < counted.x + counted.width && y >= counted.y &&
+          y < counted.y + counted.height) {
+        out.light += static_cast<double>(luminance(before));
+        out.taken += static_cast<double>(luminance(before - pixel_value(film, i).mean));
+      }
+    }
+  }
+  return out;
+}
+
+TileState calm_tile(const Film& film, int tile) {
+  TileState out;
+  out.rect = film.tile_rect(tile);
+  FilmSnapshot wide = film.snapshot(with_neighbours(out.rect, film.crop()));
+  set_aside(wide, out.rect);
+  const auto replicates = static_cast<std::size_t>(film.replicates());
+  for (int y = out.rect.y; y < out.rect.y + out.rect.height; ++y) {
+    const auto first =
+        (static_cast<std::size_t>(y - wide.rect.y) * static_cast<std::size_t>(wide.rect.width) +
+         static_cast<std::size_t>(out.rect.x - wide.rect.x)) *
+        replicates;
+    const auto row = wide.pixels.begin() + static_cast<std::ptrdiff_t>(first);
+    out.pixels.insert(
+        out.pixels.end(), row,
+        row + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(out.rect.width) * replicates));
+  }
+  return out;
+}
+
+PixelRect with_neighbours(const PixelRect& rect, const PixelRect& image) {
+  const int x = std::max(rect.x - 1, image.x);
+  const int y = std::max(rect.y - 1, image.y);
+  return {x, y, std::min(rect.x + rect.width + 1, image.x + image.width) - x,
+          std::min(rect.y + rect.height + 1, image.y + image.height) - y};
+}
+
+}  // namespace core

@@ -1,0 +1,71 @@
+#include "core/image_io/radiance.h"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "core/color/tone_map.h"
+
+namespace core {
+namespace {
+
+bool is_usable(float value) { return value >= 0 && std::isfinite(value); }
+
+/// Colour takes the first channels: one, or three.
+std::size_t colors_of(const Image& image) { return image.channels < 3 ? 1 : 3; }
+
+}  // namespace
+
+float stored_value(const Image& image, std::size_t index) {
+  if (image.type == PixelType::kU8) {
+    return static_cast<float>(std::to_integer<unsigned>(image.bytes[index])) / 255.0F;
+  }
+  if (image.type == PixelType::kU16) {
+    std::uint16_t value = 0;
+    std::memcpy(&value, &image.bytes[index * sizeof(value)], sizeof(value));
+    return static_cast<float>(value) / 65535.0F;
+  }
+  float value = 0;
+  std::memcpy(&value, &image.bytes[index * sizeof(value)], sizeof(value));
+  return value;
+}
+
+std::vector<Rgb> radiance_of(const Image& image, AlphaUse alpha) {
+  const auto channels = static_cast<std::size_t>(image.channels);
+  const bool is_grey = colors_of(image) == 1;
+  const bool is_encoded = image.type != PixelType::kF32;
+  const bool divides = is_encoded && channels % 2 == 0 && alpha == AlphaUse::kDivisor;
+  std::vector<Rgb> light;
+  light.reserve(image.value_count() / channels);
+  for (std::size_t at = 0; at < image.value_count(); at += channels) {
+    const auto value = [&](std::size_t c) {
+      const float stored = stored_value(image, at + (is_grey ? 0 : c));
+      return is_encoded ? linear_from_srgb(stored) : is_usable(stored) ? stored : 0.0F;
+    };
+    const float divisor = divides ? stored_value(image, at + channels - 1) : 1.0F;
+    const Rgb color = {value(0), value(1), value(2)};
+    light.push_back(divisor > 0 ? color * (1 / divisor) : Rgb{0, 0, 0});
+  }
+  return light;
+}
+
+std::string radiance_warning(const Image& image, const std::string& what) {
+  if (image.type != PixelType::kF32) {
+    return {};
+  }
+  const auto channels = static_cast<std::size_t>(image.channels);
+  std::size_t count = 0;
+  for (std::size_t at = 0; at < image.value_count(); at += channels) {
+    bool is_mended = false;
+    for (std::size_t c = 0; c < colors_of(image); ++c) {
+      is_mended = is_mended || !is_usable(stored_value(image, at + c));
+    }
+    count += is_mended ? 1U : 0U;
+  }
+  return count == 0 ? ""
+                    : std::to_string(count) + (count == 1 ? " texel of " : " texels of ") + what +
+                          (count == 1 ? " has" : " have") +
+                          " negative, infinite or undefined values, which were set to 0.";
+}
+
+}  // namespace core

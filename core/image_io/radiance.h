@@ -1,0 +1,27 @@
+/// The light of an image: of an environment map, or of a face of a cube map.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/color/rgb.h"
+#include "core/image_io/image.h"
+
+namespace core {
+
+/// Returns a stored value: integers as [0, 1], floats unchanged.
+float stored_value(const Image& image, std::size_t index);
+
+/// kDivisor: in images of 8 and 16 bits, colour is divided by it (RGBD).
+enum class AlphaUse { kIgnored, kDivisor };
+
+/// Returns the light of all pixels, row 0 on top. Values of 8 and 16 bits are sRGB-encoded; grey is
+/// copied to the three channels; a value that is negative, infinite or not a number becomes 0.
+std::vector<Rgb> radiance_of(const Image& image, AlphaUse alpha);
+
+/// Returns the warning that counts the texels with such values; empty if there are none. what: "the
+/// environment".
+std::string radiance_warning(const Image& image, const std::string& what);
+
+}  // namespace core

@@ -1,0 +1,116 @@
+// The error of images of a shadow catcher, plain and denoised: that of the image over white.
+#include <span>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/denoise/denoised_picture.h"
+#include "core/denoise/statistical.h"
+#include "core/error/pixel_error.h"
+#include "tests/render/catcher_stage.h"
+#include "tests/support/errors.h"
+
+namespace {
+
+using catcher_stage::render;
+using catcher_stage::transparent_catcher;
+using core::Rgb;
+using test_support::Picture;
+
+TEST(Catcher, ErrorIsThatOfTheImageOverWhite) {
+  const Picture caught = render(transparent_catcher(), 2, 16);
+  core::FilmSnapshot white = caught.snapshot;
+  for (std::size_t i = 0; i < white.pixels.size(); i += 2) {
+    // else it counts as empty
+    if (white.pixels[i].mean_alpha + white.pixels[i + 1].mean_alpha > 0) {
+      for (core::ReplicatePixel& p : std::span(white.pixels).subspan(i, 2)) {
+        p.mean_r += 1 - p.mean_alpha;
+        p.mean_g += 1 - p.mean_alpha;
+        p.mean_b += 1 - p.mean_alpha;
+      }
+    }
+  }
+  const core::TileSums seen = caught.film->half_sums(0);
+  const core::TileSums expected = core::half_sums(white).front();
+  EXPECT_NEAR(seen.grain, expected.grain, 1e-5 * expected.grain);  // the image is added in floats
+  EXPECT_NEAR(seen.doubt, expected.doubt, 1e-5 * expected.doubt);
+  core::FilmSnapshot colour = caught.snapshot;
+  colour.errors_over_white = false;
+  EXPECT_NE(seen.grain, core::half_sums(colour).front().grain)
+      << "the noise of a shadow is in its alpha";
+}
+
+/// The image over white, which its error is about.
+std::vector<Rgb> over_white(const core::FilmSnapshot& film) {
+  std::vector<Rgb> out;
+  for (std::size_t p = 0; p < film.pixel_count(); ++p) {
+    const core::HalfValue v = core::pixel_value(film, p);
+    out.push_back(v.alpha > 0 ? v.mean + Rgb(1 - v.alpha) : v.mean);
+  }
+  return out;
+}
+
+TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
+  // Images of 16 samples against one of 1024, whose own error is an eighth of theirs.
+  const Picture reference = render(transparent_catcher(), 99, 1024);
+  test_support::Truth truth = test_support::truth_of(reference.snapshot);
+  truth.mu = over_white(reference.snapshot);
+  constexpr int kPictures = 20;
+  int inside = 0;
+  for (int i = 0; i < kPictures; ++i) {
+    const Picture seen = render(transparent_catcher(), static_cast<std::uint64_t>(i), 16);
+    const double error = test_support::defined_error(over_white(seen.snapshot), truth);
+    const core::ErrorInterval& e = seen.progress.error;
+    inside += e.low <= error && error <= e.high ? 1 : 0;
+    EXPECT_LT(e.high, 3 * error) << "the interval is not trivially wide";
+  }
+  // Of 20 intervals of 95%, fewer than 16 hold with a probability of 3e-4.
+  EXPECT_GE(inside, 16);
+}
+
+// The planted fault: its alpha is that of the plain image.
+TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
+  constexpr int kTile = 32;
+  constexpr int kPictures = 16;
+  const auto view_for = [](std::uint64_t seed) {
+    core::View view = transparent_catcher();
+    view.settings.film.width = kTile;
+    view.settings.film.height = kTile;
+    view.settings.seed = seed;
+    return view;
+  };
+  const Picture reference = test_support::render(view_for(99), 1024);
+  test_support::Truth truth = test_support::truth_of(reference.snapshot);
+  truth.mu = over_white(reference.snapshot);
+  int inside = 0;
+  int inside_grainy = 0;
+  double plain = 0;
+  double denoised = 0;
+  for (int i = 0; i < kPictures; ++i) {
+    const Picture seen = test_support::render(view_for(static_cast<std::uint64_t>(i)), 4);
+    const auto made =
+        core::denoise(seen.snapshot, nullptr, core::StatisticalDenoiser(), core::parallel_for(2));
+    ASSERT_TRUE(made);
+    const core::DenoisedPicture& picture = made->picture;
+    std::vector<Rgb> clean;
+    std::vector<Rgb> grainy;
+    for (std::size_t p = 0; p < seen.snapshot.pixel_count(); ++p) {
+      const float alpha = core::pixel_value(seen.snapshot, p).alpha;
+      const Rgb light = {picture.full[0][p], picture.full[1][p], picture.full[2][p]};
+      clean.push_back(light + Rgb(1 - picture.full_alpha[p]));
+      grainy.push_back(light + Rgb(1 - alpha));
+    }
+    const core::ErrorInterval e = picture.interval(core::DenoiseMode::kFull, 0.95);
+    const double error = test_support::defined_error(clean, truth);
+    const double faulty = test_support::defined_error(grainy, truth);
+    inside += e.low <= error && error <= e.high ? 1 : 0;
+    inside_grainy += e.low <= faulty && faulty <= e.high ? 1 : 0;
+    denoised += error;
+    plain += test_support::defined_error(over_white(seen.snapshot), truth);
+  }
+  EXPECT_GE(inside, 13);  // of 16 intervals of 95%: fewer with a probability of 7e-3
+  EXPECT_LT(inside_grainy, inside) << "a planted fault: its alpha is not denoised";
+  EXPECT_LT(denoised, 0.9 * plain) << "and the image is denoised";
+}
+
+}  // namespace

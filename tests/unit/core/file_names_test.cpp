@@ -1,0 +1,50 @@
+// Names of files as Windows and macOS compare them; areas of texels.
+#include "core/base/file_names.h"
+
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/math/area_cover.h"
+
+namespace {
+
+TEST(FileNames, AreComparedWithoutCaseSlashesAndComposition) {
+  EXPECT_EQ(core::folded_name("Textures\\Ku\u0308che.PNG"),
+            core::folded_name("textures/KÜCHE.png"));
+  EXPECT_EQ(core::folded_name("\u30ab\u3099"),
+            core::folded_name("\u30ac"));  // ga, as macOS stores it
+  EXPECT_NE(core::folded_name("a.png"), core::folded_name("b.png"));
+  EXPECT_EQ(core::folded_name("\xff\\a"), "\xff/a");  // not UTF-8
+}
+
+TEST(FileNames, FindTheSameNameElseTheOnlyOneAlike) {
+  core::FileNames names;
+  for (const char* name : {"a.png", "A.png", "B.png"}) {
+    names.add(name);
+  }
+  EXPECT_EQ(names.find("A.png"), 1U);
+  EXPECT_EQ(names.find("b.PNG"), 2U);
+  EXPECT_FALSE(names.find("A.PNG").has_value());
+  EXPECT_FALSE(names.find("c.png").has_value());
+}
+
+TEST(AreaCover, SharesOfAPartAndOfATexelAreWhole) {
+  for (const auto& [size, parts] : {std::pair{7, 3}, {8, 4}, {1000, 300}, {5, 5}, {3, 1}}) {
+    std::vector<double> taken(static_cast<std::size_t>(size));
+    for (const core::AreaCover& cover : core::area_covers(size, parts)) {
+      double sum = 0;
+      for (std::size_t k = 0; k < cover.shares.size(); ++k) {
+        sum += static_cast<double>(cover.shares[k]);
+        taken[static_cast<std::size_t>(cover.first) + k] += static_cast<double>(cover.shares[k]);
+      }
+      EXPECT_NEAR(sum, 1, 1e-6);
+    }
+    for (const double share : taken) {
+      EXPECT_NEAR(share, static_cast<double>(parts) / size, 1e-6) << size << ' ' << parts;
+    }
+  }
+}
+
+}  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/math/offset_ray.h"
 
@@ -23,7 +24,7 @@ class Interface {
       return;
     }
     const SurfacePoint there = scene_.surface_point(at, probe_);
-    const float apart_m = length(there.position - point_.position);
+    const float apart_m = std::fabs(dot(there.position - point_.position, point_.normal_geometric));
     if (apart_m > point_.error_m + there.error_m) {
       return;
     }

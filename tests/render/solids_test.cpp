@@ -201,7 +201,7 @@ double bare_floor(Lamp lamp) {
 
 /// Only some of the particles of light-trace reach the part of the floor that the camera sees.
 int samples_of(const core::IntegratorEntry& row) {
-  return row.name == "light-trace" ? 16384 : (row.splats ? 256 : 64);
+  return row.name == "light-trace" ? 8192 : (row.splats ? 512 : 128);
 }
 
 /// The facets of the ball lie up to 0.0006 m within it; the lamp has 0.02 m.
@@ -232,7 +232,7 @@ TEST(Solids, HalfCoverageLetsHalfOfTheLightPassUnabsorbed) {
   each_integrator([&](const core::IntegratorEntry& row) {
     view.settings.integrator = std::string(row.name);
     const double bias = row.bias == "none" ? 0 : 0.06;
-    expect_only(test_support::render(view, 4 * samples_of(row)), (bare + whole) / 2, whole, "half",
+    expect_only(test_support::render(view, 2 * samples_of(row)), (bare + whole) / 2, whole, "half",
                 kRounded + bias);
   });
 }

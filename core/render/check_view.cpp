@@ -28,33 +28,6 @@ Status check_mixing(const RenderSettings& settings, const std::string& reason) {
   return ok_status();
 }
 
-/// Checks that the integrator supports the dispersion and the media of the scene, and the job's
-/// fog, with these options. integrator: its row; null if there is none. Errors: kInvalidArgument.
-Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
-                    const IntegratorEntry* integrator) {
-  if (integrator == nullptr) {
-    return ok_status();
-  }
-  if (settings.background.through_glass && !accepts(*integrator, kThroughGlass)) {
-    return refused("true is not supported by " + settings.integrator + "; use path",
-                   std::string(kThroughGlass));
-  }
-  if (scene.has_dispersion && !integrator->disperses) {
-    return refused(
-        "the scene has dispersion, which " + settings.integrator + " does not support; use path",
-        "/integrator/type");
-  }
-  if (!scene.has_scattering && !settings.fog) {
-    return ok_status();
-  }
-  if (!integrator->media) {
-    return refused("the scene has scattering media, which " + settings.integrator +
-                       " does not support; use path or bdpt",
-                   "/integrator/type");
-  }
-  return check_mixing(settings, "cannot be combined with scattering media");
-}
-
 /// Checks that the integrator supports the shares of the light and spectral paths with the options.
 /// Parameters and errors as above.
 Status check_light(const View& view, const IntegratorEntry* integrator) {
@@ -122,6 +95,31 @@ Status check_catcher(const RenderSettings& settings) {
 }
 
 }  // namespace
+
+Status check_matter(const RenderSettings& settings, const SceneSummary& scene,
+                    const IntegratorEntry* integrator) {
+  if (integrator == nullptr) {
+    return ok_status();
+  }
+  if (settings.background.through_glass && !accepts(*integrator, kThroughGlass)) {
+    return refused("true is not supported by " + settings.integrator + "; use path",
+                   std::string(kThroughGlass));
+  }
+  if (scene.has_dispersion && !integrator->disperses) {
+    return refused(
+        "the scene has dispersion, which " + settings.integrator + " does not support; use path",
+        "/integrator/type");
+  }
+  if (!scene.has_scattering && !settings.fog) {
+    return ok_status();
+  }
+  if (!integrator->media) {
+    return refused("the scene has scattering media, which " + settings.integrator +
+                       " does not support; use path or bdpt",
+                   "/integrator/type");
+  }
+  return check_mixing(settings, "cannot be combined with scattering media");
+}
 
 Status check_crop(const FilmSettings& film) {
   if (film.crop) {

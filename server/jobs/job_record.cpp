@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "api/errors.h"
 #include "api/film_view.h"
@@ -16,10 +15,6 @@ using api::JobState;
 
 std::optional<double> known(double value) {
   return std::isnan(value) ? std::nullopt : std::optional<double>(value);
-}
-
-double value_or_nan(const std::optional<double>& value) {
-  return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace

@@ -8,12 +8,12 @@
 namespace core {
 namespace {
 
-/// Peak of a lobe, relative to a matte surface, from which emitters reflected in it are rare
+/// Peak of a lobe, relative to a diffuse surface, from which emitters reflected in it are rare
 /// events: ten times brighter, seen from a tenth of the directions.
 constexpr float kPeak = 10;
 
 /// Returns whether a GGX lobe that carries `share` of the light has such a peak: about 1 / (4
-/// alpha^2) for a perpendicular mirror, 1 / pi for a matte surface.
+/// alpha^2) for a perpendicular mirror, 1 / pi for a diffuse surface.
 bool is_rare(float share, float roughness) {
   const float alpha = roughness * roughness;
   return share * std::numbers::pi_v<float> > kPeak * 4 * alpha * alpha && share > 0;

@@ -149,7 +149,7 @@ TEST(Meter, TellsWhatOnePathCanCarryThroughGlass) {
   EXPECT_NEAR(with(glass), 7 * kPi, 1e-4);
   core::MaterialDescription metal;
   metal.metallic = 1;
-  metal.roughness = 0.3F;  // alpha 0.09: a peak of 97 times that of a matte surface
+  metal.roughness = 0.3F;  // alpha 0.09: a peak of 97 times that of a diffuse surface
   EXPECT_GT(with(metal), 0);
   metal.roughness = 0.6F;  // 6 times
   EXPECT_EQ(with(metal), 0);

@@ -17,7 +17,7 @@ struct Start {
 /// Origins of rays from the corners and the middle of the film, on the edge and in the middle of
 /// the lens, at several times.
 std::vector<Start> sampled_starts(const MovingCamera& camera, Vec2 film_px, bool is_moving) {
-  // The edge of the lens is the border of the unit square (concentric map).
+  // The edge of the lens is that of the unit square (concentric map).
   constexpr float kLast = 0x1.fffffep-1F;
   constexpr float kLens[][2] = {
       {0.5F, 0.5F},   {0, 0},         {0.25F, 0},     {0.5F, 0},     {0.75F, 0},     {kLast, 0},
@@ -55,8 +55,7 @@ void place_in_solids(MovingCamera& camera, const SceneData& scene, Vec2 film_px,
   start.varies = std::any_of(starts.begin() + 1, starts.end(), [&](const Start& s) {
     return !(solids_around(scene, s.origin, s.time) == start.media);
   });
-  const bool is_clipped = camera.first().ray(film_px * 0.5F, {}).start_m > 0;
-  if (camera.first().is_orthographic() || is_moving || is_clipped) {
+  if (camera.first().is_orthographic() || is_moving) {
     Bounds box;
     for (const Start& s : starts) {
       box.add(s.origin);

@@ -33,7 +33,7 @@ void find_solids(SceneData& scene, const PlacedFrom& from);
 
 /// Returns the solids around a point. Source: crossings of rays from there with closed surfaces,
 /// the median of several directions, so that a ray along an edge does not count; an open surface
-/// contains the points that see its back first.
+/// contains the points from which most rays that leave would meet its back first.
 MediumStack solids_around(const SceneData& scene, Vec3 point, float time = 0) noexcept;
 
 }  // namespace core

@@ -14,6 +14,9 @@ constexpr std::array kDirections = {
     Vec3{0.7151F, -0.2237F, 0.6622F}, Vec3{-0.3347F, -0.8719F, -0.3573F},
     Vec3{0.1931F, 0.4457F, -0.8741F}};
 
+/// One ray may meet the back of a window pane.
+constexpr int kVotesLeast = 2;
+
 /// What the rays have met so far of a solid that may be around their origin.
 struct Candidate {
   const Solid* solid = nullptr;
@@ -21,7 +24,9 @@ struct Candidate {
   float first_t = 0;                           ///< of the current ray
   bool leaves_first = false;
   bool is_met = false;
-  int votes = 0;  ///< of rays that meet it first from the back, minus those from the front
+  /// Open surfaces: rays that meet it first from the back, minus those that meet its front or leave
+  /// the scene without it. Rays that an opaque surface stops before do not count.
+  int votes = 0;
 };
 
 class Probe {
@@ -41,6 +46,8 @@ class Probe {
     for (Candidate& candidate : candidates_) {
       if (candidate.is_met && candidate.first_t < blocked_t_) {
         candidate.votes += candidate.leaves_first ? 1 : -1;
+      } else if (!(blocked_t_ < ray.t_max)) {
+        --candidate.votes;  // the ray leaves the scene without it
       }
     }
   }
@@ -99,8 +106,9 @@ MediumStack solids_around(const SceneData& scene, Vec3 point, float time) noexce
   for (Candidate& candidate : candidates) {
     auto& left = candidate.left;
     std::nth_element(left.begin(), left.begin() + left.size() / 2, left.end());
-    const int times = candidate.solid->kind == SolidKind::kOpen ? (candidate.votes > 0 ? 1 : 0)
-                                                                : left[left.size() / 2];
+    const int times = candidate.solid->kind == SolidKind::kOpen
+                          ? (candidate.votes >= kVotesLeast ? 1 : 0)
+                          : left[left.size() / 2];
     for (int k = 0; k < times; ++k) {
       out.enter(*candidate.solid);
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/math/offset_ray.h"
 
@@ -23,13 +24,18 @@ class Interface {
       return;
     }
     const SurfacePoint there = scene_.surface_point(at, probe_);
+    const float apart_m = std::fabs(dot(there.position - point_.position, point_.normal_geometric));
+    if (apart_m > point_.error_m + there.error_m) {
+      return;
+    }
+    const float over_m = apart_m + there.error_m;
     if (const Solid* solid = scene_.solid_of(at); solid != nullptr) {
       solid_hit_ = at;
-      step_over(there);
+      error_m_ = std::max(error_m_, over_m);
       add(*solid, is_inwards(*solid, there.normal_geometric, probe_.direction));
     } else if (!scene_.materials[there.material].transmits && scene_.coverage(at, probe_) >= 1) {
       opaque_hit_ = at;
-      step_over(there);
+      error_m_ = std::max(error_m_, over_m);
     }
   }
   void add(const Solid& solid, bool inwards) noexcept {
@@ -60,9 +66,6 @@ class Interface {
     const Solid* solid;
     bool inwards;
   };
-  void step_over(const SurfacePoint& at) noexcept {
-    error_m_ = std::max(error_m_, length(at.position - point_.position) + at.error_m);
-  }
 
   const SceneData& scene_;
   const RawHit& hit_;
@@ -81,7 +84,7 @@ FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& 
                  const Ray& ray, const MediumStack& media) noexcept {
   const Vec3 n = point.normal_geometric;
   const Vec3 ahead = dot(n, ray.direction) >= 0 ? n : -n;
-  // As far as rounding may put triangles of the scene apart that are one here.
+  // As far as rounding may put any triangles of the scene apart.
   const float reach_m =
       point.error_m + kPlaneError * (taxicab(point.position) + 4 * scene.radius_m);
   const Vec3 from = offset_ray(point.position, -ahead, reach_m);

@@ -210,7 +210,7 @@ constexpr double kRounded = 4e-3;
 TEST(StartStates, ALampInASolidShinesThroughIt) {
   for (const Lamp lamp : {Lamp::kPoint, Lamp::kSpot, Lamp::kArea}) {
     const double bare = bare_floor(lamp);
-    const double truth = bare * std::exp(-kSigma * kBallRadius);
+    const double truth = bare * std::exp(-kSigma * double{kBallRadius});
     core::View view = lamp_in_ball(lamp, solid(1, static_cast<float>(kSigma)));
     each_integrator([&](const core::IntegratorEntry& row) {
       view.settings.integrator = std::string(row.name);
@@ -227,7 +227,7 @@ TEST(Solids, HalfCoverageLetsHalfOfTheLightPassUnabsorbed) {
   half.alpha_mode = core::AlphaMode::kBlend;
   half.base_alpha = 0.5F;
   const double bare = bare_floor(Lamp::kArea);
-  const double whole = bare * std::exp(-kSigma * kBallRadius);
+  const double whole = bare * std::exp(-kSigma * double{kBallRadius});
   core::View view = lamp_in_ball(Lamp::kArea, half);
   each_integrator([&](const core::IntegratorEntry& row) {
     view.settings.integrator = std::string(row.name);

@@ -35,7 +35,6 @@ set(CORE_TEST_SOURCES
   sample_sets_test.cpp
   sampler_test.cpp
   set_aside_test.cpp
-  settle_test.cpp
   shared_lights_test.cpp
   slice_work_test.cpp
   solids_test.cpp

@@ -19,5 +19,6 @@ set(SCENE_IO_TEST_SOURCES
   gltf_repairs_test.cpp
   gltf_tangent_test.cpp
   gltf_visibility_test.cpp
-  ies_test.cpp)
+  ies_test.cpp
+  settle_test.cpp)
 set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})

@@ -18,11 +18,6 @@
 namespace core {
 namespace {
 
-bool is_there(const GltfImage& image, const ResolveUri& resolve) {
-  return !image.uri || is_data_uri(*image.uri) ||
-         (resolve && resolve(percent_decode(*image.uri)) != nullptr);
-}
-
 /// Returns the media type of an image by its first bytes; empty for formats that glTF does not
 /// name.
 std::string_view media_type_of(std::span<const std::byte> file) {
@@ -69,6 +64,11 @@ std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
 }
 
 }  // namespace
+
+bool is_there(const GltfImage& image, const ResolveUri& resolve) {
+  return !image.uri || is_data_uri(*image.uri) ||
+         (resolve && resolve(percent_decode(*image.uri)) != nullptr);
+}
 
 std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
                                        const ResolveUri& resolve) {

@@ -53,7 +53,7 @@ const auto& sun_table() {
           "Degrees; east is positive."),
       CustomRow<core::SunSettings>{"time", &read_sun_time,
                                    [](const core::SunSettings& s, Json& object) {
-                                     object["time"] = rfc3339(s.unix_seconds);
+                                     object["time"] = short_rfc3339(s.unix_seconds);
                                    },
                                    [](const core::SunSettings&) {
                                      Json schema =

@@ -84,7 +84,7 @@ const auto& table() {
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {
-                               object["deadline"] = rfc3339(*s.deadline_unix_seconds);
+                               object["deadline"] = short_rfc3339(*s.deadline_unix_seconds);
                              }
                            },
                            [](const StopRules& /*defaults*/) {

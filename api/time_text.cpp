@@ -125,17 +125,23 @@ std::string rfc3339(double unix_seconds) {
   const chrono::year_month_day date(midnight);
   const chrono::hh_mm_ss clock(time - midnight);
   std::array<char, 64> text{};
-  std::snprintf(
-      text.data(), text.size(), "%04d-%02u-%02uT%02d:%02d:%02d.%03d", static_cast<int>(date.year()),
-      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
-      static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
-      static_cast<int>(clock.seconds().count()), static_cast<int>(clock.subseconds().count()));
-  std::string result = text.data();
-  result.erase(result.find_last_not_of('0') + 1);
-  if (result.back() == '.') {
-    result.pop_back();
+  std::snprintf(text.data(), text.size(), "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ",
+                static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
+                static_cast<unsigned>(date.day()), static_cast<int>(clock.hours().count()),
+                static_cast<int>(clock.minutes().count()),
+                static_cast<int>(clock.seconds().count()),
+                static_cast<int>(clock.subseconds().count()));
+  return text.data();
+}
+
+std::string short_rfc3339(double unix_seconds) {
+  std::string text = rfc3339(unix_seconds);
+  text.pop_back();  // Z
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') {
+    text.pop_back();
   }
-  return result + "Z";
+  return text + "Z";
 }
 
 }  // namespace api

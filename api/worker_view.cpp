@@ -130,7 +130,10 @@ const View<WorkerView>& worker_view() {
         [](const WorkerView& w) { return number_json(w.rate); }},
        {"leases", shape::count("Units that the worker holds."),
         [](const WorkerView& w) -> Json { return w.leases; }},
-       {"held", shape::texts("Names of these units. Each begins with its job's id and a dot."),
+       {"held",
+        shape::texts(
+            "Names of those of them whose jobs the key can see. Each begins with its job's "
+            "id and a dot."),
         [](const WorkerView& w) -> Json { return w.held; }},
        {"units", shape::count("Results that were accepted."),
         [](const WorkerView& w) -> Json { return w.units; }},

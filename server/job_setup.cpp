@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/base/cgroup.h"
 #include "server/queue/nats_link.h"
 
 namespace server {
@@ -32,7 +33,7 @@ core::Result<std::shared_ptr<queue::NatsLink>> open_queue(const Config& config) 
 }  // namespace
 
 int render_threads(const Config& config) {
-  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+  const auto cores = core::usable_threads();
   return config.threads > 0 ? config.threads : std::max(cores, 1);
 }
 

@@ -23,10 +23,10 @@ struct Holder {
       id;  ///< Id of a stored key; empty: the operator, or any caller where no key is required.
   std::string name = {};    ///< The key's, or "operator"; empty: any caller.
   std::string tenant = {};  ///< Empty: the operator's.
-  bool may_read = true;
-  bool may_write = true;
-  bool may_admin = true;
-  bool may_work = true;
+  bool may_read = false;
+  bool may_write = false;
+  bool may_admin = false;
+  bool may_work = false;
   int priority_max = 100;
   int rate_limit = 0;  ///< Requests per minute; 0: any number.
 };

@@ -23,6 +23,8 @@ constexpr int kOpenOfTenantMax = 32;
 constexpr double kKeptSeconds = 7 * 24 * 3600;
 constexpr double kForgetSeconds = 600;
 constexpr double kRestSeconds = 30;
+/// Time between looks for calls that wait for too long. Short beside the pauses that matter.
+constexpr double kMendSeconds = 20;
 /// About the delays of the specification's example, with an earlier second attempt.
 constexpr std::array kWaitSeconds = {1.0, 5.0, 30.0, 300.0, 1800.0, 7200.0, 18000.0};
 
@@ -72,8 +74,15 @@ std::size_t WebhookSender::open_count_of(const std::string& tenant) const {
 
 void WebhookSender::begin_due() {
   const double now = unix_now();
-  if (now < rests_until_) {
+  if (now < rests_until_ && rests_until_ <= now + kRestSeconds) {
     return;
+  }
+  if (now < mended_at_ || now > mended_at_ + kMendSeconds) {
+    for (int attempts = 0; attempts <= static_cast<int>(kWaitSeconds.size()); ++attempts) {
+      const double wait = attempts == 0 ? 0 : webhook_wait_seconds(attempts).value_or(0);
+      static_cast<void>(table_.bring_forward(attempts, now, wait));  // Retried later.
+    }
+    mended_at_ = now;
   }
   const auto due = table_.due(now, kOpenOfTenantMax);
   for (const DeliveryRow& row : due ? *due : std::vector<DeliveryRow>()) {

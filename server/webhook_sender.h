@@ -66,6 +66,7 @@ class WebhookSender {
   double rests_until_ =
       0;  ///< Pause after the store failed, since calls would be repeated again and again.
   double forgot_at_ = 0;
+  double mended_at_ = 0;
   std::jthread thread_;
 };
 

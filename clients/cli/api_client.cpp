@@ -1,12 +1,14 @@
 #include "clients/cli/api_client.h"
 
 #include <charconv>
+#include <cstdlib>
 #include <utility>
 
 #include <httplib.h>
 #include <nlohmann/json.hpp>
 
 #include "api/error_codes.h"
+#include "clients/cli/proxy.h"
 
 namespace cli {
 namespace {
@@ -17,7 +19,24 @@ using core::ErrorCode;
 struct Address {
   std::string origin;
   std::string prefix;
+  std::string scheme;
+  std::string host;
+  int port = 0;
 };
+
+/// Returns the host and port of an origin.
+void read_host(Address& address) {
+  std::string_view host = std::string_view(address.origin).substr(address.scheme.size() + 3);
+  address.port = address.scheme == "https" ? 443 : 80;
+  const auto colon = host.rfind(':');
+  const auto bracket = host.rfind(']');
+  if (colon != std::string_view::npos && (bracket == std::string_view::npos || colon > bracket)) {
+    const std::string_view digits = host.substr(colon + 1);
+    std::from_chars(digits.data(), digits.data() + digits.size(), address.port);
+    host = host.substr(0, colon);
+  }
+  address.host = host;
+}
 
 core::Result<Address> parse_address(const std::string& url) {
   const auto scheme = url.find("://");
@@ -27,13 +46,23 @@ core::Result<Address> parse_address(const std::string& url) {
                  "\"" + url + "\" is not a server address such as http://127.0.0.1:8080", ""};
   }
   const auto path = url.find('/', scheme + 3);
-  Address address{url.substr(0, path), path == std::string::npos ? "" : url.substr(path)};
+  Address address{.origin = url.substr(0, path),
+                  .prefix = path == std::string::npos ? "" : url.substr(path),
+                  .scheme = kind,
+                  .host = {}};
+  if (address.origin.find('@') != std::string::npos) {  // The text does not repeat the password.
+    return Error{ErrorCode::kInvalidArgument,
+                 "an address with a user name or a password is not supported; give the server's "
+                 "key with --key or in TESSERA_KEY",
+                 ""};
+  }
   while (!address.prefix.empty() && address.prefix.back() == '/') {
     address.prefix.pop_back();
   }
   if (address.origin.size() <= scheme + 3) {
     return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" contains no host", ""};
   }
+  read_host(address);
   return address;
 }
 
@@ -90,6 +119,13 @@ core::Status check_address(const std::string& url) {
 core::Error error_of_reply(const Reply& reply) {
   std::string text = "the server answered " + std::to_string(reply.status);
   const auto json = nlohmann::json::parse(reply.body, nullptr, false);
+  if (reply.status >= 300 && reply.status < 400) {
+    text += reply.location.empty() ? "" : ": it is at " + reply.location + "; give that address";
+  } else if (!json.is_object()) {
+    text =
+        "a proxy before the server, or another program, answered " + std::to_string(reply.status);
+    text += reply.status == 413 ? "; its limit for the size of requests must be raised" : "";
+  }
   if (json.is_object()) {
     const std::string title = member(json, "title");
     const std::string detail = member(json, "detail");
@@ -144,6 +180,19 @@ core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, con
   auto impl = std::make_unique<Impl>(*address, key);
   if (!impl->http.is_valid()) {
     return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" is not a server address", ""};
+  }
+  auto proxy = proxy_for(address->scheme, address->host, address->port, [](const char* name) {
+    const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): never set here.
+    return std::string(value == nullptr ? "" : value);
+  });
+  if (!proxy) {
+    return proxy.error();
+  }
+  if (*proxy) {
+    impl->http.set_proxy((*proxy)->host, (*proxy)->port);
+    if (!(*proxy)->user.empty()) {
+      impl->http.set_proxy_basic_auth((*proxy)->user, (*proxy)->password);
+    }
   }
   impl->http.enable_server_certificate_verification(certificates == Certificates::kChecked);
   return std::unique_ptr<ApiClient>(new ApiClient(std::move(url), std::move(impl)));

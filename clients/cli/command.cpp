@@ -3,12 +3,13 @@
 #include <cstdio>
 
 #include "clients/cli/api_client.h"
+#include "clients/cli/shown.h"
 
 namespace cli {
 
 int complain(const std::string& verb, const core::Error& error) {
   const std::string place = error.where.empty() ? "" : error.where + ": ";
-  std::fprintf(stderr, "tessera %s: %s%s\n", verb.c_str(), place.c_str(), error.message.c_str());
+  std::fprintf(stderr, "tessera %s: %s\n", verb.c_str(), shown(place + error.message).c_str());
   return kFailed;
 }
 

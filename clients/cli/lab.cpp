@@ -11,6 +11,7 @@
 
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
+#include "core/base/cgroup.h"
 #include "core/lab/plot.h"
 
 namespace cli {
@@ -165,9 +166,7 @@ int run(const LabFlags& flags) {
     }
     return kWrongUsage;
   }
-  request->options.threads =
-      flags.threads > 0 ? flags.threads
-                        : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  request->options.threads = flags.threads > 0 ? flags.threads : core::usable_threads();
   const bool is_table = !flags.as_json && flags.csv != "-" && flags.svg != "-";
   if (is_table) {
     std::printf("%10s  %14s  %12s  %12s  %9s\n", "n", "mean", "rmse", "std. error", "seconds");

@@ -15,6 +15,8 @@
 
 #include "clients/cli/cli.h"
 #include "clients/cli/command.h"
+#include "clients/cli/output.h"
+#include "clients/cli/shown.h"
 
 namespace cli {
 namespace {
@@ -51,7 +53,7 @@ int unknown_verb(const std::string& name) {
   const bool alike = edit_distance(name, near->name) <= std::min(kTypos, near->name.size() - 1);
   const std::string meant = alike ? "; did you mean " + std::string(near->name) + "?" : ".";
   std::fprintf(stderr, "tessera: unknown command \"%s\"%s `tessera --help` lists the commands.\n",
-               name.c_str(), meant.c_str());
+               shown(name).c_str(), meant.c_str());
   return kWrongUsage;
 }
 
@@ -91,9 +93,9 @@ int dispatch(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return cli::dispatch(argc, argv);
+    return cli::checked_output("tessera", cli::dispatch(argc, argv));
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "tessera: %s\n", error.what());
+    std::fprintf(stderr, "tessera: %s\n", cli::shown(error.what()).c_str());
     return cli::kFailed;
   }
 }

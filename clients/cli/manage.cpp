@@ -10,6 +10,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/follow.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/shown.h"
 
 namespace cli {
 namespace {
@@ -37,7 +38,7 @@ void print_table(const Json& list) {
                 facts.state.c_str(), static_cast<int>(facts.fraction * 100),
                 facts.samples_per_pixel, error_text(facts.relative_error).c_str(),
                 duration_text(facts.elapsed_seconds).c_str(),
-                name.empty() ? scene.substr(0, 24).c_str() : name.c_str());
+                shown(name.empty() ? scene.substr(0, 24) : name).c_str());
   }
 }
 

@@ -17,6 +17,8 @@
 #include "clients/cli/files.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/render_job.h"
+#include "clients/cli/shown.h"
+#include "core/base/cgroup.h"
 #include "core/color/tone_map.h"
 #include "core/denoise/make_denoiser.h"
 #include "core/film/set_aside.h"
@@ -154,7 +156,7 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
     return made.error();
   }
   if (!made->note.empty()) {
-    std::fprintf(stderr, "warning: %s\n", made->note.c_str());
+    std::fprintf(stderr, "warning: %s\n", shown(made->note).c_str());
   }
   Shown out = {.look = {}, .by = std::move(made->by), .note = std::move(made->note)};
   out.look = {std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
@@ -408,13 +410,13 @@ int run(const JobFlags& flags) {
     complain("render", calm.error());
     return kWrongUsage;
   }
-  PictureQuery shown;
-  shown.exposure = flags.exposure;
-  if (const auto look = check_look(shown, flags.output); !look) {
+  PictureQuery wanted;
+  wanted.exposure = flags.exposure;
+  if (const auto look = check_look(wanted, flags.output); !look) {
     complain("render", look.error());
     return kWrongUsage;
   }
-  const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const int machine = core::usable_threads();
   const int threads = flags.threads > 0 ? flags.threads : machine;
   auto parsed = parse_local_job(flags);
   if (!parsed) {
@@ -426,7 +428,7 @@ int run(const JobFlags& flags) {
     return complain("render", job.error());
   }
   for (const std::string& warning : job->warnings) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    std::fprintf(stderr, "warning: %s\n", shown(warning).c_str());
   }
   return render_to_file(*job, flags, threads);
 }

@@ -8,6 +8,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/shown.h"
 #include "clients/cli/upload.h"
 
 namespace cli {
@@ -98,7 +99,7 @@ int list_scenes(const ServerFlags& server, int limit, bool as_json) {
     return kDone;
   }
   for (const Json& scene : *all) {
-    std::printf("%s  %s\n", text_at(scene, "id").c_str(), text_at(scene, "name").c_str());
+    std::printf("%s  %s\n", text_at(scene, "id").c_str(), shown(text_at(scene, "name")).c_str());
   }
   return kDone;
 }

@@ -11,6 +11,7 @@
 #include "clients/cli/files.h"
 #include "clients/cli/follow.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/shown.h"
 #include "clients/cli/upload.h"
 
 namespace cli {
@@ -108,7 +109,7 @@ int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& pat
   if (!ended) {
     return complain("submit", ended.error());
   }
-  std::fprintf(stderr, "%s\n", closing_text(*ended).c_str());
+  std::fprintf(stderr, "%s\n", shown(closing_text(*ended)).c_str());
   tell_warnings(*ended, told);
   if (flags.job.json) {
     std::printf("%s\n", ended->dump(2).c_str());
@@ -151,11 +152,16 @@ int run(const SubmitFlags& flags) {
   if (flags.wait || !flags.job.output.empty()) {
     if (!flags.job.json && flags.job.output != "-") {
       std::printf("%s\n", id.c_str());
-      std::fflush(stdout);
+      if (std::fflush(stdout) != 0) {
+        std::fprintf(stderr, "tessera submit: the job is %s\n", id.c_str());
+      }
     }
     return wait_for(**client, flags, "/v1/jobs/" + encode_url(id), job->value("warnings", Json()));
   }
   std::printf("%s\n", flags.job.json ? job->dump(2).c_str() : id.c_str());
+  if (std::fflush(stdout) != 0) {
+    std::fprintf(stderr, "tessera submit: the job is %s\n", id.c_str());
+  }
   return kDone;
 }
 

@@ -9,6 +9,7 @@
 
 #include "clients/cli/files.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/shown.h"
 
 namespace cli {
 namespace {
@@ -98,7 +99,7 @@ void tell_warnings(const Json& described, const Json& known) {
         continue;
       }
       std::fprintf(stderr, "warning: %s\n",
-                   warning.is_string() ? warning.get<std::string>().c_str() : "");
+                   shown(warning.is_string() ? warning.get<std::string>() : "").c_str());
     }
   }
 }

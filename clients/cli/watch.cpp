@@ -6,6 +6,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/follow.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/shown.h"
 #include "clients/cli/tev_feed.h"
 #include "clients/cli/watch_picture.h"
 
@@ -40,7 +41,9 @@ core::Result<Json> follow_as_json(ApiClient& client, const std::string& path) {
     std::printf("%s\n", line.dump().c_str());
     std::fflush(stdout);
   };
-  follower.on_trouble = [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); };
+  follower.on_trouble = [](const std::string& text) {
+    std::fprintf(stderr, "%s\n", shown(text).c_str());
+  };
   return follow_job(client, path, follower);
 }
 

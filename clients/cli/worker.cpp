@@ -20,9 +20,11 @@
 
 #include "clients/cli/command.h"
 #include "clients/cli/patience.h"
+#include "clients/cli/shown.h"
 #include "clients/cli/worker_jobs.h"
 #include "core/accel/arithmetic.h"
 #include "core/base/build_id.h"
+#include "core/base/cgroup.h"
 #include "core/render/slice_work.h"
 #include "server/queue/units.h"
 
@@ -113,9 +115,7 @@ class Worker {
         link_(std::move(link)),
         id_(random_id()),
         arithmetic_(core::arithmetic_class(isa)),
-        threads_(flags.threads > 0
-                     ? flags.threads
-                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))),
+        threads_(flags.threads > 0 ? flags.threads : core::usable_threads()),
         jobs_({.folder = flags.cache,
                .folder_bytes_max = flags.cache_bytes,
                .threads = threads_,
@@ -188,7 +188,7 @@ double Worker::report(ApiClient& server) {
   const auto reply = server.put("/v1/workers/" + id_, body.dump(), "application/json");
   const auto tell = [this](const std::string& text) {
     if (text != told_ && !text.empty()) {
-      std::fprintf(stderr, "tessera worker: %s\n", text.c_str());
+      std::fprintf(stderr, "tessera worker: %s\n", shown(text).c_str());
     }
     told_ = text;
   };
@@ -332,7 +332,7 @@ core::Status Worker::deliver(Held& held, const std::string& result, ApiClient& s
 void Worker::hand_back(const std::string& name, const std::string& fault, ApiClient& server) const {
   constexpr std::size_t kFaultCharacters = 200;
   if (!fault.empty()) {
-    std::fprintf(stderr, "tessera worker: %s: %s\n", name.c_str(), fault.c_str());
+    std::fprintf(stderr, "tessera worker: %s: %s\n", name.c_str(), shown(fault).c_str());
   }
   // If the server does not receive it, the lease expires.
   static_cast<void>(

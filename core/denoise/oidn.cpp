@@ -16,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "core/base/cgroup.h"
 #include "core/denoise/oidn_protocol.h"
 
 namespace core {
@@ -159,7 +160,7 @@ Result<FilteredHalves> OidnDenoiser::denoise(std::span<const HalfPicture> halves
   request.height = static_cast<std::uint32_t>(halves[0].height);
   request.pictures = static_cast<std::uint32_t>(halves.size());
   request.has_features = features != nullptr ? 1 : 0;
-  request.threads = std::max(std::thread::hardware_concurrency(), 1U);
+  request.threads = static_cast<unsigned>(usable_threads());
   const double millions = 1e-6 * static_cast<double>(halves[0].variance.size());
   const Clock::time_point until = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                                      options_.patience * (1 + millions));

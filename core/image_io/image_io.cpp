@@ -38,6 +38,9 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   if (kind == "png" && !png_is_whole(file)) {
     return invalid("the PNG is truncated or its chunks are malformed");
   }
+  if (kind == "tif" && !tiff_is_whole(file)) {
+    return invalid("the TIFF is truncated or its directory is malformed");
+  }
   return kind;
 }
 

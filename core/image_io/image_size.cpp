@@ -1,5 +1,6 @@
 #include "core/image_io/image_size.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/image_io/exr_header.h"
@@ -125,6 +126,56 @@ bool png_is_whole(Span file) noexcept {
     at += kAround + length;
   }
   return false;
+}
+
+bool tiff_is_whole(Span file) noexcept {
+  const bool is_little = u8(file, 0) == 'I';
+  const auto has = [&](std::uint64_t at, std::uint64_t bytes) {
+    return at <= file.size() && bytes <= file.size() - at;
+  };
+  const auto u16 = [&](std::uint64_t at) {
+    const auto i = static_cast<std::size_t>(at);
+    return is_little ? u16_little(file, i) : u16_big(file, i);
+  };
+  const auto u32 = [&](std::uint64_t at) {
+    return is_little ? u16(at) | u16(at + 2) << 16U : u16(at) << 16U | u16(at + 2);
+  };
+  /// Numbers of 16 or 32 bits; empty if the file has none.
+  struct Field {
+    std::uint64_t at = 0;
+    std::uint64_t count = 0;
+    std::uint64_t size = 4;
+  };
+  Field offsets;
+  Field counts;
+  constexpr std::uint64_t kEntryBytes = 12;
+  if (!has(0, 8) || !has(u32(4), 2) || !has(u32(4) + 2ULL, u16(u32(4)) * kEntryBytes)) {
+    return false;
+  }
+  for (std::uint64_t entry = 0; entry < u16(u32(4)); ++entry) {
+    const std::uint64_t at = u32(4) + 2 + kEntryBytes * entry;
+    const std::uint32_t tag = u16(at);
+    if (tag != 273 && tag != 324 && tag != 279 &&
+        tag != 325) {  // StripOffsets, TileOffsets; counts
+      continue;
+    }
+    const std::uint64_t size = u16(at + 2) == 3 ? 2 : 4;
+    const std::uint64_t bytes = u32(at + 4) * size;
+    Field& field = tag == 273 || tag == 324 ? offsets : counts;
+    field = {bytes <= 4 ? at + 8 : u32(at + 8), u32(at + 4), size};
+    if (!has(field.at, bytes)) {
+      return false;
+    }
+  }
+  const auto value = [&](const Field& field, std::uint64_t i) -> std::uint64_t {
+    return field.size == 2 ? u16(field.at + 2 * i) : u32(field.at + 4 * i);
+  };
+  for (std::uint64_t i = 0; i < std::min(offsets.count, counts.count); ++i) {
+    if (!has(value(offsets, i), value(counts, i))) {
+      return false;
+    }
+  }
+  return true;
 }
 
 std::optional<PixelSize> peek_image_size(Span file) noexcept {

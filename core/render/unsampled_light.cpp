@@ -8,15 +8,29 @@
 namespace core {
 namespace {
 
-/// Roughness below which a lobe, of less than a degree (alpha 0.01), sees a small emitter whole or
-/// not at all.
-constexpr float kPolished = 0.1F;
+/// Peak of a lobe, relative to a diffuse surface, from which emitters reflected in it are rare
+/// events: ten times brighter, seen from a tenth of the directions.
+constexpr float kPeak = 10;
+
+/// Returns whether a GGX lobe that carries `share` of the light has such a peak: about 1 / (4
+/// alpha^2) for a perpendicular mirror, 1 / pi for a diffuse surface.
+bool is_rare(float share, float roughness) {
+  const float alpha = roughness * roughness;
+  return share * std::numbers::pi_v<float> > kPeak * 4 * alpha * alpha && share > 0;
+}
+
+/// Reflectance of a dielectric at normal incidence.
+float fresnel_of(float ior) {
+  const float root = (ior - 1) / (ior + 1);
+  return ior > 0 ? root * root : 1.0F;
+}
 
 bool is_polished(const Material& material) {
   const MaterialDescription& m = material.factors;
-  const bool mirrors = m.roughness < kPolished && (m.metallic > 0 || m.ior != 1);
-  const bool is_coated = m.clearcoat > 0 && m.clearcoat_roughness < kPolished;
-  return mirrors || is_coated || (m.transmission > 0 && m.roughness < kPolished);
+  const float dielectric = m.specular * fresnel_of(m.ior);
+  const float coat = m.clearcoat * fresnel_of(1.5F);
+  return is_rare(std::max({m.metallic, m.transmission, dielectric}), m.roughness) ||
+         is_rare(coat, m.clearcoat_roughness);
 }
 
 double largest_radiance(const Environment& environment) {

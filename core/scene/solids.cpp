@@ -143,7 +143,7 @@ class SolidFinder {
                    placed[i] < from_.top_level ? nullptr : &from_.instances[placed[i]]->to_world);
       here.solid = id;
       scene_.has_solid_holes = scene_.has_solid_holes || material.has_alpha;
-      if (const double size = area(mesh); size > largest) {
+      if (const double size = area(mesh); solid.material == nullptr || size > largest) {
         largest = size;
         solid.material = &material;
       }

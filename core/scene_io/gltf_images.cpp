@@ -10,17 +10,13 @@
 #include <thread>
 #include <utility>
 
+#include "core/base/cgroup.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_uri.h"
 
 namespace core {
 namespace {
-
-bool is_there(const GltfImage& image, const ResolveUri& resolve) {
-  return !image.uri || is_data_uri(*image.uri) ||
-         (resolve && resolve(percent_decode(*image.uri)) != nullptr);
-}
 
 /// Returns the media type of an image by its first bytes; empty for formats that glTF does not
 /// name.
@@ -68,6 +64,11 @@ std::array<float, 6> uv_matrix(const tinygltf::Value& transform) {
 }
 
 }  // namespace
+
+bool is_there(const GltfImage& image, const ResolveUri& resolve) {
+  return !image.uri || is_data_uri(*image.uri) ||
+         (resolve && resolve(percent_decode(*image.uri)) != nullptr);
+}
 
 std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,
                                        const ResolveUri& resolve) {
@@ -149,7 +150,7 @@ Status GltfImages::decode_all() {
     }
   };
   {
-    const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+    const auto cores = static_cast<std::size_t>(usable_threads());
     std::vector<std::jthread> others(std::min(std::max<std::size_t>(noted_.size(), 1), cores) - 1);
     for (std::jthread& other : others) {
       other = std::jthread(work);

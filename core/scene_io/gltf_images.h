@@ -18,6 +18,9 @@
 
 namespace core {
 
+/// Returns whether the bytes of an image are in the document, or `resolve` has its file.
+bool is_there(const GltfImage& image, const ResolveUri& resolve);
+
 /// Returns the image of each texture, or -1: the KTX2 of KHR_texture_basisu or the WebP of
 /// EXT_texture_webp if its file exists, else the plain source.
 std::vector<int> choose_texture_images(const tinygltf::Model& model, const GltfTables& tables,

@@ -144,8 +144,11 @@ Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& 
   OpenedGltf opened{*std::move(container), *std::move(checked), *std::move(model), {}, {}};
   opened.texture_images = choose_texture_images(opened.model, opened.checked.tables, resolve);
   for (std::size_t i = 0; i < opened.texture_images.size(); ++i) {
-    if (opened.texture_images[i] >= 0 && opened.checked.tables.uses("textures", i)) {
-      opened.needed_images.push_back(opened.texture_images[i]);
+    const int image = opened.texture_images[i];
+    const GltfTables& tables = opened.checked.tables;
+    if (image >= 0 && (tables.uses("textures", i) ||
+                       is_there(tables.images[static_cast<std::size_t>(image)], resolve))) {
+      opened.needed_images.push_back(image);
     }
   }
   const auto of_environment = images_of_environment(opened.model, scene_index);

@@ -412,11 +412,11 @@ class MaterialReader {
 Status read_materials(const tinygltf::Model& model, const GltfTables& tables, GltfImages& images,
                       SceneDescription& scene) {
   for (const tinygltf::Material& in : model.materials) {
-    if (!tables.uses("materials", scene.materials.size())) {
+    auto material = MaterialReader(in, images, scene).read();
+    if (!material && !tables.uses("materials", scene.materials.size())) {
       scene.materials.emplace_back().name = in.name;
       continue;
     }
-    auto material = MaterialReader(in, images, scene).read();
     if (!material) {
       return material.error();
     }

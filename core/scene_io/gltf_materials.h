@@ -9,7 +9,7 @@
 namespace core {
 
 /// Fills scene.materials, one for each of the file's, and scene.has_emissive_strength. Of materials
-/// that nothing uses only the name is read.
+/// that nothing uses and that cannot be read, only the name is kept.
 ///
 /// KHR_materials_pbrSpecularGlossiness becomes a dielectric of ior 0 (KHR_materials_ior: F0 is the
 /// specular colour alone), without loss; a glossiness texture becomes a roughness texture.

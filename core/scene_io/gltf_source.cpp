@@ -92,25 +92,26 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     const GltfBuffer& buffer = tables.buffers[i];
     const std::string where = "/buffers/" + std::to_string(i);
     source.buffers_.emplace_back();
-    if (!tables.uses("buffers", i)) {
+    const bool is_used = tables.uses("buffers", i);  // others are read if they can be
+    if (tables.fault_of("buffers", static_cast<int>(i)) != nullptr) {
       continue;
     }
     if (!buffer.uri) {
       if (!buffer.is_meshopt_fallback) {
-        if (auto status = source.set_buffer(i, container.bin, repairs); !status) {
+        if (auto status = source.set_buffer(i, container.bin, repairs); !status && is_used) {
           return status.error();
         }
       }
       continue;
     }
     auto bytes = source.fetch(*buffer.uri, resolve, where);
-    if (!bytes) {
+    if (!bytes && is_used) {
       return bytes.error();
     }
-    if (*bytes == nullptr) {
+    if (!bytes || *bytes == nullptr) {
       continue;
     }
-    if (auto status = source.set_buffer(i, **bytes, repairs); !status) {
+    if (auto status = source.set_buffer(i, **bytes, repairs); !status && is_used) {
       return status.error();
     }
     source.owned_.push_back(*std::move(bytes));

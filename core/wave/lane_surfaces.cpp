@@ -8,6 +8,13 @@
 namespace core {
 namespace {
 
+/// Returns whether the axes of the normal map are not the mesh's tangents, which lanes take.
+bool turns_tangents(const MeshData& mesh, const Material& m) {
+  return m.normal.texture != nullptr && mesh.tangent_uv_set >= 0 &&
+         (m.normal.axes.along_tangent != 1 || m.normal.axes.sign < 0 ||
+          m.normal.description.uv_set != mesh.tangent_uv_set);
+}
+
 bool is_foreign(const Material& m) {
   const bool blends = m.has_alpha && m.factors.alpha_mode != AlphaMode::kMask;
   return m.has_layers || m.transmits || m.is_volume || m.is_clear || blends || m.factors.unlit ||
@@ -62,7 +69,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
     const bool is_plain = !m.has_texture && mesh.colors.empty();
-    const bool maps = is_mapped(m) && mesh.colors.empty();
+    const bool maps = is_mapped(m) && mesh.colors.empty() && !turns_tangents(mesh, m);
     const Kind kind = is_foreign(m) ? Kind::kForeign
                       : is_plain    ? Kind::kPlain
                       : maps        ? Kind::kMapped

@@ -139,10 +139,15 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   if (film.sample_counts().min < 2 * static_cast<std::uint32_t>(needed)) {
     return too_few;  // before memory is taken and the film copied
   }
-  auto lease = memory_.take(core::denoising_bytes(pixels_of(film)) + film.bytes(),
-                            "the denoised image", patience);
+  const std::uint64_t needed_bytes = core::denoising_bytes(pixels_of(film)) + film.bytes();
+  // The film itself is held too.
+  if (const core::Status fits = memory_.check(needed_bytes + film.bytes(), "the denoised image");
+      !fits) {
+    return fits.error();
+  }
+  auto lease = memory_.take(needed_bytes, "the denoised image", patience);
   if (!lease) {
-    return Error{ErrorCode::kUnavailable, lease.error().message, ""};
+    return lease.error();
   }
   const auto begin = Clock::now();
   const core::FilmSnapshot snapshot = film.snapshot();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "core/base/cgroup.h"
 #include "server/jobs/work_board.h"
 #include "server/observe/clock.h"
 #include "server/queue/units.h"
@@ -30,10 +31,7 @@ constexpr double kForgetSeconds = 1;
 constexpr double kWriteBackSeconds = 10;
 constexpr int kForgottenAtATime = 64;
 
-int threads_or_machine(int threads) {
-  return threads > 0 ? threads
-                     : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-}
+int threads_or_machine(int threads) { return threads > 0 ? threads : core::usable_threads(); }
 
 }  // namespace
 
@@ -81,7 +79,9 @@ Status JobService::resume() {
   if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
     return forgotten;
   }
-  films_.remove_all_loose();
+  if (table_.database().damage().empty()) {  // Otherwise records of these films may be lost.
+    films_.remove_all_loose();
+  }
   const auto rows = table_.unfinished();
   if (!rows) {
     return rows.error();

@@ -84,6 +84,13 @@ void Journal::note_end(Job& job, std::uint64_t first, const std::vector<News>& n
   }
 }
 
+Journal::Journal(JobTable& table, const JobBook& book, Log& log, Metrics& metrics, std::int64_t run)
+    : table_(table), book_(book), log_(log), metrics_(metrics), run_(run) {
+  for (int reason = 1; reason <= static_cast<int>(core::StopReason::kFailed); ++reason) {
+    metrics_.expect_job_end(api::to_text(static_cast<core::StopReason>(reason)));
+  }
+}
+
 Verdict Journal::change(Job& job, const Modify& modify, const Options& options) {
   const core::MutexLock changing(job.change_mutex());
   if (job.is_removed()) {

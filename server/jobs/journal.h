@@ -22,8 +22,7 @@ class Journal {
  public:
   /// book: gives waiting jobs' positions for their events. run: number of this run of the server.
   /// All arguments must outlive it.
-  Journal(JobTable& table, const JobBook& book, Log& log, Metrics& metrics, std::int64_t run)
-      : table_(table), book_(book), log_(log), metrics_(metrics), run_(run) {}
+  Journal(JobTable& table, const JobBook& book, Log& log, Metrics& metrics, std::int64_t run);
 
   /// Changes the record or refuses to.
   using Modify = std::function<Verdict(JobRecord&)>;

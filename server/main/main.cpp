@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clients/cli/cli.h"
+#include "clients/cli/output.h"
 #include "server/app.h"
 #include "server/backup_command.h"
 #include "server/check_command.h"
@@ -48,7 +49,7 @@ int dispatch(std::span<char*> args) {
 
 int main(int argc, char** argv) {
   try {
-    return dispatch({argv, static_cast<std::size_t>(argc)});
+    return cli::checked_output("tessera", dispatch({argv, static_cast<std::size_t>(argc)}));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera-server: %s\n", error.what());
     return cli::kFailed;

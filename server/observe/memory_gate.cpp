@@ -131,6 +131,18 @@ struct MemoryGate::Room {
     note_freed(before);
   }
 
+  static std::string needs_text(std::uint64_t bytes, std::string_view what) {
+    return std::string(what) + " needs " + memory_words(bytes) + " of memory";
+  }
+  Status check(std::uint64_t bytes, std::string_view what) const {
+    return is_within(bytes, 0)
+               ? core::ok_status()
+               : Status(Error{ErrorCode::kTooLarge,
+                              needs_text(bytes, what) +
+                                  "; the limit for all requests and jobs of this server is " +
+                                  memory_words(bytes_max) + " (--memory)",
+                              ""});
+  }
   bool is_within(std::uint64_t bytes, std::uint64_t most) const {
     return bytes_max == 0 || bytes <= (most == 0 ? bytes_max : most);
   }
@@ -174,13 +186,10 @@ struct MemoryGate::Room {
     for (const auto& [name, more] : use.shared) {
       bytes += more;
     }
-    const std::string needs = std::string(what) + " needs " + memory_words(bytes) + " of memory";
-    if (!is_within(bytes, 0)) {
-      return Error{ErrorCode::kTooLarge,
-                   needs + "; the limit for all requests and jobs of this server is " +
-                       memory_words(bytes_max) + " (--memory)",
-                   ""};
+    if (auto fits = check(bytes, what); !fits) {
+      return fits;
     }
+    const std::string needs = needs_text(bytes, what);
     const auto deadline = Clock::now() + patience;
     while (!try_set(id, use, 0)) {
       const core::MutexLock lock(mutex);
@@ -257,6 +266,10 @@ core::Result<MemoryGate::Lease> MemoryGate::take(MemoryUse use, std::string_view
   }
   lease.what_ = what;
   return lease;
+}
+
+Status MemoryGate::check(std::uint64_t bytes, std::string_view what) const {
+  return room_->check(bytes, what);
 }
 
 MemoryGate::Lease MemoryGate::note(MemoryUse use, Kind kind) {

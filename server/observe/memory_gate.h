@@ -69,6 +69,9 @@ class MemoryGate {
                            std::chrono::milliseconds patience = kPatience) {
     return take(MemoryUse{.bytes = bytes}, what, patience);
   }
+  /// Returns kTooLarge, with the figures, if so many bytes do not fit into an idle server: all that
+  /// a request holds at the same time, including the film that it reads. what: as for take().
+  core::Status check(std::uint64_t bytes, std::string_view what) const;
   /// Accounts for memory that is already allocated, beyond the limit if necessary. kIdle: held by a
   /// cache, whose reclaimer can release it.
   enum class Kind : std::uint8_t { kNeeded, kIdle };

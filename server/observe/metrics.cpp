@@ -153,6 +153,11 @@ void Metrics::count_job_end(std::string_view reason) {
   ++job_ends_[std::string(reason)];
 }
 
+void Metrics::expect_job_end(std::string_view reason) {
+  const core::MutexLock lock(mutex_);
+  job_ends_.try_emplace(std::string(reason), 0);
+}
+
 void Metrics::count(Counter counter) {
   const core::MutexLock lock(mutex_);
   ++counters_[static_cast<std::size_t>(counter)];
@@ -167,6 +172,12 @@ void Metrics::write_http(MetricsText& text) const {
                     metric_label("status", std::to_string(status)),
                 static_cast<double>(count));
   }
+  std::uint64_t errors = 0;
+  for (const auto& [key, count] : requests_) {
+    errors += std::get<int>(key) == 500 ? count : 0;
+  }
+  text.counter("tessera_http_errors_total", "Requests answered with status 500.",
+               static_cast<double>(errors));
   text.family(
       "tessera_http_request_duration_seconds", "histogram",
       "Time from the first byte of a request to the last byte of its response, excluding streams.");

@@ -64,6 +64,8 @@ class Metrics {
   /// Counts the seconds between the submission of a job and its first slice.
   void count_queue_wait(double seconds);
   /// reason: api::to_text() of its stop reason.
+  /// Writes the reason from now on: increase() does not see the first event of a new series.
+  void expect_job_end(std::string_view reason);
   void count_job_end(std::string_view reason);
   void count(Counter counter);
 

@@ -274,9 +274,14 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (const auto refused = refused_fireflies(picture)) {
     return *refused;
   }
-  auto lease = memory_.take(working_bytes(film, picture), "the image", patience);
+  const std::uint64_t bytes = working_bytes(film, picture);
+  // The film itself is held too.
+  if (const core::Status fits = memory_.check(bytes + film.bytes(), "the image"); !fits) {
+    return fits.error();
+  }
+  auto lease = memory_.take(bytes, "the image", patience);
   if (!lease) {
-    return Error{ErrorCode::kUnavailable, lease.error().message, ""};
+    return lease.error();
   }
   const bool all_layers = shows_all_layers(picture);
   const auto layer = denoised_layer(picture.query);

@@ -15,6 +15,7 @@
 #include "api/limits.h"
 #include "api/requests.h"
 #include "core/compare/comparison.h"
+#include "core/film/film.h"
 #include "core/image_io/image_io.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
@@ -184,6 +185,28 @@ core::Result<ComparisonMaps> make_maps(const core::Comparison& result,
   return maps;
 }
 
+/// Refuses a comparison that does not fit into an idle server: both sides, and the film that one of
+/// them is made from.
+core::Status check_memory(const RouteContext& context, const std::vector<std::string>& sides,
+                          const Request& request) {
+  std::uint64_t pictures = 0;
+  std::uint64_t film = 0;
+  for (const std::string& id : sides) {
+    const auto job = api::is_uuid(id) ? context.jobs.find(id, request.access)
+                                      : core::Result<JobPointer>(JobPointer());
+    if (!job || !*job) {
+      continue;  // find_picture() reports the error; files are measured when they are read.
+    }
+    const core::RenderSettings render = (*job)->record().view.spec.render;
+    const core::Film blank(render);
+    const core::PixelRect crop = blank.crop();
+    pictures += static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height) *
+                kSideBytes;
+    film = std::max<std::uint64_t>(film, blank.bytes());
+  }
+  return context.memory.check(pictures + film, "the comparison");
+}
+
 Response create(const RouteContext& context, Turns& turns, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
@@ -195,6 +218,9 @@ Response create(const RouteContext& context, Turns& turns, Request& request) {
   if (!api::is_uuid(parsed->a) && !api::is_uuid(parsed->b)) {
     return error_answer(request,
                         Error{ErrorCode::kInvalidArgument, "one of the two must be a job", "/a"});
+  }
+  if (const core::Status fits = check_memory(context, {parsed->a, parsed->b}, request); !fits) {
+    return error_answer(request, fits.error());
   }
   const auto held = turns.take(request.access.tenant, request.stop_token());
   if (!held) {

@@ -29,8 +29,13 @@ Response list(const RouteContext& context, Request& request) {
     return std::move(*refused);
   }
   const WorkBoard* board = context.jobs.board();
-  return json_response(200, api::worker_list_json(board == nullptr ? std::vector<api::WorkerView>()
-                                                                   : board->workers()));
+  auto workers = board == nullptr ? std::vector<api::WorkerView>() : board->workers();
+  for (api::WorkerView& worker : workers) {
+    std::erase_if(worker.held, [&](const std::string& unit) {
+      return !context.jobs.find(unit.substr(0, unit.find('.')), request.access);
+    });
+  }
+  return json_response(200, api::worker_list_json(workers));
 }
 
 Response tiles(const RouteContext& context, Request& request) {

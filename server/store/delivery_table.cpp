@@ -102,6 +102,13 @@ Status DeliveryTable::send_again(std::string_view id, const Access& access, doub
   return update.bind(now).bind(id).run();
 }
 
+Status DeliveryTable::bring_forward(int attempts, double now, double wait) {
+  auto session = database_.session();
+  Statement update = session.prepare(
+      "UPDATE webhook_deliveries SET next_at=? WHERE state='pending' AND attempts=? AND next_at>?");
+  return update.bind(now).bind(std::int64_t{attempts}).bind(now + wait).run();
+}
+
 core::Result<DeliveryRow> DeliveryTable::find(std::string_view id, const Access& access) {
   auto session = database_.session();
   Statement select =

@@ -51,6 +51,9 @@ class DeliveryTable {
   /// Returns the first due call of each receiver, for at most that many receivers per tenant. A
   /// call waits while an earlier one of the same job to the same address does.
   core::Result<std::vector<DeliveryRow>> due(double now, int receivers_of_tenant);
+  /// Makes calls due that wait for longer than `wait` seconds after so many attempts, because the
+  /// clock was ahead when they were planned.
+  core::Status bring_forward(int attempts, double now, double wait);
   /// Records the outcome of an attempt: state, attempts, times, status and detail of the row.
   core::Status update(const DeliveryRow& row);
   /// Makes the call pending again, due at once. Errors: kNotFound, also for a call that `access`

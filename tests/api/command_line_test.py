@@ -4,9 +4,19 @@ import json
 import math
 import os
 import re
+import subprocess
 import tempfile
+import urllib.parse
 
-from harness import ApiTest, hdr_image, job_body, png_pixels, tessera, triangle_glb
+from harness import (
+    BINARY,
+    ApiTest,
+    hdr_image,
+    job_body,
+    png_pixels,
+    tessera,
+    triangle_glb,
+)
 
 
 class CommandLine(ApiTest):
@@ -28,6 +38,31 @@ class CommandLine(ApiTest):
         self.assertEqual(printed, "", flags)
         self.assertNotEqual(said, "", flags)
         return code, said
+
+    def test_output_that_cannot_be_written_is_1(self):
+        job = self.server.render(job_body(samples=2))["id"]
+        for words in (("jobs",), ("jobs", "--json"), ("show", job), ("scenes",), ("lab",),
+                      ("submit", "furnace", "--size", "16x16", "--spp", "2"),
+                      ("serve", "--print-config"), ("--version",)):
+            server = self.server_flags if words[0] in ("jobs", "show", "scenes", "submit") else ()
+            with open("/dev/full", "wb") as full:
+                done = subprocess.run([BINARY, *words, *server], stdout=full,
+                                      stderr=subprocess.PIPE, text=True)
+            self.assertEqual(done.returncode, 1, words)
+            self.assertIn("output could not be written", done.stderr, words)
+            if words[0] == "submit":
+                newest = self.server.get("/v1/jobs?limit=1").json()["jobs"][0]["id"]
+                self.assertIn("the job is " + newest, done.stderr)
+
+    def test_control_characters_of_others_are_shown_as_text(self):
+        name = "\x1b]0;title\x07"
+        scene = self.server.post("/v1/scenes?name=" + urllib.parse.quote(name), triangle_glb(),
+                                 {"Content-Type": "model/gltf-binary"})
+        self.assertEqual(scene.status, 201, scene)
+        for words in (("scenes",), ("show", name),
+                      ("submit", "furnace", "--size", "16x16", "--camera", name)):
+            _, printed, said = tessera(*words, *self.server_flags)
+            self.assertNotIn("\x1b", printed + said, words)
 
     def test_numbers_out_of_range_and_wrong_forms_are_2(self):
         for verb in ("render", "submit"):

@@ -118,8 +118,8 @@ class Environments(ApiTest):
         answer = self.server.post(
             "/v1/jobs", self.job_under(exr(channels, 4, 2, lambda c, x, y: 1.0)))
         problem = self.assert_problem(answer, 422, "/environment/asset")
-        self.assertIn("fill: B G R", problem["detail"])
-        self.assertIn("key: B G R", problem["detail"])
+        self.assertIn("fill: R G B", problem["detail"])
+        self.assertIn("key: R G B", problem["detail"])
 
 
 class Tiff(ApiTest):

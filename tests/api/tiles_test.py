@@ -97,9 +97,14 @@ class Tiles(ApiTest):
     def test_planes_are_the_pixels_of_the_image(self):
         job = self.submit()
         self.server.wait(job)
-        rows = png_pixels(self.server.get(f"/v1/jobs/{job}/image.png?tonemap=linear").body)
+        path = f"/v1/jobs/{job}/image.png?tonemap=linear"
+        rows = png_pixels(self.server.get(path + "&fireflies=keep").body)
         for tile in self.newest(job)[:-1]:
             self.assert_shown(tile, rows)
+        calm = png_pixels(self.server.get(path).body)
+        self.assertNotEqual(calm, rows)
+        for tile in self.newest(job, "?planes=mean&fireflies=set_aside")[:-1]:
+            self.assert_shown(tile, calm)
 
     def test_means_alone_are_half_floats(self):
         for hidden in (False, True):

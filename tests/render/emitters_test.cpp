@@ -345,7 +345,7 @@ TEST(Emitters, EveryIntegratorAgreesWithPathUnderEveryLight) {
   const auto comparisons = static_cast<int>(all.size() * core::integrators().size());
   for (const Light& light : all) {
     for (const int depth : {1, 2}) {
-      const auto reference = test_support::blocks_of(lit(light, "path", depth), 1000, 128);
+      const auto reference = test_support::blocks_of(lit(light, "path", depth), 1000, 64);
       for (const core::IntegratorEntry& row : core::integrators()) {
         const bool is_for_depth = (row.name == "direct") == (depth == 1);
         if (row.name == core::kAutomaticIntegrator || !is_for_depth) {
@@ -355,16 +355,16 @@ TEST(Emitters, EveryIntegratorAgreesWithPathUnderEveryLight) {
         if (row.name == "path") {  // or it would be compared with itself
           view.settings.estimator.strategy = core::Strategy::kLight;
         }
-        const auto seen = test_support::blocks_of(view, 1, row.splats ? 128 : 64);
+        const auto seen = test_support::blocks_of(view, 1, row.splats ? 64 : 32);
         const std::string what = light.name + ", " + std::string(row.name);
         if (row.bias == "none") {
           const auto agreement = test_support::compare(seen, reference);
           EXPECT_TRUE(test_support::agrees(agreement, comparisons))
               << what << ": image " << agreement.image << ", block " << agreement.block
               << ", squares " << agreement.squares;
-          EXPECT_LT(agreement.error, 0.015) << what;
+          EXPECT_LT(agreement.error, 0.03) << what;
           EXPECT_FALSE(test_support::agrees(
-              test_support::compare(test_support::plus(seen, 0.1, seen), reference), comparisons))
+              test_support::compare(test_support::plus(seen, 0.25, seen), reference), comparisons))
               << "planted, " << what;
           continue;
         }

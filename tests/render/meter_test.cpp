@@ -147,6 +147,12 @@ TEST(Meter, TellsWhatOnePathCanCarryThroughGlass) {
         {square(), test_support::sphere({2, 1, 0}, 0.5F, 8, false, 2)})));
   };
   EXPECT_NEAR(with(glass), 7 * kPi, 1e-4);
+  core::MaterialDescription metal;
+  metal.metallic = 1;
+  metal.roughness = 0.3F;  // alpha 0.09: a peak of 97 times that of a diffuse surface
+  EXPECT_GT(with(metal), 0);
+  metal.roughness = 0.6F;  // 6 times
+  EXPECT_EQ(with(metal), 0);
   EXPECT_EQ(with(test_support::lambert(Rgb(0.5F))), 0) << "light sampling finds all light";
 }
 

@@ -28,11 +28,11 @@ std::vector<std::string> keys(const Json& object) {
 
 TEST(JobView, HasTheDocumentedMembers) {
   const Json job = parsed(api::job_json(api::example_job()));
-  EXPECT_EQ(keys(job),
-            (std::vector<std::string>{"id", "state", "pause_reason", "stop_reason", "created_at",
-                                      "started_at", "finished_at", "spec", "progress", "error",
-                                      "failure", "queue_position", "statistics", "revision",
-                                      "film_digest", "denoised", "warnings", "links"}));
+  EXPECT_EQ(keys(job), (std::vector<std::string>{
+                           "id", "state", "pause_reason", "stop_reason", "created_at", "started_at",
+                           "finished_at", "spec", "progress", "error", "failure", "queue_position",
+                           "statistics", "revision", "film_digest", "denoised", "warnings",
+                           "warning_details", "links"}));
   EXPECT_EQ(keys(job["progress"]),
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
@@ -40,7 +40,7 @@ TEST(JobView, HasTheDocumentedMembers) {
             (std::vector<std::string>{"rays", "rays_per_second", "efficiency", "efficiency_low",
                                       "efficiency_high", "rejected_samples", "peak_bytes",
                                       "split_count", "radius_ratio"}));
-  EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00Z");
+  EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00.000Z");
   EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
   EXPECT_EQ(job["state"], "rendering");
   EXPECT_EQ(job["links"]["image"], "/v1/jobs/3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10/image");

@@ -44,10 +44,17 @@ INSTANTIATE_TEST_SUITE_P(
                     "2026-01-31T12:00:00ZZ", "-026-01-31T12:00:00Z", "2026-1-31T12:00:00Z",
                     "tomorrow"));
 
-TEST(Rfc3339Text, ShowsOnlyTheNeededDigits) {
-  EXPECT_EQ(api::rfc3339(0), "1970-01-01T00:00:00Z");
-  EXPECT_EQ(api::rfc3339(951782399.5), "2000-02-28T23:59:59.5Z");
+// Texts of one width sort by time, and every reader of three digits reads them.
+TEST(Rfc3339Text, HasThreeDigitsAfterTheSecond) {
+  EXPECT_EQ(api::rfc3339(0), "1970-01-01T00:00:00.000Z");
+  EXPECT_EQ(api::rfc3339(951782399.5), "2000-02-28T23:59:59.500Z");
   EXPECT_EQ(api::rfc3339(-0.001), "1969-12-31T23:59:59.999Z");
+}
+
+TEST(Rfc3339Text, TimesOfRequestsHaveOnlyTheNeededDigits) {
+  EXPECT_EQ(api::short_rfc3339(0), "1970-01-01T00:00:00Z");
+  EXPECT_EQ(api::short_rfc3339(951782400), "2000-02-29T00:00:00Z");
+  EXPECT_EQ(api::short_rfc3339(951782399.5), "2000-02-28T23:59:59.5Z");
 }
 
 TEST(Rfc3339Text, RoundTripsToTheMillisecond) {
@@ -60,8 +67,8 @@ TEST(Rfc3339Text, RoundTripsToTheMillisecond) {
 }
 
 TEST(Rfc3339Text, StaysInsideFourDigitYears) {
-  EXPECT_EQ(api::rfc3339(1e300), "9999-12-31T23:59:59Z");
-  EXPECT_EQ(api::rfc3339(-1e300), "0000-01-01T00:00:00Z");
+  EXPECT_EQ(api::rfc3339(1e300), "9999-12-31T23:59:59.000Z");
+  EXPECT_EQ(api::rfc3339(-1e300), "0000-01-01T00:00:00.000Z");
 }
 
 }  // namespace

@@ -4,5 +4,7 @@ set(CLI_TEST_SOURCES
   job_flags_test.cpp
   picture_test.cpp
   progress_test.cpp
+  proxy_test.cpp
+  shown_test.cpp
   sse_test.cpp
   tev_test.cpp)

@@ -336,6 +336,14 @@ TEST(CameraPlanes, DoNothingWhereTheyCutNothing) {
   }
 }
 
+TEST(CameraPlanes, ANearPlaneBehindTheWholeModelIsNotMeant) {
+  // As in a scene scaled down under a camera whose planes were not.
+  for (const bool is_orthographic : {false, true}) {
+    EXPECT_EQ(with_planes(is_orthographic, 6.1F, 1000).ray({30, 20}, {}).start_m, 0);
+    EXPECT_GT(with_planes(is_orthographic, 5.9F, 1000).ray({30, 20}, {}).start_m, 5);  // is meant
+  }
+}
+
 TEST(CameraPlanes, BelongToCamerasOfTheFile) {
   CameraDescription file;
   file.near_m = 4.5F;

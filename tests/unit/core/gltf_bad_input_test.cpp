@@ -308,8 +308,16 @@ std::vector<std::string> files_of(const std::string& json, const std::string& th
   return files ? *files : std::vector<std::string>();
 }
 
+/// Members by which a triangle's material uses all textures of a document, and buffer 0.
+const std::string kUse =
+    R"(,"bufferViews":[{"buffer":0,"byteLength":4}],"nodes":[{"mesh":0}],)"
+    R"("accessors":[{"bufferView":0,"componentType":5121,"count":1,"type":"SCALAR"}],)"
+    R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"materials":[)"
+    R"({"normalTexture":{"index":0},"emissiveTexture":{"index":1},)"
+    R"("pbrMetallicRoughness":{"baseColorTexture":{"index":2}}}])";
+
 TEST(GltfFiles, AreListedOnceInOrderWithNamesDecodedOnce) {
-  EXPECT_EQ(files_of("{" + kAsset +
+  EXPECT_EQ(files_of("{" + kAsset + kUse +
                      R"(,"buffers":[{"uri":"b.bin","byteLength":4},)"
                      R"({"uri":"DATA:,abcd","byteLength":4}],)"
                      R"("textures":[{"source":0},{"source":1},{"source":2}],)"
@@ -326,7 +334,10 @@ TEST(GltfFiles, PreferTheCompressedFormIfItIsThere) {
   const std::string json =
       "{" + kAsset +
       R"(,"extensionsUsed":["EXT_texture_webp"],"images":[{"uri":"a.png"},{"uri":"a.webp"}],)"
-      R"("textures":[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}]})";
+      R"("textures":[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}],)"
+      R"("materials":[{"normalTexture":{"index":0}}],"nodes":[{"mesh":0}],"accessors":[{)"
+      R"("componentType":5126,"count":3,"type":"VEC3"}],"meshes":[{"primitives":[{)"
+      R"("attributes":{"POSITION":0},"material":0}]}]})";
   EXPECT_EQ(files_of(json), std::vector<std::string>{"a.png"});
   EXPECT_EQ(files_of(json, "a.webp"), std::vector<std::string>{"a.webp"});
 }

@@ -442,7 +442,7 @@ TEST(TiffWrite, HasNoPredictorAndNoTimeOfDay) {
     const std::size_t place = directory + 2 + 12 * entry;
     const std::uint32_t tag = short_at(place);
     EXPECT_NE(tag, 317U);  // Predictor
-    if (tag == 259) {      // Compression
+    if (tag == 259) {      // Compression: none
       EXPECT_EQ(short_at(place + 8), 1U);
     }
     if (tag == 306) {  // DateTime

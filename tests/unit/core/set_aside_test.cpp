@@ -87,7 +87,7 @@ TEST(SetAside, RowsOfAPartAreThoseOfTheWholeImage) {
       const auto pixel = static_cast<int>(i / 2);
       const int x = state.rect.x + pixel % state.rect.width;
       const int y = state.rect.y + pixel / state.rect.width;
-      const bool is_lit = (x + y) % 16 == 0 && i % 2 == 0;
+      const bool is_lit = x % 8 == 0 && y % 8 == 0 && i % 2 == 0;
       const float light = (is_lit ? 100.0F : 1.0F) + static_cast<float>(x % 7);
       state.pixels[i] = {light, light, light, 1, 0, 1};
     }

@@ -37,6 +37,27 @@ TEST(BlobStore, NamesContentByItsHash) {
   EXPECT_EQ(test_support::read_file(folder.file("ba") + "/" + kAbc), "abc");
 }
 
+TEST(BlobStore, DamagedOrLostFilesAreReportedAndReplacedByAnUpload) {
+  const TemporaryFolder folder;
+  const auto store = BlobStore::open(folder.path());
+  ASSERT_TRUE(store->put("abc"));
+  ASSERT_TRUE(store->check(kAbc));
+  const std::string path = folder.file("ba") + "/" + kAbc;
+  const auto is_reported = [&](const char* words) {
+    for (const auto& error :
+         {store->read(kAbc).error(), store->open_blob(kAbc).error(), store->check(kAbc).error()}) {
+      EXPECT_NE(error.message.find(words), std::string::npos) << error.message;
+      EXPECT_EQ((error.message + error.where).find(folder.path()), std::string::npos);
+    }
+  };
+  test_support::damage_file(path, 1);
+  is_reported("is damaged");
+  EXPECT_FALSE(store->put("abc")->known);
+  EXPECT_EQ(**store->read(kAbc), test_support::bytes_of("abc"));
+  std::filesystem::remove(path);
+  is_reported("is gone");
+}
+
 TEST(BlobStore, UploadWithAnotherHashLeavesNothing) {
   const TemporaryFolder folder;
   const auto store = BlobStore::open(folder.path());

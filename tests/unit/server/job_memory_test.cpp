@@ -57,7 +57,7 @@ TEST_F(JobsMemory, DryRunReportsTheAdmittedMemory) {
   const std::string film = R"(, "film": {"width": 256, "height": 256})";
   const auto parsed = api::parse_job(R"({"scene": "cornell-box")" + film + "}");
   ASSERT_TRUE(parsed);
-  const auto cost = jobs->estimate(parsed->spec);
+  const auto cost = jobs->estimate(parsed->spec, "", {});
   ASSERT_TRUE(cost) << cost.error().message;
   memory_max_bytes = static_cast<std::uint64_t>(cost->memory_bytes_high * 8 / 7) + 8;
   restart();

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/cgroup.h"
 #include "server/observe/machine_memory.h"
 #include "server/observe/memory_gate.h"
 #include "tests/unit/server/server_test_support.h"
@@ -57,6 +58,38 @@ TEST_F(MachineMemory, SupportsControlGroupsV1) {
   put("proc/self/cgroup", "5:cpu,cpuacct:/x\n4:hugetlb,memory:/docker/1\n");
   put("sys/fs/cgroup/memory/docker/1/memory.limit_in_bytes", "200000\n");
   EXPECT_EQ(usable(), 200000U);
+}
+
+class UsableThreads : public MachineMemory {
+ protected:
+  int threads() const { return core::usable_threads(folder.file("")); }
+  static int machine() { return static_cast<int>(std::thread::hardware_concurrency()); }
+};
+
+TEST_F(UsableThreads, AreThoseOfTheMachineWithoutAQuota) {
+  EXPECT_EQ(threads(), machine());
+  put("proc/self/cgroup", "0::/pod\n");
+  put("sys/fs/cgroup/pod/cpu.max", "max 100000\n");
+  EXPECT_EQ(threads(), machine());
+}
+
+TEST_F(UsableThreads, AreTheQuotaRoundedUp) {
+  put("proc/self/cgroup", "0::/pod/container\n");
+  put("sys/fs/cgroup/pod/cpu.max", "50000 100000\n");
+  EXPECT_EQ(threads(), 1);
+  put("sys/fs/cgroup/pod/cpu.max", "100000000 100000\n");
+  EXPECT_EQ(threads(), machine());
+  put("sys/fs/cgroup/pod/container/cpu.max", "90000 100000\n");
+  EXPECT_EQ(threads(), 1);
+}
+
+TEST_F(UsableThreads, FollowTheOlderControlGroups) {
+  put("proc/self/cgroup", "4:memory:/a\n3:cpu,cpuacct:/a\n");
+  put("sys/fs/cgroup/cpu/a/cpu.cfs_quota_us", "-1\n");
+  put("sys/fs/cgroup/cpu/a/cpu.cfs_period_us", "100000\n");
+  EXPECT_EQ(threads(), machine());
+  put("sys/fs/cgroup/cpu/a/cpu.cfs_quota_us", "20000\n");
+  EXPECT_EQ(threads(), 1);
 }
 
 TEST(MachineMemoryHere, IsKnown) { EXPECT_GT(usable_memory_bytes(), std::uint64_t{64} << 20U); }

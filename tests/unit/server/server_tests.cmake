@@ -3,6 +3,7 @@ set(SERVER_TEST_SOURCES
   blob_store_test.cpp
   comparison_store_test.cpp
   config_test.cpp
+  database_mark_test.cpp
   event_log_test.cpp
   event_stream_test.cpp
   film_file_splats_test.cpp

@@ -1,6 +1,12 @@
+#include <string>
+#include <utility>
+
 #include <gtest/gtest.h>
 
+#include "server/store/database.h"
+#include "server/store/delivery_table.h"
 #include "server/webhook_sender.h"
+#include "tests/unit/server/server_test_support.h"
 
 namespace {
 
@@ -35,6 +41,30 @@ TEST(Webhook, RetriesWithIncreasingDelaysAndThenGivesUp) {
     before = *wait;
   }
   EXPECT_FALSE(server::webhook_wait_seconds(8));
+}
+
+TEST(Webhook, WaitsOfAClockThatWasAheadAreBroughtForward) {
+  const test_support::TemporaryFolder folder;
+  auto database = server::Database::open(folder.file("tessera.db"));
+  ASSERT_TRUE(database);
+  server::DeliveryTable table(**database);
+  constexpr double kNow = 1e9;
+  for (const auto& [id, wait] : {std::pair("soon", 20.0), std::pair("ahead", 3600.0)}) {
+    server::DeliveryRow row;
+    row.id = id;
+    row.url = row.receiver = std::string("http://") + id;
+    row.created_at = kNow;
+    row.next_at = kNow + wait;
+    ASSERT_TRUE(table.insert(row));
+    row = *table.find(id, server::Access::operators());
+    row.attempts = 3;
+    ASSERT_TRUE(table.update(row));
+  }
+  ASSERT_TRUE(table.due(kNow, 9)->empty());
+  ASSERT_TRUE(table.bring_forward(3, kNow, *server::webhook_wait_seconds(3)));
+  const auto due = table.due(kNow, 9);
+  ASSERT_EQ(due->size(), 1U);
+  EXPECT_EQ(due->front().id, "ahead");
 }
 
 TEST(WebTarget, IsParsedFromAUrl) {

@@ -51,9 +51,10 @@ class JobRequestMedium(TypedDict):
 
 
 class JobRequestEnvironmentSun(TypedDict):
-    """Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at
-    noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999,
-    turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+    """Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
+    ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
+    Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
+    +x.
     """
 
     latitude: float
@@ -77,10 +78,21 @@ class JobRequestEnvironment(TypedDict):
 
 
 class JobRequestBackground(TypedDict):
-    """What the camera sees behind the scene; mirrors and glass show the environment."""
+    """What the camera sees behind the scene; mirrors, and glass unless through_glass is true,
+    show the environment.
+    """
 
     type: NotRequired[str]
     color: NotRequired[list[float]]
+    through_glass: NotRequired[bool]
+
+
+class JobRequestGroundShadow(TypedDict):
+    """The shadow on a catcher."""
+
+    color: NotRequired[str]
+    strength: NotRequired[float]
+    softness: NotRequired[float]
 
 
 class JobRequestGround(TypedDict):
@@ -90,6 +102,7 @@ class JobRequestGround(TypedDict):
     height: NotRequired[float | None]
     color: NotRequired[list[float]]
     reflection: NotRequired[float]
+    shadow: NotRequired[JobRequestGroundShadow]
 
 
 class JobRequestFilmCrop(TypedDict):
@@ -282,6 +295,7 @@ class JobRequest(_JobRequest):
     light_sampler: NotRequired[JobRequestLightSampler]
     adaptive: NotRequired[JobRequestAdaptive]
     meter: NotRequired[JobRequestMeter | None]
+    units: NotRequired[str]
     spectral: NotRequired[bool]
     stop: NotRequired[JobRequestStop]
     denoise: NotRequired[JobRequestDenoise]
@@ -425,9 +439,10 @@ class JobSpecMedium(TypedDict):
 
 
 class JobSpecEnvironmentSun(TypedDict):
-    """Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at
-    noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999,
-    turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+    """Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
+    ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
+    Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
+    +x.
     """
 
     latitude: float
@@ -451,10 +466,21 @@ class JobSpecEnvironment(TypedDict):
 
 
 class JobSpecBackground(TypedDict):
-    """What the camera sees behind the scene; mirrors and glass show the environment."""
+    """What the camera sees behind the scene; mirrors, and glass unless through_glass is true,
+    show the environment.
+    """
 
     type: str
     color: NotRequired[list[float]]
+    through_glass: NotRequired[bool]
+
+
+class JobSpecGroundShadow(TypedDict):
+    """The shadow on a catcher."""
+
+    color: str
+    strength: float
+    softness: float
 
 
 class JobSpecGround(TypedDict):
@@ -464,6 +490,7 @@ class JobSpecGround(TypedDict):
     height: NotRequired[float | None]
     color: NotRequired[list[float]]
     reflection: NotRequired[float]
+    shadow: NotRequired[JobSpecGroundShadow]
 
 
 class JobSpecFilmCrop(TypedDict):
@@ -654,6 +681,7 @@ class JobSpec(_JobSpec):
     light_sampler: JobSpecLightSampler
     adaptive: JobSpecAdaptive
     meter: NotRequired[JobSpecMeter | None]
+    units: str
     spectral: bool
     stop: JobSpecStop
     denoise: NotRequired[JobSpecDenoise]
@@ -681,8 +709,10 @@ class Progress(TypedDict):
 
 
 class ErrorEstimate(TypedDict):
-    """Error estimate of the current image I against the truth mu: the mean over pixels of (sum over
-    channels of |I - mu|) / (sum of max(I, mu) + F), F = 0.05 (mean root of the luminance)^2."""
+    """Error estimate of the current image I against the truth mu: the mean over pixels of (sum
+    over channels of |I - mu|) / (sum of max(I, mu) + F), F = 0.05 (mean root of the
+    luminance)^2.
+    """
 
     relative: float | None
     low: float | None
@@ -764,6 +794,7 @@ class Job(TypedDict):
     film_digest: str | None
     denoised: Denoised | None
     warnings: list[str]
+    warning_details: list[Warning]
     links: dict[str, str]
 
 
@@ -906,6 +937,16 @@ class Asset(TypedDict):
     bytes: int
 
 
+class Warning(TypedDict):
+    """What was read otherwise than the file says, or not at all. Its text in `warnings` is
+    `pointer: detail`.
+    """
+
+    code: str
+    pointer: str
+    detail: str
+
+
 class SceneCamera(TypedDict):
     """A camera of the file."""
 
@@ -950,6 +991,7 @@ class Scene(TypedDict):
     animations: list[str]
     extensions: list[str]
     warnings: list[str]
+    warning_details: list[Warning]
 
 
 class SceneList(TypedDict):
@@ -1009,9 +1051,7 @@ class Pixel(TypedDict):
 
 
 class MeterReading(TypedDict):
-    """Light that arrives at one side of a point. One lux of a light in the scene is one lux
-    here.
-    """
+    """Light that arrives at one side of a point, in lux for all sources alike."""
 
     position: list[float]
     normal: list[float]
@@ -1230,9 +1270,10 @@ class JobDefaultsMedium(TypedDict):
 
 
 class JobDefaultsEnvironmentSun(TypedDict):
-    """Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at
-    noon about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999,
-    turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+    """Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
+    ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
+    Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
+    +x.
     """
 
     latitude: float
@@ -1256,10 +1297,21 @@ class JobDefaultsEnvironment(TypedDict):
 
 
 class JobDefaultsBackground(TypedDict):
-    """What the camera sees behind the scene; mirrors and glass show the environment."""
+    """What the camera sees behind the scene; mirrors, and glass unless through_glass is true,
+    show the environment.
+    """
 
     type: str
     color: NotRequired[list[float]]
+    through_glass: NotRequired[bool]
+
+
+class JobDefaultsGroundShadow(TypedDict):
+    """The shadow on a catcher."""
+
+    color: str
+    strength: float
+    softness: float
 
 
 class JobDefaultsGround(TypedDict):
@@ -1269,6 +1321,7 @@ class JobDefaultsGround(TypedDict):
     height: NotRequired[float | None]
     color: NotRequired[list[float]]
     reflection: NotRequired[float]
+    shadow: NotRequired[JobDefaultsGroundShadow]
 
 
 class JobDefaultsFilmCrop(TypedDict):
@@ -1458,6 +1511,7 @@ class JobDefaults(_JobDefaults):
     light_sampler: JobDefaultsLightSampler
     adaptive: JobDefaultsAdaptive
     meter: NotRequired[JobDefaultsMeter | None]
+    units: str
     spectral: bool
     stop: JobDefaultsStop
     denoise: NotRequired[JobDefaultsDenoise]

@@ -111,14 +111,17 @@ export interface JobRequest {
    * strength above 1.
    */
   environment?: {
-    /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
+    /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
     asset?: string | null;
-    /** Procedural studio light, as strong as a white environment; instead of an asset. */
+    /**
+     * Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset.
+     */
     preset?: string;
     /**
-     * Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-     * about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3.
-     * Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+     * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
+     * ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
+     * Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
+     * +x.
      */
     sun?: {
       /** Degrees; north is positive. */
@@ -140,7 +143,10 @@ export interface JobRequest {
      */
     visible?: boolean;
   } | null;
-  /** What the camera sees behind the scene; mirrors and glass show the environment. */
+  /**
+   * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
+   * the environment.
+   */
   background?: {
     /**
      * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
@@ -149,7 +155,12 @@ export interface JobRequest {
     type?: string;
     /** Linear Rec.709. Default: [1,1,1]. */
     color?: [number, number, number];
-    /** Clear surfaces show the background. */
+    /**
+     * Glass, water and other clear surfaces show the background, not the environment: surfaces that
+     * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent'
+     * their alpha is 1 less the luminance of the light that they let through. Default: true for
+     * 'transparent' with integrators that support it, otherwise false.
+     */
     through_glass?: boolean;
   };
   /** Horizontal ground added to the scene. */
@@ -366,10 +377,10 @@ export interface JobRequest {
       rows: number;
     } | null;
   } | null;
-  /** True: paths carry three wavelengths instead of three colours. Default: false. */
-  spectral?: boolean;
   /** Unit of radiance, irradiance and intensity. Default: "photometric". */
   units?: string;
+  /** True: paths carry three wavelengths instead of three colours. Default: false. */
+  spectral?: boolean;
   /**
    * When to stop: the first rule met ends the job. If given, only the rules in it apply. Default:
    * {"samples_per_pixel":256}.
@@ -663,14 +674,17 @@ export interface JobSpec {
    * strength above 1.
    */
   environment?: {
-    /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
+    /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
     asset: string | null;
-    /** Procedural studio light, as strong as a white environment; instead of an asset. */
+    /**
+     * Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset.
+     */
     preset?: string;
     /**
-     * Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-     * about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3.
-     * Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+     * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
+     * ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
+     * Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
+     * +x.
      */
     sun?: {
       /** Degrees; north is positive. */
@@ -692,7 +706,10 @@ export interface JobSpec {
      */
     visible: boolean;
   } | null;
-  /** What the camera sees behind the scene; mirrors and glass show the environment. */
+  /**
+   * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
+   * the environment.
+   */
   background?: {
     /**
      * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
@@ -700,7 +717,12 @@ export interface JobSpec {
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
-    /** Clear surfaces show the background. */
+    /**
+     * Glass, water and other clear surfaces show the background, not the environment: surfaces that
+     * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent'
+     * their alpha is 1 less the luminance of the light that they let through. Default: true for
+     * 'transparent' with integrators that support it, otherwise false.
+     */
     through_glass?: boolean;
   };
   /** Horizontal ground added to the scene. */
@@ -720,15 +742,15 @@ export interface JobSpec {
     reflection?: number;
     /** The shadow on a catcher. */
     shadow?: {
-      /** Colour of the shadow. Default: "neutral". */
-      color?: string;
-      /** Factor of the blocked light: 0 is no shadow. Default: 1. */
-      strength?: number;
+      /** Colour of the shadow. */
+      color: string;
+      /** Factor of the blocked light: 0 is no shadow. */
+      strength: number;
       /**
        * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
-       * lights cast. Default: 0.
+       * lights cast.
        */
-      softness?: number;
+      softness: number;
     };
   };
   /** Size, filter and recorded layers. */
@@ -911,10 +933,10 @@ export interface JobSpec {
       rows: number;
     } | null;
   } | null;
-  /** True: paths carry three wavelengths instead of three colours. */
-  spectral: boolean;
   /** Unit of radiance, irradiance and intensity. */
   units: string;
+  /** True: paths carry three wavelengths instead of three colours. */
+  spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
@@ -1123,6 +1145,8 @@ export interface Job {
   denoised: Denoised | null;
   /** Adjustments made to the request, and other warnings. */
   warnings: string[];
+  /** Those of `warnings` that are about the scene's file, for programs. */
+  warning_details: Warning[];
   /** URLs of related resources. */
   links: Record<string, string>;
 }
@@ -1282,6 +1306,22 @@ export interface Asset {
   bytes: number;
 }
 
+/**
+ * What was read otherwise than the file says, or not at all. Its text in `warnings` is `pointer:
+ * detail`.
+ */
+export interface Warning {
+  /**
+   * Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, `not_drawn`,
+   * `animation_ignored`, `extension_ignored`, ... Further kinds may be added.
+   */
+  code: string;
+  /** JSON pointer into the glTF document; empty: none. */
+  pointer: string;
+  /** What was seen, and what was done. */
+  detail: string;
+}
+
 /** A camera of the file. */
 export interface SceneCamera {
   index: number;
@@ -1334,6 +1374,8 @@ export interface Scene {
   /** Extensions that the file uses. */
   extensions: string[];
   warnings: string[];
+  /** Those of `warnings` that are about the scene's file, for programs. */
+  warning_details: Warning[];
 }
 
 /** A page of scenes. */
@@ -1392,7 +1434,7 @@ export interface Pixel {
   layers: Record<string, PixelLayer>;
 }
 
-/** Light that arrives at one side of a point. One lux of a light in the scene is one lux here. */
+/** Light that arrives at one side of a point, in lux for all sources alike. */
 export interface MeterReading {
   /** World, metres. */
   position: [number, number, number];
@@ -1411,7 +1453,7 @@ export interface MeterReading {
    * interval is only a guess.
    */
   unreliable: boolean;
-  /** In the scene's units, linear. */
+  /** Lux per channel, linear. */
   irradiance_rgb: [number, number, number];
   /** Paths, of 16 independent randomisations. */
   samples: number;
@@ -1667,14 +1709,17 @@ export interface JobDefaults {
    * strength above 1.
    */
   environment?: {
-    /** Asset with an equirectangular image (.hdr, .exr); null: one colour. */
+    /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
     asset: string | null;
-    /** Procedural studio light, as strong as a white environment; instead of an asset. */
+    /**
+     * Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset.
+     */
     preset?: string;
     /**
-     * Sun and clear sky for a location and time, in W/(m2 sr) of nominal white (683 lm/W): at noon
-     * about 100 times as bright as radiance 1. Sky: Preetham, Shirley and Smits 1999, turbidity 3.
-     * Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+     * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
+     * ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
+     * Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
+     * +x.
      */
     sun?: {
       /** Degrees; north is positive. */
@@ -1696,7 +1741,10 @@ export interface JobDefaults {
      */
     visible: boolean;
   } | null;
-  /** What the camera sees behind the scene; mirrors and glass show the environment. */
+  /**
+   * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
+   * the environment.
+   */
   background?: {
     /**
      * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
@@ -1704,7 +1752,12 @@ export interface JobDefaults {
     type: string;
     /** Linear Rec.709. */
     color?: [number, number, number];
-    /** Clear surfaces show the background. */
+    /**
+     * Glass, water and other clear surfaces show the background, not the environment: surfaces that
+     * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent'
+     * their alpha is 1 less the luminance of the light that they let through. Default: true for
+     * 'transparent' with integrators that support it, otherwise false.
+     */
     through_glass?: boolean;
   };
   /** Horizontal ground added to the scene. */
@@ -1724,15 +1777,15 @@ export interface JobDefaults {
     reflection?: number;
     /** The shadow on a catcher. */
     shadow?: {
-      /** Colour of the shadow. Default: "neutral". */
-      color?: string;
-      /** Factor of the blocked light: 0 is no shadow. Default: 1. */
-      strength?: number;
+      /** Colour of the shadow. */
+      color: string;
+      /** Factor of the blocked light: 0 is no shadow. */
+      strength: number;
       /**
        * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
-       * lights cast. Default: 0.
+       * lights cast.
        */
-      softness?: number;
+      softness: number;
     };
   };
   /** Size, filter and recorded layers. */
@@ -1915,10 +1968,10 @@ export interface JobDefaults {
       rows: number;
     } | null;
   } | null;
-  /** True: paths carry three wavelengths instead of three colours. */
-  spectral: boolean;
   /** Unit of radiance, irradiance and intensity. */
   units: string;
+  /** True: paths carry three wavelengths instead of three colours. */
+  spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: {
     /**
@@ -2366,7 +2419,7 @@ export interface Worker {
   rate: number;
   /** Units that the worker holds. */
   leases: number;
-  /** Names of these units. Each begins with its job's id and a dot. */
+  /** Names of those of them whose jobs the key can see. Each begins with its job's id and a dot. */
   held: string[];
   /** Results that were accepted. */
   units: number;

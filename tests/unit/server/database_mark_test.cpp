@@ -1,0 +1,122 @@
+// Losses of a database are reported: damaged, short and missing logs, and damaged databases.
+#include "server/store/database_mark.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "server/store/database.h"
+#include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+using server::Database;
+using test_support::TemporaryFolder;
+
+/// A database with committed changes in its log, as a killed process leaves it: copied from under
+/// an open one.
+class KilledDatabase : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = Database::open(live.file("tessera.db"));
+    ASSERT_TRUE(opened);
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_TRUE((*opened)->session().execute(
+          "CREATE TABLE IF NOT EXISTS facts(a); INSERT INTO facts VALUES(hex(randomblob(2000)))"));
+    }
+    for (const char* suffix : {"", "-wal", "-mark"}) {
+      std::filesystem::copy_file(live.file("tessera.db") + suffix, path() + suffix);
+    }
+  }
+  std::string path() const { return folder.file("tessera.db"); }
+  std::string damage() const {
+    auto opened = Database::open(path());
+    return opened ? (*opened)->damage() : "refused: " + opened.error().message;
+  }
+
+  TemporaryFolder live;
+  TemporaryFolder folder;
+};
+
+TEST_F(KilledDatabase, IsWhole) { EXPECT_EQ(damage(), ""); }
+
+TEST_F(KilledDatabase, ReportedWhereverABitOfTheLogFlips) {
+  const std::uint64_t bytes = std::filesystem::file_size(path() + "-wal");
+  const std::string log = test_support::read_file(path() + "-wal");
+  const std::string base = test_support::read_file(path());
+  const std::string mark = test_support::read_file(path() + "-mark");
+  for (const std::uint64_t at : {std::uint64_t{3}, std::uint64_t{17}, std::uint64_t{40},
+                                 std::uint64_t{200}, bytes / 2, bytes - 9}) {
+    test_support::damage_file(path() + "-wal", at);
+    EXPECT_NE(damage().find("write-ahead log"), std::string::npos) << at;
+    EXPECT_TRUE(std::filesystem::exists(path() + "-wal-damaged")) << at;
+    for (const char* suffix : {"-shm", "-damage", "-wal-damaged"}) {
+      std::filesystem::remove(path() + suffix);
+    }
+    test_support::write_file(path(), base);
+    test_support::write_file(path() + "-wal", log);
+    test_support::write_file(path() + "-mark", mark);
+  }
+  EXPECT_EQ(damage(), "");
+}
+
+TEST_F(KilledDatabase, ReportedIfTheLogIsShortOrMissing) {
+  const std::string log = test_support::read_file(path() + "-wal");
+  test_support::write_file(path() + "-wal", std::string_view(log).substr(0, log.size() / 2));
+  EXPECT_NE(damage().find("cut short"), std::string::npos);
+  EXPECT_NE(damage().find("cut short"), std::string::npos) << "until it is accepted";
+  std::filesystem::remove(path() + "-damage");
+  EXPECT_EQ(damage(), "");
+}
+
+TEST_F(KilledDatabase, ReportedIfTheLogIsGone) {
+  std::filesystem::remove(path() + "-wal");
+  EXPECT_NE(damage().find("is missing"), std::string::npos);
+}
+
+TEST_F(KilledDatabase, ReportedIfItsMarkIsDamaged) {
+  test_support::damage_file(path() + "-mark", 6);
+  EXPECT_NE(damage().find("cannot be noticed"), std::string::npos);
+}
+
+TEST_F(KilledDatabase, ChangesAfterTheMarkAreNoLoss) {
+  test_support::write_file(path() + "-mark", "");  // As after a power failure.
+  std::filesystem::remove(path() + "-mark");
+  EXPECT_EQ(damage(), "");
+}
+
+TEST(ClosedDatabase, ReportedIfABitFlips) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("tessera.db");
+  ASSERT_TRUE(Database::open(path));
+  EXPECT_EQ((*Database::open(path))->damage(), "");
+  test_support::damage_file(path, std::filesystem::file_size(path) - 100);
+  const auto opened = Database::open(path);
+  ASSERT_TRUE(opened);
+  EXPECT_NE((*opened)->damage().find("damaged, or replaced"), std::string::npos);
+}
+
+TEST(OpenDatabase, AnotherProcessFindsNoLoss) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("tessera.db");
+  auto first = Database::open(path);
+  ASSERT_TRUE(first);
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE((*first)->session().execute("CREATE TABLE IF NOT EXISTS t(a)"));
+    ASSERT_TRUE((*first)->session().execute("INSERT INTO t VALUES(1)"));
+    if (i % 3 == 0) {
+      ASSERT_TRUE((*first)->checkpoint());
+    }
+    auto second = Database::open(path);
+    ASSERT_TRUE(second);
+    EXPECT_EQ((*second)->damage(), "");
+    ASSERT_TRUE((*second)->session().execute("INSERT INTO t VALUES(2)"));
+  }
+  first->reset();
+  EXPECT_EQ((*Database::open(path))->damage(), "");
+}
+
+}  // namespace

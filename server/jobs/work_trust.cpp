@@ -73,10 +73,16 @@ void WorkBoard::fail_unit(Units::value_type& entry, const std::string& name, Fau
 }
 
 bool WorkBoard::has_hope(const WorkUnit& unit) const {
-  return unit.is_busy || unit.refused.empty() || !unit.leases.empty() || unit.first ||
-         std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
-           return works(each.second) && !unit.has_failed(each.first);
-         });
+  bool is_someone_resting = false;
+  for (const auto& [name, worker] : workers_) {
+    if (works(worker) && !unit.has_failed(name)) {
+      return true;
+    }
+    is_someone_resting = is_someone_resting || (is_live(worker) && worker.unsuitable.empty() &&
+                                                !worker.is_draining && !works(worker));
+  }
+  return unit.is_busy || !unit.leases.empty() || unit.first ||
+         (unit.refused.empty() && !is_someone_resting);
 }
 
 void WorkBoard::note_unverified(const std::string& worker, const RenderRun& run) {

@@ -49,7 +49,7 @@ ErrorInterval unknown_error() { return {kNan, kNan, kNan, kNan, kNan, kNan, fals
 
 ErrorInterval error_interval(double grain, double doubt, double reach) {
   return {.relative = std::min(grain + 0.5 * doubt, 1.0),
-          .low = std::max(grain * (1 - doubt) - reach, 0.0),
+          .low = std::max(grain - std::max(grain, 0.5) * doubt - reach, 0.0),
           .high = std::min(grain + doubt + reach, 1.0),
           .grain = grain,
           .doubt = doubt,

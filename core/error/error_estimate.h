@@ -6,11 +6,15 @@
 /// and no more. It is estimated by
 ///   grain = mean over pixels of r,   doubt = mean over squares of (sum of d r) / (sum of s)
 ///   error = grain + doubt / 2
-///   low, high = grain (1 - doubt) - z, grain + doubt + z,   z = q sqrt(2 sum of r^2) / pixels
+///   low = grain - max(grain, 1/2) doubt - z,   high = grain + doubt + z,
+///   z = q sqrt(2 sum of r^2) / pixels
 /// with q the normal quantile. For independent halves E|A - B| / 2 <= E|I - mu| <= E|A - B|
 /// (symmetrisation, Ledoux and Talagrand 1991, 6.1), so the halves understate the error at most by
 /// a factor of two if they are pooled before they are bounded, and doubt is that pooled part. The
 /// bound is proven for sums; for the quotients it is measured (tests/bench/run --coverage).
+///
+/// For Gaussian noise of relative variance s^2 << 1 in the image, doubt is s^2 and the error is
+/// grain - s^2 / 2, because max(I, mu) is above mu in half of the pixels: hence the 1/2.
 ///
 /// z is the noise of both estimate and error. If errors of neighbouring pixels are correlated it is
 /// computed from the sums of r over the squares, about their mean, which also counts the image's

@@ -284,14 +284,14 @@ class SchemaWalk {
     return member.repair == Repair::kNormalize ? normalize_quaternion(value, where) : ok_status();
   }
 
-  /// Strict reading accepts any length whose elements are in their range.
+  /// Strict reading accepts any length but 0 whose elements are in their range.
   Status normalize_quaternion(Json& value, const std::string& where) const {
     double squares = 0;
     for (const Json& element : value) {
       squares += element.get<double>() * element.get<double>();
     }
     const double size = std::sqrt(squares);
-    if (repairs_.is_strict() || std::abs(size - 1) <= kUnitQuaternion) {
+    if ((repairs_.is_strict() && size > 0) || std::abs(size - 1) <= kUnitQuaternion) {
       return ok_status();
     }
     const std::string fault = shown(value) + " is not a unit quaternion";

@@ -69,7 +69,7 @@ TEST(ErrorEstimate, IsGrainPlusHalfOfDoubt) {
   EXPECT_NEAR(e.grain, r, 1e-6);
   EXPECT_NEAR(e.doubt, r * r, 1e-6);
   EXPECT_NEAR(e.relative, r + r * r / 2, 1e-6);
-  EXPECT_NEAR(e.low, r * (1 - r * r) - e.reach, 1e-6);
+  EXPECT_NEAR(e.low, r - 0.5 * r * r - e.reach, 1e-6);
   EXPECT_NEAR(e.high, r + r * r + e.reach, 1e-6);
   EXPECT_FALSE(e.unreliable);
   for (int t = 0; t < film->tile_count(); ++t) {

@@ -356,10 +356,21 @@ TEST(GltfLightProfiles, RefusesBrokenOnesWithTheirPath) {
   error_at("{" + data + "}", R"("light":0)", lights);
   error_at("{}", R"("light":0)", lights);
   error_at("{" + data + R"(,"bufferView":0})", R"("light":0)", lights);
-  error_at("{" + data + R"(,"mimeType":"text/plain"})", R"("light":0)", lights + "/mimeType");
   error_at(R"({"bufferView":9})", R"("light":0)", lights + "/bufferView");
   error_at("{" + data + "}", R"("light":1)", "/nodes/1/extensions/EXT_lights_ies/light");
   error_at("{" + data + "}", R"("multiplier":1)", "/nodes/1/extensions/EXT_lights_ies");
+}
+
+TEST(GltfLightProfiles, StrictReadingRefusesWrongTypesAndMultipliers) {
+  const std::string data = R"("uri":"data:application/x-ies-lm-63,TILT=NONE")";
+  const auto error_at = [](const std::string& profile_json, const std::string& use,
+                           const std::string& where) {
+    core::GlbWriter writer;
+    add_lit(writer, profile_json, use);
+    expect_error_at(load_strictly(writer), where);
+  };
+  error_at("{" + data + R"(,"mimeType":"text/plain"})", R"("light":0)",
+           "/extensions/EXT_lights_ies/lights/0/mimeType");
   error_at("{" + data + "}", R"("light":0,"multiplier":-1)",
            "/nodes/1/extensions/EXT_lights_ies/multiplier");
 }

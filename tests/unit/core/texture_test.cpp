@@ -34,12 +34,13 @@ double srgb_of(double c) {
   return c <= 0.0031308 ? c * 12.92 : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
 }
 
-/// The coarsest level, which a footprint of the whole texture reads.
+/// The coarsest level, which a footprint of many repeats reads, also if the image is much longer
+/// in one direction than in the other.
 Vec4 coarsest_of(const Texture& texture) {
   Texture::Lookup at;
   at.uv = {0.5F, 0.5F};
-  at.across = {2, 0};
-  at.along = {0, 2};
+  at.across = {64, 0};
+  at.along = {0, 64};
   return texture.sample(at);
 }
 

@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import tempfile
-import urllib.parse
 
 from harness import (
     BINARY,
@@ -56,7 +55,7 @@ class CommandLine(ApiTest):
 
     def test_control_characters_of_others_are_shown_as_text(self):
         name = "\x1b]0;title\x07"
-        scene = self.server.post("/v1/scenes?name=" + urllib.parse.quote(name), triangle_glb(),
+        scene = self.server.post("/v1/scenes", triangle_glb(scenes=[{"nodes": [0], "name": name}]),
                                  {"Content-Type": "model/gltf-binary"})
         self.assertEqual(scene.status, 201, scene)
         for words in (("scenes",), ("show", name),

@@ -555,7 +555,7 @@ class KillTest(FarmTest):
         ended = farm.server.wait(job["id"])
         self.assertEqual(ended["state"], "failed", ended)
         self.assertRegex(ended["failure"]["detail"],
-                         "3 workers; the last reason: it did not report in time$")
+                         "lost with 3 workers, which stopped reporting")
         for name in ("first", "second", "third"):
             self.assertIn(f'"worker":"{name}"', farm.server.log_text())
 
@@ -571,8 +571,7 @@ class KillTest(FarmTest):
         self.assertEqual((seen["state"], seen["faults"]), ("suspended", 1))
         self.assertIn("no memory", seen["reason"])
         self.assertFalse(hand.report().json()["suitable"])
-        self.assertEqual(hand.lease(lost).status, 404 if farm.metric("tessera_units_own_total")
-                         else 503)
+        self.assertIn(hand.lease(lost).status, (404, 503))  # It is done already, or not for it.
         while farm.server.job(job["id"])["state"] == "rendering":
             if unit := hand.pull():
                 if hand.lease(unit).status == 200:
@@ -590,8 +589,8 @@ class KillTest(FarmTest):
             body = long_job() | {"seed": seed}
             job = farm.server.submit(body)
             while farm.server.job(job["id"])["state"] in ("queued", "loading", "rendering"):
-                sick.report()
-                unit = sick.pull()
+                # Like `tessera worker`, it takes no messages while it gets no units.
+                unit = sick.pull() if sick.report().json()["suitable"] else None
                 if unit and sick.lease(unit).status == 200:
                     sick.hand_back(unit, "the disk is full")
                     failed += 1

@@ -88,6 +88,31 @@ bool share_space(const std::vector<Solid>& solids) {
   return false;
 }
 
+/// Joins open surfaces of one material: they are parts of one solid, as the two faces of a slab.
+std::vector<JoinedSurface> with_open_parts_joined(std::vector<JoinedSurface> surfaces,
+                                                  std::span<const MeshData* const> meshes) {
+  const auto material_of = [&meshes](const JoinedSurface& surface) {
+    return meshes[surface.meshes.front()]->material;
+  };
+  std::vector<JoinedSurface> out;
+  for (JoinedSurface& surface : surfaces) {
+    const auto other =
+        surface.border_edges == 0
+            ? out.end()
+            : std::find_if(out.begin(), out.end(), [&](const JoinedSurface& each) {
+                return each.border_edges > 0 && material_of(each) == material_of(surface);
+              });
+    if (other == out.end()) {
+      out.push_back(std::move(surface));
+    } else {
+      other->meshes.insert(other->meshes.end(), surface.meshes.begin(), surface.meshes.end());
+      other->border_edges += surface.border_edges;
+      other->volume_m3 += surface.volume_m3;
+    }
+  }
+  return out;
+}
+
 class SolidFinder {
  public:
   SolidFinder(SceneData& scene, const PlacedFrom& from) : scene_(scene), from_(from) {}
@@ -100,7 +125,8 @@ class SolidFinder {
     }
     auto found = surfaces_.find(meshes);
     if (found == surfaces_.end()) {
-      found = surfaces_.emplace(meshes, join_surfaces(meshes)).first;
+      found =
+          surfaces_.emplace(meshes, with_open_parts_joined(join_surfaces(meshes), meshes)).first;
     }
     for (const JoinedSurface& surface : found->second) {
       add_solid(placed, surface);

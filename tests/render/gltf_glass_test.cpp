@@ -137,7 +137,7 @@ core::SceneDescription slab(const core::MaterialDescription& m) {
   core::PrimitiveDescription bottom = test_support::patch(-0.5F);
   for (core::PrimitiveDescription* p : {&top, &bottom}) {
     for (Vec3& v : p->positions) {
-      v = {v.x * 20, v.y * 20, v.z};
+      v = {v.x * 5, v.y * 5, v.z};
     }
   }
   bottom.normals.assign(4, {0, 0, -1});

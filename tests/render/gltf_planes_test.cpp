@@ -69,11 +69,12 @@ TEST_P(ClippingPlanes, BoundWhatTheCameraSees) {
     const Rgb third = at(5, 100);
     const Rgb none = at(0, 1.5F);
     EXPECT_NEAR(all.r, 1, 1e-4) << row.name;
-    EXPECT_EQ(all.g + all.b, 0) << row.name;
+    // The walls reflect at most 4 % of each other's light (Fresnel, index 1.5).
+    EXPECT_LT(all.g + all.b, 0.04) << row.name;
     EXPECT_NEAR(second.g, 1, 1e-4) << row.name;
-    EXPECT_EQ(second.r + second.b, 0) << row.name;
+    EXPECT_LT(second.r + second.b, 0.04) << row.name;
     EXPECT_NEAR(third.b, 1, 1e-4) << row.name;
-    EXPECT_EQ(third.r + third.g, 0) << row.name;
+    EXPECT_LT(third.r + third.g, 0.04) << row.name;
     EXPECT_EQ(none.r + none.g + none.b, 0) << row.name;
   }
 }

@@ -148,20 +148,28 @@ class Health(unittest.TestCase):
 
     def test_container_health_check_works_with_and_without_tls(self):
         with open(f"{DOCKER}/Dockerfile", encoding="utf-8") as file:
-            command = re.search(r"HEALTHCHECK .*\\\n +CMD tessera (.*)", file.read())[1]
+            dockerfile = file.read()
+        command = re.search(r"HEALTHCHECK .*\\\n +CMD \[\"([^\"]*)\"\]", dockerfile)[1]
+        script = re.search(rf"COPY docker/(\S+) \S*/{command}\n", dockerfile)[1]
         folder = tempfile.mkdtemp(prefix="tessera-health-")
         self.addCleanup(shutil.rmtree, folder)
+        line = f"{folder}/cmdline"  # Settings come from the variables.
+        with open(line, "wb") as file:
+            file.write(b"tessera\0serve\0")
+        path = f"{os.path.dirname(os.path.abspath(BINARY))}:{os.environ['PATH']}"
         cert, key = certificate(folder, "it")
         secure = SecureServer(
             "--tls-cert", cert, "--tls-key", key, "--key", "k", key="k", scheme="https"
         )
         secure.certificate = cert
-        for server, certificates in ((Server(), {}), (secure, {"TESSERA_TLS_CERT": cert})):
+        pair = {"TESSERA_TLS_CERT": cert, "TESSERA_TLS_KEY": key}
+        for server, certificates in ((Server(), {}), (secure, pair)):
             self.addCleanup(server.close)
             server.start()
-            environ = {"PATH": os.environ["PATH"], "TESSERA_PORT": str(server.port), **certificates}
+            environ = {"PATH": path, "HOME": folder, "TESSERA_PORT": str(server.port),
+                       **certificates}
             check = subprocess.run(
-                ["sh", "-c", f"{os.path.abspath(BINARY)} {command}"],
+                ["sh", f"{DOCKER}/{script}", line],
                 env=environ,
                 check=False,
                 capture_output=True,

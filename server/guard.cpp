@@ -73,7 +73,10 @@ std::vector<std::string> watched_jobs(const Request& request) {
   return jobs;
 }
 
-std::string_view cookie_value(std::string_view cookies, std::string_view name) {
+/// Returns the values of all sessions: a server that restarts on another port knows its old ones,
+/// and those of other servers are unknown here.
+std::vector<std::string_view> session_cookies(std::string_view cookies) {
+  std::vector<std::string_view> values;
   while (!cookies.empty()) {
     const std::size_t end = std::min(cookies.find(';'), cookies.size());
     std::string_view pair = cookies.substr(0, end);
@@ -81,12 +84,12 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     while (!pair.empty() && pair.front() == ' ') {
       pair.remove_prefix(1);
     }
-    if (pair.size() > name.size() && pair.substr(0, name.size()) == name &&
-        pair[name.size()] == '=') {
-      return pair.substr(name.size() + 1);
+    if (const std::size_t equals = pair.find('=');
+        pair.starts_with(kCookieName) && equals != std::string_view::npos) {
+      values.push_back(pair.substr(equals + 1));
     }
   }
-  return {};
+  return values;
 }
 
 /// Returns TOKEN of `Authorization: Bearer TOKEN`.
@@ -124,8 +127,7 @@ Response unknown_holder(const Request& request) {
     return unauthorized(request, Brought::kUnknown, "the key is unknown or has expired");
   }
   const std::string_view cookies = request.header("Cookie").value_or("");
-  if (request.header("Authorization").value_or("").empty() &&
-      !cookie_value(cookies, cookie_name(request)).empty()) {
+  if (request.header("Authorization").value_or("").empty() && !session_cookies(cookies).empty()) {
     return unauthorized(request, Brought::kUnknown,
                         "the session has ended, or its key is no longer valid");
   }
@@ -177,11 +179,12 @@ std::optional<Holder> Guard::holder_of(const Request& request) {
     const auto token = bearer_token(request);
     return token ? keys_.holder_of_hash(secret_hash(*token)) : std::nullopt;
   }
-  const auto cookies = request.header("Cookie");
-  const auto hash =
-      cookies ? sessions_.token_hash_of(cookie_value(*cookies, cookie_name(request)), unix_now())
-              : std::nullopt;
-  return hash ? keys_.holder_of_hash(*hash) : std::nullopt;
+  for (const std::string_view cookie : session_cookies(request.header("Cookie").value_or(""))) {
+    if (const auto hash = sessions_.token_hash_of(cookie, unix_now())) {
+      return keys_.holder_of_hash(*hash);
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<Response> Guard::check_host_and_origin(const Request& request) const {
@@ -370,9 +373,10 @@ Response Guard::start_session(const Request& request) {
 }
 
 Response Guard::end_session(const Request& request) {
-  const std::string_view cookies = request.header("Cookie").value_or("");
-  if (const auto ended = sessions_.end(cookie_value(cookies, cookie_name(request))); !ended) {
-    return error_answer(request, ended.error());
+  for (const std::string_view cookie : session_cookies(request.header("Cookie").value_or(""))) {
+    if (const auto ended = sessions_.end(cookie); !ended) {
+      return error_answer(request, ended.error());
+    }
   }
   Response response = empty_response();
   response.headers.set("Set-Cookie", cookie_field(request, "", std::chrono::seconds(0)));

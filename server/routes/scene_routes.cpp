@@ -76,6 +76,10 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
       if (problem.errors.size() == kMissingShown) {
         break;
       }
+      constexpr std::size_t kNameShown = 1024;  // No client has a file of a longer name.
+      if (name.size() > kNameShown) {
+        continue;
+      }
       problem.errors.push_back({api::join_pointer("/files", name), "is missing"});
     }
     return problem_answer(request, problem);

@@ -57,7 +57,7 @@ class ClientIds(ApiTest):
 
     def test_applies_prefer_wait(self):
         answer = self.put(str(uuid.uuid4()), job_body(), Prefer="wait=60")
-        self.assertEqual((answer.status, answer.headers["Preference-Applied"]), (201, "wait=60"))
+        self.assertEqual((answer.status, answer.headers["Preference-Applied"]), (201, "wait=25"))
         self.assertEqual(answer.json()["state"], "finished")
 
 

@@ -405,10 +405,10 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("stop":{"denoised_error":0})", "/stop/denoised_error", "0 is outside [1e-05, 10]"},
         Case{R"("stop":{"denoised_error":0.1},"denoise":{"type":"none"})", "/stop/denoised_error",
              "the job's denoise.type is 'none'"},
-        Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"light-trace"})",
+        Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"photon-map"})",
              "/stop/denoised_error",
-             "errors of neighbouring pixels are correlated, so the error of a denoised image has "
-             "no interval; give samples_per_pixel or seconds"},
+             "the error of integrator 'photon-map' is unknown: its images are biased, and their "
+             "halves show only the noise; give samples_per_pixel or seconds"},
         Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
              "1 is outside [0.5, 0.9999]"},
         Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",

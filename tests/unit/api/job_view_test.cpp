@@ -41,7 +41,7 @@ TEST(JobView, HasTheDocumentedMembers) {
                                       "efficiency_high", "rejected_samples", "peak_bytes",
                                       "split_count", "radius_ratio"}));
   EXPECT_EQ(job["created_at"], "2026-01-01T00:00:00.000Z");
-  EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.25Z");
+  EXPECT_EQ(job["started_at"], "2026-01-01T00:00:00.250Z");
   EXPECT_EQ(job["state"], "rendering");
   EXPECT_EQ(job["links"]["image"], "/v1/jobs/3f0c9c52-6d0e-4d7b-9a51-0a6f3c1b7e10/image");
 }

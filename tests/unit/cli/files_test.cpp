@@ -113,11 +113,12 @@ TEST(ErrorOfReply, ShowsEveryFaultWithItsPointer) {
       "the server answered 422 (Unprocessable): 1 fault\n  /film/width: 0 is outside [1, 16384]");
 }
 
-TEST(ErrorOfReply, OfAForeignPageIsOnlyTheStatus) {
+TEST(ErrorOfReply, OfAForeignPageNamesTheStatusAndAProxy) {
   cli::Reply reply;
   reply.status = 502;
   reply.body = "<html>";
-  EXPECT_EQ(cli::error_of_reply(reply).message, "the server answered 502");
+  EXPECT_EQ(cli::error_of_reply(reply).message,
+            "a proxy before the server, or another program, answered 502");
 }
 
 TEST(ApiClient, RefusesInvalidAddresses) {

@@ -25,7 +25,7 @@ FilmRecord record_of(int samples) {
   core::ConvergencePoint point;
   point.samples_per_pixel = samples;
   point.rays = 7;
-  point.error = {0.25, std::nan(""), 0.5, true};
+  point.error = core::error_interval(0.25, 0.5, 0.125);
   record.points.push_back(point);
   return record;
 }
@@ -75,7 +75,8 @@ TEST(FilmFile, RestoresAFilmBitForBit) {
   ASSERT_EQ(record->points.size(), 1U);
   EXPECT_EQ(record->points[0].samples_per_pixel, 4);
   EXPECT_EQ(record->points[0].rays, 7U);
-  EXPECT_TRUE(std::isnan(record->points[0].error.low));
+  EXPECT_EQ(record->points[0].error.relative, 0.5);
+  EXPECT_EQ(record->points[0].error.high, 0.875);
   EXPECT_TRUE(record->points[0].error.unreliable);
   EXPECT_EQ(film.tile(3).rays, 40U);
   EXPECT_EQ(film.tile(3).cpu_seconds, 1.0);

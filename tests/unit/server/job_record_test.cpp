@@ -60,7 +60,7 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   record.view.progress.elapsed_seconds = 2;
   record.view.progress.cpu_seconds = 4;
   record.view.progress.rays = 100;
-  record.view.progress.error = {0.5, 0.25, 1.0, false};
+  record.view.progress.error = core::error_interval(0.5, 0, 0.25);
   const auto back = server::to_record(server::to_row(record));
   ASSERT_TRUE(back) << back.error().message;
   EXPECT_TRUE(api::same_spec(back->view.spec, record.view.spec));
@@ -75,9 +75,9 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   EXPECT_EQ(back->view.failure->status, 507);
   EXPECT_EQ(back->view.progress.samples_max, 4);
   EXPECT_EQ(back->view.progress.rays_per_second, 50);
-  EXPECT_EQ(back->view.progress.efficiency(), 1.0);  // 1 / (0.5^2 * 4 s)
-  EXPECT_EQ(back->view.progress.efficiency_low(), 0.25);
-  EXPECT_EQ(back->view.progress.efficiency_high(), 4.0);
+  EXPECT_EQ(back->view.progress.efficiency(), 1.0);                 // 1 / (0.5^2 * 4 s)
+  EXPECT_DOUBLE_EQ(back->view.progress.efficiency_low(), 4.0 / 9);  // 1 / (0.75^2 * 4 s)
+  EXPECT_EQ(back->view.progress.efficiency_high(), 4.0);            // 1 / (0.25^2 * 4 s)
 }
 
 TEST(JobRecord, UnknownErrorStaysUnknown) {

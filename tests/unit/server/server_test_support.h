@@ -64,6 +64,10 @@ ALTER TABLE assets ADD COLUMN uploaded INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE assets ADD COLUMN owner TEXT NOT NULL DEFAULT '';
 CREATE INDEX assets_by_owner ON assets(owner, bytes);
 ALTER TABLE scenes ADD COLUMN description TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs RENAME COLUMN error_grain TO error_rmse;
+ALTER TABLE jobs RENAME COLUMN error_doubt TO error_low;
+ALTER TABLE jobs RENAME COLUMN error_reach TO error_high;
+ALTER TABLE jobs ADD COLUMN error_unreliable INTEGER NOT NULL DEFAULT 0;
 PRAGMA user_version=7;
 )sql";
 

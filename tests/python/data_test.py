@@ -270,7 +270,7 @@ class Values(unittest.TestCase):
         error = tessera.ErrorBar.of(json.loads('{"relative": null, "confidence": 0.95}'))
         self.assertTrue(np.isnan(error.relative) and np.isnan(error.low))
         self.assertEqual(str(error), "unknown")
-        known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.95, "none", True)
+        known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.01, 0.02, 0.95, "none", True)
         self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")
 
     def test_meter_readings_have_their_vectors(self):

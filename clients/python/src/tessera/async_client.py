@@ -131,9 +131,7 @@ class AsyncClient:
                 raise
         return await self._upload_with_files(path, missing, strict)
 
-    async def _upload_with_files(
-        self, path: Path, missing: list[str], strict: bool
-    ) -> Scene:
+    async def _upload_with_files(self, path: Path, missing: list[str], strict: bool) -> Scene:
         """Sends the files beside a document that the server asks for, until it asks for no more."""
         document = await self.upload_asset(path)
         files: dict[str, str] = {}

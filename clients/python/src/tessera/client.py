@@ -131,9 +131,7 @@ class Client:
                 raise
         return self._upload_with_files(path, missing, strict)
 
-    def _upload_with_files(
-        self, path: Path, missing: list[str], strict: bool
-    ) -> Scene:
+    def _upload_with_files(self, path: Path, missing: list[str], strict: bool) -> Scene:
         """Sends the files beside a document that the server asks for, until it asks for no more."""
         document = self.upload_asset(path)
         files: dict[str, str] = {}

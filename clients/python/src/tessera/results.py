@@ -374,7 +374,7 @@ class Scene:
         return list(self.data["warnings"])
 
     @property
-    def warning_details(self) -> list[dict[str, str]]:
+    def warning_details(self) -> list[models.Warning]:
         """The same as `code`, `pointer` into the glTF document, and `detail`."""
         return list(self.data["warning_details"])
 

@@ -127,7 +127,7 @@ test('every link of the guide has a target', async () => {
       const [hash, query = ''] = link.split('?');
       const [head, first = '', second = ''] = hash.replace(/^#\//, '').split('/');
       if (!link.startsWith('#')) {
-        assert.ok((await ask(server.url + link)).ok, `${name}: ${link}`);
+        assert.ok((await ask(new URL(link, `${server.url}/`))).ok, `${name}: ${link}`);
       } else if (head === 'guide') {
         assert.ok(chapters.has(first), `${name}: ${link}`);
         assert.ok(!second || chapters.get(first).sections.includes(second), `${name}: ${link}`);

@@ -376,7 +376,7 @@ test('readings of a meter are shown next to the image, as the server reports the
     }
     await shot(page, 'meter');
     const csv = await page.getAttribute('[data-testid=meter] a', 'href');
-    assert.match(await (await ask(server.url + csv)).text(), /illuminance_lux/);
+    assert.match(await (await ask(new URL(csv, `${server.url}/`))).text(), /illuminance_lux/);
     assert.deepEqual(await accessibilityFaults(page), []);
   });
 });

@@ -92,7 +92,14 @@ const requests = {
     },
     environment: { preset: 'studio' },
     estimator: { mis: { type: 'balance' } },
-    ground: { type: 'catcher', height: -0.5, color: [0.5, 0.5, 0.6] },
+    background: { type: 'transparent', through_glass: false },
+    ground: {
+      type: 'catcher',
+      height: -0.5,
+      color: [0.5, 0.5, 0.6],
+      shadow: { color: 'physical', strength: 0.75, softness: 0.25 },
+    },
+    units: 'photometric',
     meter: {
       points: [{ position: [0, 1, 0], normal: [0, 1, 0] }],
       plane: { origin: [0, 0, 0], edge_u: [1, 0, 0], edge_v: [0, 0, -1], columns: 2, rows: 3 },

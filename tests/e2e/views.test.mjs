@@ -191,7 +191,7 @@ test('an error older than the image shows its samples, and two points give no sl
     await renderOf(page, 'cornell-box', 8);
     await page.getByTestId('denoise').uncheck();  // The denoised image has a separate error.
     await page.getByTestId('error-age').waitFor();
-    assert.match(await page.textContent('[data-testid=error]'), /% at 2 samples, [\d.]+% to/);
+    assert.match(await page.textContent('[data-testid=error]'), /% off \([\d.]+% to .*, at 2 samples$/);
     await page.waitForSelector('.plot svg');
     assert.match(await page.textContent('[data-testid=slope]'), /not enough passes yet/);
     assert.equal(await page.getByTestId('prediction').count(), 0);

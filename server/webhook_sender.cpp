@@ -23,7 +23,8 @@ constexpr int kOpenOfTenantMax = 32;
 constexpr double kKeptSeconds = 7 * 24 * 3600;
 constexpr double kForgetSeconds = 600;
 constexpr double kRestSeconds = 30;
-/// Time between looks for calls that wait for too long. Short beside the pauses that matter.
+/// Time between checks for calls whose next attempt a changed clock has put too far ahead. Short
+/// beside the pauses between attempts.
 constexpr double kMendSeconds = 20;
 /// About the delays of the specification's example, with an earlier second attempt.
 constexpr std::array kWaitSeconds = {1.0, 5.0, 30.0, 300.0, 1800.0, 7200.0, 18000.0};

@@ -7,6 +7,7 @@
 namespace core {
 namespace {
 
+/// Coordinates of up to this many radii keep 19 of the 24 bits of a float for the scene itself.
 constexpr double kFarRadii = 32;
 constexpr double kFloatStep = 0x1p-23;  ///< of a float, relative, at most
 /// Steps along the radius of a mesh below which its shape is reported as inexact.

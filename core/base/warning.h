@@ -11,10 +11,10 @@ struct Warning {
   std::string pointer;  ///< JSON pointer into the glTF document; empty: none
   std::string detail;   ///< what was seen, and what was done
 
-  Warning(std::string code_, std::string pointer_, std::string detail_)
-      : code(std::move(code_)), pointer(std::move(pointer_)), detail(std::move(detail_)) {}
-  Warning(std::string detail_)  // NOLINT(google-explicit-constructor)
-      : Warning("note", "", std::move(detail_)) {}
+  Warning(std::string kind, std::string place, std::string seen)
+      : code(std::move(kind)), pointer(std::move(place)), detail(std::move(seen)) {}
+  Warning(std::string seen)  // NOLINT(google-explicit-constructor)
+      : Warning("note", "", std::move(seen)) {}
 
   /// Returns one line for people.
   std::string text() const { return pointer.empty() ? detail : pointer + ": " + detail; }

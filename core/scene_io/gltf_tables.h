@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/base/result.h"
@@ -126,7 +127,9 @@ struct GltfPointer {
 struct GltfPart {
   std::string array;  ///< as in SchemaMember::refers_to: "accessors", "lights", ...
   std::size_t index = 0;
-  friend auto operator<=>(const GltfPart&, const GltfPart&) = default;
+  friend bool operator<(const GltfPart& a, const GltfPart& b) {
+    return std::tie(a.array, a.index) < std::tie(b.array, b.index);
+  }
 };
 
 struct GltfTables {

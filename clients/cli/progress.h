@@ -17,7 +17,6 @@ struct ProgressFacts {
   double relative_error = std::numeric_limits<double>::quiet_NaN();  ///< NaN: unknown
   double error_low = std::numeric_limits<double>::quiet_NaN();
   double error_high = std::numeric_limits<double>::quiet_NaN();
-  bool is_noise_alone = false;  ///< the error does not include the image's blur
   double rays_per_second = 0;
   std::optional<double> eta_seconds;
 };

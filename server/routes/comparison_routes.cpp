@@ -93,7 +93,7 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const Si
     return core::picture_of((*made)->picture.planes(mode), crop.width, crop.height);
   }
   core::Picture picture = core::picture_of((*film)->snapshot());
-  if (!core::errors_are_valid((*job)->record().view.spec.render)) {
+  if (!core::halves_show_error((*job)->record().view.spec.render)) {
     picture.half_difference.clear();  // The halves are dependent: no valid error.
   }
   return picture;

@@ -88,7 +88,7 @@ struct PointFields {
   double doubt = 0;
   double reach = 0;
   std::int32_t samples_per_pixel = 0;
-  std::int32_t unused = 0;
+  std::int32_t form = 0;  ///< core::ErrorForm
 };
 static_assert(sizeof(PointFields) == 56);
 

@@ -142,6 +142,8 @@ class WorkersTest(FarmTest):
                 body = job_body(samples=6, integrator={"type": row["type"]}) | {"film": film}
                 job = farm.server.render(body)
                 self.assertEqual(job["film_digest"], SingleProcess.digest(body))
+                if row["error"] == "by-comparison":
+                    self.assertEqual(job["error"], SingleProcess.server.render(body)["error"])
                 units = sum(worker["units"] for worker in farm.listed().values())
                 if row["type"] == "irradiance-cache":
                     self.assertEqual(units, done)

@@ -157,15 +157,12 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
     take(rest, &point, 1);
     if (fields.magic != kHeadMagic)
       continue;
-    const auto form = point.form == static_cast<std::int32_t>(core::ErrorForm::kSquares)
-                          ? core::ErrorForm::kSquares
-                          : core::ErrorForm::kHalves;
-    checkpoint.record.points.push_back(core::ConvergencePoint{
-        .samples_per_pixel = point.samples_per_pixel,
-        .elapsed_seconds = point.elapsed_seconds,
-        .cpu_seconds = point.cpu_seconds,
-        .rays = point.rays,
-        .error = core::error_interval(point.grain, point.doubt, point.reach, form)});
+    checkpoint.record.points.push_back(
+        core::ConvergencePoint{.samples_per_pixel = point.samples_per_pixel,
+                               .elapsed_seconds = point.elapsed_seconds,
+                               .cpu_seconds = point.cpu_seconds,
+                               .rays = point.rays,
+                               .error = error_of(point)});
   }
   checkpoint.tiles.resize(fields.tile_count);
   take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());

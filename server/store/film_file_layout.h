@@ -91,6 +91,11 @@ struct PointFields {
   std::int32_t form = 0;  ///< core::ErrorForm
 };
 static_assert(sizeof(PointFields) == 56);
+inline core::ErrorInterval error_of(const PointFields& point) {
+  const bool is_of_squares = point.form == static_cast<std::int32_t>(core::ErrorForm::kSquares);
+  return core::error_interval(point.grain, point.doubt, point.reach,
+                              is_of_squares ? core::ErrorForm::kSquares : core::ErrorForm::kHalves);
+}
 
 /// Precedes the meter's sums: for each chunk its fields, then its sums.
 struct MeterFields {

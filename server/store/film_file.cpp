@@ -155,14 +155,9 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   for (std::uint32_t i = 0; i < fields.point_count; ++i) {
     PointFields point;
     take(rest, &point, 1);
-    if (fields.magic != kHeadMagic)
-      continue;
-    checkpoint.record.points.push_back(
-        core::ConvergencePoint{.samples_per_pixel = point.samples_per_pixel,
-                               .elapsed_seconds = point.elapsed_seconds,
-                               .cpu_seconds = point.cpu_seconds,
-                               .rays = point.rays,
-                               .error = error_of(point)});
+    if (fields.magic == kHeadMagic) {
+      checkpoint.record.points.push_back(point_of(point));
+    }
   }
   checkpoint.tiles.resize(fields.tile_count);
   take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());
@@ -409,14 +404,7 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record,
   buffer_.clear();
   append(buffer_, &fields, 1);
   for (const core::ConvergencePoint& point : points) {
-    const PointFields stored = {.elapsed_seconds = point.elapsed_seconds,
-                                .cpu_seconds = point.cpu_seconds,
-                                .rays = point.rays,
-                                .grain = point.error.grain,
-                                .doubt = point.error.doubt,
-                                .reach = point.error.reach,
-                                .samples_per_pixel = point.samples_per_pixel,
-                                .form = static_cast<std::int32_t>(point.error.form)};
+    const PointFields stored = fields_of(point);
     append(buffer_, &stored, 1);
   }
   append(buffer_, tiles_.data(), tiles_.size());

@@ -138,8 +138,11 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
     return due_end();
   }
   Due due;
-  if (phase == Phase::kComparing && !references->is_done()) {
-    return due;
+  if (phase == Phase::kComparing) {
+    if (!references->is_done()) {
+      return due;
+    }
+    phase = Phase::kRendering;
   }
   if (phase == Phase::kPiloting) {
     due.step = all_have(&Tile::pilot_samples, pilot_target()) ? Step::kPlan : Step::kNone;

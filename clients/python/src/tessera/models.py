@@ -250,6 +250,7 @@ class JobRequestStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -313,6 +314,7 @@ class JobPatchStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -343,6 +345,7 @@ class ExtendRequestStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -636,6 +639,7 @@ class JobSpecStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -776,6 +780,7 @@ class Job(TypedDict):
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -848,6 +853,7 @@ class StateEvent(TypedDict):
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -898,6 +904,7 @@ class EndEvent(TypedDict):
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -1467,6 +1474,7 @@ class JobDefaultsStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -1533,7 +1541,7 @@ class IntegratorInfo(TypedDict):
 
     type: str
     bias: Literal["none", "consistent", "biased"]
-    error: Literal["valid", "from-chains", "none"]
+    error: Literal["valid", "from-chains", "by-comparison"]
     summary: str
     accepts: list[str]
     defaults: dict[str, Any]

@@ -409,6 +409,10 @@ export interface JobRequest {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -463,6 +467,10 @@ export interface JobPatch {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -505,6 +513,10 @@ export interface ExtendRequest {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -959,6 +971,10 @@ export interface JobSpec {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -1025,7 +1041,10 @@ export interface ErrorEstimate {
   confidence: number;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** False: the error is noise alone, without the image's blur, so there is no interval. */
+  /**
+   * False: the error is unknown, since no unbiased integrator can render the image to compare it
+   * with.
+   */
   valid: boolean;
   /**
    * More light is in doubt than is visible as grain (doubt above grain): rare bright paths are
@@ -1124,6 +1143,7 @@ export interface Job {
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1213,6 +1233,7 @@ export interface StateEvent {
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1268,6 +1289,7 @@ export interface EndEvent {
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1994,6 +2016,10 @@ export interface JobDefaults {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -2032,8 +2058,8 @@ export interface IntegratorInfo {
   type: string;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** Whether the halves of its images give a valid error estimate. */
-  error: 'valid' | 'from-chains' | 'none';
+  /** How the error of its images is known. */
+  error: 'valid' | 'from-chains' | 'by-comparison';
   summary: string;
   /** JSON pointers of the job request that it supports. */
   accepts: string[];

@@ -51,8 +51,8 @@ ErrorInterval unknown_error() { return {kNan, kNan, kNan, kNan, kNan, kNan, fals
 ErrorInterval error_interval(double grain, double doubt, double reach, ErrorForm form) {
   const bool is_of_halves = form == ErrorForm::kHalves;
   const double root = grain / kMeanOfRoot;
-  const double low = is_of_halves ? grain - std::max(grain, 0.5) * doubt
-                                  : kMeanOfRoot * kMeanOfRoot * root * (1 - doubt);
+  const double low =
+      is_of_halves ? grain - std::max(grain, 0.5) * doubt : 0.5 * grain * (1 - doubt);
   const double high = (is_of_halves ? grain : root) + doubt;
   return {.relative = std::min(is_of_halves ? grain + 0.5 * doubt : grain, 1.0),
           .low = std::max(low - reach, 0.0),

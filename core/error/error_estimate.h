@@ -53,9 +53,10 @@ ErrorInterval unknown_error();
 inline constexpr double kMeanOfRoot = 0.8;
 
 /// Returns the error from its parts. kSquares: with R = grain / 0.8
-///   error = 0.8 R,   low = 0.64 R (1 - doubt) - z,   high = R + doubt + z.
-/// R is a root mean square, which is never below the mean (Jensen); 0.8 is kMeanOfRoot, 0.64 its
-/// square, for windows across edges.
+///   error = 0.8 R,   low = 0.4 R (1 - doubt) - z,   high = R + doubt + z.
+/// R is a root mean square, which is never below the mean (Jensen). 0.8 is kMeanOfRoot; if all
+/// errors of a window are on a quarter of its pixels, as along a blurred edge, the mean is half of
+/// that.
 ErrorInterval error_interval(double grain, double doubt, double reach,
                              ErrorForm form = ErrorForm::kHalves);
 

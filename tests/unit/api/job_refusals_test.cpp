@@ -386,14 +386,14 @@ INSTANTIATE_TEST_SUITE_P(
     Stop, JobRefusal,
     testing::Values(
         Case{R"("stop":{})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-             "cpu_seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+             "seconds, cpu_seconds or deadline"},
         Case{R"("stop":{"samples_per_pixel":null})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-             "cpu_seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+             "seconds, cpu_seconds or deadline"},
         Case{R"("stop":{"confidence":0.9})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-             "cpu_seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+             "seconds, cpu_seconds or deadline"},
         Case{R"("stop":null)", "/stop", "expected an object, got null"},
         Case{R"("stop":{"samples_per_pixel":0})", "/stop/samples_per_pixel",
              "0 is outside [1, 65536]"},

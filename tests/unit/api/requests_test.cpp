@@ -123,8 +123,8 @@ TEST(JobPatch, RefusesWithPointers) {
       errors_of(api::parse_job_patch(R"({"stop":{"relative_error":null,"samples_per_pixel":null}})",
                                      spec)),
       (Errors{{"/stop",
-               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-               "cpu_seconds or deadline"}}));
+               "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+               "seconds, cpu_seconds or deadline"}}));
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
             (Errors{{"/stop/spp",
                      "Unknown field; expected one of: samples_per_pixel, relative_error, "

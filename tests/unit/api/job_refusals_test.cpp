@@ -407,8 +407,10 @@ INSTANTIATE_TEST_SUITE_P(
              "the job's denoise.type is 'none'"},
         Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"photon-map"})",
              "/stop/denoised_error",
-             "the error of integrator 'photon-map' is unknown: its images are biased, and their "
-             "halves show only the noise; give samples_per_pixel or seconds"},
+             "the error of denoised images of integrator 'photon-map' is unknown: its images are "
+             "biased, and their halves show only the noise; give relative_error, samples_per_pixel "
+             "or seconds"},
+        Case{R"("stop":{"meter_error":0.1})", "/stop/meter_error", "the job has no meter"},
         Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
              "1 is outside [0.5, 0.9999]"},
         Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",

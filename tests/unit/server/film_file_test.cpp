@@ -85,7 +85,7 @@ TEST(FilmFile, RestoresAFilmBitForBit) {
 
 TEST(FilmFile, RestoresErrorsFromSquares) {
   const TemporaryFolder folder;
-  const std::string path = folder.path() + "/a.film";
+  const std::string path = folder.file("a.film");
   core::Film film(small_film(), 2);
   FilmRecord written = record_of(2);
   written.points[0].error = core::error_interval(0.2, 0.1, 0.01, core::ErrorForm::kSquares);

@@ -128,7 +128,7 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
   SummedArea counts(rect.width, rect.height);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
     const auto [a, b] = error_halves(film, i);
-    const bool counts_here = a.alpha + b.alpha > 0;
+    const bool counts_here = !is_empty(a, b);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
     energies.set(x, y, counts_here ? energy_of(of, i, w) : 0);
     counts.set(x, y, counts_here ? 1 : 0);

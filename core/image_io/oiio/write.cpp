@@ -251,6 +251,21 @@ OIIO::TypeDesc given_type(const LinearPart& part) {
 /// Otherwise OpenImageIO writes the current time into EXR and TIFF, and equal images differ.
 void pin_date(OIIO::ImageSpec& spec) { spec.attribute("DateTime", "1970:01:01 00:00:00"); }
 
+/// Returns whether a channel that half precision would suffice for has a value beyond its range.
+bool exceeds_half(const ImageRows& image, std::size_t first, const std::vector<bool>& half) {
+  for (int y = 0; y < image.height; ++y) {
+    const float* in = image.row(y) + first;
+    for (int x = 0; x < image.width; ++x, in += image.channels()) {
+      for (std::size_t c = 0; c < half.size(); ++c) {
+        if (half[c] && std::isfinite(in[c]) && std::fabs(in[c]) > kHalfMax) {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
 /// layer: the prefix of channel names, which is removed together with the dot after it.
 LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count,
                     const std::string& layer, const EncodeOptions& options) {
@@ -266,6 +281,12 @@ LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count
   }
   for (std::size_t c = 0; c < count; ++c) {
     part.half.push_back(options.is_color && !part.has_whole && is_half_channel(name(c)));
+  }
+  if (std::find(part.half.begin(), part.half.end(), true) != part.half.end() &&
+      exceeds_half(image, first, part.half)) {
+    part.half.assign(count, false);
+  }
+  for (std::size_t c = 0; c < count; ++c) {
     part.spec.channelnames[c] = name(c).substr(layer.empty() ? 0 : layer.size() + 1);
     part.spec.channelformats.emplace_back(part.whole[c]  ? OIIO::TypeDesc::UINT
                                           : part.half[c] ? OIIO::TypeDesc::HALF

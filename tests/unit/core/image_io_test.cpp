@@ -195,10 +195,18 @@ TEST(ImageWrite, ExrKeepsNan) {
   EXPECT_EQ(float_at(image, 1), 2);
 }
 
-TEST(ImageWrite, ExrClampsColorToHalf) {
-  const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {1e6F, -1e6F, 1}}, "exr"));
-  EXPECT_EQ(float_at(image, 0), 65504);
-  EXPECT_EQ(float_at(image, 1), -65504);
+// A sun in photometric units has 1.6e9 cd/m^2.
+TEST(ImageWrite, ExrStoresColorBeyondHalfAsFloat) {
+  const float third = 1.0F / 3;
+  const auto seen = [&](float brightest) {
+    return decoded(encoded({2, 1, {"R", "G", "B"}, {third, 0, 0, -brightest, 0, 0}}, "exr"));
+  };
+  EXPECT_EQ(float_at(seen(1.6e9F), 3), -1.6e9F);
+  EXPECT_EQ(float_at(seen(1.6e9F), 0), third);  // all of the part
+  EXPECT_EQ(float_at(seen(65504), 3), -65504);
+  EXPECT_NE(float_at(seen(65504), 0), third);  // half floats
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_NE(float_at(seen(infinity), 0), third);
 }
 
 TEST(ImageWrite, ExrKeepsAllBitsOfDepth) {

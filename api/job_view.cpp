@@ -426,6 +426,9 @@ const View<JobView>& job_view() {
        revision_row(),
        digest_row(),
        denoised_row(),
+       {"denoising",
+        shape::flag("A denoised image is being made: on request, while it renders or afterwards."),
+        [](const JobView& j) -> Json { return j.is_denoising; }},
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
        {"warning_details", warning_details_shape(),
@@ -468,9 +471,7 @@ const View<TicketView>& ticket_view() {
        {"expires_at", shape::time(),
         [](const TicketView& t) -> Json { return rfc3339(t.ends_unix_seconds); }},
        {"jobs", shape::texts("Ids of the jobs that its bearer may watch."),
-        [](const TicketView& t) -> Json {
-          return std::vector<std::string>(t.jobs.begin(), t.jobs.end());
-        }}}};
+        [](const TicketView& t) -> Json { return std::vector(t.jobs.begin(), t.jobs.end()); }}}};
   return kView;
 }
 

@@ -144,7 +144,7 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
   for_pixels(rect, [&](std::size_t i, int x, int y) {
     const auto [a, b] = error_halves(film, i);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
-    squares.set(x, y, energy_of(pixel_at(of, i), of.floor, w), a.alpha + b.alpha > 0);
+    squares.set(x, y, energy_of(pixel_at(of, i), of.floor, w), !is_empty(a, b));
   });
   Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {

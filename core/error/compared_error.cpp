@@ -39,8 +39,7 @@ ErrorRoots roots_of(const FilmSnapshot& image, const FilmSnapshot& references, S
       }
       const ColorSum a = side == Side::kMean ? mean : color_of(fa);
       const ColorSum b = side == Side::kMean ? mean : color_of(fb);
-      squares.set(x, y, relative_product(a, color_of(u), b, color_of(v), scale),
-                  u.alpha + v.alpha > 0);
+      squares.set(x, y, relative_product(a, color_of(u), b, color_of(v), scale), !is_empty(u, v));
     }
   }
   return squares.roots();

@@ -51,7 +51,7 @@ class SquaredErrors {
   explicit SquaredErrors(const PixelRect& rect);
 
   /// x, y: from the corner of the rectangle; call with increasing rows and columns. counts: whether
-  /// the pixel counts (its alpha is not 0).
+  /// the pixel counts (a sample has seen something).
   void set(int x, int y, double m, bool counts);
 
   /// Returns the root of the window's mean m as above; 0 if no pixel counts or it is negative.

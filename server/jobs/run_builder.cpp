@@ -297,6 +297,7 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   RenderRun::Parts parts;
   parts.job = job;
   parts.place = place;
+  parts.age = job->sequence();
   parts.renderer = std::move(*renderer);
   parts.film = std::make_shared<core::Film>(spec.render);
   parts.scene_bytes = parts.renderer->view().scene->summary().bytes;

@@ -22,6 +22,7 @@
 #include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
+#include "server/http/file_response.h"
 #include "server/http/negotiation.h"
 #include "server/http/text.h"
 #include "server/pictures/denoised_look.h"
@@ -358,7 +359,7 @@ Response image(const RouteContext& context, Request& request) {
       response.headers.set("X-Tessera-Error", facts.error);
     }
   }
-  return response;
+  return ranged(request, std::move(response));
 }
 
 Response pixel(const RouteContext& context, Request& request) {

@@ -126,6 +126,7 @@ TEST(ReferenceImages, LetAnErrorTargetEndTheJob) {
 TEST(ReferenceImages, AreMadeByPathWhereBdptCannotRenderTheView) {
   core::View view = small_view("sppm");
   view.camera.type = core::CameraType::kPanorama;
+  view.camera.vertical_fov_degrees.reset();
   EXPECT_TRUE(std::isfinite(rendered(view, 4, 2).error.high));
 }
 

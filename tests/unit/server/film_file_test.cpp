@@ -234,6 +234,7 @@ TEST(FilmFile, RestoresAdaptivePlans) {
   // A film without decisions is a different film.
   core::Film plain(small_film(), 2);
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
+  EXPECT_EQ(load(path, plain).error().where, "");  // clients see it
 }
 
 TEST(FilmFile, RestoresFittedCoefficients) {

@@ -798,6 +798,7 @@ class Job(TypedDict):
     revision: int
     film_digest: str | None
     denoised: Denoised | None
+    denoising: bool
     warnings: list[str]
     warning_details: list[Warning]
     links: dict[str, str]
@@ -1881,6 +1882,7 @@ class BatchJob(TypedDict):
     name: str
     state: str
     fraction: float
+    revision: int
     values: dict[str, Any]
 
 

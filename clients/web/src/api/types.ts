@@ -1163,6 +1163,8 @@ export interface Job {
   /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
+  /** A denoised image is being made: on request, while it renders or afterwards. */
+  denoising: boolean;
   /** Adjustments made to the request, and other warnings. */
   warnings: string[];
   /** Those of `warnings` that are about the scene's file, for programs. */
@@ -2510,6 +2512,8 @@ export interface BatchJob {
   /** State of the job. */
   state: string;
   fraction: number;
+  /** Number of changes of its image; 0: there is no image yet. */
+  revision: number;
   /** Values that the matrix assigned to it. */
   values: Record<string, unknown>;
 }

@@ -4,7 +4,7 @@ export type Bias = ErrorEstimate['bias'];
 
 export const biasOf = (job: Job): Bias => job.error?.bias ?? 'none';
 
-/** The number is that of the noise alone: the image is biased, and it was not compared with others. */
+/** The number is of noise alone: the image is biased and was not compared with others. */
 export const isNoiseAlone = ({ error }: Job): boolean =>
   error?.relative != null && error.high == null;
 

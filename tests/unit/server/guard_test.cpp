@@ -429,6 +429,17 @@ TEST(Tickets, AreLimitedInNumberUntilTheyExpire) {
   EXPECT_TRUE(tickets.issue({"a"}, {}, now + seconds(61)));
 }
 
+TEST(Tickets, OfOneTenantLeaveSomeForOthers) {
+  server::Tickets tickets;
+  const auto now = server::Tickets::Clock::now();
+  const server::Tickets::Holder busy = {.key = "b", .access = server::Access::of("b")};
+  for (std::size_t i = 0; i < server::Tickets::kMaxOfTenant; ++i) {
+    ASSERT_TRUE(tickets.issue({"a"}, busy, now));
+  }
+  EXPECT_FALSE(tickets.issue({"a"}, busy, now));
+  EXPECT_TRUE(tickets.issue({"a"}, {.key = "a", .access = server::Access::of("a")}, now));
+}
+
 TEST(RateLimiter, RefillsContinuouslyUpToOneMinute) {
   server::RateLimiter rates;
   const auto now = server::RateLimiter::Clock::now();

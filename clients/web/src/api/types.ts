@@ -2268,7 +2268,7 @@ export interface Worker {
   rate: number;
   /** Units that the worker holds. */
   leases: number;
-  /** Names of these units. Each begins with its job's id and a dot. */
+  /** Names of those of them whose jobs the key can see. Each begins with its job's id and a dot. */
   held: string[];
   /** Results that were accepted. */
   units: number;

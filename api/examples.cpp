@@ -161,7 +161,7 @@ Json example_of(std::string_view schema) {
   if (schema == "Job") {
     return parsed(job_json(example_job()));
   }
-  if (schema == "Objects") {
+  if (schema == "SceneObjects") {
     return parsed(objects_json(example_objects()));
   }
   if (schema == "Convergence") {

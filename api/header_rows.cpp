@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::string_view kText = R"({"type":"string"})";
 constexpr std::string_view kNumber = R"({"type":"number"})";
-constexpr std::string_view kInteger = R"({"type":"integer","format":"int64"})";
+constexpr std::string_view kInteger = R"({"type":"integer"})";
 
 constexpr std::array kRequestHeaders = {
     HeaderRow{"Authorization", kText, "`Bearer KEY`."},

@@ -190,7 +190,7 @@ const View<LabelView>& label_view() {
 const View<ObjectsView>& objects_view() {
   using Objects = ObjectsView;
   static const View<Objects> kView = {
-      "Objects",
+      "SceneObjects",
       "Meaning of the ids in an image's layers. They follow from the file alone: all views, "
       "variants and times of a scene have the same ids.",
       {{"camera", viewpoint_view().shape(),

@@ -12,6 +12,7 @@
 #include "api/examples.h"
 #include "api/lab.h"
 #include "api/operations.h"
+#include "api/schema_parts.h"
 #include "api/schemas.h"
 #include "api/tenant_view.h"
 #include "api/worker_view.h"
@@ -252,6 +253,7 @@ Json components() {
   } else {
     schemas.erase("Comparison");
   }
+  name_parts(schemas);
   for (const auto& schema : schemas.items()) {
     if (const Json example = example_of(schema.key()); !example.is_null()) {
       schema.value()["examples"] = Json::array({example});
@@ -306,6 +308,7 @@ Json openapi_document(const Capabilities& capabilities, std::string_view version
   document["paths"] = std::move(paths);
   document["components"] = components();
   document["x-problem-types"] = problem_types();
+  add_number_formats(document);
   return document;
 }
 

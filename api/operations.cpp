@@ -45,7 +45,7 @@ constexpr std::array kTicket = {ContentRow{"application/json", "Ticket"}};
 constexpr std::array kLabRequest = {ContentRow{"application/json", "LabRequest"}};
 constexpr std::array kKeyRequest = {ContentRow{"application/json", "KeyRequest"}};
 constexpr std::array kKeyList = {ContentRow{"application/json", "KeyList"}};
-constexpr std::array kNewKey = {ContentRow{"application/json", "NewKey"}};
+constexpr std::array kIssuedKey = {ContentRow{"application/json", "IssuedKey"}};
 constexpr std::array kDrain = {ContentRow{"application/json", "Drain"}};
 constexpr std::array kWorkerReport = {ContentRow{"application/json", "WorkerReport"}};
 constexpr std::array kWorkerOrders = {ContentRow{"application/json", "WorkerOrders"}};
@@ -74,7 +74,7 @@ constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
 constexpr std::array kMeter = {ContentRow{"application/json", "Meter"}};
 constexpr std::array kCsv = {ContentRow{"text/csv", ""}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
-constexpr std::array kObjects = {ContentRow{"application/json", "Objects"}};
+constexpr std::array kObjects = {ContentRow{"application/json", "SceneObjects"}};
 constexpr std::array kComparison = {ContentRow{"application/json", "Comparison"}};
 constexpr std::array kFilm = {ContentRow{"application/vnd.tessera.film", ""}};
 constexpr std::array kEvents = {
@@ -180,7 +180,7 @@ constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng},
 constexpr std::array kLabAnswer = {
     ResponseRow{200, "JSON lines: a LabPoint for each completed n, then a LabOutcome.", kLines}};
 constexpr std::array kKeyListAnswer = {ResponseRow{200, "The keys.", kKeyList}};
-constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kNewKey}};
+constexpr std::array kKeyMade = {ResponseRow{201, "The key, with its text.", kIssuedKey}};
 constexpr std::array kDrainAnswer = {ResponseRow{200, "The state of draining.", kDrain}};
 constexpr std::array kWorkersAnswer = {ResponseRow{200, "The workers.", kWorkerList}};
 constexpr std::array kWorkerTilesAnswer = {ResponseRow{200, "The tiles.", kWorkerTiles}};
@@ -277,8 +277,9 @@ constexpr std::array kOperations = {
               kRetryProblems, true},
     Operation{
         "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-        "A GLB, a glTF without other files, a zip (these three also as application/octet-stream), "
-        "or asset ids. All files that it refers to are required; 424 lists missing ones.",
+        "A GLB, a glTF without other files, a zip, or asset ids. GLB and zip are recognized by "
+        "their first bytes, whatever type is given. All files that it refers to are required; 424 "
+        "lists missing ones.",
         "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
         &scene_upload_parameters},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,

@@ -133,6 +133,11 @@ Json parameter_json(const Row& row, const S& defaults) {
       found != schema.end() && (found->is_null() || *found == Json(""))) {
     schema.erase("default");
   }
+  // Generated code cannot assign a default to a parameter of several types.
+  if (schema.contains("anyOf") && schema.contains("default")) {
+    schema["x-default"] = schema["default"];
+    schema.erase("default");
+  }
   // Keeps the first of [type, "null"]: a query string has no null.
   if (schema.contains("type") && schema["type"].is_array()) {
     schema["type"] = Json(schema["type"].front());

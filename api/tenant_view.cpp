@@ -323,7 +323,7 @@ void add_tenant_schemas(Json& components) {
   Json made = schema_of(key_columns(), "A new key.");
   made["properties"]["key"] = text_schema("Text of the key, which is returned only once.");
   made["required"].push_back("key");
-  components["NewKey"] = std::move(made);
+  components["IssuedKey"] = std::move(made);
   const auto with = [](std::string_view member, Json schema, std::string_view doc) {
     Json object = basic_schema("object", doc);
     object["properties"] = {{member, std::move(schema)}};

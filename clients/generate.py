@@ -20,8 +20,9 @@ MODELS = HERE / "python/src/tessera/models.py"
 VERSION = HERE / "python/src/tessera/_version.py"
 WIDTH = 100
 PREFIX = "#/components/schemas/"
-# Their names come from registries that differ between builds, so any text is allowed.
-OPEN_NAMES = {"JobRequest", "JobPatch", "ExtendRequest", "JobSpec", "JobDefaults", "LabRequest"}
+# Components, with their parts, whose names come from registries that differ between builds, so any
+# text is allowed.
+OPEN_NAMES = ("JobRequest", "JobPatch", "ExtendRequest", "JobSpec", "JobDefaults", "LabRequest")
 
 
 def words(schema):
@@ -45,22 +46,22 @@ class Language:
         self.schemas = schemas
         self.names_are_open = False
 
-    def type_of(self, schema, path):
-        """The type of a value; path: name of the component and of the members down to it."""
+    def type_of(self, schema):
+        """The type of a value; objects with members are components."""
         if "$ref" in schema:
             return schema["$ref"].removeprefix(PREFIX)
         if "enum" in schema and not self.names_are_open:
             return self.union([self.literal(each) for each in schema["enum"]])
         if "anyOf" in schema and "type" not in schema:
-            return self.union([self.type_of(each, path) for each in schema["anyOf"]])
+            return self.union([self.type_of(each) for each in schema["anyOf"]])
         kinds = types_of(schema)
-        return self.union([self.kind(kind, schema, path) for kind in kinds]) if kinds else self.ANY
+        return self.union([self.kind(kind, schema) for kind in kinds]) if kinds else self.ANY
 
-    def kind(self, kind, schema, path):
+    def kind(self, kind, schema):
         if kind == "array":
-            return self.array(schema, path)
+            return self.array(schema)
         if kind == "object":
-            return self.object(schema, path)
+            return self.map(schema)
         return self.SIMPLE[kind]
 
 
@@ -75,32 +76,29 @@ class TypeScript(Language):
     def union(self, types):
         return " | ".join(dict.fromkeys(types))
 
-    def array(self, schema, path):
-        item = self.type_of(schema.get("items", {}), path)
+    def array(self, schema):
+        item = self.type_of(schema.get("items", {}))
         length = schema.get("minItems")
         if length is not None and length == schema.get("maxItems"):
             return f"[{', '.join([item] * length)}]"
         return f"({item})[]" if " | " in item else f"{item}[]"
 
-    def object(self, schema, path):
-        if "properties" in schema:
-            return "{\n" + self.members(schema, path, len(path)) + "  " * (len(path) - 1) + "}"
+    def map(self, schema):
         values = schema.get("additionalProperties")
-        return f"Record<string, {self.type_of(values, path) if values else self.ANY}>"
+        return f"Record<string, {self.type_of(values) if values else self.ANY}>"
 
-    def members(self, schema, path, depth):
-        indent, required = "  " * depth, schema.get("required", [])
+    def members(self, schema):
         text = ""
         for name, member in schema["properties"].items():
-            text += self.comment(member, indent)
-            mark = "" if name in required else "?"
-            text += self.statement(f"{indent}{name}{mark}:", self.type_of(member, [*path, name]))
+            text += self.comment(member, "  ")
+            mark = "" if name in schema.get("required", []) else "?"
+            text += self.statement(f"  {name}{mark}:", self.type_of(member))
         return text
 
     def statement(self, head, made):
         """One line, or one for each member of a union that is too long."""
         line = f"{head} {made};\n"
-        if len(line) <= WIDTH + 1 or "\n" in made:
+        if len(line) <= WIDTH + 1:
             return line
         indent = " " * (len(head) - len(head.lstrip()) + 2)
         return head + "".join(f"\n{indent}| {each}" for each in made.split(" | ")) + ";\n"
@@ -117,11 +115,11 @@ class TypeScript(Language):
         )
 
     def component(self, name, schema):
-        self.names_are_open = name in OPEN_NAMES
+        self.names_are_open = name.startswith(OPEN_NAMES)
         text = self.comment(schema, "")
         if is_record(schema):
-            return f"{text}export interface {name} {{\n{self.members(schema, [name], 1)}}}\n"
-        return text + self.statement(f"export type {name} =", self.type_of(schema, [name]))
+            return f"{text}export interface {name} {{\n{self.members(schema)}}}\n"
+        return text + self.statement(f"export type {name} =", self.type_of(schema))
 
     def document(self):
         head = (
@@ -141,10 +139,6 @@ class Python(Language):
         "null": "None",
     }
 
-    def __init__(self, schemas):
-        super().__init__(schemas)
-        self.inner = []
-
     def literal(self, value):
         return f"Literal[{'None' if value is None else json.dumps(value)}]"
 
@@ -155,26 +149,19 @@ class Python(Language):
             others.insert(0, f"Literal[{', '.join(literals)}]")
         return " | ".join(dict.fromkeys(others))
 
-    def array(self, schema, path):
-        return f"list[{self.type_of(schema.get('items', {}), path)}]"
+    def array(self, schema):
+        return f"list[{self.type_of(schema.get('items', {}))}]"
 
-    def object(self, schema, path):
-        if "properties" in schema:
-            name = "".join(part[0].upper() + part[1:] for part in self.camel(path))
-            self.inner.append(self.record(name, schema, path))
-            return name
+    def map(self, schema):
         values = schema.get("additionalProperties")
-        return f"dict[str, {self.type_of(values, path) if values else self.ANY}]"
+        return f"dict[str, {self.type_of(values) if values else self.ANY}]"
 
-    def camel(self, path):
-        return [part for name in path for part in name.split("_")]
-
-    def record(self, name, schema, path):
+    def record(self, name, schema):
         """A TypedDict. Members that are keywords go into a base class of another syntax."""
         required = schema.get("required", [])
         base, text, words_of_python = "TypedDict", "", []
         for member, inner in schema["properties"].items():
-            made = self.type_of(inner, [*path, member])
+            made = self.type_of(inner)
             made = made if member in required else f"NotRequired[{made}]"
             if keyword.iskeyword(member):
                 words_of_python.append(f'"{member}": "{made}"')
@@ -209,13 +196,10 @@ class Python(Language):
         return '    """' + "\n    ".join(lines) + '\n    """\n\n'
 
     def component(self, name, schema):
-        self.names_are_open = name in OPEN_NAMES
-        self.inner = []
+        self.names_are_open = name.startswith(OPEN_NAMES)
         if is_record(schema):
-            text = self.record(name, schema, [name])
-        else:
-            text = self.alias(name, self.type_of(schema, [name]))
-        return [*self.inner, text]
+            return self.record(name, schema)
+        return self.alias(name, self.type_of(schema))
 
     def alias(self, name, made):
         line = f"{name}: TypeAlias = {made}\n"
@@ -235,8 +219,7 @@ class Python(Language):
             "if TYPE_CHECKING:\n"
             "    from typing_extensions import NotRequired\n"
         )
-        parts = [part for each in self.schemas.items() for part in self.component(*each)]
-        return "\n\n".join([head, *parts])
+        return "\n\n".join([head, *(self.component(*each) for each in self.schemas.items())])
 
 
 def load(source):

@@ -12,7 +12,12 @@ std::optional<std::string> Tickets::issue(std::vector<std::string> jobs, Holder 
   std::string ticket = random_hex(24);
   const core::MutexLock lock(mutex_);
   std::erase_if(entries_, [now](const auto& entry) { return entry.second.ends <= now; });
-  if (entries_.size() >= kMax) {
+  const auto of_tenant = std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    return entry.second.holder.access.tenant == holder.access.tenant;
+  });
+  const bool has_its_share =
+      !holder.access.tenant.empty() && static_cast<std::size_t>(of_tenant) >= kMaxOfTenant;
+  if (entries_.size() >= kMax || has_its_share) {
     return std::nullopt;
   }
   entries_.emplace(

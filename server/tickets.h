@@ -19,13 +19,15 @@ class Tickets {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds kLife{60};
   static constexpr std::size_t kMax = 10'000;
+  static constexpr std::size_t kMaxOfTenant = kMax / 2;  ///< The operator has no such limit.
 
   /// The caller on whose behalf a ticket watches.
   struct Holder {
     std::string key;  ///< Id of the key; empty: the operator's, or none.
     Access access;
   };
-  /// Creates a ticket for these jobs on behalf of `holder`; empty if too many are open.
+  /// Creates a ticket for these jobs on behalf of `holder`; empty if too many are
+  /// open, of all or of its tenant.
   std::optional<std::string> issue(std::vector<std::string> jobs, Holder holder,
                                    Clock::time_point now = Clock::now());
   /// Returns the holder if the ticket permits watching all of these jobs; otherwise empty.

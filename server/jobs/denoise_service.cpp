@@ -19,6 +19,9 @@ namespace {
 /// Limit on the entries of last_; requests for further jobs are treated as first requests.
 constexpr std::size_t kLastMost = 1024;
 
+/// Longest wait for the turn: proxies end a request after a minute.
+constexpr std::chrono::seconds kTurn{50};
+
 /// Samples of each half for a preview: one sample has no variance, so that the denoiser would take
 /// noise for detail.
 constexpr int kPreviewSamples = 2;
@@ -155,7 +158,13 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
       !fits) {
     return fits.error();
   }
-  auto lease = memory_.take(needed_bytes, "the denoised image", patience);
+  const auto turn =
+      turns_.take(job->tenant(), {}, patience.count() == 0 ? std::chrono::seconds(0) : kTurn);
+  if (!turn) {
+    return turn.error();
+  }
+  auto lease = memory_.take({.bytes = needed_bytes, .tenant = job->tenant()}, "the denoised image",
+                            patience);
   if (!lease) {
     return lease.error();
   }

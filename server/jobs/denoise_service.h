@@ -18,6 +18,7 @@
 #include "core/denoise/denoised_picture.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/memory_gate.h"
+#include "server/observe/turns.h"
 #include "server/scenes/single_flight_cache.h"
 
 namespace server {
@@ -78,6 +79,7 @@ class DenoiseService {
   JobService& jobs_;
   MemoryGate& memory_;
   Log& log_;
+  Turns turns_{1};  ///< For denoising, which uses all threads.
   SingleFlightCache<Made> pictures_;
   SingleFlightCache<core::FeaturePicture> features_;
   mutable core::Mutex mutex_;

@@ -77,7 +77,7 @@ core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& reco
   }
   auto film = blank_film(record.view);
   const std::uint64_t bytes = film->bytes();
-  const auto lease = parts_.memory.take(bytes, "the film");
+  const auto lease = parts_.memory.take({.bytes = bytes, .tenant = job.tenant()}, "the film");
   if (!lease) {
     return lease.error();
   }

@@ -107,7 +107,7 @@ bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& te
   // If a slot is free, a job starts at once and needs no room in the queue.
   const auto waiting = static_cast<int>(queue_.size()) - static_cast<int>(waiting_previews);
   return waiting < limits_.queue_max ||
-         (waiting == 0 && may_start(rank, tenant) && fits(rank, memory));
+         (waiting == 0 && may_start(rank, tenant) && fits(rank, tenant, memory));
 }
 
 bool JobBook::has_room_for(int jobs) const {
@@ -231,19 +231,44 @@ bool JobBook::is_too_large(Rank rank, const JobMemory& memory) const {
   return memory_.bytes_max() > 0 && memory.bytes() > memory_bytes_of(rank);
 }
 
-bool JobBook::fits(Rank rank, const JobMemory& memory,
+std::uint64_t JobBook::most_with(Rank rank, const std::string& tenant,
+                                 const JobMemory& memory) const {
+  const bool is_first = std::none_of(holders_.begin(), holders_.end(), [&](const auto& item) {
+    return item.second.job->tenant() == tenant;
+  });
+  if (!is_first) {
+    return memory_bytes_of(rank);
+  }
+  const std::uint64_t most = memory_.bytes_max_of_first(memory.bytes());
+  return most > memory_.bytes_max() ? most : memory_bytes_of({.is_preview = true});
+}
+
+bool JobBook::fits(Rank rank, const std::string& tenant, const JobMemory& memory,
                    const std::set<std::uint64_t>& parked) const {
   MemoryUse use = use_of_holders(parked);
   add_use(use, memory);
-  return is_too_large(rank, memory) || memory_.has_room(held_, use, memory_bytes_of(rank));
+  return is_too_large(rank, memory) ||
+         memory_.has_room(held_, use, most_with(rank, tenant, memory));
 }
 
 bool JobBook::lacks_only_memory() const {
-  return !queue_.empty() && may_start(queue_.front()) &&
-         !fits(queue_.front().rank, queue_.front().memory);
+  return !queue_.empty() && may_start(queue_.front()) && !fits(queue_.front());
 }
 
 std::shared_ptr<JobBook::Place> JobBook::admit() {
+  for (;;) {
+    MemoryGate::Fit fit = MemoryGate::Fit::kNo;
+    if (auto place = try_admit(fit)) {
+      return place;
+    }
+    // Without the lock, which forget_oldest_preview() takes.
+    if (fit != MemoryGate::Fit::kWithoutIdle || !memory_.drop_one_idle()) {
+      return nullptr;
+    }
+  }
+}
+
+std::shared_ptr<JobBook::Place> JobBook::try_admit(MemoryGate::Fit& fit) {
   const core::MutexLock lock(mutex_);
   if (queue_.empty() || !may_start(queue_.front())) {
     return nullptr;
@@ -253,7 +278,10 @@ std::shared_ptr<JobBook::Place> JobBook::admit() {
   }
   MemoryUse use = use_of_holders();
   add_use(use, queue_.front().memory);
-  if (!memory_.try_change(held_, use, memory_bytes_of(queue_.front().rank))) {
+  const Waiting& front = queue_.front();
+  const std::uint64_t most = most_with(front.rank, front.job->tenant(), front.memory);
+  fit = memory_.try_change(held_, use, most);
+  if (fit != MemoryGate::Fit::kYes) {
     return nullptr;
   }
   Waiting next = std::move(queue_.front());
@@ -283,13 +311,13 @@ std::vector<JobPointer> JobBook::take_parkable() {
   std::sort(paused.begin(), paused.end());
   std::vector<std::uint64_t> taken;
   for (const auto& [paused_at, number] : paused) {
-    if (fits(next.rank, next.memory, parked)) {
+    if (fits(next, parked)) {
       break;
     }
     parked.insert(number);
     taken.push_back(number);
   }
-  if (!fits(next.rank, next.memory, parked)) {
+  if (!fits(next, parked)) {
     return {};
   }
   std::vector<JobPointer> jobs;

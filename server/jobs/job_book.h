@@ -110,7 +110,7 @@ class JobBook {
   /// that the job holds from now on.
   void end_load(const Job& job, std::map<std::string, std::uint64_t> shared_bytes);
   /// Returns the most that one job of this rank can get; 0: no limit. An eighth of the memory is
-  /// reserved for requests, half of which previews may use too.
+  /// reserved for requests, half of which previews and the first job of a tenant may use too.
   std::uint64_t memory_bytes_of(Rank rank) const;
   /// Returns paused jobs, longest first, whose parking would free the memory that the next job of
   /// the queue needs; empty when it waits for something else, or would still not fit. Each job is
@@ -146,6 +146,8 @@ class JobBook {
     std::uint64_t paused_at = 0;  ///< In the order of pauses; 0: not paused.
     bool is_parking = false;
   };
+  /// As admit(), without dropping idle memory. fit: of the next job's memory.
+  std::shared_ptr<Place> try_admit(MemoryGate::Fit& fit);
   void leave(std::uint64_t number);
   void remember_final(const JobPointer& job) REQUIRES(mutex_);
   static bool goes_before(const Waiting& a, const Waiting& b);
@@ -160,8 +162,16 @@ class JobBook {
   /// Updates the lease after a holder has changed.
   void note_memory() REQUIRES(mutex_) { MemoryGate::change(held_, use_of_holders()); }
   bool is_too_large(Rank rank, const JobMemory& memory) const;
-  bool fits(Rank rank, const JobMemory& memory, const std::set<std::uint64_t>& parked = {}) const
+  /// Returns the limit for all memory with this job. The first job of a tenant may use what
+  /// previews may, and a small one as much as small requests.
+  std::uint64_t most_with(Rank rank, const std::string& tenant, const JobMemory& memory) const
       REQUIRES(mutex_);
+  bool fits(Rank rank, const std::string& tenant, const JobMemory& memory,
+            const std::set<std::uint64_t>& parked = {}) const REQUIRES(mutex_);
+  bool fits(const Waiting& next, const std::set<std::uint64_t>& parked = {}) const
+      REQUIRES(mutex_) {
+    return fits(next.rank, next.job->tenant(), next.memory, parked);
+  }
   bool has_its_previews(const std::string& tenant) const REQUIRES(mutex_);
   bool lacks_only_memory() const REQUIRES(mutex_);
 

@@ -20,6 +20,10 @@ using Clock = std::chrono::steady_clock;
 
 /// The allocator keeps freed memory; it is trimmed after this share of the limit was freed.
 constexpr std::uint64_t kTrimShare = 16;
+/// A tenant with at most this share of the limit holds little...
+constexpr std::uint64_t kLittleShare = 64;
+/// ... and may use this share beyond the limit.
+constexpr std::uint64_t kExtraShare = 16;
 
 }  // namespace
 
@@ -47,6 +51,12 @@ struct MemoryGate::Room {
     std::uint64_t needed = 0;
   };
 
+  /// A request that waits for memory.
+  struct Waiting {
+    std::uint64_t id = 0;  ///< of its lease
+    std::string tenant;
+  };
+
   explicit Room(std::uint64_t bytes) : bytes_max(bytes) {}
 
   const std::uint64_t bytes_max;
@@ -55,6 +65,8 @@ struct MemoryGate::Room {
   std::uint64_t last_id GUARDED_BY(mutex) = 0;
   std::map<std::uint64_t, Held> held GUARDED_BY(mutex);
   std::map<std::string, Name> names GUARDED_BY(mutex);
+  std::map<std::string, std::uint64_t> bytes_of_tenant GUARDED_BY(mutex);
+  std::vector<Waiting> waiting GUARDED_BY(mutex);
   Total total GUARDED_BY(mutex);
   std::uint64_t freed_bytes GUARDED_BY(mutex) = 0;  ///< Since the last malloc_trim().
   std::vector<std::function<bool()>> reclaimers GUARDED_BY(mutex);
@@ -72,6 +84,13 @@ struct MemoryGate::Room {
       to = comes ? to + bytes : to - bytes;
     };
     add(total.all, what.use.bytes);
+    if (!what.use.tenant.empty()) {
+      std::uint64_t& of_tenant = bytes_of_tenant[what.use.tenant];
+      add(of_tenant, what.use.bytes);
+      if (of_tenant == 0) {
+        bytes_of_tenant.erase(what.use.tenant);
+      }
+    }
     add(total.needed, what.kind == Kind::kNeeded ? what.use.bytes : 0);
     for (const auto& [key, bytes] : what.use.shared) {
       Name& name = names[key];
@@ -146,6 +165,26 @@ struct MemoryGate::Room {
   bool is_within(std::uint64_t bytes, std::uint64_t most) const {
     return bytes_max == 0 || bytes <= (most == 0 ? bytes_max : most);
   }
+  std::uint64_t held_by(const std::string& tenant) const REQUIRES(mutex) {
+    const auto found = bytes_of_tenant.find(tenant);
+    return found == bytes_of_tenant.end() ? 0 : found->second;
+  }
+  /// Returns the limit for a request that grows to `use`, from what it has.
+  std::uint64_t limit_of(const MemoryUse& had, const MemoryUse& use) const REQUIRES(mutex) {
+    return use.tenant.empty() ? bytes_max
+                              : limit_of_all(held_by(use.tenant) - had.bytes + use.bytes);
+  }
+  /// Returns the limit for a tenant that then holds so much.
+  std::uint64_t limit_of_all(std::uint64_t bytes) const {
+    return bytes_max + (bytes <= bytes_max / kLittleShare ? bytes_max / kExtraShare : 0);
+  }
+  /// Whether a tenant that holds less than `tenant` waits.
+  bool has_before(const std::string& tenant) const REQUIRES(mutex) {
+    return std::any_of(waiting.begin(), waiting.end(),
+                       [&](const Waiting& each) TESSERA_TS(no_thread_safety_analysis) {
+                         return each.tenant != tenant && held_by(each.tenant) < held_by(tenant);
+                       });
+  }
   /// Returns freed memory to the system before more is allocated.
   void trim() {
     {
@@ -166,19 +205,27 @@ struct MemoryGate::Room {
     }
     return std::any_of(each.begin(), each.end(), [](const auto& drop_one) { return drop_one(); });
   }
-  bool try_set(std::uint64_t id, const MemoryUse& use, std::uint64_t most) {
+  Fit try_set(std::uint64_t id, const MemoryUse& use, std::uint64_t most) {
     trim();
-    do {
-      const core::MutexLock lock(mutex);
-      if (is_within(total_with(id, use).all, most)) {
-        set(id, Held{.use = use});
-        return true;
-      }
-      if (!is_within(total_with(id, use).needed, most)) {
-        return false;  // Nothing idle is dropped in vain.
-      }
-    } while (reclaim());
-    return false;
+    const core::MutexLock lock(mutex);
+    const std::uint64_t limit = most == 0 ? limit_of(held.at(id).use, use) : most;
+    const bool is_little = limit > bytes_max;
+    if (!use.tenant.empty() && !is_little && has_before(use.tenant)) {
+      return Fit::kNo;
+    }
+    const Total with = total_with(id, use);
+    if (is_within(with.all, limit)) {
+      set(id, Held{.use = use});
+      return Fit::kYes;
+    }
+    return is_within(with.needed, limit) ? Fit::kWithoutIdle : Fit::kNo;
+  }
+  bool set_or_reclaim(std::uint64_t id, const MemoryUse& use) {
+    Fit fit = try_set(id, use, 0);
+    while (fit == Fit::kWithoutIdle && reclaim()) {
+      fit = try_set(id, use, 0);
+    }
+    return fit == Fit::kYes;
   }
   Status wait_to_set(std::uint64_t id, const MemoryUse& use, std::string_view what,
                      std::chrono::milliseconds patience) {
@@ -189,9 +236,23 @@ struct MemoryGate::Room {
     if (auto fits = check(bytes, what); !fits) {
       return fits;
     }
-    const std::string needs = needs_text(bytes, what);
+    if (set_or_reclaim(id, use)) {
+      return core::ok_status();
+    }
+    if (!use.tenant.empty()) {
+      const core::MutexLock lock(mutex);
+      waiting.push_back({id, use.tenant});
+    }
+    const Status taken = wait_for_room(id, use, needs_text(bytes, what), patience);
+    const core::MutexLock lock(mutex);
+    std::erase_if(waiting, [id](const Waiting& each) { return each.id == id; });
+    freed.notify_all();
+    return taken;
+  }
+  Status wait_for_room(std::uint64_t id, const MemoryUse& use, const std::string& needs,
+                       std::chrono::milliseconds patience) {
     const auto deadline = Clock::now() + patience;
-    while (!try_set(id, use, 0)) {
+    while (!set_or_reclaim(id, use)) {
       const core::MutexLock lock(mutex);
       const auto left =
           std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
@@ -279,7 +340,7 @@ MemoryGate::Lease MemoryGate::note(MemoryUse use, Kind kind) {
   return {room_, id};
 }
 
-bool MemoryGate::try_change(Lease& lease, const MemoryUse& use, std::uint64_t most) {
+MemoryGate::Fit MemoryGate::try_change(Lease& lease, const MemoryUse& use, std::uint64_t most) {
   return lease.room_->try_set(lease.id_, use, most);
 }
 
@@ -292,6 +353,12 @@ void MemoryGate::change(Lease& lease, const MemoryUse& use) {
   const core::MutexLock lock(lease.room_->mutex);
   lease.room_->set(lease.id_, Room::Held{.use = use});
 }
+
+std::uint64_t MemoryGate::bytes_max_of_first(std::uint64_t bytes) const {
+  return room_->limit_of_all(bytes);
+}
+
+bool MemoryGate::drop_one_idle() { return room_->reclaim(); }
 
 void MemoryGate::add_reclaimer(std::function<bool()> drop_one) {
   const core::MutexLock lock(room_->mutex);

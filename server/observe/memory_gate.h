@@ -4,6 +4,10 @@
 /// requests, comparisons. A request that does not fit waits, or is refused with the figures. A
 /// shared object (a scene) has a name and counts once. Cached objects that are not in use are
 /// dropped when memory is short.
+///
+/// Tenants share the memory of requests. Freed memory goes first to the waiting tenant that holds
+/// least. A tenant whose requests hold at most 1/64 of the limit may exceed it, all such tenants
+/// together by 1/16: small requests do not wait for a tenant that holds everything.
 #pragma once
 
 #include <chrono>
@@ -25,6 +29,8 @@ struct MemoryUse {
   std::uint64_t bytes = 0;
   /// Bytes by name; holders of the same name share the memory.
   std::map<std::string, std::uint64_t> shared = {};
+  /// The tenant whose request uses it; empty: the server itself, which no share binds.
+  std::string tenant = {};
 };
 
 class MemoryGate {
@@ -77,9 +83,16 @@ class MemoryGate {
   enum class Kind : std::uint8_t { kNeeded, kIdle };
   Lease note(MemoryUse use, Kind kind);
 
-  /// Changes the lease to this use if everything then fits into `most` (0: the gate's limit) once
-  /// idle memory is dropped.
-  bool try_change(Lease& lease, const MemoryUse& use, std::uint64_t most = 0);
+  enum class Fit : std::uint8_t {
+    kYes,
+    kWithoutIdle,  ///< Not before idle memory is dropped.
+    kNo,
+  };
+  /// Changes the lease to this use if everything then fits into `most` (0: the gate's limit).
+  Fit try_change(Lease& lease, const MemoryUse& use, std::uint64_t most = 0);
+  /// Drops one idle object; returns false if there is none. Not to be called with a lock that a
+  /// reclaimer takes.
+  bool drop_one_idle();
   /// Returns whether try_change() would succeed once all idle memory is dropped.
   bool has_room(const Lease& lease, const MemoryUse& use, std::uint64_t most = 0) const;
   /// Changes the lease, beyond the limit if necessary.
@@ -91,6 +104,8 @@ class MemoryGate {
   void add_reclaimer(std::function<bool()> drop_one);
 
   std::uint64_t bytes_max() const { return bytes_max_; }
+  /// Returns the limit for the first use of a tenant that holds nothing.
+  std::uint64_t bytes_max_of_first(std::uint64_t bytes) const;
   std::uint64_t used_bytes() const;
 
  private:

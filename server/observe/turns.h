@@ -1,4 +1,5 @@
-/// Turns: places for requests that need much memory or computing, shared by tenants.
+/// Turns: places for requests that need much memory or computing, shared by tenants: dry runs,
+/// uploads of scenes, denoising, comparisons, merges.
 ///
 /// A tenant without a place is not kept waiting by those that hold all of them: it gets a further
 /// one, up to twice as many in all. The tenant with fewest places comes first, then the oldest

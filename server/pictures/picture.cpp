@@ -279,7 +279,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (const core::Status fits = memory_.check(bytes + film.bytes(), "the image"); !fits) {
     return fits.error();
   }
-  auto lease = memory_.take(bytes, "the image", patience);
+  auto lease = memory_.take({.bytes = bytes, .tenant = picture.tenant}, "the image", patience);
   if (!lease) {
     return lease.error();
   }

@@ -28,6 +28,7 @@ struct Picture {
   std::shared_ptr<const core::DenoisedPicture> denoised = nullptr;  ///< null: the plain picture
   std::optional<api::DenoisedView> denoised_view = std::nullopt;    ///< of `denoised`
   std::shared_ptr<const core::Scene> scene = nullptr;  ///< for the names of mattes; null: no names
+  std::string tenant = {};                             ///< that asks for it
 };
 
 struct EncodedPicture {

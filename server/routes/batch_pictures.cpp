@@ -89,6 +89,7 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
   }
   const api::JobView view = jobs_.view(*job);
   Picture wanted{.format = format, .query = look, .view = view, .rect = (*film)->crop()};
+  wanted.tenant = job->tenant();
   if (wants_names(format, view.spec.render.film)) {
     const auto scene = jobs_.scene_view(*job);
     wanted.scene = scene ? scene->scene : nullptr;
@@ -163,7 +164,9 @@ core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jo
   const std::size_t count =
       static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3;
   const auto lease = memory_.take(
-      count * sizeof(float) + core::encoding_bytes(sheet.width, sheet.height, 3, png), "the sheet");
+      {.bytes = count * sizeof(float) + core::encoding_bytes(sheet.width, sheet.height, 3, png),
+       .tenant = jobs.empty() ? std::string() : jobs.front()->tenant()},
+      "the sheet");
   if (!lease) {
     return lease.error();
   }

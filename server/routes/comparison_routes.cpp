@@ -226,7 +226,7 @@ Response create(const RouteContext& context, Turns& turns, Request& request) {
   if (!held) {
     return error_answer(request, held.error());
   }
-  auto lease = context.memory.take(0, "the comparison");
+  auto lease = context.memory.take({.tenant = request.access.tenant}, "the comparison");
   if (!lease) {
     return error_answer(request, lease.error());
   }

@@ -221,7 +221,8 @@ core::Result<MemoryGate::Lease> take_room(const RouteContext& context,
   }
   // An uploaded film is in memory as a file too while it is read; the merged film is at most as
   // large as all of them.
-  auto lease = context.memory.take(3 * bytes, "merging the films");
+  auto lease =
+      context.memory.take({.bytes = 3 * bytes, .tenant = access.tenant}, "merging the films");
   if (!lease) {
     return placed(lease.error(), lease.error().code == ErrorCode::kTooLarge ? "/films" : "");
   }

@@ -194,7 +194,8 @@ class PictureStream {
                           .rect = query_.rect.value_or((*film)->crop()),
                           .denoised = planes_of(denoised),
                           .denoised_view = view_of(denoised, view),
-                          .scene = scene_for_names(jobs_, *job_, format_)};
+                          .scene = scene_for_names(jobs_, *job_, format_),
+                          .tenant = job_->tenant()};
     // Only the last image waits for memory; others are retried in the next pass.
     const auto encoded = maker_.make(
         **film, picture, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
@@ -304,7 +305,8 @@ Response image(const RouteContext& context, Request& request) {
                         .rect = query->rect.value_or(crop),
                         .denoised = planes_of(denoised),
                         .denoised_view = view_of(denoised, view),
-                        .scene = scene_for_names(context.jobs, job, *format)};
+                        .scene = scene_for_names(context.jobs, job, *format),
+                        .tenant = request.access.tenant};
   if (const auto refused = refused_part(picture.rect, crop)) {
     return error_answer(request, *refused);
   }

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <shared_mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "api/errors.h"
@@ -31,7 +32,8 @@ constexpr std::size_t kMissingShown = 1000;
 core::Result<SceneService::Upload> read_body(const RouteContext& context, const Request& request) {
   constexpr std::uint64_t kFirst = std::uint64_t{64} << 10U;
   const auto declared = request.body_reader->declared_bytes();
-  auto lease = context.memory.take(declared.value_or(kFirst), "the upload");
+  auto lease = context.memory.take(
+      {.bytes = declared.value_or(kFirst), .tenant = request.access.tenant}, "the upload");
   if (!lease) {
     return lease.error();
   }
@@ -89,10 +91,14 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   return response;
 }
 
-/// Checks the first two bytes of every record of a zip archive (APPNOTE.TXT, 4.3).
-bool begins_like_zip(const core::Bytes& content) {
-  return content.size() >= 2 && std::memcmp(content.data(), "PK", 2) == 0;
+bool begins_with(const core::Bytes& content, std::string_view text) {
+  return content.size() >= text.size() &&
+         std::memcmp(content.data(), text.data(), text.size()) == 0;
 }
+/// Of every record of a zip archive (APPNOTE.TXT, 4.3), and of a GLB (glTF 2.0, 4.4.2). No JSON
+/// begins so.
+constexpr std::string_view kZipMark = "PK";
+constexpr std::string_view kGlbMark = "glTF";
 
 Response create(const RouteContext& context, Request& request) {
   const auto query = api::parse_scene_upload_query(request.query_params);
@@ -106,8 +112,8 @@ Response create(const RouteContext& context, Request& request) {
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
-  const bool is_any = type == "application/octet-stream";  // distinguished by its first bytes
-  if (!is_scene && !is_zip && !is_any && type != "application/json") {
+  const bool is_json = type == "application/json";
+  if (!is_scene && !is_zip && !is_json && type != "application/octet-stream") {
     return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "\"" + type +
                             "\" is not one of model/gltf-binary, model/gltf+json, "
@@ -118,10 +124,12 @@ Response create(const RouteContext& context, Request& request) {
     return error_answer(request, upload.error());
   }
   const core::Bytes& content = upload->content;
-  if (is_zip || (is_any && begins_like_zip(content))) {
+  // The first bytes decide: of several types, generated clients choose the one of JSON for any
+  // file.
+  if (is_zip || begins_with(content, kZipMark)) {
     return added_answer(request, context.scenes.add_zip(*std::move(upload), origin));
   }
-  if (is_scene || is_any) {
+  if (!is_json || begins_with(content, kGlbMark)) {
     return added_answer(request, context.scenes.add_file(*std::move(upload), origin));
   }
   const auto parsed = api::parse_scene_from_assets(

@@ -246,7 +246,7 @@ core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const Sce
 
 core::Result<SceneService::Added> SceneService::add_from_assets(const api::SceneFromAssets& request,
                                                                 const SceneOrigin& origin) {
-  auto lease = memory_.take(0, "the scene");
+  auto lease = memory_.take({.tenant = origin.access.tenant}, "the scene");
   if (!lease) {
     return lease.error();
   }

@@ -1,9 +1,14 @@
 #include "server/store/comparison_store.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <deque>
 #include <filesystem>
+#include <map>
 #include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <fcntl.h>
@@ -27,6 +32,60 @@ Status write_whole(const std::string& path, std::string_view content) {
   }
   return sync_file(fd->get(), path);
 }
+
+/// The stored comparisons of each tenant.
+class Kept {
+ public:
+  /// Pre: called with the oldest first.
+  void add(std::string id, std::int64_t bytes, const std::string& tenant) {
+    Owned& owned = of_tenant_[tenant];
+    owned.oldest_first.push_back({std::move(id), bytes, ++last_});
+    owned.bytes += bytes;
+    bytes_ += bytes;
+    ++count_;
+  }
+  std::int64_t count() const { return count_; }
+  std::int64_t bytes() const { return bytes_; }
+
+  /// Takes the oldest of the tenant with the most bytes among those that have several; if all have
+  /// one, the oldest. Pre: count() > 0.
+  std::string take_oldest_of_largest() {
+    const auto size = [](const auto& item) {
+      const Owned& owned = item.second;
+      const bool has_several = owned.oldest_first.size() > 1;
+      return std::tuple(has_several, has_several ? owned.bytes : 0,
+                        -owned.oldest_first.front().number);
+    };
+    const auto largest =
+        std::max_element(of_tenant_.begin(), of_tenant_.end(),
+                         [&](const auto& a, const auto& b) { return size(a) < size(b); });
+    Owned& owned = largest->second;
+    Item oldest = std::move(owned.oldest_first.front());
+    owned.oldest_first.pop_front();
+    owned.bytes -= oldest.bytes;
+    bytes_ -= oldest.bytes;
+    --count_;
+    if (owned.oldest_first.empty()) {
+      of_tenant_.erase(largest);
+    }
+    return oldest.id;
+  }
+
+ private:
+  struct Item {
+    std::string id;
+    std::int64_t bytes = 0;
+    std::int64_t number = 0;  ///< In the order of their age.
+  };
+  struct Owned {
+    std::deque<Item> oldest_first;
+    std::int64_t bytes = 0;
+  };
+  std::map<std::string, Owned> of_tenant_;
+  std::int64_t bytes_ = 0;
+  std::int64_t count_ = 0;
+  std::int64_t last_ = 0;
+};
 
 /// Returns whether the file is a PNG whose chunks all match their checksums. Source: PNG, 3rd
 /// edition, 5.3: length, type, data, and the CRC-32 of type and data.
@@ -161,18 +220,16 @@ Status ComparisonStore::forget_oldest() {
   const Status forgotten = database_.transact([&](Database::Session& session) -> Status {
     {
       Statement select =
-          session.prepare("SELECT id, bytes FROM comparisons ORDER BY sequence DESC");
-      std::int64_t count = 0;
-      std::int64_t bytes = 0;
+          session.prepare("SELECT id, bytes, tenant FROM comparisons ORDER BY sequence");
+      Kept kept;
       while (select.step()) {
-        ++count;
-        bytes += select.integer(1);
-        if (count > limits_.count || (count > 1 && bytes > limits_.bytes)) {
-          old.push_back(select.text(0));
-        }
+        kept.add(select.text(0), select.integer(1), select.text(2));
       }
       if (auto status = select.status(); !status) {
         return status;
+      }
+      while (kept.count() > limits_.count || (kept.count() > 1 && kept.bytes() > limits_.bytes)) {
+        old.push_back(kept.take_oldest_of_largest());
       }
     }
     for (const std::string& id : old) {

@@ -1,6 +1,7 @@
 /// ComparisonStore: results of comparisons: figures in the database, maps as files.
 ///
-/// The oldest are removed when there are too many, or their maps take too much space.
+/// When there are too many, or their maps take too much space, the oldest of the tenant with the
+/// most space are removed.
 #pragma once
 
 #include <cstdint>

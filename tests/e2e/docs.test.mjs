@@ -1,7 +1,16 @@
-// The API reference at /docs lists the operations; requests can be tried, problems have anchors.
+// The API reference at /docs lists operations and schemas; requests can be tried, problems have
+// anchors.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { accessKey, desktop, launch, openPage, Server } from './harness.mjs';
+import {
+  accessibilityFaults,
+  accessKey,
+  desktop,
+  launch,
+  openPage,
+  phone,
+  Server,
+} from './harness.mjs';
 
 // The mock server has no reference.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
@@ -20,10 +29,10 @@ after(async () => {
   await server.stop();
 });
 
-async function withDocs(hash, use) {
-  const page = await openPage(browser, server, desktop, `docs${hash}`, async (opened) =>
+async function withDocs(hash, use, device = desktop) {
+  const page = await openPage(browser, server, device, `docs${hash}`, async (opened) =>
     opened.on('console', (message) => {
-      if (/Content Security Policy/.test(message.text())) opened.faults.push(message.text());
+      if (message.type() === 'error') opened.faults.push(message.text());
     }),
   );
   try {
@@ -36,18 +45,78 @@ async function withDocs(hash, use) {
 }
 
 test('a request can be tried with a key', { skip, timeout: 300_000 }, () =>
-  withDocs('', async (page) => {
-    await page.click('.btn.authorize');
-    const bearer = page.locator('.auth-container', { hasText: 'bearer' });
-    await bearer.locator('input').fill(key);
-    await bearer.locator('button[type=submit]').click();
-    await page.click('.btn-done');
+  withDocs('#/Service/getServer', async (page) => {
+    await page.fill('#key', key);
     const operation = page.locator('#operations-Service-getServer');
-    await operation.locator('.opblock-summary-control').click();
-    await operation.locator('button.execute').click();
-    const answer = operation.locator('.live-responses-table');
-    await answer.locator('.response-col_status:has-text("200")').waitFor();
-    assert.match(await answer.textContent(), /"version"/);
+    await operation.locator('.send').click();
+    await operation.locator('[role=status]:has-text("200")').waitFor();
+    await operation.locator('pre:has-text(\'"version"\')').waitFor();
+  }),
+);
+
+test('a job can be submitted and its image shown', { skip, timeout: 300_000 }, () =>
+  withDocs('#operations-Jobs-createJob', async (page) => {
+    await page.fill('#key', key);
+    const create = page.locator('#operations-Jobs-createJob');
+    const body = { scene: 'cornell-box', film: { width: 32, height: 32 } };
+    await create.locator('textarea').fill(JSON.stringify(body));
+    await create.locator('.field:has(label:has-text("Prefer")) input').fill('wait=25');
+    await create.locator('.send').click();
+    const answer = create.locator('pre[aria-label="Body of the response"]');
+    await create.locator('pre:has-text(\'"finished"\')').waitFor();
+    const { id } = JSON.parse(await answer.textContent());
+    const look = page.locator('#operations-Results-getImageInFormat');
+    await look.locator('summary').first().click();
+    await look.locator('.field:has(label > code:text-is("id")) input').fill(id);
+    await look.locator('.field:has(label > code:text-is("format")) select').selectOption('png');
+    await look.locator('.send').click();
+    await page.waitForFunction(() => document.querySelector('.answer img')?.naturalWidth === 32);
+  }),
+);
+
+for (const [name, device] of Object.entries({ dark: desktop, light: phone }))
+  test(`the reference is accessible, ${name}`, { skip, timeout: 300_000 }, () =>
+    withDocs(
+      '#/Results/getImage',
+      async (page) => {
+        await page.fill('#key', key);
+        const opened = [
+          'operations-Jobs-createJob',
+          'operations-Keys-createKey',
+          'schema-JobRequestFilm',
+        ];
+        for (const id of opened) await page.locator(`#${id} > summary`).click();
+        const operation = page.locator('#operations-Service-getServer');
+        await operation.locator('summary').click();
+        await operation.locator('.send').click();
+        await operation.locator('pre').first().waitFor();
+        assert.deepEqual(await accessibilityFaults(page), []);
+        const shade = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+        assert.equal(/\d+/.exec(shade)[0] < 128, name === 'dark', shade);
+        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+      },
+      device,
+    ),
+  );
+
+test(
+  'the theme chosen on the page holds in the reference',
+  { skip, timeout: 300_000 },
+  async () => {
+    const page = await openPage(browser, server, desktop, 'docs');
+    await page.evaluate(() => localStorage.setItem('tessera.theme', '"light"'));
+    await page.reload();
+    await page.waitForSelector('html[data-theme=light] .opblock');
+    await page.context().close();
+  },
+);
+
+test('a type leads to its schema', { skip, timeout: 300_000 }, () =>
+  withDocs('#operations-Jobs-createJob', async (page) => {
+    await page.locator('#operations-Jobs-createJob a:text-is("JobRequest")').first().click();
+    await page.locator('#schema-JobRequest[open] dt code:text-is("scene")').waitFor();
+    await page.locator('#schema-JobRequest a:text-is("JobRequestFilm")').click();
+    await page.locator('#schema-JobRequestFilm[open] dt code:text-is("width")').waitFor();
   }),
 );
 
@@ -63,38 +132,16 @@ test('every operation of the document is listed', { skip, timeout: 300_000 }, ()
   }),
 );
 
-test('code that scrolls can be reached by keyboard', { skip, timeout: 300_000 }, () =>
-  withDocs('', async (page) => {
-    await page.setViewportSize({ width: 600, height: 800 });
-    const operation = page.locator('#operations-Jobs-createJob');
-    await operation.locator('.opblock-summary-control').click();
-    await operation.locator('pre').first().waitFor();
-    const unreached = () =>
-      page
-        .locator('#reference pre')
-        .evaluateAll((all) =>
-          all
-            .filter((e) => e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 1)
-            .map((e) => e.closest('[tabindex="0"]') !== null),
-        );
-    await page.waitForFunction(() => document.querySelector('#reference [tabindex="0"].microlight, #reference pre[tabindex="0"]'));
-    assert.ok(!(await unreached()).includes(false));
-  }),
-);
-
 test('the type of a problem links to its description', { skip, timeout: 300_000 }, async () => {
   const { type, title } = await (
     await fetch(`${server.url}/v1/jobs/nothing`, { headers: { authorization: `Bearer ${key}` } })
   ).json();
   await withDocs(new URL(type, server.url).hash, async (page) => {
     const row = page.locator(new URL(type, server.url).hash);
-    await page.waitForFunction(
-      (id) => {
-        const { top, bottom } = document.getElementById(id).getBoundingClientRect();
-        return top >= 0 && bottom <= innerHeight;
-      },
-      new URL(type, server.url).hash.slice(1),
-    );
+    await page.waitForFunction((id) => {
+      const { top, bottom } = document.getElementById(id).getBoundingClientRect();
+      return top >= 0 && bottom <= innerHeight;
+    }, new URL(type, server.url).hash.slice(1));
     assert.ok((await row.textContent()).includes(title));
   });
 });

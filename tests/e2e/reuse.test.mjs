@@ -178,7 +178,7 @@ const post = async (body) => {
 
 /** The schemas of all members that have no members themselves, by path. */
 function leavesOf(schema, schemas, path = '', out = new Map()) {
-  const name = schema.$ref?.split('/').at(-1);
+  const name = (schema.anyOf?.[0] ?? schema).$ref?.split('/').at(-1);
   const { properties, ...leaf } = name ? schemas[name] : schema;
   for (const [key, inner] of Object.entries(properties ?? {}))
     leavesOf(inner, schemas, `${path}/${key}`, out);

@@ -3,6 +3,7 @@ set(API_TEST_SOURCES
   errors_test.cpp
   events_test.cpp
   film_view_test.cpp
+  generated_clients_test.cpp
   job_refusals_test.cpp
   job_spec_property_test.cpp
   job_spec_test.cpp

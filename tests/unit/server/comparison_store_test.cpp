@@ -74,6 +74,19 @@ TEST_F(Comparisons, RemovesTheOldestBeyondTheMaximumBytesButKeepsTheNewest) {
   EXPECT_TRUE(comparisons.find(id(4), Access::of("me")));
 }
 
+TEST_F(Comparisons, OfATenantThatMakesManyReplaceNoOthers) {
+  ComparisonStore comparisons = store({.count = 3, .bytes = 10});
+  ComparisonStore::Row of_another = row(1, "{}");
+  of_another.tenant = "a";
+  ASSERT_TRUE(comparisons.insert(of_another, {{"z.png", "z"}}));
+  for (int i = 2; i <= 5; ++i) {
+    ASSERT_TRUE(comparisons.insert(row(i, "{}"), {{"z.png", "123"}}));
+  }
+  for (int i = 1; i <= 5; ++i) {
+    EXPECT_EQ(has_maps(i), i == 1 || i > 3) << i;
+  }
+}
+
 TEST_F(Comparisons, ReportsAndDropsComparisonsThatCannotBeWritten) {
   ComparisonStore comparisons = store({});
   std::filesystem::remove_all(data->comparisons_path());

@@ -306,6 +306,36 @@ TEST_F(JobBookMemory, ReservesAnEighthForRequestsAndHalfOfItForPreviews) {
   EXPECT_FALSE(admit(book));
 }
 
+TEST_F(JobBookMemory, FirstJobOfATenantMayUseTheMemoryOfPreviews) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  ASSERT_TRUE(start(book, 1, kNormal, memory(1400), "b"));
+  EXPECT_FALSE(start(book, 2, kNormal, memory(1), "b"));
+  EXPECT_TRUE(start(book, 3, kNormal, memory(100), "a"));  // It comes before the second of b.
+  EXPECT_FALSE(start(book, 4, kNormal, memory(1), "a"));
+}
+
+TEST_F(JobBookMemory, SmallFirstJobOfATenantDoesNotWaitForRequestsThatHoldEverything) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  const auto request = gate().take({.bytes = kMost, .tenant = "b"}, "an image");
+  ASSERT_TRUE(request);
+  EXPECT_FALSE(start(book, 1, kNormal, memory(26), "c"));
+  book.dequeue(job(1));
+  EXPECT_TRUE(start(book, 2, kNormal, memory(25), "a"));  // 1/64 of the memory.
+}
+
+TEST_F(JobBookMemory, ReclaimersMayUseTheBook) {
+  JobBook& book = make_book(BookLimits{}, kMost);
+  std::optional<server::MemoryGate::Lease> cached =
+      gate().note({.bytes = 1500}, server::MemoryGate::Kind::kIdle);
+  gate().add_reclaimer([&] {
+    EXPECT_FALSE(book.forget_oldest_preview());  // There is none.
+    const bool any = cached.has_value();
+    cached.reset();
+    return any;
+  });
+  EXPECT_TRUE(start(book, 1, kNormal, memory(1000)));
+}
+
 TEST_F(JobBookMemory, CountsSharedMemoryOfJobsOnce) {
   JobBook& book = make_book(BookLimits{}, kMost);
   wait(book, 1, kNormal, memory(50, "hall", 1300));

@@ -186,10 +186,45 @@ TEST(MemoryGate, LeaseGrowsShrinksAndChanges) {
   EXPECT_EQ(gate.used_bytes(), 60U);
   lease->shrink_to(20);
   EXPECT_EQ(gate.used_bytes(), 20U);
-  EXPECT_FALSE(gate.try_change(*lease, {.bytes = 90}, 80));
-  EXPECT_TRUE(gate.try_change(*lease, {.bytes = 80}, 80));
+  EXPECT_EQ(gate.try_change(*lease, {.bytes = 90}, 80), MemoryGate::Fit::kNo);
+  EXPECT_EQ(gate.try_change(*lease, {.bytes = 80}, 80), MemoryGate::Fit::kYes);
   MemoryGate::change(*lease, {.bytes = 200});
   EXPECT_EQ(gate.used_bytes(), 200U);
+}
+
+TEST(MemoryGate, SmallRequestsDoNotWaitForATenantThatHoldsEverything) {
+  MemoryGate gate(6400);
+  const auto take = [&gate](std::uint64_t bytes, const char* tenant) {
+    return gate.take({.bytes = bytes, .tenant = tenant}, "a", milliseconds(0));
+  };
+  const auto all = take(6400, "b");
+  ASSERT_TRUE(all);
+  EXPECT_FALSE(take(1, "b"));    // It holds much.
+  EXPECT_FALSE(take(101, "a"));  // Beyond 1/64 of the limit.
+  std::vector<core::Result<MemoryGate::Lease>> small;
+  for (const char* tenant : {"c", "d", "e", "f"}) {
+    ASSERT_TRUE(small.emplace_back(take(100, tenant)));
+    EXPECT_FALSE(take(1, tenant));
+  }
+  EXPECT_FALSE(take(1, "g"));  // Beyond 1/16 together.
+}
+
+TEST(MemoryGate, FreedMemoryGoesToTheWaitingTenantThatHoldsLeast) {
+  MemoryGate gate(100);
+  auto first = gate.take({.bytes = 60, .tenant = "b"}, "a");
+  auto second = gate.take({.bytes = 40, .tenant = "b"}, "a");
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(second);
+  core::Result<MemoryGate::Lease> waited = core::Error{core::ErrorCode::kUnavailable, "", ""};
+  std::jthread other(
+      [&] { waited = gate.take({.bytes = 50, .tenant = "a"}, "a", std::chrono::seconds(60)); });
+  std::this_thread::sleep_for(milliseconds(200));  // Until it waits.
+  *second = {};
+  EXPECT_FALSE(gate.take({.bytes = 30, .tenant = "b"}, "a", milliseconds(0)));
+  *first = {};
+  other.join();
+  EXPECT_TRUE(waited);
+  EXPECT_TRUE(gate.take({.bytes = 30, .tenant = "b"}, "a", milliseconds(0)));
 }
 
 TEST(MemoryGate, LeaseMayOutliveIt) {

@@ -22,6 +22,7 @@ set(SERVER_TEST_SOURCES
   single_flight_cache_test.cpp
   storage_quota_test.cpp
   store_test.cpp
+  tickets_test.cpp
   tile_stream_test.cpp
   turns_test.cpp
   webhook_test.cpp

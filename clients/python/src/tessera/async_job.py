@@ -165,9 +165,9 @@ class AsyncJob(JobData):
         """Returns the current readings of the job's meter."""
         return Meter.of(await self._client.ask(Call("GET", self.path + "/meter")))
 
-    async def objects(self) -> models.Objects:
+    async def objects(self) -> models.SceneObjects:
         """Returns the meaning of the layers' ids (glTF paths, names, boxes) and the camera."""
-        data: models.Objects = await self._client.ask(Call("GET", self.path + "/objects"))
+        data: models.SceneObjects = await self._client.ask(Call("GET", self.path + "/objects"))
         return data
 
     # Changes.

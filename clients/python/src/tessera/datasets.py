@@ -82,7 +82,7 @@ class Segment:
         return int(self.mask.sum())
 
 
-def segments(ids: npt.ArrayLike, objects: models.Objects) -> list[Segment]:
+def segments(ids: npt.ArrayLike, objects: models.SceneObjects) -> list[Segment]:
     """Returns the visible instances. ids: the layer instance. objects: of Job.objects()."""
     instances = {each["id"]: each for each in objects["instances"]}
     names = {each["id"]: each["name"] for each in objects["objects"]}
@@ -134,7 +134,7 @@ class CocoFolder:
             (self.folder / name).mkdir(parents=True, exist_ok=True)
 
     def add(
-        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.Objects
+        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.SceneObjects
     ) -> list[Segment]:
         """Adds an image and returns its segments.
 

@@ -164,9 +164,9 @@ class Job(JobData):
         """Returns the current readings of the job's meter."""
         return Meter.of(self._client.ask(Call("GET", self.path + "/meter")))
 
-    def objects(self) -> models.Objects:
+    def objects(self) -> models.SceneObjects:
         """Returns the meaning of the layers' ids (glTF paths, names, boxes) and the camera."""
-        data: models.Objects = self._client.ask(Call("GET", self.path + "/objects"))
+        data: models.SceneObjects = self._client.ask(Call("GET", self.path + "/objects"))
         return data
 
     # Changes.

@@ -441,18 +441,6 @@ class JobSpecMedium(TypedDict):
     height_falloff: float
 
 
-class JobSpecEnvironmentSun(TypedDict):
-    """Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
-    ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
-    Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
-    +x.
-    """
-
-    latitude: float
-    longitude: float
-    time: str
-
-
 class JobSpecEnvironment(TypedDict):
     """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
     scene's own, if it has one; otherwise white, unless the scene has a punctual light or an
@@ -461,7 +449,7 @@ class JobSpecEnvironment(TypedDict):
 
     asset: str | None
     preset: NotRequired[str]
-    sun: NotRequired[JobSpecEnvironmentSun | None]
+    sun: NotRequired[JobRequestEnvironmentSun | None]
     color: list[float]
     intensity: float
     rotation_degrees: float
@@ -496,15 +484,6 @@ class JobSpecGround(TypedDict):
     shadow: NotRequired[JobSpecGroundShadow]
 
 
-class JobSpecFilmCrop(TypedDict):
-    """Part of the film to render; null: all of it."""
-
-    x: int
-    y: int
-    width: int
-    height: int
-
-
 class JobSpecFilmFilter(TypedDict):
     """Reconstruction filter."""
 
@@ -517,7 +496,7 @@ class JobSpecFilm(TypedDict):
 
     width: int
     height: int
-    crop: JobSpecFilmCrop | None
+    crop: JobRequestFilmCrop | None
     filter: JobSpecFilmFilter
     layers: list[str]
 
@@ -601,32 +580,13 @@ class JobSpecAdaptive(TypedDict):
     dilation: NotRequired[int]
 
 
-class JobSpecMeterPoints(TypedDict):
-    """A point with its normal."""
-
-    position: list[float]
-    normal: list[float]
-
-
-class JobSpecMeterPlane(TypedDict):
-    """Points at the centres of the cells of a rectangle, row by row; they follow the single
-    points.
-    """
-
-    origin: list[float]
-    edge_u: list[float]
-    edge_v: list[float]
-    columns: int
-    rows: int
-
-
 class JobSpecMeter(TypedDict):
     """Points at which irradiance is measured in addition to the image, by path tracing with 16
     paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.
     """
 
-    points: list[JobSpecMeterPoints]
-    plane: JobSpecMeterPlane | None
+    points: list[JobRequestMeterPoints]
+    plane: JobRequestMeterPlane | None
 
 
 class JobSpecStop(TypedDict):
@@ -1080,14 +1040,6 @@ class Meter(TypedDict):
     points: list[MeterReading]
 
 
-class ComparisonBias(TypedDict):
-    """Mean of a - b; its interval is null if the error of a side is unknown."""
-
-    value: float | None
-    low: float | None
-    high: float | None
-
-
 class ComparisonZ(TypedDict):
     """Statistics of (a-b) / standard error."""
 
@@ -1114,16 +1066,9 @@ class Comparison(TypedDict):
     mse: float | None
     relmse: float | None
     flip: float | None
-    bias: ComparisonBias
+    bias: ConvergenceSlope
     z: ComparisonZ
     links: ComparisonLinks
-
-
-class SceneObjectBounds(TypedDict):
-    """Bounding box in world space, metres; null: not in this view."""
-
-    min: list[float]
-    max: list[float]
 
 
 class SceneObjectVisible(TypedDict):
@@ -1155,37 +1100,9 @@ class SceneObject(TypedDict):
     name: str
     first_instance: int
     instances: int
-    bounds: SceneObjectBounds | None
+    bounds: SceneBounds | None
     visible: SceneObjectVisible | None
     amodal: SceneObjectAmodal | None
-
-
-class ObjectInstanceBounds(TypedDict):
-    """Bounding box in world space, metres; null: not in this view."""
-
-    min: list[float]
-    max: list[float]
-
-
-class ObjectInstanceVisible(TypedDict):
-    """Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job
-    did not record ids.
-    """
-
-    x: float
-    y: float
-    width: float
-    height: float
-    pixels: int
-
-
-class ObjectInstanceAmodal(TypedDict):
-    """Bounding box of its part within the film, hidden or not, in pixels; null: nothing."""
-
-    x: float
-    y: float
-    width: float
-    height: float
 
 
 class ObjectInstance(TypedDict):
@@ -1193,9 +1110,9 @@ class ObjectInstance(TypedDict):
 
     id: int
     object: int
-    bounds: ObjectInstanceBounds | None
-    visible: ObjectInstanceVisible | None
-    amodal: ObjectInstanceAmodal | None
+    bounds: SceneBounds | None
+    visible: SceneObjectVisible | None
+    amodal: SceneObjectAmodal | None
 
 
 class Label(TypedDict):
@@ -1206,7 +1123,7 @@ class Label(TypedDict):
     name: str
 
 
-class ObjectsCamera(TypedDict):
+class SceneObjectsCamera(TypedDict):
     """The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is
     seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx
     + fx x, cy + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y,
@@ -1225,272 +1142,17 @@ class ObjectsCamera(TypedDict):
     to_world: list[float | None]
 
 
-class Objects(TypedDict):
+class SceneObjects(TypedDict):
     """Meaning of the ids in an image's layers. They follow from the file alone: all views,
     variants and times of a scene have the same ids.
     """
 
-    camera: ObjectsCamera
+    camera: SceneObjectsCamera
     has_ids: bool
     objects: list[SceneObject]
     instances: list[ObjectInstance]
     materials: list[Label]
     primitives: list[Label]
-
-
-class JobDefaultsCameraOrbit(TypedDict):
-    """Position on a sphere around the target, instead of position and target."""
-
-    theta_degrees: float
-    phi_degrees: float
-    radius: str | float
-    target: str | list[float]
-
-
-class JobDefaultsCamera(TypedDict):
-    """Null members keep the value of the file's camera, selected by name or index, otherwise the
-    first.
-    """
-
-    name: str | None
-    index: int | None
-    position: list[float] | None
-    target: list[float] | None
-    up: list[float] | None
-    orbit: NotRequired[JobDefaultsCameraOrbit | None]
-    type: NotRequired[str]
-    orthographic_height: NotRequired[float | None]
-    vertical_fov_degrees: float | None
-    aperture_radius: float | None
-    focus_distance: float | None
-
-
-class JobDefaultsMedium(TypedDict):
-    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
-    solids. null: none.
-    """
-
-    type: str
-    scattering: list[float]
-    absorption: list[float]
-    g: float
-    height_falloff: float
-
-
-class JobDefaultsEnvironmentSun(TypedDict):
-    """Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
-    ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
-    Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
-    +x.
-    """
-
-    latitude: float
-    longitude: float
-    time: str
-
-
-class JobDefaultsEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
-    scene's own, if it has one; otherwise white, unless the scene has a punctual light or an
-    emissive strength above 1.
-    """
-
-    asset: str | None
-    preset: NotRequired[str]
-    sun: NotRequired[JobDefaultsEnvironmentSun | None]
-    color: list[float]
-    intensity: float
-    rotation_degrees: float
-    visible: bool
-
-
-class JobDefaultsBackground(TypedDict):
-    """What the camera sees behind the scene; mirrors, and glass unless through_glass is true,
-    show the environment.
-    """
-
-    type: str
-    color: NotRequired[list[float]]
-    through_glass: NotRequired[bool]
-
-
-class JobDefaultsGroundShadow(TypedDict):
-    """The shadow on a catcher."""
-
-    color: str
-    strength: float
-    softness: float
-
-
-class JobDefaultsGround(TypedDict):
-    """Horizontal ground added to the scene."""
-
-    type: str
-    height: NotRequired[float | None]
-    color: NotRequired[list[float]]
-    reflection: NotRequired[float]
-    shadow: NotRequired[JobDefaultsGroundShadow]
-
-
-class JobDefaultsFilmCrop(TypedDict):
-    """Part of the film to render; null: all of it."""
-
-    x: int
-    y: int
-    width: int
-    height: int
-
-
-class JobDefaultsFilmFilter(TypedDict):
-    """Reconstruction filter."""
-
-    type: str
-    radius: float
-
-
-class JobDefaultsFilm(TypedDict):
-    """Size, filter and recorded layers."""
-
-    width: int
-    height: int
-    crop: JobDefaultsFilmCrop | None
-    filter: JobDefaultsFilmFilter
-    layers: list[str]
-
-
-class JobDefaultsIntegrator(TypedDict):
-    """How light paths are traced."""
-
-    type: str
-    max_depth: int
-    photons: NotRequired[int]
-    radius_m: NotRequired[float]
-    alpha: NotRequired[float]
-    final_gather: NotRequired[int]
-    tolerance: NotRequired[float]
-    rays: NotRequired[int]
-    records: NotRequired[int]
-
-
-class JobDefaultsEstimatorMis(TypedDict):
-    """Weights of multiple importance sampling."""
-
-    type: str
-    exponent: NotRequired[float]
-
-
-class JobDefaultsEstimatorRoulette(TypedDict):
-    """Russian roulette."""
-
-    type: str
-    delta: NotRequired[float]
-
-
-class JobDefaultsEstimatorSplitting(TypedDict):
-    """Splitting of a path into several at its first surface."""
-
-    type: str
-    count: NotRequired[int]
-
-
-class JobDefaultsEstimatorControlVariate(TypedDict):
-    """Quantity that is subtracted from samples and added in closed form."""
-
-    type: str
-
-
-class JobDefaultsEstimator(TypedDict):
-    """How paths are sampled and combined."""
-
-    strategy: str
-    mis: JobDefaultsEstimatorMis
-    roulette: JobDefaultsEstimatorRoulette
-    splitting: JobDefaultsEstimatorSplitting
-    control_variate: JobDefaultsEstimatorControlVariate
-    expected_values: bool
-
-
-class JobDefaultsSampler(TypedDict):
-    """Sequence of sample points."""
-
-    type: str
-    replicates: int
-    first_replicate: NotRequired[int]
-
-
-class JobDefaultsLightSampler(TypedDict):
-    """How a light is selected."""
-
-    type: str
-    candidates: NotRequired[int]
-    block: NotRequired[int]
-    history: NotRequired[int]
-    candidates_per_pixel: NotRequired[int]
-
-
-class JobDefaultsAdaptive(TypedDict):
-    """Adaptive sampling."""
-
-    type: str
-    min_samples: NotRequired[int]
-    granularity: NotRequired[str]
-    dilation: NotRequired[int]
-
-
-class JobDefaultsMeterPoints(TypedDict):
-    """A point with its normal."""
-
-    position: list[float]
-    normal: list[float]
-
-
-class JobDefaultsMeterPlane(TypedDict):
-    """Points at the centres of the cells of a rectangle, row by row; they follow the single
-    points.
-    """
-
-    origin: list[float]
-    edge_u: list[float]
-    edge_v: list[float]
-    columns: int
-    rows: int
-
-
-class JobDefaultsMeter(TypedDict):
-    """Points at which irradiance is measured in addition to the image, by path tracing with 16
-    paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.
-    """
-
-    points: list[JobDefaultsMeterPoints]
-    plane: JobDefaultsMeterPlane | None
-
-
-class JobDefaultsStop(TypedDict):
-    """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
-
-    samples_per_pixel: NotRequired[int | None]
-    relative_error: NotRequired[float | None]
-    denoised_error: NotRequired[float | None]
-    confidence: NotRequired[float]
-    scope: NotRequired[str]
-    seconds: NotRequired[float | None]
-    cpu_seconds: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
-    deadline: NotRequired[str | None]
-
-
-class JobDefaultsDenoise(TypedDict):
-    """Denoised images, which are made on demand and are not part of the film."""
-
-    type: str
-    preview: bool
-
-
-class JobDefaultsWebhook(TypedDict):
-    """Webhook to notify."""
-
-    url: str
-    events: list[str]
 
 
 _JobDefaults = TypedDict("_JobDefaults", {"class": "str"})
@@ -1503,28 +1165,28 @@ class JobDefaults(_JobDefaults):
     labels: dict[str, str]
     priority: int
     seed: int
-    camera: JobDefaultsCamera
+    camera: JobSpecCamera
     variant: str | None
     time_seconds: float | None
     shutter_seconds: NotRequired[float]
     motion_seconds: NotRequired[float]
-    medium: JobDefaultsMedium | None
+    medium: JobSpecMedium | None
     preview_key: str | None
-    environment: NotRequired[JobDefaultsEnvironment | None]
-    background: NotRequired[JobDefaultsBackground]
-    ground: NotRequired[JobDefaultsGround]
-    film: JobDefaultsFilm
-    integrator: JobDefaultsIntegrator
-    estimator: JobDefaultsEstimator
-    sampler: JobDefaultsSampler
-    light_sampler: JobDefaultsLightSampler
-    adaptive: JobDefaultsAdaptive
-    meter: NotRequired[JobDefaultsMeter | None]
+    environment: NotRequired[JobSpecEnvironment | None]
+    background: NotRequired[JobSpecBackground]
+    ground: NotRequired[JobSpecGround]
+    film: JobSpecFilm
+    integrator: JobSpecIntegrator
+    estimator: JobSpecEstimator
+    sampler: JobSpecSampler
+    light_sampler: JobSpecLightSampler
+    adaptive: JobSpecAdaptive
+    meter: NotRequired[JobSpecMeter | None]
     units: str
     spectral: bool
-    stop: JobDefaultsStop
-    denoise: NotRequired[JobDefaultsDenoise]
-    webhook: NotRequired[JobDefaultsWebhook | None]
+    stop: JobSpecStop
+    denoise: NotRequired[JobSpecDenoise]
+    webhook: NotRequired[JobSpecWebhook | None]
     retention_seconds: NotRequired[float | None]
 
 
@@ -1704,7 +1366,7 @@ class Key(TypedDict):
     expires_at: str | None
 
 
-class NewKey(TypedDict):
+class IssuedKey(TypedDict):
     """A new key."""
 
     id: str
@@ -1859,20 +1521,13 @@ class WorkerTiles(TypedDict):
     tiles: list[WorkerTile]
 
 
-class BatchRequestWebhook(TypedDict):
-    """One call when all jobs have ended; `events` has no effect."""
-
-    url: str
-    events: NotRequired[list[Literal["state", "warning", "end"]]]
-
-
 class BatchRequest(TypedDict):
     """A template and a matrix of values that define jobs."""
 
     template: dict[str, Any]
     matrix: dict[str, list[Any]]
     name: NotRequired[str]
-    webhook: NotRequired[BatchRequestWebhook | None]
+    webhook: NotRequired[JobRequestWebhook | None]
 
 
 class BatchJob(TypedDict):
@@ -1918,25 +1573,6 @@ class Batch(TypedDict):
     jobs: list[BatchJob]
 
 
-class BatchSummaryProgress(TypedDict):
-    """Progress of all jobs together."""
-
-    fraction: float
-    cpu_seconds: float
-
-
-class BatchSummaryCounts(TypedDict):
-    """Jobs in each state."""
-
-    queued: int
-    loading: int
-    rendering: int
-    paused: int
-    failed: int
-    cancelled: int
-    finished: int
-
-
 class BatchSummary(TypedDict):
     """A batch without its jobs."""
 
@@ -1944,8 +1580,8 @@ class BatchSummary(TypedDict):
     name: str
     state: Literal["queued", "rendering", "paused", "failed", "cancelled", "finished"]
     created_at: str
-    progress: BatchSummaryProgress
-    counts: BatchSummaryCounts
+    progress: BatchProgress
+    counts: BatchCounts
     links: dict[str, str]
 
 

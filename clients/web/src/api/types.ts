@@ -3,6 +3,441 @@
  * Made by clients/generate.py from /openapi.json; not edited by hand.
  */
 
+/** Position on a sphere around the target, instead of position and target. */
+export interface JobRequestCameraOrbit {
+  /**
+   * Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). Default:
+   * 0.
+   */
+  theta_degrees?: number;
+  /** Angle from +y: 0 looks down from above, 90 is level. Default: 75. */
+  phi_degrees?: number;
+  /** Distance from the target, metres; 'auto': the whole scene is in view. Default: "auto". */
+  radius?: string | number;
+  /**
+   * Point that the camera looks at, metres; 'auto': the centre of the scene's box. Default: "auto".
+   */
+  target?: string | [number, number, number];
+}
+
+/**
+ * Null members keep the value of the file's camera, selected by name or index, otherwise the first.
+ */
+export interface JobRequestCamera {
+  /** Name of the file's camera. */
+  name?: string | null;
+  /** Index of the file's camera; excludes name. */
+  index?: number | null;
+  /**
+   * Camera position in world space, metres. Requires target; together they replace the file's pose.
+   */
+  position?: [number, number, number] | null;
+  /** Point that the camera looks at, in world space, metres. */
+  target?: [number, number, number] | null;
+  /** Up direction; [0, 1, 0] if position and target are given without it. */
+  up?: [number, number, number] | null;
+  /** Position on a sphere around the target, instead of position and target. */
+  orbit?: JobRequestCameraOrbit | null;
+  /** Projection; by default the file camera's, and perspective where the pose is given. */
+  type?: string;
+  /**
+   * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
+   * sees at the target's distance.
+   */
+  orthographic_height?: number | null;
+  /** Vertical field of view, degrees; perspective cameras only. */
+  vertical_fov_degrees?: number | null;
+  /** Radius of the lens, metres; 0 is a pinhole. */
+  aperture_radius?: number | null;
+  /** Distance of the plane in focus, metres. */
+  focus_distance?: number | null;
+}
+
+/**
+ * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+ * null: none.
+ */
+export interface JobRequestMedium {
+  /** Kind of medium. Default: "homogeneous". */
+  type?: string;
+  /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
+  scattering?: [number, number, number];
+  /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
+  absorption?: [number, number, number];
+  /**
+   * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
+   * Default: 0.
+   */
+  g?: number;
+  /**
+   * Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0.
+   * Default: 0.
+   */
+  height_falloff?: number;
+}
+
+/**
+ * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level ground
+ * with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and Smits 1999,
+ * turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+ */
+export interface JobRequestEnvironmentSun {
+  /** Degrees; north is positive. */
+  latitude: number;
+  /** Degrees; east is positive. */
+  longitude: number;
+  /** RFC 3339 time during the day. */
+  time: string;
+}
+
+/**
+ * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's own,
+ * if it has one; otherwise white, unless the scene has a punctual light or an emissive strength
+ * above 1.
+ */
+export interface JobRequestEnvironment {
+  /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
+  asset?: string | null;
+  /** Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset. */
+  preset?: string;
+  /**
+   * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level ground
+   * with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and Smits
+   * 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+   */
+  sun?: JobRequestEnvironmentSun | null;
+  /** Linear Rec.709; multiplies the image. Default: [1,1,1]. */
+  color?: [number, number, number];
+  /** Multiplies colour and image. Default: 1. */
+  intensity?: number;
+  /** Positive angles rotate it counter-clockwise seen from above. Default: 0. */
+  rotation_degrees?: number;
+  /**
+   * If false, the environment lights the scene but the background is transparent: short form of
+   * background type 'transparent'. Default: true.
+   */
+  visible?: boolean;
+}
+
+/**
+ * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show the
+ * environment.
+ */
+export interface JobRequestBackground {
+  /**
+   * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
+   * Default: "environment".
+   */
+  type?: string;
+  /** Linear Rec.709. Default: [1,1,1]. */
+  color?: [number, number, number];
+  /**
+   * Glass, water and other clear surfaces show the background, not the environment: surfaces that
+   * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent' their
+   * alpha is 1 less the luminance of the light that they let through. Default: true for
+   * 'transparent' with integrators that support it, otherwise false.
+   */
+  through_glass?: boolean;
+}
+
+/** The shadow on a catcher. */
+export interface JobRequestGroundShadow {
+  /** Colour of the shadow. Default: "neutral". */
+  color?: string;
+  /** Factor of the blocked light: 0 is no shadow. Default: 1. */
+  strength?: number;
+  /**
+   * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
+   * lights cast. Default: 0.
+   */
+  softness?: number;
+}
+
+/** Horizontal ground added to the scene. */
+export interface JobRequestGround {
+  /** Kind of ground. Default: "none". */
+  type?: string;
+  /** Height (y), metres; null: the model's lowest point. */
+  height?: number | null;
+  /**
+   * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
+   * Default: [0.8,0.8,0.8].
+   */
+  color?: [number, number, number];
+  /**
+   * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered surface,
+   * which reflects 4% at normal incidence and more at grazing angles. Default: 0.
+   */
+  reflection?: number;
+  /** The shadow on a catcher. */
+  shadow?: JobRequestGroundShadow;
+}
+
+/** Part of the film to render; null: all of it. */
+export interface JobRequestFilmCrop {
+  /** Left column, in pixels of the full film. */
+  x: number;
+  /** Top row, in pixels of the full film. */
+  y: number;
+  /** Pixels. */
+  width: number;
+  /** Pixels. */
+  height: number;
+}
+
+/** Reconstruction filter. */
+export interface JobRequestFilmFilter {
+  /** Kind of filter. Default: "blackman-harris". */
+  type?: string;
+  /** Radius in pixels. Default: 1.5. */
+  radius?: number;
+}
+
+/** Size, filter and recorded layers. */
+export interface JobRequestFilm {
+  /** Pixels. Width times height is limited to 64 megapixels (413). Default: 960. */
+  width?: number;
+  /** Pixels. Default: 540. */
+  height?: number;
+  /** Part of the film to render; null: all of it. */
+  crop?: JobRequestFilmCrop | null;
+  /** Reconstruction filter. */
+  filter?: JobRequestFilmFilter;
+  /**
+   * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
+   * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
+   * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded. Default:
+   * ["albedo","normal","depth"].
+   */
+  layers?: string[];
+}
+
+/** How light paths are traced. */
+export interface JobRequestIntegrator {
+  /** Algorithm. Default: "path". */
+  type?: string;
+  /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
+  max_depth?: number;
+  /**
+   * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
+   * film, at least 1024 and at most 262144. Default: 0.
+   */
+  photons?: number;
+  /**
+   * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
+   * the distance of the visible surfaces. Default: 0.
+   */
+  radius_m?: number;
+  /**
+   * After N samples of each replicate, the area in which photons are gathered, and the bias, are
+   * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
+   * bias and the variance fall at the same rate. Default: 0.6666667.
+   */
+  alpha?: number;
+  /**
+   * Directions in which each path continues to look up the photon map at the next surface; 0: shows
+   * the map itself, including direct light. Default: 1.
+   */
+  final_gather?: number;
+  /**
+   * Relative interpolation error up to which an irradiance record is used; half of it needs about
+   * four times as many records. Default: 0.25.
+   */
+  tolerance?: number;
+  /** Paths over the hemisphere of each record. Default: 256. */
+  rays?: number;
+  /**
+   * Maximum number of records of each replicate. Where there are none, indirect light is path
+   * traced. Default: 32768.
+   */
+  records?: number;
+}
+
+/** Weights of multiple importance sampling. */
+export interface JobRequestEstimatorMis {
+  /** Heuristic. Default: "power". */
+  type?: string;
+  /** Exponent of the power heuristic. Default: 2. */
+  exponent?: number;
+}
+
+/** Russian roulette. */
+export interface JobRequestEstimatorRoulette {
+  /** Rule for the survival probability. Default: "throughput". */
+  type?: string;
+  /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. Default: 0.02. */
+  delta?: number;
+}
+
+/** Splitting of a path into several at its first surface. */
+export interface JobRequestEstimatorSplitting {
+  /** How their number is chosen. Default: "measured". */
+  type?: string;
+  /** Number of continuations. Default: 2. */
+  count?: number;
+}
+
+/** Quantity that is subtracted from samples and added in closed form. */
+export interface JobRequestEstimatorControlVariate {
+  /** Kind of control variate. Default: "none". */
+  type?: string;
+}
+
+/** How paths are sampled and combined. */
+export interface JobRequestEstimator {
+  /** How directions are sampled. Default: "mis". */
+  strategy?: string;
+  /** Weights of multiple importance sampling. */
+  mis?: JobRequestEstimatorMis;
+  /** Russian roulette. */
+  roulette?: JobRequestEstimatorRoulette;
+  /** Splitting of a path into several at its first surface. */
+  splitting?: JobRequestEstimatorSplitting;
+  /** Quantity that is subtracted from samples and added in closed form. */
+  control_variate?: JobRequestEstimatorControlVariate;
+  /**
+   * True: absorption and transparency weight paths; false: they terminate paths at random. Default:
+   * true.
+   */
+  expected_values?: boolean;
+}
+
+/** Sequence of sample points. */
+export interface JobRequestSampler {
+  /** Type of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
+  type?: string;
+  /** Number of independent randomisations per pixel; even. Default: 2. */
+  replicates?: number;
+  /**
+   * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
+   * the film of a single job. Default: 0.
+   */
+  first_replicate?: number;
+}
+
+/** How a light is selected. */
+export interface JobRequestLightSampler {
+  /** Method of selection. Default: "tree". */
+  type?: string;
+  /** Candidate light samples, of which one is selected. Default: 2. */
+  candidates?: number;
+  /** Side, in pixels, of the squares whose pixels share light samples. Default: 3. */
+  block?: number;
+  /**
+   * Passes that also share light samples: successive samples of a replicate. At most 64 paths share
+   * samples: block x block x history. Default: 1.
+   */
+  history?: number;
+  /** Candidate light samples of each path, of which one is shared. Default: 1. */
+  candidates_per_pixel?: number;
+}
+
+/** Adaptive sampling. */
+export interface JobRequestAdaptive {
+  /**
+   * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
+   * 'none'. Default: "none".
+   */
+  type?: string;
+  /**
+   * Samples of every pixel before the first decision, all replicates together; rounded up to a
+   * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+   * Default: 32.
+   */
+  min_samples?: number;
+  /** Unit that gets the same number of samples. Default: "pixel". */
+  granularity?: string;
+  /**
+   * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
+   * neighbours. Default: 1.
+   */
+  dilation?: number;
+}
+
+/** A point with its normal. */
+export interface JobRequestMeterPoints {
+  /** World space, metres. */
+  position: [number, number, number];
+  /** Normal; any length except 0. */
+  normal: [number, number, number];
+}
+
+/** Points at the centres of the cells of a rectangle, row by row; they follow the single points. */
+export interface JobRequestMeterPlane {
+  /** Corner of the rectangle, world space, metres. */
+  origin: [number, number, number];
+  /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
+  edge_u: [number, number, number];
+  /** Vector from origin to the other adjacent corner. */
+  edge_v: [number, number, number];
+  /** Cells along edge_u. */
+  columns: number;
+  /** Cells along edge_v. */
+  rows: number;
+}
+
+/**
+ * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+ * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
+ */
+export interface JobRequestMeter {
+  /** Points at which irradiance is measured. Default: []. */
+  points?: JobRequestMeterPoints[];
+  /**
+   * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+   */
+  plane?: JobRequestMeterPlane | null;
+}
+
+/**
+ * When to stop: the first rule met ends the job. If given, only the rules in it apply. Default:
+ * {"samples_per_pixel":256}.
+ */
+export interface JobRequestStop {
+  /**
+   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
+   * to a count that the sampler supports. Default: 256.
+   */
+  samples_per_pixel?: number | null;
+  /** Stop when the relative error is at most this, with `confidence`. */
+  relative_error?: number | null;
+  /**
+   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
+   */
+  denoised_error?: number | null;
+  /**
+   * Confidence of relative_error, of denoised_error and of the interval in `error`. Default: 0.95.
+   */
+  confidence?: number;
+  /** Region whose error must reach the target. Default: "image". */
+  scope?: string;
+  /** Stop after this many seconds of rendering, without pauses and downtime. */
+  seconds?: number | null;
+  /** Stop after this many CPU seconds of rendering, summed over all threads. */
+  cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
+  /** Stop at this time (RFC 3339). */
+  deadline?: string | null;
+}
+
+/** Denoised images, which are made on demand and are not part of the film. */
+export interface JobRequestDenoise {
+  /** Denoiser. Default: "auto". */
+  type?: string;
+  /** If false, there are none until the job has ended. Default: true. */
+  preview?: boolean;
+}
+
+/** Webhook to notify. */
+export interface JobRequestWebhook {
+  /** http or https; receives a signed POST (Standard Webhooks) for each event. */
+  url: string;
+  /** Events to send. Default: ["end"]. */
+  events?: string[];
+}
+
 /** A job: what to render, how, and when to stop. */
 export interface JobRequest {
   /** Id from POST /v1/scenes, or the name of a built-in scene. */
@@ -19,51 +454,7 @@ export interface JobRequest {
    * Null members keep the value of the file's camera, selected by name or index, otherwise the
    * first.
    */
-  camera?: {
-    /** Name of the file's camera. */
-    name?: string | null;
-    /** Index of the file's camera; excludes name. */
-    index?: number | null;
-    /**
-     * Camera position in world space, metres. Requires target; together they replace the file's
-     * pose.
-     */
-    position?: [number, number, number] | null;
-    /** Point that the camera looks at, in world space, metres. */
-    target?: [number, number, number] | null;
-    /** Up direction; [0, 1, 0] if position and target are given without it. */
-    up?: [number, number, number] | null;
-    /** Position on a sphere around the target, instead of position and target. */
-    orbit?: {
-      /**
-       * Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z).
-       * Default: 0.
-       */
-      theta_degrees?: number;
-      /** Angle from +y: 0 looks down from above, 90 is level. Default: 75. */
-      phi_degrees?: number;
-      /** Distance from the target, metres; 'auto': the whole scene is in view. Default: "auto". */
-      radius?: string | number;
-      /**
-       * Point that the camera looks at, metres; 'auto': the centre of the scene's box. Default:
-       * "auto".
-       */
-      target?: string | [number, number, number];
-    } | null;
-    /** Projection; by default the file camera's, and perspective where the pose is given. */
-    type?: string;
-    /**
-     * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
-     * sees at the target's distance.
-     */
-    orthographic_height?: number | null;
-    /** Vertical field of view, degrees; perspective cameras only. */
-    vertical_fov_degrees?: number | null;
-    /** Radius of the lens, metres; 0 is a pinhole. */
-    aperture_radius?: number | null;
-    /** Distance of the plane in focus, metres. */
-    focus_distance?: number | null;
-  };
+  camera?: JobRequestCamera;
   /** Material variant of the file by name (KHR_materials_variants). */
   variant?: string | null;
   /** Animation time, seconds; null: the rest pose given by the file's transforms. Default: 0. */
@@ -83,24 +474,7 @@ export interface JobRequest {
    * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
    * null: none.
    */
-  medium?: {
-    /** Kind of medium. Default: "homogeneous". */
-    type?: string;
-    /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
-    scattering?: [number, number, number];
-    /** Coefficient in 1/m, linear RGB. Default: [0,0,0]. */
-    absorption?: [number, number, number];
-    /**
-     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
-     * Default: 0.
-     */
-    g?: number;
-    /**
-     * Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0.
-     * Default: 0.
-     */
-    height_falloff?: number;
-  } | null;
+  medium?: JobRequestMedium | null;
   /** Scheduling class. Default: "normal". */
   class?: string;
   /** A later preview with the same key supersedes this one; class preview only. */
@@ -110,273 +484,31 @@ export interface JobRequest {
    * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
    * strength above 1.
    */
-  environment?: {
-    /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
-    asset?: string | null;
-    /**
-     * Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset.
-     */
-    preset?: string;
-    /**
-     * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
-     * ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
-     * Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
-     * +x.
-     */
-    sun?: {
-      /** Degrees; north is positive. */
-      latitude: number;
-      /** Degrees; east is positive. */
-      longitude: number;
-      /** RFC 3339 time during the day. */
-      time: string;
-    } | null;
-    /** Linear Rec.709; multiplies the image. Default: [1,1,1]. */
-    color?: [number, number, number];
-    /** Multiplies colour and image. Default: 1. */
-    intensity?: number;
-    /** Positive angles rotate it counter-clockwise seen from above. Default: 0. */
-    rotation_degrees?: number;
-    /**
-     * If false, the environment lights the scene but the background is transparent: short form of
-     * background type 'transparent'. Default: true.
-     */
-    visible?: boolean;
-  } | null;
+  environment?: JobRequestEnvironment | null;
   /**
    * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
    * the environment.
    */
-  background?: {
-    /**
-     * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
-     * Default: "environment".
-     */
-    type?: string;
-    /** Linear Rec.709. Default: [1,1,1]. */
-    color?: [number, number, number];
-    /**
-     * Glass, water and other clear surfaces show the background, not the environment: surfaces that
-     * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent'
-     * their alpha is 1 less the luminance of the light that they let through. Default: true for
-     * 'transparent' with integrators that support it, otherwise false.
-     */
-    through_glass?: boolean;
-  };
+  background?: JobRequestBackground;
   /** Horizontal ground added to the scene. */
-  ground?: {
-    /** Kind of ground. Default: "none". */
-    type?: string;
-    /** Height (y), metres; null: the model's lowest point. */
-    height?: number | null;
-    /**
-     * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
-     * Default: [0.8,0.8,0.8].
-     */
-    color?: [number, number, number];
-    /**
-     * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered
-     * surface, which reflects 4% at normal incidence and more at grazing angles. Default: 0.
-     */
-    reflection?: number;
-    /** The shadow on a catcher. */
-    shadow?: {
-      /** Colour of the shadow. Default: "neutral". */
-      color?: string;
-      /** Factor of the blocked light: 0 is no shadow. Default: 1. */
-      strength?: number;
-      /**
-       * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
-       * lights cast. Default: 0.
-       */
-      softness?: number;
-    };
-  };
+  ground?: JobRequestGround;
   /** Size, filter and recorded layers. */
-  film?: {
-    /** Pixels. Width times height is limited to 64 megapixels (413). Default: 960. */
-    width?: number;
-    /** Pixels. Default: 540. */
-    height?: number;
-    /** Part of the film to render; null: all of it. */
-    crop?: {
-      /** Left column, in pixels of the full film. */
-      x: number;
-      /** Top row, in pixels of the full film. */
-      y: number;
-      /** Pixels. */
-      width: number;
-      /** Pixels. */
-      height: number;
-    } | null;
-    /** Reconstruction filter. */
-    filter?: {
-      /** Kind of filter. Default: "blackman-harris". */
-      type?: string;
-      /** Radius in pixels. Default: 1.5. */
-      radius?: number;
-    };
-    /**
-     * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
-     * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
-     * Default: ["albedo","normal","depth"].
-     */
-    layers?: string[];
-  };
+  film?: JobRequestFilm;
   /** How light paths are traced. */
-  integrator?: {
-    /** Algorithm. Default: "path". */
-    type?: string;
-    /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
-    max_depth?: number;
-    /**
-     * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
-     * film, at least 1024 and at most 262144. Default: 0.
-     */
-    photons?: number;
-    /**
-     * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
-     * the distance of the visible surfaces. Default: 0.
-     */
-    radius_m?: number;
-    /**
-     * After N samples of each replicate, the area in which photons are gathered, and the bias, are
-     * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
-     * bias and the variance fall at the same rate. Default: 0.6666667.
-     */
-    alpha?: number;
-    /**
-     * Directions in which each path continues to look up the photon map at the next surface; 0:
-     * shows the map itself, including direct light. Default: 1.
-     */
-    final_gather?: number;
-    /**
-     * Relative interpolation error up to which an irradiance record is used; half of it needs about
-     * four times as many records. Default: 0.25.
-     */
-    tolerance?: number;
-    /** Paths over the hemisphere of each record. Default: 256. */
-    rays?: number;
-    /**
-     * Maximum number of records of each replicate. Where there are none, indirect light is path
-     * traced. Default: 32768.
-     */
-    records?: number;
-  };
+  integrator?: JobRequestIntegrator;
   /** How paths are sampled and combined. */
-  estimator?: {
-    /** How directions are sampled. Default: "mis". */
-    strategy?: string;
-    /** Weights of multiple importance sampling. */
-    mis?: {
-      /** Heuristic. Default: "power". */
-      type?: string;
-      /** Exponent of the power heuristic. Default: 2. */
-      exponent?: number;
-    };
-    /** Russian roulette. */
-    roulette?: {
-      /** Rule for the survival probability. Default: "throughput". */
-      type?: string;
-      /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. Default: 0.02. */
-      delta?: number;
-    };
-    /** Splitting of a path into several at its first surface. */
-    splitting?: {
-      /** How their number is chosen. Default: "measured". */
-      type?: string;
-      /** Number of continuations. Default: 2. */
-      count?: number;
-    };
-    /** Quantity that is subtracted from samples and added in closed form. */
-    control_variate?: {
-      /** Kind of control variate. Default: "none". */
-      type?: string;
-    };
-    /**
-     * True: absorption and transparency weight paths; false: they terminate paths at random.
-     * Default: true.
-     */
-    expected_values?: boolean;
-  };
+  estimator?: JobRequestEstimator;
   /** Sequence of sample points. */
-  sampler?: {
-    /** Type of point set. Each has a rule for sample counts; see /v1/server. Default: "sobol". */
-    type?: string;
-    /** Number of independent randomisations per pixel; even. Default: 2. */
-    replicates?: number;
-    /**
-     * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
-     * the film of a single job. Default: 0.
-     */
-    first_replicate?: number;
-  };
+  sampler?: JobRequestSampler;
   /** How a light is selected. */
-  light_sampler?: {
-    /** Method of selection. Default: "tree". */
-    type?: string;
-    /** Candidate light samples, of which one is selected. Default: 2. */
-    candidates?: number;
-    /** Side, in pixels, of the squares whose pixels share light samples. Default: 3. */
-    block?: number;
-    /**
-     * Passes that also share light samples: successive samples of a replicate. At most 64 paths
-     * share samples: block x block x history. Default: 1.
-     */
-    history?: number;
-    /** Candidate light samples of each path, of which one is shared. Default: 1. */
-    candidates_per_pixel?: number;
-  };
+  light_sampler?: JobRequestLightSampler;
   /** Adaptive sampling. */
-  adaptive?: {
-    /**
-     * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
-     * 'none'. Default: "none".
-     */
-    type?: string;
-    /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to a
-     * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
-     * Default: 32.
-     */
-    min_samples?: number;
-    /** Unit that gets the same number of samples. Default: "pixel". */
-    granularity?: string;
-    /**
-     * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
-     * neighbours. Default: 1.
-     */
-    dilation?: number;
-  };
+  adaptive?: JobRequestAdaptive;
   /**
    * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
    * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
-  meter?: {
-    /** Points at which irradiance is measured. Default: []. */
-    points?: {
-      /** World space, metres. */
-      position: [number, number, number];
-      /** Normal; any length except 0. */
-      normal: [number, number, number];
-    }[];
-    /**
-     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
-     */
-    plane?: {
-      /** Corner of the rectangle, world space, metres. */
-      origin: [number, number, number];
-      /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
-      edge_u: [number, number, number];
-      /** Vector from origin to the other adjacent corner. */
-      edge_v: [number, number, number];
-      /** Cells along edge_u. */
-      columns: number;
-      /** Cells along edge_v. */
-      rows: number;
-    } | null;
-  } | null;
+  meter?: JobRequestMeter | null;
   /** Unit of radiance, irradiance and intensity. Default: "photometric". */
   units?: string;
   /** True: paths carry three wavelengths instead of three colours. Default: false. */
@@ -385,53 +517,43 @@ export interface JobRequest {
    * When to stop: the first rule met ends the job. If given, only the rules in it apply. Default:
    * {"samples_per_pixel":256}.
    */
-  stop?: {
-    /**
-     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
-     * up to a count that the sampler supports. Default: 256.
-     */
-    samples_per_pixel?: number | null;
-    /** Stop when the relative error is at most this, with `confidence`. */
-    relative_error?: number | null;
-    /**
-     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-     */
-    denoised_error?: number | null;
-    /**
-     * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
-     * 0.95.
-     */
-    confidence?: number;
-    /** Region whose error must reach the target. Default: "image". */
-    scope?: string;
-    /** Stop after this many seconds of rendering, without pauses and downtime. */
-    seconds?: number | null;
-    /** Stop after this many CPU seconds of rendering, summed over all threads. */
-    cpu_seconds?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
-     */
-    meter_error?: number | null;
-    /** Stop at this time (RFC 3339). */
-    deadline?: string | null;
-  };
+  stop?: JobRequestStop;
   /** Denoised images, which are made on demand and are not part of the film. */
-  denoise?: {
-    /** Denoiser. Default: "auto". */
-    type?: string;
-    /** If false, there are none until the job has ended. Default: true. */
-    preview?: boolean;
-  };
+  denoise?: JobRequestDenoise;
   /** Webhook to notify. */
-  webhook?: {
-    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
-    url: string;
-    /** Events to send. Default: ["end"]. */
-    events?: string[];
-  } | null;
+  webhook?: JobRequestWebhook | null;
   /** Time after its end at which the job and its files are deleted; null: kept. */
   retention_seconds?: number | null;
+}
+
+/** Rules to change; null removes one, others are kept. */
+export interface JobPatchStop {
+  /**
+   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
+   * to a count that the sampler supports. Default: 256.
+   */
+  samples_per_pixel?: number | null;
+  /** Stop when the relative error is at most this, with `confidence`. */
+  relative_error?: number | null;
+  /**
+   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
+   */
+  denoised_error?: number | null;
+  /**
+   * Confidence of relative_error, of denoised_error and of the interval in `error`. Default: 0.95.
+   */
+  confidence?: number;
+  /** Region whose error must reach the target. Default: "image". */
+  scope?: string;
+  /** Stop after this many seconds of rendering, without pauses and downtime. */
+  seconds?: number | null;
+  /** Stop after this many CPU seconds of rendering, summed over all threads. */
+  cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
+  /** Stop at this time (RFC 3339). */
+  deadline?: string | null;
 }
 
 /** A merge patch (RFC 7396) of the changeable members. */
@@ -443,37 +565,7 @@ export interface JobPatch {
   /** Display name. */
   name?: string;
   /** Rules to change; null removes one, others are kept. */
-  stop?: {
-    /**
-     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
-     * up to a count that the sampler supports. Default: 256.
-     */
-    samples_per_pixel?: number | null;
-    /** Stop when the relative error is at most this, with `confidence`. */
-    relative_error?: number | null;
-    /**
-     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-     */
-    denoised_error?: number | null;
-    /**
-     * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
-     * 0.95.
-     */
-    confidence?: number;
-    /** Region whose error must reach the target. Default: "image". */
-    scope?: string;
-    /** Stop after this many seconds of rendering, without pauses and downtime. */
-    seconds?: number | null;
-    /** Stop after this many CPU seconds of rendering, summed over all threads. */
-    cpu_seconds?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
-     */
-    meter_error?: number | null;
-    /** Stop at this time (RFC 3339). */
-    deadline?: string | null;
-  };
+  stop?: JobPatchStop;
   /** True pauses, false resumes. */
   paused?: boolean;
 }
@@ -486,40 +578,40 @@ export interface SceneFromAssets {
   files?: Record<string, string>;
 }
 
+/** The new rules; they replace the old ones. */
+export interface ExtendRequestStop {
+  /**
+   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
+   * to a count that the sampler supports.
+   */
+  samples_per_pixel?: number | null;
+  /** Stop when the relative error is at most this, with `confidence`. */
+  relative_error?: number | null;
+  /**
+   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
+   */
+  denoised_error?: number | null;
+  /**
+   * Confidence of relative_error, of denoised_error and of the interval in `error`. Default: 0.95.
+   */
+  confidence?: number;
+  /** Region whose error must reach the target. Default: "image". */
+  scope?: string;
+  /** Stop after this many seconds of rendering, without pauses and downtime. */
+  seconds?: number | null;
+  /** Stop after this many CPU seconds of rendering, summed over all threads. */
+  cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
+  /** Stop at this time (RFC 3339). */
+  deadline?: string | null;
+}
+
 /** New stop rules for a finished job. */
 export interface ExtendRequest {
   /** The new rules; they replace the old ones. */
-  stop: {
-    /**
-     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
-     * up to a count that the sampler supports.
-     */
-    samples_per_pixel?: number | null;
-    /** Stop when the relative error is at most this, with `confidence`. */
-    relative_error?: number | null;
-    /**
-     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-     */
-    denoised_error?: number | null;
-    /**
-     * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
-     * 0.95.
-     */
-    confidence?: number;
-    /** Region whose error must reach the target. Default: "image". */
-    scope?: string;
-    /** Stop after this many seconds of rendering, without pauses and downtime. */
-    seconds?: number | null;
-    /** Stop after this many CPU seconds of rendering, summed over all threads. */
-    cpu_seconds?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
-     */
-    meter_error?: number | null;
-    /** Stop at this time (RFC 3339). */
-    deadline?: string | null;
-  };
+  stop: ExtendRequestStop;
 }
 
 /** Films to merge. */
@@ -589,6 +681,370 @@ export type JobState =
   | 'failed'
   | 'cancelled';
 
+/** Position on a sphere around the target, instead of position and target. */
+export interface JobSpecCameraOrbit {
+  /** Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
+  theta_degrees: number;
+  /** Angle from +y: 0 looks down from above, 90 is level. */
+  phi_degrees: number;
+  /** Distance from the target, metres; 'auto': the whole scene is in view. */
+  radius: string | number;
+  /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
+  target: string | [number, number, number];
+}
+
+/**
+ * Null members keep the value of the file's camera, selected by name or index, otherwise the first.
+ */
+export interface JobSpecCamera {
+  /** Name of the file's camera. */
+  name: string | null;
+  /** Index of the file's camera; excludes name. */
+  index: number | null;
+  /**
+   * Camera position in world space, metres. Requires target; together they replace the file's pose.
+   */
+  position: [number, number, number] | null;
+  /** Point that the camera looks at, in world space, metres. */
+  target: [number, number, number] | null;
+  /** Up direction; [0, 1, 0] if position and target are given without it. */
+  up: [number, number, number] | null;
+  /** Position on a sphere around the target, instead of position and target. */
+  orbit?: JobSpecCameraOrbit | null;
+  /** Projection; by default the file camera's, and perspective where the pose is given. */
+  type?: string;
+  /**
+   * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
+   * sees at the target's distance.
+   */
+  orthographic_height?: number | null;
+  /** Vertical field of view, degrees; perspective cameras only. */
+  vertical_fov_degrees: number | null;
+  /** Radius of the lens, metres; 0 is a pinhole. */
+  aperture_radius: number | null;
+  /** Distance of the plane in focus, metres. */
+  focus_distance: number | null;
+}
+
+/**
+ * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
+ * null: none.
+ */
+export interface JobSpecMedium {
+  /** Kind of medium. */
+  type: string;
+  /** Coefficient in 1/m, linear RGB. */
+  scattering: [number, number, number];
+  /** Coefficient in 1/m, linear RGB. */
+  absorption: [number, number, number];
+  /**
+   * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
+   */
+  g: number;
+  /** Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0. */
+  height_falloff: number;
+}
+
+/**
+ * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's own,
+ * if it has one; otherwise white, unless the scene has a punctual light or an emissive strength
+ * above 1.
+ */
+export interface JobSpecEnvironment {
+  /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
+  asset: string | null;
+  /** Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset. */
+  preset?: string;
+  /**
+   * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level ground
+   * with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and Smits
+   * 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
+   */
+  sun?: JobRequestEnvironmentSun | null;
+  /** Linear Rec.709; multiplies the image. */
+  color: [number, number, number];
+  /** Multiplies colour and image. */
+  intensity: number;
+  /** Positive angles rotate it counter-clockwise seen from above. */
+  rotation_degrees: number;
+  /**
+   * If false, the environment lights the scene but the background is transparent: short form of
+   * background type 'transparent'.
+   */
+  visible: boolean;
+}
+
+/**
+ * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show the
+ * environment.
+ */
+export interface JobSpecBackground {
+  /** Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'. */
+  type: string;
+  /** Linear Rec.709. */
+  color?: [number, number, number];
+  /**
+   * Glass, water and other clear surfaces show the background, not the environment: surfaces that
+   * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent' their
+   * alpha is 1 less the luminance of the light that they let through. Default: true for
+   * 'transparent' with integrators that support it, otherwise false.
+   */
+  through_glass?: boolean;
+}
+
+/** The shadow on a catcher. */
+export interface JobSpecGroundShadow {
+  /** Colour of the shadow. */
+  color: string;
+  /** Factor of the blocked light: 0 is no shadow. */
+  strength: number;
+  /**
+   * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
+   * lights cast.
+   */
+  softness: number;
+}
+
+/** Horizontal ground added to the scene. */
+export interface JobSpecGround {
+  /** Kind of ground. */
+  type: string;
+  /** Height (y), metres; null: the model's lowest point. */
+  height?: number | null;
+  /**
+   * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
+   */
+  color?: [number, number, number];
+  /**
+   * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered surface,
+   * which reflects 4% at normal incidence and more at grazing angles.
+   */
+  reflection?: number;
+  /** The shadow on a catcher. */
+  shadow?: JobSpecGroundShadow;
+}
+
+/** Reconstruction filter. */
+export interface JobSpecFilmFilter {
+  /** Kind of filter. */
+  type: string;
+  /** Radius in pixels. */
+  radius: number;
+}
+
+/** Size, filter and recorded layers. */
+export interface JobSpecFilm {
+  /** Pixels. Width times height is limited to 64 megapixels (413). */
+  width: number;
+  /** Pixels. */
+  height: number;
+  /** Part of the film to render; null: all of it. */
+  crop: JobRequestFilmCrop | null;
+  /** Reconstruction filter. */
+  filter: JobSpecFilmFilter;
+  /**
+   * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
+   * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
+   * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
+   */
+  layers: string[];
+}
+
+/** How light paths are traced. */
+export interface JobSpecIntegrator {
+  /** Algorithm. */
+  type: string;
+  /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
+  max_depth: number;
+  /**
+   * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
+   * film, at least 1024 and at most 262144.
+   */
+  photons?: number;
+  /**
+   * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
+   * the distance of the visible surfaces.
+   */
+  radius_m?: number;
+  /**
+   * After N samples of each replicate, the area in which photons are gathered, and the bias, are
+   * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
+   * bias and the variance fall at the same rate.
+   */
+  alpha?: number;
+  /**
+   * Directions in which each path continues to look up the photon map at the next surface; 0: shows
+   * the map itself, including direct light.
+   */
+  final_gather?: number;
+  /**
+   * Relative interpolation error up to which an irradiance record is used; half of it needs about
+   * four times as many records.
+   */
+  tolerance?: number;
+  /** Paths over the hemisphere of each record. */
+  rays?: number;
+  /**
+   * Maximum number of records of each replicate. Where there are none, indirect light is path
+   * traced.
+   */
+  records?: number;
+}
+
+/** Weights of multiple importance sampling. */
+export interface JobSpecEstimatorMis {
+  /** Heuristic. */
+  type: string;
+  /** Exponent of the power heuristic. */
+  exponent?: number;
+}
+
+/** Russian roulette. */
+export interface JobSpecEstimatorRoulette {
+  /** Rule for the survival probability. */
+  type: string;
+  /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
+  delta?: number;
+}
+
+/** Splitting of a path into several at its first surface. */
+export interface JobSpecEstimatorSplitting {
+  /** How their number is chosen. */
+  type: string;
+  /** Number of continuations. */
+  count?: number;
+}
+
+/** Quantity that is subtracted from samples and added in closed form. */
+export interface JobSpecEstimatorControlVariate {
+  /** Kind of control variate. */
+  type: string;
+}
+
+/** How paths are sampled and combined. */
+export interface JobSpecEstimator {
+  /** How directions are sampled. */
+  strategy: string;
+  /** Weights of multiple importance sampling. */
+  mis: JobSpecEstimatorMis;
+  /** Russian roulette. */
+  roulette: JobSpecEstimatorRoulette;
+  /** Splitting of a path into several at its first surface. */
+  splitting: JobSpecEstimatorSplitting;
+  /** Quantity that is subtracted from samples and added in closed form. */
+  control_variate: JobSpecEstimatorControlVariate;
+  /** True: absorption and transparency weight paths; false: they terminate paths at random. */
+  expected_values: boolean;
+}
+
+/** Sequence of sample points. */
+export interface JobSpecSampler {
+  /** Type of point set. Each has a rule for sample counts; see /v1/server. */
+  type: string;
+  /** Number of independent randomisations per pixel; even. */
+  replicates: number;
+  /**
+   * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
+   * the film of a single job.
+   */
+  first_replicate?: number;
+}
+
+/** How a light is selected. */
+export interface JobSpecLightSampler {
+  /** Method of selection. */
+  type: string;
+  /** Candidate light samples, of which one is selected. */
+  candidates?: number;
+  /** Side, in pixels, of the squares whose pixels share light samples. */
+  block?: number;
+  /**
+   * Passes that also share light samples: successive samples of a replicate. At most 64 paths share
+   * samples: block x block x history.
+   */
+  history?: number;
+  /** Candidate light samples of each path, of which one is shared. */
+  candidates_per_pixel?: number;
+}
+
+/** Adaptive sampling. */
+export interface JobSpecAdaptive {
+  /**
+   * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
+   * 'none'.
+   */
+  type: string;
+  /**
+   * Samples of every pixel before the first decision, all replicates together; rounded up to a
+   * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
+   */
+  min_samples?: number;
+  /** Unit that gets the same number of samples. */
+  granularity?: string;
+  /**
+   * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
+   * neighbours.
+   */
+  dilation?: number;
+}
+
+/**
+ * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
+ * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
+ */
+export interface JobSpecMeter {
+  /** Points at which irradiance is measured. */
+  points: JobRequestMeterPoints[];
+  /**
+   * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
+   */
+  plane: JobRequestMeterPlane | null;
+}
+
+/** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
+export interface JobSpecStop {
+  /**
+   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
+   * to a count that the sampler supports.
+   */
+  samples_per_pixel?: number | null;
+  /** Stop when the relative error is at most this, with `confidence`. */
+  relative_error?: number | null;
+  /**
+   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
+   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
+   */
+  denoised_error?: number | null;
+  /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
+  confidence?: number;
+  /** Region whose error must reach the target. */
+  scope?: string;
+  /** Stop after this many seconds of rendering, without pauses and downtime. */
+  seconds?: number | null;
+  /** Stop after this many CPU seconds of rendering, summed over all threads. */
+  cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
+  /** Stop at this time (RFC 3339). */
+  deadline?: string | null;
+}
+
+/** Denoised images, which are made on demand and are not part of the film. */
+export interface JobSpecDenoise {
+  /** Denoiser. */
+  type: string;
+  /** If false, there are none until the job has ended. */
+  preview: boolean;
+}
+
+/** Webhook to notify. */
+export interface JobSpecWebhook {
+  /** http or https; receives a signed POST (Standard Webhooks) for each event. */
+  url: string;
+  /** Events to send. */
+  events: string[];
+}
+
 /** The job request with all defaults filled in. */
 export interface JobSpec {
   /** Id from POST /v1/scenes, or the name of a built-in scene. */
@@ -605,45 +1061,7 @@ export interface JobSpec {
    * Null members keep the value of the file's camera, selected by name or index, otherwise the
    * first.
    */
-  camera: {
-    /** Name of the file's camera. */
-    name: string | null;
-    /** Index of the file's camera; excludes name. */
-    index: number | null;
-    /**
-     * Camera position in world space, metres. Requires target; together they replace the file's
-     * pose.
-     */
-    position: [number, number, number] | null;
-    /** Point that the camera looks at, in world space, metres. */
-    target: [number, number, number] | null;
-    /** Up direction; [0, 1, 0] if position and target are given without it. */
-    up: [number, number, number] | null;
-    /** Position on a sphere around the target, instead of position and target. */
-    orbit?: {
-      /** Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
-      theta_degrees: number;
-      /** Angle from +y: 0 looks down from above, 90 is level. */
-      phi_degrees: number;
-      /** Distance from the target, metres; 'auto': the whole scene is in view. */
-      radius: string | number;
-      /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
-      target: string | [number, number, number];
-    } | null;
-    /** Projection; by default the file camera's, and perspective where the pose is given. */
-    type?: string;
-    /**
-     * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
-     * sees at the target's distance.
-     */
-    orthographic_height?: number | null;
-    /** Vertical field of view, degrees; perspective cameras only. */
-    vertical_fov_degrees: number | null;
-    /** Radius of the lens, metres; 0 is a pinhole. */
-    aperture_radius: number | null;
-    /** Distance of the plane in focus, metres. */
-    focus_distance: number | null;
-  };
+  camera: JobSpecCamera;
   /** Material variant of the file by name (KHR_materials_variants). */
   variant: string | null;
   /** Animation time, seconds; null: the rest pose given by the file's transforms. */
@@ -662,20 +1080,7 @@ export interface JobSpec {
    * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
    * null: none.
    */
-  medium: {
-    /** Kind of medium. */
-    type: string;
-    /** Coefficient in 1/m, linear RGB. */
-    scattering: [number, number, number];
-    /** Coefficient in 1/m, linear RGB. */
-    absorption: [number, number, number];
-    /**
-     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
-     */
-    g: number;
-    /** Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0. */
-    height_falloff: number;
-  } | null;
+  medium: JobSpecMedium | null;
   /** Scheduling class. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
@@ -685,315 +1090,50 @@ export interface JobSpec {
    * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
    * strength above 1.
    */
-  environment?: {
-    /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
-    asset: string | null;
-    /**
-     * Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset.
-     */
-    preset?: string;
-    /**
-     * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
-     * ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
-     * Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
-     * +x.
-     */
-    sun?: {
-      /** Degrees; north is positive. */
-      latitude: number;
-      /** Degrees; east is positive. */
-      longitude: number;
-      /** RFC 3339 time during the day. */
-      time: string;
-    } | null;
-    /** Linear Rec.709; multiplies the image. */
-    color: [number, number, number];
-    /** Multiplies colour and image. */
-    intensity: number;
-    /** Positive angles rotate it counter-clockwise seen from above. */
-    rotation_degrees: number;
-    /**
-     * If false, the environment lights the scene but the background is transparent: short form of
-     * background type 'transparent'.
-     */
-    visible: boolean;
-  } | null;
+  environment?: JobSpecEnvironment | null;
   /**
    * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
    * the environment.
    */
-  background?: {
-    /**
-     * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
-     */
-    type: string;
-    /** Linear Rec.709. */
-    color?: [number, number, number];
-    /**
-     * Glass, water and other clear surfaces show the background, not the environment: surfaces that
-     * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent'
-     * their alpha is 1 less the luminance of the light that they let through. Default: true for
-     * 'transparent' with integrators that support it, otherwise false.
-     */
-    through_glass?: boolean;
-  };
+  background?: JobSpecBackground;
   /** Horizontal ground added to the scene. */
-  ground?: {
-    /** Kind of ground. */
-    type: string;
-    /** Height (y), metres; null: the model's lowest point. */
-    height?: number | null;
-    /**
-     * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
-     */
-    color?: [number, number, number];
-    /**
-     * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered
-     * surface, which reflects 4% at normal incidence and more at grazing angles.
-     */
-    reflection?: number;
-    /** The shadow on a catcher. */
-    shadow?: {
-      /** Colour of the shadow. */
-      color: string;
-      /** Factor of the blocked light: 0 is no shadow. */
-      strength: number;
-      /**
-       * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
-       * lights cast.
-       */
-      softness: number;
-    };
-  };
+  ground?: JobSpecGround;
   /** Size, filter and recorded layers. */
-  film: {
-    /** Pixels. Width times height is limited to 64 megapixels (413). */
-    width: number;
-    /** Pixels. */
-    height: number;
-    /** Part of the film to render; null: all of it. */
-    crop: {
-      /** Left column, in pixels of the full film. */
-      x: number;
-      /** Top row, in pixels of the full film. */
-      y: number;
-      /** Pixels. */
-      width: number;
-      /** Pixels. */
-      height: number;
-    } | null;
-    /** Reconstruction filter. */
-    filter: {
-      /** Kind of filter. */
-      type: string;
-      /** Radius in pixels. */
-      radius: number;
-    };
-    /**
-     * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
-     * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
-     */
-    layers: string[];
-  };
+  film: JobSpecFilm;
   /** How light paths are traced. */
-  integrator: {
-    /** Algorithm. */
-    type: string;
-    /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
-    max_depth: number;
-    /**
-     * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
-     * film, at least 1024 and at most 262144.
-     */
-    photons?: number;
-    /**
-     * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
-     * the distance of the visible surfaces.
-     */
-    radius_m?: number;
-    /**
-     * After N samples of each replicate, the area in which photons are gathered, and the bias, are
-     * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
-     * bias and the variance fall at the same rate.
-     */
-    alpha?: number;
-    /**
-     * Directions in which each path continues to look up the photon map at the next surface; 0:
-     * shows the map itself, including direct light.
-     */
-    final_gather?: number;
-    /**
-     * Relative interpolation error up to which an irradiance record is used; half of it needs about
-     * four times as many records.
-     */
-    tolerance?: number;
-    /** Paths over the hemisphere of each record. */
-    rays?: number;
-    /**
-     * Maximum number of records of each replicate. Where there are none, indirect light is path
-     * traced.
-     */
-    records?: number;
-  };
+  integrator: JobSpecIntegrator;
   /** How paths are sampled and combined. */
-  estimator: {
-    /** How directions are sampled. */
-    strategy: string;
-    /** Weights of multiple importance sampling. */
-    mis: {
-      /** Heuristic. */
-      type: string;
-      /** Exponent of the power heuristic. */
-      exponent?: number;
-    };
-    /** Russian roulette. */
-    roulette: {
-      /** Rule for the survival probability. */
-      type: string;
-      /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
-      delta?: number;
-    };
-    /** Splitting of a path into several at its first surface. */
-    splitting: {
-      /** How their number is chosen. */
-      type: string;
-      /** Number of continuations. */
-      count?: number;
-    };
-    /** Quantity that is subtracted from samples and added in closed form. */
-    control_variate: {
-      /** Kind of control variate. */
-      type: string;
-    };
-    /** True: absorption and transparency weight paths; false: they terminate paths at random. */
-    expected_values: boolean;
-  };
+  estimator: JobSpecEstimator;
   /** Sequence of sample points. */
-  sampler: {
-    /** Type of point set. Each has a rule for sample counts; see /v1/server. */
-    type: string;
-    /** Number of independent randomisations per pixel; even. */
-    replicates: number;
-    /**
-     * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
-     * the film of a single job.
-     */
-    first_replicate?: number;
-  };
+  sampler: JobSpecSampler;
   /** How a light is selected. */
-  light_sampler: {
-    /** Method of selection. */
-    type: string;
-    /** Candidate light samples, of which one is selected. */
-    candidates?: number;
-    /** Side, in pixels, of the squares whose pixels share light samples. */
-    block?: number;
-    /**
-     * Passes that also share light samples: successive samples of a replicate. At most 64 paths
-     * share samples: block x block x history.
-     */
-    history?: number;
-    /** Candidate light samples of each path, of which one is shared. */
-    candidates_per_pixel?: number;
-  };
+  light_sampler: JobSpecLightSampler;
   /** Adaptive sampling. */
-  adaptive: {
-    /**
-     * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
-     * 'none'.
-     */
-    type: string;
-    /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to a
-     * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
-     */
-    min_samples?: number;
-    /** Unit that gets the same number of samples. */
-    granularity?: string;
-    /**
-     * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
-     * neighbours.
-     */
-    dilation?: number;
-  };
+  adaptive: JobSpecAdaptive;
   /**
    * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
    * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
-  meter?: {
-    /** Points at which irradiance is measured. */
-    points: {
-      /** World space, metres. */
-      position: [number, number, number];
-      /** Normal; any length except 0. */
-      normal: [number, number, number];
-    }[];
-    /**
-     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
-     */
-    plane: {
-      /** Corner of the rectangle, world space, metres. */
-      origin: [number, number, number];
-      /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
-      edge_u: [number, number, number];
-      /** Vector from origin to the other adjacent corner. */
-      edge_v: [number, number, number];
-      /** Cells along edge_u. */
-      columns: number;
-      /** Cells along edge_v. */
-      rows: number;
-    } | null;
-  } | null;
+  meter?: JobSpecMeter | null;
   /** Unit of radiance, irradiance and intensity. */
   units: string;
   /** True: paths carry three wavelengths instead of three colours. */
   spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
-  stop: {
-    /**
-     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
-     * up to a count that the sampler supports.
-     */
-    samples_per_pixel?: number | null;
-    /** Stop when the relative error is at most this, with `confidence`. */
-    relative_error?: number | null;
-    /**
-     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-     */
-    denoised_error?: number | null;
-    /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
-    confidence?: number;
-    /** Region whose error must reach the target. */
-    scope?: string;
-    /** Stop after this many seconds of rendering, without pauses and downtime. */
-    seconds?: number | null;
-    /** Stop after this many CPU seconds of rendering, summed over all threads. */
-    cpu_seconds?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
-     */
-    meter_error?: number | null;
-    /** Stop at this time (RFC 3339). */
-    deadline?: string | null;
-  };
+  stop: JobSpecStop;
   /** Denoised images, which are made on demand and are not part of the film. */
-  denoise?: {
-    /** Denoiser. */
-    type: string;
-    /** If false, there are none until the job has ended. */
-    preview: boolean;
-  };
+  denoise?: JobSpecDenoise;
   /** Webhook to notify. */
-  webhook?: {
-    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
-    url: string;
-    /** Events to send. */
-    events: string[];
-  } | null;
+  webhook?: JobSpecWebhook | null;
   /** Time after its end at which the job and its files are deleted; null: kept. */
   retention_seconds?: number | null;
+}
+
+/** Samples per pixel, over the pixels of the crop. */
+export interface ProgressSamplesPerPixel {
+  min: number;
+  mean: number;
+  max: number;
 }
 
 /** Progress of the job. */
@@ -1001,11 +1141,7 @@ export interface Progress {
   /** From 0 to 1; 1 only at the end. */
   fraction: number;
   /** Samples per pixel, over the pixels of the crop. */
-  samples_per_pixel: {
-    min: number;
-    mean: number;
-    max: number;
-  };
+  samples_per_pixel: ProgressSamplesPerPixel;
   /** Rendering time without pauses and downtime. */
   elapsed_seconds: number;
   /** CPU time summed over all threads. */
@@ -1181,33 +1317,36 @@ export interface JobList {
   next: string | null;
 }
 
+/** Estimate from a pilot of at most half a second. */
+export interface DryRunEstimate {
+  /** Rendering time on an idle server. */
+  seconds: number;
+  /** Lower end of the interval. */
+  seconds_low: number;
+  /** Upper end of the interval. */
+  seconds_high: number;
+  /** Confidence level of the interval. */
+  confidence: number;
+  cpu_seconds: number;
+  /** Estimated samples per pixel required. */
+  samples_per_pixel: number;
+  /** Film and scene. */
+  memory_bytes: number;
+  /** Memory of the film. */
+  memory_bytes_low: number;
+  /** Memory reserved at admission: the larger of loading and rendering. */
+  memory_bytes_high: number;
+  /** CPU time of the pilot. */
+  pilot_cpu_seconds: number;
+}
+
 /** A job's effective request and its estimated cost. */
 export interface DryRun {
   spec: JobSpec;
   /** Same as the warnings of a job. */
   warnings: string[];
   /** Estimate from a pilot of at most half a second. */
-  estimate: {
-    /** Rendering time on an idle server. */
-    seconds: number;
-    /** Lower end of the interval. */
-    seconds_low: number;
-    /** Upper end of the interval. */
-    seconds_high: number;
-    /** Confidence level of the interval. */
-    confidence: number;
-    cpu_seconds: number;
-    /** Estimated samples per pixel required. */
-    samples_per_pixel: number;
-    /** Film and scene. */
-    memory_bytes: number;
-    /** Memory of the film. */
-    memory_bytes_low: number;
-    /** Memory reserved at admission: the larger of loading and rendering. */
-    memory_bytes_high: number;
-    /** CPU time of the pilot. */
-    pilot_cpu_seconds: number;
-  };
+  estimate: DryRunEstimate;
 }
 
 /** A stream ticket. */
@@ -1369,6 +1508,12 @@ export interface SceneLight {
   intensity: [number, number, number];
 }
 
+/** Axis-aligned box, metres; null: empty. */
+export interface SceneBounds {
+  min: [number, number, number];
+  max: [number, number, number];
+}
+
 /** A loaded scene. */
 export interface Scene {
   /** Value of `scene` in a job request. */
@@ -1377,10 +1522,7 @@ export interface Scene {
   /** Memory of geometry, acceleration structure and textures. */
   bytes: number;
   /** Axis-aligned box, metres; null: empty. */
-  bounds: {
-    min: [number, number, number];
-    max: [number, number, number];
-  } | null;
+  bounds: SceneBounds | null;
   /** Counted per use: a mesh used twice counts twice. */
   triangles: number;
   instances: number;
@@ -1425,16 +1567,19 @@ export interface ConvergencePoint {
   relative_rmse: number | null;
 }
 
+/** Slope of log error against log samples, by least squares, with its 95% interval. */
+export interface ConvergenceSlope {
+  value: number | null;
+  low: number | null;
+  high: number | null;
+}
+
 /** Get the error over samples and time. */
 export interface Convergence {
   /** One for each error check. */
   points: ConvergencePoint[];
   /** Slope of log error against log samples, by least squares, with its 95% interval. */
-  slope: {
-    value: number | null;
-    low: number | null;
-    high: number | null;
-  };
+  slope: ConvergenceSlope;
 }
 
 /** One layer at one pixel, with one number per channel. */
@@ -1493,6 +1638,23 @@ export interface Meter {
   points: MeterReading[];
 }
 
+/** Statistics of (a-b) / standard error. */
+export interface ComparisonZ {
+  mean: number | null;
+  variance: number | null;
+  share_above_3: number | null;
+}
+
+/** Paths. */
+export interface ComparisonLinks {
+  self: string;
+  difference: string;
+  z: string;
+  flip: string;
+  a: string;
+  b: string;
+}
+
 /** Two images compared; b is the reference. */
 export interface Comparison {
   id: string;
@@ -1502,26 +1664,32 @@ export interface Comparison {
   /** LDR, 67 pixels per degree. */
   flip: number | null;
   /** Mean of a - b; its interval is null if the error of a side is unknown. */
-  bias: {
-    value: number | null;
-    low: number | null;
-    high: number | null;
-  };
+  bias: ConvergenceSlope;
   /** Statistics of (a-b) / standard error. */
-  z: {
-    mean: number | null;
-    variance: number | null;
-    share_above_3: number | null;
-  };
+  z: ComparisonZ;
   /** Paths. */
-  links: {
-    self: string;
-    difference: string;
-    z: string;
-    flip: string;
-    a: string;
-    b: string;
-  };
+  links: ComparisonLinks;
+}
+
+/**
+ * Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job did
+ * not record ids.
+ */
+export interface SceneObjectVisible {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  /** Number of pixels that show it. */
+  pixels: number;
+}
+
+/** Bounding box of its part within the film, hidden or not, in pixels; null: nothing. */
+export interface SceneObjectAmodal {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
 }
 
 /** A node of the file that shows a mesh. */
@@ -1537,29 +1705,14 @@ export interface SceneObject {
   /** Number of consecutive ids in the layer instance. */
   instances: number;
   /** Bounding box in world space, metres; null: not in this view. */
-  bounds: {
-    min: [number, number, number];
-    max: [number, number, number];
-  } | null;
+  bounds: SceneBounds | null;
   /**
    * Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job did
    * not record ids.
    */
-  visible: {
-    x: number;
-    y: number;
-    width: number;
-    height: number;
-    /** Number of pixels that show it. */
-    pixels: number;
-  } | null;
+  visible: SceneObjectVisible | null;
   /** Bounding box of its part within the film, hidden or not, in pixels; null: nothing. */
-  amodal: {
-    x: number;
-    y: number;
-    width: number;
-    height: number;
-  } | null;
+  amodal: SceneObjectAmodal | null;
 }
 
 /** An instance of an object that the image shows. */
@@ -1569,29 +1722,14 @@ export interface ObjectInstance {
   /** Id of its object. */
   object: number;
   /** Bounding box in world space, metres; null: not in this view. */
-  bounds: {
-    min: [number, number, number];
-    max: [number, number, number];
-  } | null;
+  bounds: SceneBounds | null;
   /**
    * Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job did
    * not record ids.
    */
-  visible: {
-    x: number;
-    y: number;
-    width: number;
-    height: number;
-    /** Number of pixels that show it. */
-    pixels: number;
-  } | null;
+  visible: SceneObjectVisible | null;
   /** Bounding box of its part within the film, hidden or not, in pixels; null: nothing. */
-  amodal: {
-    x: number;
-    y: number;
-    width: number;
-    height: number;
-  } | null;
+  amodal: SceneObjectAmodal | null;
 }
 
 /** Meaning of an id in the layers material and primitive. */
@@ -1603,31 +1741,39 @@ export interface Label {
 }
 
 /**
+ * The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is seen at
+ * the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + fx x, cy +
+ * fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a
+ * panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.
+ */
+export interface SceneObjectsCamera {
+  type: 'perspective' | 'orthographic' | 'panorama';
+  width: number;
+  height: number;
+  /** Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian. */
+  fx: number;
+  fy: number;
+  /** Centre of the film; the centre of pixel 0 is at 0.5. */
+  cx: number;
+  cy: number;
+  /** 16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO. */
+  world_to_camera: (number | null)[];
+  /** 16 numbers, column by column; x to the right, y up, -z forward, as in glTF. */
+  to_world: (number | null)[];
+}
+
+/**
  * Meaning of the ids in an image's layers. They follow from the file alone: all views, variants and
  * times of a scene have the same ids.
  */
-export interface Objects {
+export interface SceneObjects {
   /**
    * The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is seen at
    * the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + fx x, cy
    * + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of
    * a panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.
    */
-  camera: {
-    type: 'perspective' | 'orthographic' | 'panorama';
-    width: number;
-    height: number;
-    /** Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian. */
-    fx: number;
-    fy: number;
-    /** Centre of the film; the centre of pixel 0 is at 0.5. */
-    cx: number;
-    cy: number;
-    /** 16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO. */
-    world_to_camera: (number | null)[];
-    /** 16 numbers, column by column; x to the right, y up, -z forward, as in glTF. */
-    to_world: (number | null)[];
-  };
+  camera: SceneObjectsCamera;
   /** Whether the job recorded ids, so that `visible` is known. */
   has_ids: boolean;
   /** All objects of the file. */
@@ -1652,45 +1798,7 @@ export interface JobDefaults {
    * Null members keep the value of the file's camera, selected by name or index, otherwise the
    * first.
    */
-  camera: {
-    /** Name of the file's camera. */
-    name: string | null;
-    /** Index of the file's camera; excludes name. */
-    index: number | null;
-    /**
-     * Camera position in world space, metres. Requires target; together they replace the file's
-     * pose.
-     */
-    position: [number, number, number] | null;
-    /** Point that the camera looks at, in world space, metres. */
-    target: [number, number, number] | null;
-    /** Up direction; [0, 1, 0] if position and target are given without it. */
-    up: [number, number, number] | null;
-    /** Position on a sphere around the target, instead of position and target. */
-    orbit?: {
-      /** Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
-      theta_degrees: number;
-      /** Angle from +y: 0 looks down from above, 90 is level. */
-      phi_degrees: number;
-      /** Distance from the target, metres; 'auto': the whole scene is in view. */
-      radius: string | number;
-      /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
-      target: string | [number, number, number];
-    } | null;
-    /** Projection; by default the file camera's, and perspective where the pose is given. */
-    type?: string;
-    /**
-     * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
-     * sees at the target's distance.
-     */
-    orthographic_height?: number | null;
-    /** Vertical field of view, degrees; perspective cameras only. */
-    vertical_fov_degrees: number | null;
-    /** Radius of the lens, metres; 0 is a pinhole. */
-    aperture_radius: number | null;
-    /** Distance of the plane in focus, metres. */
-    focus_distance: number | null;
-  };
+  camera: JobSpecCamera;
   /** Material variant of the file by name (KHR_materials_variants). */
   variant: string | null;
   /** Animation time, seconds; null: the rest pose given by the file's transforms. */
@@ -1709,20 +1817,7 @@ export interface JobDefaults {
    * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
    * null: none.
    */
-  medium: {
-    /** Kind of medium. */
-    type: string;
-    /** Coefficient in 1/m, linear RGB. */
-    scattering: [number, number, number];
-    /** Coefficient in 1/m, linear RGB. */
-    absorption: [number, number, number];
-    /**
-     * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
-     */
-    g: number;
-    /** Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0. */
-    height_falloff: number;
-  } | null;
+  medium: JobSpecMedium | null;
   /** Scheduling class. */
   class: string;
   /** A later preview with the same key supersedes this one; class preview only. */
@@ -1732,313 +1827,41 @@ export interface JobDefaults {
    * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
    * strength above 1.
    */
-  environment?: {
-    /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
-    asset: string | null;
-    /**
-     * Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset.
-     */
-    preset?: string;
-    /**
-     * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level
-     * ground with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and
-     * Smits 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is
-     * +x.
-     */
-    sun?: {
-      /** Degrees; north is positive. */
-      latitude: number;
-      /** Degrees; east is positive. */
-      longitude: number;
-      /** RFC 3339 time during the day. */
-      time: string;
-    } | null;
-    /** Linear Rec.709; multiplies the image. */
-    color: [number, number, number];
-    /** Multiplies colour and image. */
-    intensity: number;
-    /** Positive angles rotate it counter-clockwise seen from above. */
-    rotation_degrees: number;
-    /**
-     * If false, the environment lights the scene but the background is transparent: short form of
-     * background type 'transparent'.
-     */
-    visible: boolean;
-  } | null;
+  environment?: JobSpecEnvironment | null;
   /**
    * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
    * the environment.
    */
-  background?: {
-    /**
-     * Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'.
-     */
-    type: string;
-    /** Linear Rec.709. */
-    color?: [number, number, number];
-    /**
-     * Glass, water and other clear surfaces show the background, not the environment: surfaces that
-     * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent'
-     * their alpha is 1 less the luminance of the light that they let through. Default: true for
-     * 'transparent' with integrators that support it, otherwise false.
-     */
-    through_glass?: boolean;
-  };
+  background?: JobSpecBackground;
   /** Horizontal ground added to the scene. */
-  ground?: {
-    /** Kind of ground. */
-    type: string;
-    /** Height (y), metres; null: the model's lowest point. */
-    height?: number | null;
-    /**
-     * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
-     */
-    color?: [number, number, number];
-    /**
-     * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered
-     * surface, which reflects 4% at normal incidence and more at grazing angles.
-     */
-    reflection?: number;
-    /** The shadow on a catcher. */
-    shadow?: {
-      /** Colour of the shadow. */
-      color: string;
-      /** Factor of the blocked light: 0 is no shadow. */
-      strength: number;
-      /**
-       * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
-       * lights cast.
-       */
-      softness: number;
-    };
-  };
+  ground?: JobSpecGround;
   /** Size, filter and recorded layers. */
-  film: {
-    /** Pixels. Width times height is limited to 64 megapixels (413). */
-    width: number;
-    /** Pixels. */
-    height: number;
-    /** Part of the film to render; null: all of it. */
-    crop: {
-      /** Left column, in pixels of the full film. */
-      x: number;
-      /** Top row, in pixels of the full film. */
-      y: number;
-      /** Pixels. */
-      width: number;
-      /** Pixels. */
-      height: number;
-    } | null;
-    /** Reconstruction filter. */
-    filter: {
-      /** Kind of filter. */
-      type: string;
-      /** Radius in pixels. */
-      radius: number;
-    };
-    /**
-     * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-     * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
-     * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
-     */
-    layers: string[];
-  };
+  film: JobSpecFilm;
   /** How light paths are traced. */
-  integrator: {
-    /** Algorithm. */
-    type: string;
-    /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
-    max_depth: number;
-    /**
-     * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
-     * film, at least 1024 and at most 262144.
-     */
-    photons?: number;
-    /**
-     * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
-     * the distance of the visible surfaces.
-     */
-    radius_m?: number;
-    /**
-     * After N samples of each replicate, the area in which photons are gathered, and the bias, are
-     * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
-     * bias and the variance fall at the same rate.
-     */
-    alpha?: number;
-    /**
-     * Directions in which each path continues to look up the photon map at the next surface; 0:
-     * shows the map itself, including direct light.
-     */
-    final_gather?: number;
-    /**
-     * Relative interpolation error up to which an irradiance record is used; half of it needs about
-     * four times as many records.
-     */
-    tolerance?: number;
-    /** Paths over the hemisphere of each record. */
-    rays?: number;
-    /**
-     * Maximum number of records of each replicate. Where there are none, indirect light is path
-     * traced.
-     */
-    records?: number;
-  };
+  integrator: JobSpecIntegrator;
   /** How paths are sampled and combined. */
-  estimator: {
-    /** How directions are sampled. */
-    strategy: string;
-    /** Weights of multiple importance sampling. */
-    mis: {
-      /** Heuristic. */
-      type: string;
-      /** Exponent of the power heuristic. */
-      exponent?: number;
-    };
-    /** Russian roulette. */
-    roulette: {
-      /** Rule for the survival probability. */
-      type: string;
-      /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
-      delta?: number;
-    };
-    /** Splitting of a path into several at its first surface. */
-    splitting: {
-      /** How their number is chosen. */
-      type: string;
-      /** Number of continuations. */
-      count?: number;
-    };
-    /** Quantity that is subtracted from samples and added in closed form. */
-    control_variate: {
-      /** Kind of control variate. */
-      type: string;
-    };
-    /** True: absorption and transparency weight paths; false: they terminate paths at random. */
-    expected_values: boolean;
-  };
+  estimator: JobSpecEstimator;
   /** Sequence of sample points. */
-  sampler: {
-    /** Type of point set. Each has a rule for sample counts; see /v1/server. */
-    type: string;
-    /** Number of independent randomisations per pixel; even. */
-    replicates: number;
-    /**
-     * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
-     * the film of a single job.
-     */
-    first_replicate?: number;
-  };
+  sampler: JobSpecSampler;
   /** How a light is selected. */
-  light_sampler: {
-    /** Method of selection. */
-    type: string;
-    /** Candidate light samples, of which one is selected. */
-    candidates?: number;
-    /** Side, in pixels, of the squares whose pixels share light samples. */
-    block?: number;
-    /**
-     * Passes that also share light samples: successive samples of a replicate. At most 64 paths
-     * share samples: block x block x history.
-     */
-    history?: number;
-    /** Candidate light samples of each path, of which one is shared. */
-    candidates_per_pixel?: number;
-  };
+  light_sampler: JobSpecLightSampler;
   /** Adaptive sampling. */
-  adaptive: {
-    /**
-     * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
-     * 'none'.
-     */
-    type: string;
-    /**
-     * Samples of every pixel before the first decision, all replicates together; rounded up to a
-     * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
-     */
-    min_samples?: number;
-    /** Unit that gets the same number of samples. */
-    granularity?: string;
-    /**
-     * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
-     * neighbours.
-     */
-    dilation?: number;
-  };
+  adaptive: JobSpecAdaptive;
   /**
    * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
    * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
-  meter?: {
-    /** Points at which irradiance is measured. */
-    points: {
-      /** World space, metres. */
-      position: [number, number, number];
-      /** Normal; any length except 0. */
-      normal: [number, number, number];
-    }[];
-    /**
-     * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
-     */
-    plane: {
-      /** Corner of the rectangle, world space, metres. */
-      origin: [number, number, number];
-      /** Vector from origin to the next corner; the plane faces along edge_u x edge_v. */
-      edge_u: [number, number, number];
-      /** Vector from origin to the other adjacent corner. */
-      edge_v: [number, number, number];
-      /** Cells along edge_u. */
-      columns: number;
-      /** Cells along edge_v. */
-      rows: number;
-    } | null;
-  } | null;
+  meter?: JobSpecMeter | null;
   /** Unit of radiance, irradiance and intensity. */
   units: string;
   /** True: paths carry three wavelengths instead of three colours. */
   spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
-  stop: {
-    /**
-     * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded
-     * up to a count that the sampler supports.
-     */
-    samples_per_pixel?: number | null;
-    /** Stop when the relative error is at most this, with `confidence`. */
-    relative_error?: number | null;
-    /**
-     * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-     * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-     */
-    denoised_error?: number | null;
-    /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
-    confidence?: number;
-    /** Region whose error must reach the target. */
-    scope?: string;
-    /** Stop after this many seconds of rendering, without pauses and downtime. */
-    seconds?: number | null;
-    /** Stop after this many CPU seconds of rendering, summed over all threads. */
-    cpu_seconds?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
-     */
-    meter_error?: number | null;
-    /** Stop at this time (RFC 3339). */
-    deadline?: string | null;
-  };
+  stop: JobSpecStop;
   /** Denoised images, which are made on demand and are not part of the film. */
-  denoise?: {
-    /** Denoiser. */
-    type: string;
-    /** If false, there are none until the job has ended. */
-    preview: boolean;
-  };
+  denoise?: JobSpecDenoise;
   /** Webhook to notify. */
-  webhook?: {
-    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
-    url: string;
-    /** Events to send. */
-    events: string[];
-  } | null;
+  webhook?: JobSpecWebhook | null;
   /** Time after its end at which the job and its files are deleted; null: kept. */
   retention_seconds?: number | null;
 }
@@ -2079,6 +1902,22 @@ export interface EstimationOption {
   patch: Record<string, unknown>;
 }
 
+export interface ExperimentEstimators {
+  name: string;
+  /** How the expected value of the image relates to the true image. */
+  bias: 'none' | 'consistent' | 'biased';
+  summary: string;
+}
+
+export interface ExperimentParams {
+  name: string;
+  min: number;
+  max: number;
+  default: number;
+  integer: boolean;
+  summary: string;
+}
+
 /** An experiment of the laboratory. */
 export interface Experiment {
   name: string;
@@ -2089,12 +1928,7 @@ export interface Experiment {
   formula: string;
   /** What to look for. */
   look_for: string;
-  estimators: ({
-    name: string;
-    /** How the expected value of the image relates to the true image. */
-    bias: 'none' | 'consistent' | 'biased';
-    summary: string;
-  })[];
+  estimators: ExperimentEstimators[];
   /** Default estimator. */
   estimator: string;
   /** Samplers that it supports. */
@@ -2107,34 +1941,35 @@ export interface Experiment {
   unit: string;
   /** Default number of replicates. */
   replicates: number;
-  params: {
-    name: string;
-    min: number;
-    max: number;
-    default: number;
-    integer: boolean;
-    summary: string;
-  }[];
+  params: ExperimentParams[];
   /** Exact value with the default parameters. */
   expected: number;
   /** Dimensions of the points that it shows; 0: none. */
   pattern_dimensions: number;
 }
 
+/** Build and machine properties on which the bits of a film depend besides the job. */
+export interface ServerBuild {
+  id: string;
+  commit: string;
+  compiler: string;
+  /** Instruction set for ray tracing. */
+  isa: string;
+  embree: string;
+  /** Paths with default options are traced in groups of eight. */
+  waves: boolean;
+}
+
+export interface ServerScenes {
+  name: string;
+  summary: string;
+}
+
 /** Server capabilities. */
 export interface Server {
   version: string;
   /** Build and machine properties on which the bits of a film depend besides the job. */
-  build: {
-    id: string;
-    commit: string;
-    compiler: string;
-    /** Instruction set for ray tracing. */
-    isa: string;
-    embree: string;
-    /** Paths with default options are traced in groups of eight. */
-    waves: boolean;
-  };
+  build: ServerBuild;
   /** Every limit by name. */
   limits: Record<string, number>;
   defaults: JobDefaults;
@@ -2155,10 +1990,7 @@ export interface Server {
   tone_maps: string[];
   filters: string[];
   /** Built-in scenes. */
-  scenes: {
-    name: string;
-    summary: string;
-  }[];
+  scenes: ServerScenes[];
   /** Experiments of the laboratory. */
   experiments: Experiment[];
   /** Supported glTF extensions. */
@@ -2286,7 +2118,7 @@ export interface Key {
 }
 
 /** A new key. */
-export interface NewKey {
+export interface IssuedKey {
   /** Identifies the key in lists and logs. */
   id: string;
   /** Display name. */
@@ -2312,40 +2144,45 @@ export interface KeyList {
   keys: Key[];
 }
 
+export interface UsageTenants {
+  /** Empty: the operator. */
+  tenant: string;
+  /** Stored jobs. */
+  jobs: number;
+  /** Stored jobs that have not ended. */
+  unfinished_jobs: number;
+  /** CPU time of all jobs except previews, including deleted jobs. */
+  cpu_seconds: number;
+  /** Number of deleted jobs. */
+  deleted_jobs: number;
+  /** Assets and scenes of the tenant. */
+  asset_bytes: number;
+  /** Films, including space reserved for jobs that are rendering. */
+  film_bytes: number;
+  /** Open event and tile streams. */
+  streams: number;
+}
+
+/** Quotas of each tenant; 0: no limit. */
+export interface UsageQuotas {
+  /** Unfinished jobs. */
+  jobs: number;
+  /** Concurrent previews. */
+  previews: number;
+  /** Open streams. */
+  streams: number;
+  /** Concurrent experiments. */
+  lab_runs: number;
+  /** Assets and films. */
+  stored_bytes: number;
+}
+
 /** Usage of tenants: all for the operator and admins, otherwise only the key's own. */
 export interface Usage {
   /** Sorted by name. */
-  tenants: {
-    /** Empty: the operator. */
-    tenant: string;
-    /** Stored jobs. */
-    jobs: number;
-    /** Stored jobs that have not ended. */
-    unfinished_jobs: number;
-    /** CPU time of all jobs except previews, including deleted jobs. */
-    cpu_seconds: number;
-    /** Number of deleted jobs. */
-    deleted_jobs: number;
-    /** Assets and scenes of the tenant. */
-    asset_bytes: number;
-    /** Films, including space reserved for jobs that are rendering. */
-    film_bytes: number;
-    /** Open event and tile streams. */
-    streams: number;
-  }[];
+  tenants: UsageTenants[];
   /** Quotas of each tenant; 0: no limit. */
-  quotas: {
-    /** Unfinished jobs. */
-    jobs: number;
-    /** Concurrent previews. */
-    previews: number;
-    /** Open streams. */
-    streams: number;
-    /** Concurrent experiments. */
-    lab_runs: number;
-    /** Assets and films. */
-    stored_bytes: number;
-  };
+  quotas: UsageQuotas;
 }
 
 /** A webhook call. */
@@ -2496,12 +2333,7 @@ export interface BatchRequest {
    */
   name?: string;
   /** One call when all jobs have ended; `events` has no effect. */
-  webhook?: {
-    /** http or https; receives a signed POST (Standard Webhooks) for each event. */
-    url: string;
-    /** Events to send. Default: ["end"]. */
-    events?: ('state' | 'warning' | 'end')[];
-  } | null;
+  webhook?: JobRequestWebhook | null;
 }
 
 /** A job of a batch. */
@@ -2518,6 +2350,24 @@ export interface BatchJob {
   values: Record<string, unknown>;
 }
 
+/** Progress of all jobs together. */
+export interface BatchProgress {
+  /** Mean over the jobs; 1 for jobs that have ended. */
+  fraction: number;
+  cpu_seconds: number;
+}
+
+/** Jobs in each state. */
+export interface BatchCounts {
+  queued: number;
+  loading: number;
+  rendering: number;
+  paused: number;
+  failed: number;
+  cancelled: number;
+  finished: number;
+}
+
 /** Jobs that were submitted together. */
 export interface Batch {
   id: string;
@@ -2527,21 +2377,9 @@ export interface Batch {
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
   /** Progress of all jobs together. */
-  progress: {
-    /** Mean over the jobs; 1 for jobs that have ended. */
-    fraction: number;
-    cpu_seconds: number;
-  };
+  progress: BatchProgress;
   /** Jobs in each state. */
-  counts: {
-    queued: number;
-    loading: number;
-    rendering: number;
-    paused: number;
-    failed: number;
-    cancelled: number;
-    finished: number;
-  };
+  counts: BatchCounts;
   /** Paths of related resources. */
   links: Record<string, string>;
   /** In the order of the matrix. */
@@ -2557,21 +2395,9 @@ export interface BatchSummary {
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
   /** Progress of all jobs together. */
-  progress: {
-    /** Mean over the jobs; 1 for jobs that have ended. */
-    fraction: number;
-    cpu_seconds: number;
-  };
+  progress: BatchProgress;
   /** Jobs in each state. */
-  counts: {
-    queued: number;
-    loading: number;
-    rendering: number;
-    paused: number;
-    failed: number;
-    cancelled: number;
-    finished: number;
-  };
+  counts: BatchCounts;
   /** Paths of related resources. */
   links: Record<string, string>;
 }

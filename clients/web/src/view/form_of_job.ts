@@ -85,7 +85,7 @@ function optionsOf(job: Job, info: Server | null): Record<string, string> {
 }
 
 function optionsOfIntegrator(spec: Job['spec'], info: Server | null): Record<string, number> {
-  const own = spec.integrator as Record<string, unknown>;
+  const own: Record<string, unknown> = { ...spec.integrator };
   return Object.fromEntries(
     integratorOptions(info, spec.integrator.type).flatMap(({ name }) => {
       const value = own[name];

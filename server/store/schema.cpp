@@ -317,6 +317,7 @@ ALTER TABLE jobs RENAME COLUMN error_high TO error_reach;
 ALTER TABLE jobs DROP COLUMN error_unreliable;
 UPDATE jobs SET error_grain=NULL, error_doubt=NULL, error_reach=NULL;
 )sql",
+    "ALTER TABLE jobs ADD COLUMN light_not_found TEXT NOT NULL DEFAULT '';",
 };
 
 }  // namespace

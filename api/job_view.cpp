@@ -420,6 +420,7 @@ const View<JobView>& job_view() {
        {"spec", shape::reference("JobSpec"), [](const JobView& j) { return to_json(j.spec); }},
        progress_row(),
        error_estimate_row(),
+       light_not_found_row(),
        failure_row(),
        queue_position_row(),
        statistics_row(),

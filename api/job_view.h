@@ -131,6 +131,12 @@ struct Slope {
 Slope fit_slope(std::span<const core::ConvergencePoint> points);
 std::string convergence_json(std::span<const core::ConvergencePoint> points);
 
+/// The member `light_not_found` as JSON, and back; empty: unknown.
+std::string light_not_found_json(const std::optional<core::LightNotFound>& light);
+std::optional<core::LightNotFound> parse_light_not_found(std::string_view text);
+/// A sentence: whose light is missing, or how much may be.
+std::string light_words(const core::LightNotFound& light);
+
 /// {"bias", "confidence", "points"} of a job's meter.
 std::string meter_json(std::span<const core::MeterReading> readings);
 /// The readings as CSV (RFC 4180).

@@ -83,6 +83,7 @@ void add_view_schemas(Json& components) {
       as_answer(job_request_schema(), "The job request with all defaults filled in.");
   add(components, progress_view());
   add(components, error_view());
+  add(components, light_not_found_view());
   add(components, statistics_view());
   add(components, denoised_view());
   add(components, job_view());

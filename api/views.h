@@ -83,6 +83,7 @@ const View<JobView>& progress_view();
 const View<JobView>& error_view();
 const View<JobView>& statistics_view();
 const View<DenoisedView>& denoised_view();
+const View<core::LightNotFound>& light_not_found_view();
 const View<JobView>& job_view();
 const View<JobListView>& job_list_view();
 /// Rows shared by the events and the job.
@@ -92,6 +93,7 @@ const ViewRow<JobView>& stop_reason_row();
 const ViewRow<JobView>& queue_position_row();
 const ViewRow<JobView>& progress_row();
 const ViewRow<JobView>& error_estimate_row();
+const ViewRow<JobView>& light_not_found_row();
 const ViewRow<JobView>& statistics_row();
 const ViewRow<JobView>& failure_row();
 const ViewRow<JobView>& revision_row();

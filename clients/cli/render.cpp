@@ -312,6 +312,9 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
         {"unreliable", progress.error.unreliable},
         {"confidence", job.spec.stop.confidence},
         {"relative_rmse", number_or_null(progress.error.relative)}}},
+      {"light_not_found", progress.light_not_found
+                              ? Json::parse(api::light_not_found_json(progress.light_not_found))
+                              : Json(nullptr)},
       {"denoised", denoised_json(shown, task, job.spec.stop.confidence)},
       {"efficiency", number_or_null(progress.efficiency())},
       {"efficiency_low", valid ? number_or_null(progress.efficiency_low()) : Json(nullptr)},
@@ -329,6 +332,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   auto film = std::make_shared<core::Film>(settings);
   core::TaskOptions options;
   options.stop = job.spec.stop;
+  options.counts_particles = true;
   FilmDenoiser denoiser(job, threads);
   options.denoised_bound = [&denoiser](const core::Film& seen, double confidence) {
     return denoiser.bound(seen, confidence);
@@ -367,6 +371,9 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
                interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());
   if (*aside > 0) {
     std::fprintf(stderr, "fireflies: %.2g%% of the light was set aside\n", 100 * *aside);
+  }
+  if (progress.light_not_found) {
+    std::fprintf(stderr, "light: %s\n", api::light_words(*progress.light_not_found).c_str());
   }
   if (flags.exposure == "auto") {
     std::fprintf(stderr, "exposure: %s stops\n", core::exposure_text(exposure).c_str());

@@ -164,4 +164,28 @@ double student_t_quantile(double p, double k) {
   return std::copysign(solve(cdf_below_one, -above, 0, high), p - 0.5);
 }
 
+double binomial_tail(double k, double n, double p) {
+  return k <= 0 ? 1.0 : incomplete_beta(k, n - k + 1, p);
+}
+
+double binomial_upper(double k, double n, double alpha) {
+  if (k >= n) {
+    return 1;
+  }
+  if (k <= 0) {
+    return -std::expm1(std::log(alpha) / n);
+  }
+  // Bisects in the logarithm: rates may be tiny.
+  const auto below = [=](double log_p) { return binomial_tail(k + 1, n, std::exp(log_p)); };
+  return std::exp(solve(below, 1 - alpha, std::log(k / n), 0));
+}
+
+double binomial_lower(double k, double n, double alpha) {
+  if (k <= 0) {
+    return 0;
+  }
+  const auto above = [=](double log_p) { return binomial_tail(k, n, std::exp(log_p)); };
+  return std::exp(solve(above, alpha, std::log(k / n) - 40, std::log(k / n)));
+}
+
 }  // namespace core

@@ -18,4 +18,12 @@ double f_quantile(double p, double k);
 /// Returns x with P(T <= x) = p for Student's t with k degrees of freedom.
 double student_t_quantile(double p, double k);
 
+/// Limits of the probability of an event that happened in k of n independent trials: it is above
+/// the upper one, or below the lower one, with probability at most alpha each. n > 0, 0 <= k <= n.
+/// Source: Clopper and Pearson 1934.
+double binomial_upper(double k, double n, double alpha);
+double binomial_lower(double k, double n, double alpha);
+/// Returns the probability of k events or more in n independent trials of probability p.
+double binomial_tail(double k, double n, double p);
+
 }  // namespace core

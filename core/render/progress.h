@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error/error_estimate.h"
+#include "core/error/light_not_found.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -39,6 +40,7 @@ struct Progress {
   std::uint64_t rejected_samples = 0;
   ErrorInterval error;  ///< from the last estimate; NaN before the first
   std::uint32_t revision = 0;
+  std::optional<LightNotFound> light_not_found;  ///< empty before the first census
 
   /// 1 / (relative error^2 * CPU seconds); NaN if unknown.
   double efficiency() const noexcept { return efficiency_at(error.relative); }

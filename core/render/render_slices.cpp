@@ -106,6 +106,10 @@ void RenderTask::run(const Slice& slice) {
     m.run_reference(slice);
     return;
   }
+  if (slice.kind == SliceKind::kCensus) {
+    m.run_census(slice);
+    return;
+  }
   SliceWork work = prepare(slice, m.slice_seconds);
   const bool has_prepass =
       slice.kind == SliceKind::kPicture && work.chunk < 0 && integrator_has_prepass(m.settings());

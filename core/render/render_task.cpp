@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "core/base/mutex.h"
+#include "core/integrators/census.h"
 #include "core/render/allocation.h"
+#include "core/render/light_not_found.h"
 #include "core/render/pass_plan.h"
 #include "core/render/pass_policy.h"
 #include "core/render/progress_meter.h"
@@ -35,6 +37,8 @@ RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> 
       meter(std::move(o.points_before)) {
   MutexLock lock(mutex);
   clock.before = o.elapsed_before;
+  census.is_wanted = o.counts_particles && has_census(renderer->view());
+  light_not_found = std::move(o.light_not_found_before);
   for (int t = 0; t < film->unit_count(); ++t) {
     const bool has_pixels = t < film->tile_count();
     const int pilot = film->has_pilot() ? film->tile(t).pilot_samples : 0;
@@ -96,6 +100,11 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
   }
   if (phase == Phase::kRendering && needs_prepass()) {
     return std::nullopt;
+  }
+  if (place == Place::kHere) {
+    if (const auto part = find_census_slice()) {
+      return part;
+    }
   }
   auto slice = find_slice_of(SliceKind::kPicture);
   while (!slice && pass.target < policy.barrier(pass)) {
@@ -301,6 +310,7 @@ RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& 
   seen.point.rays = film->rays();
   seen.point.error = estimate.image(by.stop().confidence);
   seen.bound = by.stop().relative_error ? by.error_bound(estimate) : 0;
+  seen.light_not_found = count_particles(due, by.stop().confidence);
   if (due.is_news) {
     note(seen);
     sink.on_pass(seen.point);
@@ -312,6 +322,9 @@ void RenderTask::Impl::note(Look& seen) {
   MutexLock lock(mutex);
   seen.point.elapsed_seconds = clock.seconds();
   meter.note_look(seen.point, seen.bound);
+  if (seen.light_not_found) {
+    light_not_found = seen.light_not_found;
+  }
 }
 
 void RenderTask::Impl::finish(StopReason why) {
@@ -448,6 +461,7 @@ Progress RenderTask::progress() const {
     area += pixels;
     samples += pixels * m.tiles[t].samples;
   }
+  p.light_not_found = m.light_not_found;
   const bool is_over = m.phase == Impl::Phase::kOver;
   m.meter.tell(m.policy, samples / area, m.pass.base, is_over, p);
   if (is_over && m.ending != StopReason::kCancelled) {

@@ -28,9 +28,10 @@ namespace core {
 
 enum class SliceKind {
   kPicture,
-  kPilot,     ///< samples belong to the pilot stream
-  kPrepass,   ///< part `tile` of the prepass
-  kReference  ///< of the reference images (core/render/reference_images.h)
+  kPilot,      ///< samples belong to the pilot stream
+  kPrepass,    ///< part `tile` of the prepass
+  kReference,  ///< of the reference images (core/render/reference_images.h)
+  kCensus      ///< part `tile` of the census of particles; -1: its points
 };
 
 struct Slice {
@@ -41,7 +42,8 @@ struct Slice {
   SliceKind kind = SliceKind::kPicture;
 };
 
-struct SliceWork;  // core/render/slice_work.h
+class LightCensus;  // core/integrators/census.h
+struct SliceWork;   // core/render/slice_work.h
 
 /// Called from worker threads without locks held; must return quickly.
 class RenderSink {
@@ -82,6 +84,8 @@ class Renderer {
   /// As Integrator::start_prepass(). Null: no sample needs a prepass.
   virtual std::unique_ptr<Prepass> start_prepass(int) const { return nullptr; }
   virtual void run_prepass(Prepass&, int /*part*/, std::uint64_t& /*rays*/) const {}
+  /// Returns a census of particles for the view's tiles; null if there is none (has_census()).
+  virtual std::unique_ptr<LightCensus> start_census() const;
   /// As render(), for the one sample after state.samples, which the prepass serves.
   virtual bool gather(TileState&, const Prepass&, std::stop_token) const { return true; }
 };
@@ -95,6 +99,9 @@ struct TaskOptions {
   std::vector<ConvergencePoint> points_before;
   /// Whether errors of biased integrators are measured; they are unknown otherwise.
   bool compares = true;
+  /// Whether particles are counted beside the picture, for LightNotFound.
+  bool counts_particles = false;
+  std::optional<LightNotFound> light_not_found_before = {};
   /// Returns the upper end of the error of the film's denoised image; infinite if unknown. Called
   /// by one thread at looks of jobs with stop.denoised_error, while no slice of the task is out. If
   /// empty, such a rule never ends the task.

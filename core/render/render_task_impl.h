@@ -67,6 +67,7 @@ struct RenderTask::Impl {
     ConvergencePoint point;
     double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
     double denoised_bound = std::numeric_limits<double>::infinity();
+    std::optional<LightNotFound> light_not_found = {};
   };
   struct Tile {
     int samples = 0;  ///< the minimum of camera and light paths, if there are both
@@ -81,6 +82,14 @@ struct RenderTask::Impl {
     int parts_done = 0;
     std::uint64_t rays = 0;
     double cpu_seconds = 0;
+  };
+
+  /// The census of particles; parts are handed out in order.
+  struct CensusWork {
+    std::shared_ptr<LightCensus> census;  ///< null: not yet made
+    bool is_wanted = false;
+    bool is_being_made = false;
+    int parts_out = 0;
   };
 
   const std::shared_ptr<const Renderer> renderer;
@@ -102,6 +111,8 @@ struct RenderTask::Impl {
   std::vector<Tile> tiles GUARDED_BY(mutex);
   std::size_t cursor GUARDED_BY(mutex) = 0;  // index of the tile to try first
   PrepassWork prepass GUARDED_BY(mutex);
+  CensusWork census GUARDED_BY(mutex);
+  std::optional<LightNotFound> light_not_found GUARDED_BY(mutex);
   std::map<int, TileState> pass_base GUARDED_BY(mutex);  // tiles before this pass; clock rules only
   Stopwatch clock GUARDED_BY(mutex);
   ProgressMeter meter GUARDED_BY(mutex);
@@ -120,6 +131,11 @@ struct RenderTask::Impl {
   Due next_due() REQUIRES(mutex);
   Due due_end() REQUIRES(mutex);
   Due complete(const Slice& slice, int last, std::optional<TileState> before) EXCLUDES(mutex);
+
+  std::optional<Slice> find_census_slice() REQUIRES(mutex);
+  void run_census(const Slice& slice) EXCLUDES(mutex);
+  void make_census() EXCLUDES(mutex);
+  std::optional<LightNotFound> count_particles(const Due& due, double confidence) EXCLUDES(mutex);
 
   LightBatch light_of(int unit, int last_sample) const;
   void run_part(const Slice& slice) EXCLUDES(mutex);

@@ -14,6 +14,7 @@
 #include "core/camera/moving_camera.h"
 #include "core/color/photometry.h"
 #include "core/film/camera_sample.h"
+#include "core/integrators/census.h"
 #include "core/integrators/integrator.h"
 #include "core/labels/label.h"
 #include "core/labels/motion.h"
@@ -92,6 +93,13 @@ class PictureRenderer final : public Renderer {
     planned_.integrator->run_prepass(pass, part, rays);
   }
   bool gather(TileState& state, const Prepass& pass, std::stop_token stop) const override;
+  std::unique_ptr<LightCensus> start_census() const override {
+    prepare_tracing_thread();
+    const FilmSettings& film = view_.settings.film;
+    return std::make_unique<LightCensus>(
+        IntegratorInput{view_.scene->data(), view_.environment.get(), view_.settings, &camera_},
+        tile_rects(film.crop.value_or(PixelRect{0, 0, film.width, film.height})));
+  }
   bool render_meter(int chunk, MeterChunk& state, int last_sample,
                     std::stop_token stop) const override {
     prepare_tracing_thread();

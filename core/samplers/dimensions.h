@@ -5,23 +5,20 @@
 ///
 ///   group   number  use                                   drawn in
 ///   camera  x y     position on the film                  film/camera_sample wave/wave_tracer
-///                                                         integrators/mlt
+///                                                         integrators/mlt integrators/census
 ///                                                         integrators/cached_irradiance
 ///   camera  z w     position on the lens                  film/camera_sample wave/wave_tracer
-///                                                         integrators/mlt
+///                                                         integrators/mlt integrators/census
 ///                                                         integrators/cached_irradiance
-///   light   x       which light                           integrators/path
-///                                                         transport/direct_light
+///   light   x       which light                           integrators/path transport/direct_light
 ///                                                         integrators/bdpt integrators/irradiance
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media wave/wave_tracer
-///   light   y z     where on it                           integrators/path
-///                                                         transport/direct_light
+///   light   y z     where on it                           integrators/path transport/direct_light
 ///                                                         integrators/bdpt integrators/irradiance
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media wave/wave_tracer
-///   light   w       Russian roulette of the path          integrators/path
-///                                                         integrators/bdpt
+///   light   w       Russian roulette of the path          integrators/path integrators/bdpt
 ///                                                         integrators/shared_lights
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer
@@ -29,7 +26,7 @@
 ///                                                         transport/light_path integrators/bdpt
 ///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
-///                                                         integrators/catcher
+///                                                         integrators/catcher integrators/census
 ///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    y z     direction                             integrators/path integrators/direct
 ///                                                         transport/light_path integrators/bdpt
@@ -37,7 +34,7 @@
 ///                                                         integrators/light_trace
 ///                                                         integrators/photon_mapping
 ///                                                         integrators/cached_irradiance
-///                                                         integrators/catcher
+///                                                         integrators/catcher integrators/census
 ///                                                         integrators/path_media
 ///                                                         wave/wave_tracer render/feature_pass
 ///   bsdf    w       delta lobe or not, where directions   integrators/path
@@ -60,7 +57,10 @@
 ///                   or that turn
 ///   start   x       which light a light path starts at    transport/light_path
 ///   start   y z     where on it                           transport/light_path
+///   start   w       which share of the light a particle   integrators/census
+///                   of a census counts, in a tile
 ///   aim     x y     its direction                         transport/light_path
+///   aim     z       the same in the picture               integrators/census
 ///   vertex  x y     position on the lens                  integrators/light_trace
 ///                                                         integrators/bdpt
 ///   vertex  z       Russian roulette of a light path      transport/light_path

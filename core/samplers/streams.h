@@ -6,6 +6,7 @@
 
 namespace core {
 
+inline constexpr std::uint64_t kCensusStream = std::uint64_t{1} << 63U;
 inline constexpr std::uint64_t kPilotStream = std::uint64_t{1} << 62U;
 inline constexpr std::uint64_t kLightStream = std::uint64_t{1} << 61U;
 inline constexpr std::uint64_t kPhotonStream = std::uint64_t{1} << 60U;

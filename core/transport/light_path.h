@@ -19,6 +19,7 @@ EmissionSample start_light_path(const SceneData& scene, PathState& path,
 
 /// A surface that a light path has met.
 struct LightVertex {
+  const EmissionSample& light;  ///< where the path began
   const PathVertex& surface;
   const ScatterPoint& at;
   const SeenSurface& from_light;
@@ -50,7 +51,7 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
     if (path.scatterings() == 0) {  // a range ends at the first surface that scatters
       power *= emission.range_factor(light.light, length(vertex.point.position - path.last.origin));
     }
-    visit(LightVertex{vertex, at, from_light, power, is_smooth});
+    visit(LightVertex{light, vertex, at, from_light, power, is_smooth});
     const int depth = path.depth;
     const Vec4 u = path.sampler.get_4d(dimension_group(depth, BounceGroup::kBsdf));
     const ScatterSample next =

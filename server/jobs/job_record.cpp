@@ -159,6 +159,7 @@ JobRow to_row(const JobRecord& record) {
   row.ledger = api::ledger_json(view.ledger);
   row.samples_by_error = view.samples_by_error;
   row.split_count = view.split_count;
+  row.light_not_found = api::light_not_found_json(view.progress.light_not_found);
   return row;
 }
 
@@ -223,6 +224,7 @@ core::Result<JobRecord> to_record(const JobRow& row) {
                        ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach,
                                               form_of(view.spec.render))
                        : core::unknown_error();
+  progress.light_not_found = api::parse_light_not_found(row.light_not_found);
   if (row.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;
   }

@@ -309,6 +309,8 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   parts.local = *local;
   parts.options.stop = spec.stop;
   parts.options.samples_limit = samples_max_;
+  parts.options.counts_particles = true;
+  parts.options.light_not_found_before = job->record().view.progress.light_not_found;
   // The run belongs to the job: a shared pointer here would keep both alive.
   parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
                                                                            double confidence) {

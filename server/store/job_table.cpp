@@ -17,7 +17,8 @@ constexpr const char* kInsert =
     " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
     " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_grain, error_doubt,"
     " error_reach, build, ledger, samples_by_error, split_count, pause_reason, "
-    "sequence) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    "light_not_found, sequence) "
+    "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
     "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, "
@@ -26,7 +27,7 @@ constexpr const char* kUpdate =
     " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
     " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
     " rays=?, rejected_samples=?, peak_bytes=?, error_grain=?, error_doubt=?, error_reach=?,"
-    " build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=? "
+    " build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=?, light_not_found=? "
     "WHERE sequence=?";
 
 /// The columns in the order of kInsert, except the sequence.
@@ -35,7 +36,7 @@ constexpr const char* kUpdate =
   " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where," \
   " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"   \
   " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_grain, error_doubt,"  \
-  " error_reach, build, ledger, samples_by_error, split_count, pause_reason,"                     \
+  " error_reach, build, ledger, samples_by_error, split_count, pause_reason, light_not_found,"    \
   " COALESCE((SELECT owner FROM job_owners WHERE job_owners.job=sequence), '')"
 
 /// Jobs that render or may render again: a finished job with its film can be extended.
@@ -79,7 +80,7 @@ void bind_row(Statement& statement, const JobRow& row) {
   statement.bind(row.error_grain).bind(row.error_doubt).bind(row.error_reach);
   statement.bind(row.build).bind(row.ledger);
   statement.bind(std::int64_t{row.samples_by_error}).bind(std::int64_t{row.split_count});
-  statement.bind(row.pause_reason);
+  statement.bind(row.pause_reason).bind(row.light_not_found);
 }
 
 JobRow read_row(const Statement& from) {
@@ -122,6 +123,7 @@ JobRow read_row(const Statement& from) {
   row.samples_by_error = static_cast<int>(from.integer(column++));
   row.split_count = static_cast<int>(from.integer(column++));
   row.pause_reason = from.text(column++);
+  row.light_not_found = from.text(column++);
   row.tenant = from.text(column++);
   return row;
 }

@@ -60,6 +60,7 @@ struct JobRow {
   std::string ledger = {};  ///< JSON text; empty: follows from the spec.
   int samples_by_error = 0;
   int split_count = 0;
+  std::string light_not_found = {};  ///< JSON text; empty: unknown.
 
   std::string tenant = {};  ///< The owner; empty: the operator. Never changes.
 

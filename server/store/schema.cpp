@@ -323,6 +323,7 @@ UPDATE jobs SET error_grain=NULL, error_doubt=NULL, error_reach=NULL
   WHERE iif(json_valid(spec), json_extract(spec, '$.integrator.type'), '')
     IN ('sppm', 'photon-map', 'irradiance-cache');
 )sql",
+    "ALTER TABLE jobs ADD COLUMN light_not_found TEXT NOT NULL DEFAULT '';",
 };
 
 }  // namespace

@@ -4,6 +4,7 @@ set(CORE_TEST_SOURCES
   bsdf_test.cpp
   camera_importance_test.cpp
   camera_test.cpp
+  census_test.cpp
   comparison_test.cpp
   denoise_lamps_test.cpp
   denoise_test.cpp

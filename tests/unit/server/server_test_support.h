@@ -50,6 +50,7 @@ std::string triangle_buffer();
 
 /// Reverts the tables of a store to the schema before there were tenants.
 inline constexpr const char* kBackToSchema7 = R"sql(
+ALTER TABLE jobs DROP COLUMN light_not_found;
 DROP TABLE batch_jobs; DROP TABLE batches;
 DROP INDEX jobs_by_end; ALTER TABLE jobs DROP COLUMN pause_reason;
 DROP TABLE sessions; DROP TABLE webhook_deliveries; DROP TABLE webhook_secrets;

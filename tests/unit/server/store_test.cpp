@@ -101,6 +101,7 @@ TEST_F(Store, RestoresAJobWithEveryMember) {
   row.samples_by_error = 15;
   row.split_count = 16;
   row.pause_reason = "storage_full";
+  row.light_not_found = "{}";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   reopen();
   const auto found = jobs->find("a");
@@ -111,6 +112,7 @@ TEST_F(Store, RestoresAJobWithEveryMember) {
   EXPECT_EQ(back.samples_by_error, 15);
   EXPECT_EQ(back.split_count, 16);
   EXPECT_EQ(back.pause_reason, "storage_full");
+  EXPECT_EQ(back.light_not_found, "{}");
   EXPECT_EQ(back.priority, -7);
   EXPECT_EQ(back.started_at, row.started_at);
   EXPECT_EQ(back.finished_at, row.finished_at);

@@ -690,6 +690,18 @@ class ErrorEstimate(TypedDict):
     relative_rmse: float | None
 
 
+class LightNotFound(TypedDict):
+    """How much light may be missing from the image, from particles that are counted beside it."""
+
+    at_most: float
+    detected: float
+    confidence: float
+    particles: int
+    tiles: int
+    lacking: list[int]
+    reason: str | None
+
+
 class Statistics(TypedDict):
     """Cost of the job."""
 
@@ -752,6 +764,7 @@ class Job(TypedDict):
     spec: JobSpec
     progress: Progress
     error: ErrorEstimate
+    light_not_found: LightNotFound | None
     failure: Problem | None
     queue_position: int | None
     statistics: Statistics
@@ -830,6 +843,7 @@ class ProgressEvent(TypedDict):
     state: JobState
     progress: Progress
     error: ErrorEstimate
+    light_not_found: LightNotFound | None
     statistics: Statistics
     revision: int
     denoised: Denoised | None
@@ -874,6 +888,7 @@ class EndEvent(TypedDict):
     film_digest: str | None
     revision: int
     error: ErrorEstimate
+    light_not_found: LightNotFound | None
     failure: Problem | None
 
 

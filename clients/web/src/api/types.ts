@@ -1191,6 +1191,31 @@ export interface ErrorEstimate {
   relative_rmse: number | null;
 }
 
+/** How much light may be missing from the image, from particles that are counted beside it. */
+export interface LightNotFound {
+  /**
+   * Light that neither the image nor the particles may have found, with the confidence, over the
+   * image's mean luminance; 1 for a black image.
+   */
+  at_most: number;
+  /**
+   * Light that the particles found and the image lacks, over the image's mean luminance; 0: none.
+   */
+  detected: number;
+  /** Confidence level of `at_most`, and of all tiles together. */
+  confidence: number;
+  /** Number of particles. */
+  particles: number;
+  /** Number of tiles that lack light. */
+  tiles: number;
+  /** Those tiles, by number. */
+  lacking: number[];
+  /**
+   * A sentence: whose light is missing, and which integrator finds it; null: no tile lacks light.
+   */
+  reason: string | null;
+}
+
 /** Cost of the job. */
 export interface Statistics {
   rays: number;
@@ -1290,6 +1315,7 @@ export interface Job {
   spec: JobSpec;
   progress: Progress;
   error: ErrorEstimate;
+  light_not_found: LightNotFound | null;
   failure: Problem | null;
   /** 0: the next job; null: not waiting. */
   queue_position: number | null;
@@ -1390,6 +1416,7 @@ export interface ProgressEvent {
   state: JobState;
   progress: Progress;
   error: ErrorEstimate;
+  light_not_found: LightNotFound | null;
   statistics: Statistics;
   /** Number of changes of the image. */
   revision: number;
@@ -1440,6 +1467,7 @@ export interface EndEvent {
   /** Number of changes of the image. */
   revision: number;
   error: ErrorEstimate;
+  light_not_found: LightNotFound | null;
   failure: Problem | null;
 }
 

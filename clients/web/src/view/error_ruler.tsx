@@ -3,6 +3,7 @@ import { rampCss } from '../live/heat';
 import { count, errorInWords, number, percent } from '../ui/format';
 import { biasOf, isNoiseAlone, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
+import { LightNotFound } from './light_not_found';
 import { SetAside } from './set_aside';
 import { errorRange } from './view_modes';
 
@@ -83,6 +84,7 @@ export function ErrorRuler({
       {bias !== 'none' && <BiasNote job={job} bias={bias} />}
       <Track job={job} points={points} />
       <SetAside job={plain} />
+      <LightNotFound job={plain} />
     </section>
   );
 }

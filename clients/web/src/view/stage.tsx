@@ -10,6 +10,7 @@ import { ServerImage } from './server_image';
 import { samplesRange, varianceRange } from './film_reading';
 import { FirstLook } from './first_look';
 import { Legend, LuxLegend, unitOf } from './legend';
+import { LackingTiles } from './light_not_found';
 import type { LuxScale } from './lux';
 import { TileFlashes } from './tile_flashes';
 import { isHeat, isLayer, lookOf, planeModes, type Mode, type Range } from './view_modes';
@@ -136,6 +137,15 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
               width={size.width}
               height={size.height}
               active={!isFinal(job.state)}
+            />
+          )}
+          {job && mode === 'picture' && (
+            <LackingTiles
+              job={job}
+              width={size.width}
+              height={size.height}
+              left={job.spec.film?.crop?.x}
+              top={job.spec.film?.crop?.y}
             />
           )}
           {job && shown.showWorkers && !isFinal(job.state) && (

@@ -81,6 +81,13 @@ const auto& table() {
                    "cpu_seconds", [](auto& s) -> auto& { return s.cpu_seconds; },
                    {0, limits::kStopCpuSeconds, true},
                    "Stop after this many CPU seconds of rendering, summed over all threads.")),
+      shown_if(
+          [](const StopRules& s) { return s.meter_error.has_value(); },
+          number(
+              "meter_error", [](auto& s) -> auto& { return s.meter_error; },
+              {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+              "Stop when (high - low) / illuminance_lux of every point of the meter is at most "
+              "this.")),
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {
@@ -109,10 +116,10 @@ StopRules read_stop(const Json& value, const std::string& pointer, Faults& fault
     return rules;
   }
   if (!rules.samples_per_pixel && !rules.relative_error && !rules.denoised_error &&
-      !rules.seconds && !rules.cpu_seconds && !rules.deadline_unix_seconds) {
+      !rules.seconds && !rules.cpu_seconds && !rules.deadline_unix_seconds && !rules.meter_error) {
     faults.add(pointer,
-               "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-               "cpu_seconds or deadline");
+               "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+               "seconds, cpu_seconds or deadline");
   }
   return rules;
 }

@@ -43,7 +43,6 @@ ProgressFacts facts_of(const Json& job) {
   facts.relative_error = number_at(error, "relative", kUnknown);
   facts.error_low = number_at(error, "low", kUnknown);
   facts.error_high = number_at(error, "high", kUnknown);
-  facts.is_noise_alone = error.value("valid", Json(true)) == Json(false);
   facts.rays_per_second = number_at(object_in(job, "statistics"), "rays_per_second", 0);
   if (progress.contains("eta_seconds") && progress["eta_seconds"].is_number()) {
     facts.eta_seconds = progress["eta_seconds"].get<double>();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace core {
 namespace {
@@ -85,6 +86,17 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
     readings.push_back(reading);
   }
   return readings;
+}
+
+double meter_error(const std::vector<MeterReading>& readings) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  double worst = readings.empty() ? kUnknown : 0;
+  for (const MeterReading& reading : readings) {
+    worst =
+        std::max(worst, reading.illuminance > 0 ? (reading.high - reading.low) / reading.illuminance
+                                                : kUnknown);
+  }
+  return worst;
 }
 
 }  // namespace core

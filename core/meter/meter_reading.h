@@ -43,4 +43,7 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
                                          const std::vector<MeterChunk>& chunks,
                                          double path_light = 0);
 
+/// Returns the largest (high - low) / illuminance of any point; infinite if a point has no reading.
+double meter_error(const std::vector<MeterReading>& readings);
+
 }  // namespace core

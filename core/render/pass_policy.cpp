@@ -56,7 +56,7 @@ int PassPolicy::far_target(const Pass& pass) const {
     return next_target(pass);
   }
   const int near = barrier(pass);
-  if (stop_.relative_error || stop_.denoised_error) {
+  if (stop_.relative_error || stop_.denoised_error || stop_.meter_error) {
     return near;
   }
   // The first image should come as early as without other machines.

@@ -47,6 +47,10 @@ class PassPolicy {
 
   /// Returns the upper end that is compared with the error target; NaN if unknown.
   double error_bound(const ErrorEstimate& look) const;
+  /// Returns whether the meter's error ends the job after this pass. error: meter_error().
+  bool ends_by_meter(int samples, double error) const {
+    return stop_.meter_error && may_stop_at(samples) && error <= *stop_.meter_error;
+  }
   /// Returns whether the image is denoised at this look to test the stop rule.
   bool denoises_at(int samples) const;
   /// Decides after a complete pass of `samples`. bound: error_bound() of the look at that count,

@@ -271,6 +271,7 @@ struct StopRules {
   std::optional<double> seconds;         ///< rendering time, without pauses and downtime
   std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
+  std::optional<double> meter_error = {};  ///< of the meter's worst point: meter_error()
   bool has_error_target() const noexcept {
     return relative_error.has_value() || denoised_error.has_value();
   }
@@ -284,13 +285,15 @@ enum class StopReason {
   kSeconds,
   kCpuSeconds,
   kDeadline,
+  kMeterError,
   kLimit,
   kCancelled,
   kFailed
 };
 
 constexpr bool is_by_error(StopReason reason) {
-  return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError;
+  return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError ||
+         reason == StopReason::kMeterError;
 }
 
 enum class EnvironmentPreset { kStudio, kTent, kRim };

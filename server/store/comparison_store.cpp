@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <map>
@@ -11,8 +12,7 @@
 #include <vector>
 
 #include <fcntl.h>
-
-#include "server/store/files.h"
+#include <zlib.h>
 
 namespace server {
 
@@ -39,7 +39,7 @@ class Kept {
   /// Pre: called with the oldest first.
   void add(std::string id, std::int64_t bytes, const std::string& tenant) {
     Owned& owned = of_tenant_[tenant];
-    owned.oldest_first.emplace_back(std::move(id), bytes);
+    owned.oldest_first.push_back({std::move(id), bytes, ++last_});
     owned.bytes += bytes;
     bytes_ += bytes;
     ++count_;
@@ -47,39 +47,107 @@ class Kept {
   std::int64_t count() const { return count_; }
   std::int64_t bytes() const { return bytes_; }
 
-  /// Takes the oldest of the tenant with the most bytes, of several the one with the most
-  /// comparisons; never the only one of a tenant unless all tenants have one. Pre: count() > 0.
+  /// Takes the oldest of the tenant with the most bytes among those that have several; if all have
+  /// one, the oldest. Pre: count() > 0.
   std::string take_oldest_of_largest() {
     const auto size = [](const auto& item) {
       const Owned& owned = item.second;
-      return std::tuple(owned.oldest_first.size() > 1, owned.bytes, owned.oldest_first.size());
+      const bool has_several = owned.oldest_first.size() > 1;
+      return std::tuple(has_several, has_several ? owned.bytes : 0,
+                        -owned.oldest_first.front().number);
     };
     const auto largest =
         std::max_element(of_tenant_.begin(), of_tenant_.end(),
                          [&](const auto& a, const auto& b) { return size(a) < size(b); });
     Owned& owned = largest->second;
-    auto [id, bytes] = std::move(owned.oldest_first.front());
+    Item oldest = std::move(owned.oldest_first.front());
     owned.oldest_first.pop_front();
-    owned.bytes -= bytes;
-    bytes_ -= bytes;
+    owned.bytes -= oldest.bytes;
+    bytes_ -= oldest.bytes;
     --count_;
     if (owned.oldest_first.empty()) {
       of_tenant_.erase(largest);
     }
-    return id;
+    return oldest.id;
   }
 
  private:
+  struct Item {
+    std::string id;
+    std::int64_t bytes = 0;
+    std::int64_t number = 0;  ///< In the order of their age.
+  };
   struct Owned {
-    std::deque<std::pair<std::string, std::int64_t>> oldest_first;
+    std::deque<Item> oldest_first;
     std::int64_t bytes = 0;
   };
   std::map<std::string, Owned> of_tenant_;
   std::int64_t bytes_ = 0;
   std::int64_t count_ = 0;
+  std::int64_t last_ = 0;
 };
 
+/// Returns whether the file is a PNG whose chunks all match their checksums. Source: PNG, 3rd
+/// edition, 5.3: length, type, data, and the CRC-32 of type and data.
+bool is_whole_png(int fd, const std::string& path) {
+  constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+  std::vector<std::byte> piece(std::size_t{1} << 16U);
+  std::uint64_t at = 0;
+  const auto read = [&](std::size_t bytes) {
+    const auto got = read_at(fd, std::span(piece).first(bytes), at, path);
+    at += bytes;
+    return got && *got == bytes;
+  };
+  const auto number = [&piece](std::size_t offset) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      value = value << 8U | std::to_integer<std::uint32_t>(piece[offset + i]);
+    }
+    return value;
+  };
+  const auto sum = [&piece](std::uint32_t before, std::size_t offset, std::size_t bytes) {
+    return static_cast<std::uint32_t>(
+        ::crc32_z(before, reinterpret_cast<const Bytef*>(piece.data() + offset), bytes));
+  };
+  if (!read(kSignature.size()) ||
+      std::memcmp(piece.data(), kSignature.data(), kSignature.size()) != 0) {
+    return false;
+  }
+  constexpr std::uint32_t kEnd = 0x49454E44;  // IEND
+  for (std::uint32_t type = 0; type != kEnd;) {
+    if (!read(8)) {
+      return false;
+    }
+    type = number(4);
+    std::uint32_t crc = sum(0, 4, 4);
+    for (std::size_t left = number(0); left > 0;) {
+      const std::size_t bytes = std::min(left, piece.size());
+      if (!read(bytes)) {
+        return false;
+      }
+      crc = sum(crc, 0, bytes);
+      left -= bytes;
+    }
+    if (!read(4) || number(0) != crc) {
+      return false;
+    }
+  }
+  const auto bytes = file_bytes(fd, path);
+  return bytes && *bytes == at;
+}
+
 }  // namespace
+
+core::Result<UniqueFd> ComparisonStore::open_map(std::string_view id, std::string_view map) const {
+  const std::string path = path_of(id, map);
+  auto fd = open_file(path, O_RDONLY);
+  if (!fd || !is_whole_png(fd->get(), path)) {
+    return Error{ErrorCode::kInternal,
+                 "the stored map is " + std::string(fd ? "damaged" : "gone") + "; compare again",
+                 ""};
+  }
+  return fd;
+}
 
 std::string ComparisonStore::path_of(std::string_view id, std::string_view map) const {
   return data_.comparisons_path() + "/" + std::string(id) + "/" + std::string(map);

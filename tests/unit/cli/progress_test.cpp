@@ -48,24 +48,6 @@ TEST(ProgressText, OmitsAnUnknownError) {
   EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
-TEST(ProgressText, NamesAnErrorThatIsNoiseAlone) {
-  cli::ProgressFacts facts;
-  facts.is_noise_alone = true;
-  EXPECT_EQ(cli::interval_text(facts), "error unknown");
-  facts.relative_error = 0.159;
-  EXPECT_EQ(cli::interval_text(facts), "error 15.9% (noise alone, without the blur)");
-}
-
-TEST(ProgressText, ReadsFromAJobWhetherItsErrorIsNoiseAlone) {
-  const auto is_noise = [](const char* job) {
-    return cli::facts_of(cli::parse_object(job)).is_noise_alone;
-  };
-  EXPECT_TRUE(is_noise(R"({"error": {"valid": false}})"));
-  for (const char* job : {R"({"error": {"valid": true}})", R"({"error": {"valid": null}})", "{}"}) {
-    EXPECT_FALSE(is_noise(job)) << job;
-  }
-}
-
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
   cli::ProgressFacts facts;
   facts.fraction = 0.9999;

@@ -250,6 +250,7 @@ class JobRequestStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -313,6 +314,7 @@ class JobPatchStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -343,6 +345,7 @@ class ExtendRequestStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -596,6 +599,7 @@ class JobSpecStop(TypedDict):
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -736,6 +740,7 @@ class Job(TypedDict):
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -753,6 +758,7 @@ class Job(TypedDict):
     revision: int
     film_digest: str | None
     denoised: Denoised | None
+    denoising: bool
     warnings: list[str]
     warning_details: list[Warning]
     links: dict[str, str]
@@ -808,6 +814,7 @@ class StateEvent(TypedDict):
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -858,6 +865,7 @@ class EndEvent(TypedDict):
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -1196,7 +1204,7 @@ class IntegratorInfo(TypedDict):
 
     type: str
     bias: Literal["none", "consistent", "biased"]
-    error: Literal["valid", "from-chains", "none"]
+    error: Literal["valid", "from-chains", "by-comparison"]
     summary: str
     accepts: list[str]
     defaults: dict[str, Any]
@@ -1529,6 +1537,7 @@ class BatchJob(TypedDict):
     name: str
     state: str
     fraction: float
+    revision: int
     values: dict[str, Any]
 
 

@@ -12,12 +12,12 @@ from ._wire import Json
 class JobOptions(TypedDict, total=False):
     """The options of `submit` besides the scene; omitted ones have the server's defaults.
 
-    Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, confidence,
-    scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator, sampler,
-    light_sampler, adaptive, background and ground may be the name of a type, camera a name or an
-    index, environment the path of an .hdr or .exr file. All other members are those of the request
-    (described at the server's `/docs`). `request` is a whole request, which the options override:
-    use it for members that are not listed here.
+    Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, meter_error,
+    confidence, scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator,
+    sampler, light_sampler, adaptive, background and ground may be the name of a type, camera a name
+    or an index, environment the path of an .hdr or .exr file. All other members are those of the
+    request (described at the server's `/docs`). `request` is a whole request, which the options
+    override: use it for members that are not listed here.
     """
 
     name: str
@@ -49,6 +49,7 @@ class JobOptions(TypedDict, total=False):
     samples_per_pixel: int
     relative_error: float
     denoised_error: float
+    meter_error: float
     confidence: float
     scope: str
     seconds: float
@@ -61,6 +62,7 @@ _STOP = (
     "samples_per_pixel",
     "relative_error",
     "denoised_error",
+    "meter_error",
     "confidence",
     "scope",
     "seconds",

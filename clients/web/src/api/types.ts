@@ -416,6 +416,8 @@ export interface JobRequestStop {
   seconds?: number | null;
   /** Stop after this many CPU seconds of rendering, summed over all threads. */
   cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -548,6 +550,8 @@ export interface JobPatchStop {
   seconds?: number | null;
   /** Stop after this many CPU seconds of rendering, summed over all threads. */
   cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -598,6 +602,8 @@ export interface ExtendRequestStop {
   seconds?: number | null;
   /** Stop after this many CPU seconds of rendering, summed over all threads. */
   cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -1017,6 +1023,8 @@ export interface JobSpecStop {
   seconds?: number | null;
   /** Stop after this many CPU seconds of rendering, summed over all threads. */
   cpu_seconds?: number | null;
+  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
+  meter_error?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -1169,7 +1177,10 @@ export interface ErrorEstimate {
   confidence: number;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** False: the error is noise alone, without the image's blur, so there is no interval. */
+  /**
+   * False: the error is unknown, since no unbiased integrator can render the image to compare it
+   * with.
+   */
   valid: boolean;
   /**
    * More light is in doubt than is visible as grain (doubt above grain): rare bright paths are
@@ -1268,6 +1279,7 @@ export interface Job {
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1287,6 +1299,8 @@ export interface Job {
   /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
+  /** A denoised image is being made: on request, while it renders or afterwards. */
+  denoising: boolean;
   /** Adjustments made to the request, and other warnings. */
   warnings: string[];
   /** Those of `warnings` that are about the scene's file, for programs. */
@@ -1360,6 +1374,7 @@ export interface StateEvent {
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1415,6 +1430,7 @@ export interface EndEvent {
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1867,8 +1883,8 @@ export interface IntegratorInfo {
   type: string;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** Whether the halves of its images give a valid error estimate. */
-  error: 'valid' | 'from-chains' | 'none';
+  /** How the error of its images is known. */
+  error: 'valid' | 'from-chains' | 'by-comparison';
   summary: string;
   /** JSON pointers of the job request that it supports. */
   accepts: string[];
@@ -2328,6 +2344,8 @@ export interface BatchJob {
   /** State of the job. */
   state: string;
   fraction: number;
+  /** Number of changes of its image; 0: there is no image yet. */
+  revision: number;
   /** Values that the matrix assigned to it. */
   values: Record<string, unknown>;
 }

@@ -1,7 +1,7 @@
 import type { ConvergencePoint, Job } from '../api/types';
 import { rampCss } from '../live/heat';
 import { count, errorInWords, number, percent } from '../ui/format';
-import { biasOf, passesOf, radiusShare, type Bias } from './bias';
+import { biasOf, isNoiseAlone, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
 import { SetAside } from './set_aside';
 import { errorRange } from './view_modes';
@@ -43,6 +43,7 @@ export function ErrorRuler({
   const then = denoised ? null : samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   const bias = biasOf(job);
+  const isNoise = isNoiseAlone(job);
   const notes: { text: string; id: string }[] = [];
   if (value != null && error?.low != null && error.high != null)
     notes.push({
@@ -58,13 +59,13 @@ export function ErrorRuler({
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">
-            {value == null ? 'Error' : bias === 'none' ? 'The average pixel is' : 'Noise'}
+            {value == null ? 'Error' : isNoise ? 'Noise' : 'The average pixel is'}
           </span>{' '}
           <strong>
             {denoised && isOpen(denoised) && 'below '}
             {value != null ? percent(value) : 'not known yet'}
           </strong>
-          {value != null && bias === 'none' && ' off'}
+          {value != null && !isNoise && ' off'}
           {notes.map(({ id, text }, i) => (
             <span
               key={id}
@@ -77,7 +78,7 @@ export function ErrorRuler({
             </span>
           ))}
         </p>
-        {bias === 'none' && <p class="ruler-words">{wordsFor(job, denoised != null)}</p>}
+        {!isNoise && <p class="ruler-words">{wordsFor(job, denoised != null)}</p>}
       </div>
       {bias !== 'none' && <BiasNote job={job} bias={bias} />}
       <Track job={job} points={points} />
@@ -96,17 +97,19 @@ function shownAs(job: Job, denoised: DenoisedError): Job {
   return { ...job, error: { ...job.error, relative: value, low, high } } as Job;
 }
 
-/** What the noise does not include; for progressive photon mapping also how fast that falls. */
+/** Whether the error includes the bias; for progressive photon mapping also how fast that falls. */
 function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
   const { alpha } = job.spec.integrator;
   const share = radiusShare(job);
   return (
     <p class="ruler-bias" data-testid="bias">
+      {bias === 'biased' ? 'This method is biased' : 'This method is consistent'}
+      {isNoiseAlone(job)
+        ? ': its systematic error is not included in the noise'
+        : ': its systematic error is included'}
       {bias === 'biased'
-        ? 'This method is biased: its systematic error is not included in the noise, and more ' +
-          'samples do not remove it.'
-        : 'This method is consistent: its systematic error is not included in the noise, but ' +
-          'vanishes as samples are added.'}
+        ? ', and more samples do not remove it.'
+        : ', and vanishes as samples are added.'}
       {bias === 'consistent' && alpha !== undefined && (
         <>
           {' '}

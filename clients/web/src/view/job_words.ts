@@ -22,6 +22,7 @@ const reasons: Record<string, string> = {
   seconds: 'time limit reached',
   cpu_seconds: 'CPU time limit reached',
   deadline: 'deadline',
+  meter_error: 'error target of the meter reached',
   limit: 'sample limit of the server',
 };
 

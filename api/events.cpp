@@ -58,10 +58,11 @@ const View<JobView>& state_event_view() {
 std::string state_event(const JobView& job) { return dump(state_event_view().print(job)); }
 
 const View<JobView>& progress_event_view() {
-  static const View<JobView> kView = {"ProgressEvent",
-                                      "The image has progressed.",
-                                      {state_row(), progress_row(), error_estimate_row(),
-                                       statistics_row(), revision_row(), denoised_row()}};
+  static const View<JobView> kView = {
+      "ProgressEvent",
+      "The image has progressed.",
+      {state_row(), progress_row(), error_estimate_row(), statistics_row(), revision_row(),
+       available_row(), denoised_row()}};
   return kView;
 }
 
@@ -121,7 +122,7 @@ const View<JobView>& end_event_view() {
   static const View<JobView> kView = {"EndEvent",
                                       "The job has ended.",
                                       {state_row(), stop_reason_row(), digest_row(), revision_row(),
-                                       error_estimate_row(), failure_row()}};
+                                       available_row(), error_estimate_row(), failure_row()}};
   return kView;
 }
 

@@ -83,7 +83,7 @@ std::string interval_text(const ProgressFacts& facts) {
   } else if (facts.is_noise_alone && !std::isnan(facts.relative_error)) {
     text += " (noise alone, without the blur)";
   }
-  return text;
+  return text + (facts.is_unreliable ? ", unreliable" : "");
 }
 
 std::string rate_text(double rays_per_second) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace core {
 namespace {
@@ -85,6 +86,39 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
     readings.push_back(reading);
   }
   return readings;
+}
+
+double widest_interval(const std::vector<MeterReading>& readings) {
+  double widest = readings.empty() ? std::numeric_limits<double>::infinity() : 0;
+  for (const MeterReading& reading : readings) {
+    const double width = (reading.high - reading.low) / reading.illuminance;
+    widest =
+        std::max(widest, reading.illuminance > 0 ? width : std::numeric_limits<double>::infinity());
+  }
+  return widest;
+}
+
+ReadingDifference difference_of(const MeterReading& a, const MeterReading& b) {
+  const double value = a.illuminance - b.illuminance;
+  return {value, value - std::hypot(a.illuminance - a.low, b.high - b.illuminance),
+          value + std::hypot(a.high - a.illuminance, b.illuminance - b.low)};
+}
+
+double mean_illuminance(std::span<const MeterReading> readings) {
+  double sum = 0;
+  for (const MeterReading& reading : readings) {
+    sum += reading.illuminance;
+  }
+  return sum / static_cast<double>(readings.size());
+}
+
+double uniformity(std::span<const MeterReading> readings) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const MeterReading& reading : readings) {
+    least = std::min(least, reading.illuminance);
+  }
+  const double mean = mean_illuminance(readings);
+  return mean > 0 ? least / mean : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace core

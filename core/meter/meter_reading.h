@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/color/photometry.h"
@@ -42,5 +43,26 @@ struct MeterReading {
 std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
                                          const std::vector<MeterChunk>& chunks,
                                          double path_light = 0);
+
+/// Returns the largest (high - low) / illuminance; infinite if there is no reading or one is not
+/// positive.
+double widest_interval(const std::vector<MeterReading>& readings);
+
+/// The difference of two readings of a point, lux.
+struct ReadingDifference {
+  double value = 0;  ///< a - b
+  double low = 0;    ///< 95% interval; assumes independent readings
+  double high = 0;
+};
+/// The interval's ends are root sums of squares of the distances of the readings' ends. Source: Zou
+/// and Donner, Construction of confidence limits about effect measures, Stat. Med. 27, 2008
+/// (MOVER).
+ReadingDifference difference_of(const MeterReading& a, const MeterReading& b);
+
+double mean_illuminance(std::span<const MeterReading> readings);  ///< lux; NaN without readings
+
+/// Returns the least reading divided by their mean (EN 12464-1, U0); NaN if the mean is not
+/// positive.
+double uniformity(std::span<const MeterReading> readings);
 
 }  // namespace core

@@ -34,6 +34,7 @@ struct Progress {
   std::uint64_t rejected_samples = 0;
   ErrorInterval error;  ///< from the last estimate; NaN before the first
   std::uint32_t revision = 0;
+  bool has_meter_readings = false;  ///< every point of the meter has a sample
 
   /// 1 / (relative error^2 * CPU seconds); NaN if unknown.
   double efficiency() const noexcept { return efficiency_at(error.relative); }

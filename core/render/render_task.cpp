@@ -5,11 +5,13 @@
 #include <utility>
 
 #include "core/base/mutex.h"
+#include "core/meter/meter_reading.h"
 #include "core/render/allocation.h"
 #include "core/render/pass_plan.h"
 #include "core/render/pass_policy.h"
 #include "core/render/progress_meter.h"
 #include "core/render/render_task_impl.h"
+#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 
 namespace core {
@@ -228,9 +230,12 @@ RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
   const PassPolicy by = policy_now();
   Look seen = due.looks ? look(due, by) : Look{};
   if (due.looks && by.denoises_at(due.samples) && denoised_bound) {
-    seen.denoised_bound = denoised_bound(*film, by.stop().confidence);
+    seen.bounds.denoised = denoised_bound(*film, by.stop().confidence);
   }
-  return settle(due.samples, by.decide(due.samples, seen.bound, seen.denoised_bound));
+  if (due.looks && by.stop().meter_error) {
+    seen.bounds.meter = meter_bound();
+  }
+  return settle(due.samples, by.decide(due.samples, seen.bounds));
 }
 
 /// Plans the epoch that begins at the current samples.
@@ -266,6 +271,12 @@ PassPolicy RenderTask::Impl::policy_now() const {
   return policy;
 }
 
+/// Returns the width of the widest interval of the meter, relative to its reading.
+double RenderTask::Impl::meter_bound() const {
+  return widest_interval(meter_readings(meter_points(settings().meter), film->meter(),
+                                        unsampled_path_light(renderer->view())));
+}
+
 /// Estimates the error once; records changes and sends them to the sink.
 RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& by) {
   const ErrorEstimate estimate(*film);
@@ -274,7 +285,7 @@ RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& 
   seen.point.cpu_seconds = film->cpu_seconds();
   seen.point.rays = film->rays();
   seen.point.error = estimate.image(by.stop().confidence);
-  seen.bound = by.stop().relative_error ? by.error_bound(estimate) : 0;
+  seen.bounds.error = by.stop().relative_error ? by.error_bound(estimate) : 0;
   if (due.is_news) {
     note(seen);
     sink.on_pass(seen.point);
@@ -285,7 +296,7 @@ RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& 
 void RenderTask::Impl::note(Look& seen) {
   MutexLock lock(mutex);
   seen.point.elapsed_seconds = clock.seconds();
-  meter.note_look(seen.point, seen.bound);
+  meter.note_look(seen.point, seen.bounds.error);
 }
 
 void RenderTask::Impl::finish(StopReason why) {
@@ -422,6 +433,10 @@ Progress RenderTask::progress() const {
     area += pixels;
     samples += pixels * m.tiles[t].samples;
   }
+  const auto chunks = m.tiles.begin() + m.film->unit_count();
+  p.has_meter_readings =
+      chunks != m.tiles.end() &&
+      std::all_of(chunks, m.tiles.end(), [](const Impl::Tile& chunk) { return chunk.samples > 0; });
   const bool is_over = m.phase == Impl::Phase::kOver;
   m.meter.tell(m.policy, samples / area, m.pass.base, is_over, p);
   if (is_over && m.ending != StopReason::kCancelled) {

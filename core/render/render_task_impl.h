@@ -64,8 +64,7 @@ struct RenderTask::Impl {
   /// The error estimate after a complete pass.
   struct Look {
     ConvergencePoint point;
-    double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
-    double denoised_bound = std::numeric_limits<double>::infinity();
+    PassPolicy::Bounds bounds;
   };
   struct Tile {
     int samples = 0;  ///< the minimum of camera and light paths, if there are both
@@ -132,6 +131,7 @@ struct RenderTask::Impl {
   Due settle(int samples, StopReason why) EXCLUDES(mutex);
   void end(Due due) EXCLUDES(mutex);
   PassPolicy policy_now() const EXCLUDES(mutex);
+  double meter_bound() const;
   void note(Look& seen) EXCLUDES(mutex);
   void finish(StopReason why) EXCLUDES(mutex);
 };

@@ -268,11 +268,13 @@ struct StopRules {
   double confidence = 0.95;
   bool worst_tile = false;
   std::optional<double> denoised_error;  ///< of the mixed denoised image
-  std::optional<double> seconds;         ///< rendering time, without pauses and downtime
-  std::optional<double> cpu_seconds;     ///< summed over all threads
+  /// Width of the interval of every meter point relative to its reading.
+  std::optional<double> meter_error;
+  std::optional<double> seconds;      ///< rendering time, without pauses and downtime
+  std::optional<double> cpu_seconds;  ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
   bool has_error_target() const noexcept {
-    return relative_error.has_value() || denoised_error.has_value();
+    return relative_error.has_value() || denoised_error.has_value() || meter_error.has_value();
   }
 };
 
@@ -281,6 +283,7 @@ enum class StopReason {
   kSamples,
   kRelativeError,
   kDenoisedError,
+  kMeterError,
   kSeconds,
   kCpuSeconds,
   kDeadline,
@@ -290,7 +293,8 @@ enum class StopReason {
 };
 
 constexpr bool is_by_error(StopReason reason) {
-  return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError;
+  return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError ||
+         reason == StopReason::kMeterError;
 }
 
 enum class EnvironmentPreset { kStudio, kTent, kRim };

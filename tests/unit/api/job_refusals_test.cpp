@@ -386,23 +386,23 @@ INSTANTIATE_TEST_SUITE_P(
     Stop, JobRefusal,
     testing::Values(
         Case{R"("stop":{})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-             "cpu_seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+             "seconds, cpu_seconds or deadline"},
+        Case{R"("stop":{"meter_error":0.1})", "/stop/meter_error", "the job has no meter"},
         Case{R"("stop":{"samples_per_pixel":null})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-             "cpu_seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+             "seconds, cpu_seconds or deadline"},
         Case{R"("stop":{"confidence":0.9})", "/stop",
-             "has no rule; give samples_per_pixel, relative_error, denoised_error, seconds, "
-             "cpu_seconds or deadline"},
+             "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
+             "seconds, cpu_seconds or deadline"},
         Case{R"("stop":null)", "/stop", "expected an object, got null"},
         Case{R"("stop":{"samples_per_pixel":0})", "/stop/samples_per_pixel",
              "0 is outside [1, 65536]"},
         Case{R"("stop":{"samples_per_pixel":65537})", "/stop/samples_per_pixel",
              "65537 is outside [1, 65536]"},
-        Case{R"("stop":{"relative_error":0})", "/stop/relative_error", "0 is outside [1e-05, 10]"},
-        Case{R"("stop":{"relative_error":10.5})", "/stop/relative_error",
-             "10.5 is outside [1e-05, 10]"},
-        Case{R"("stop":{"denoised_error":0})", "/stop/denoised_error", "0 is outside [1e-05, 10]"},
+        Case{R"("stop":{"relative_error":0})", "/stop/relative_error", "0 is outside [1e-05, 1]"},
+        Case{R"("stop":{"relative_error":5})", "/stop/relative_error", "5 is outside [1e-05, 1]"},
+        Case{R"("stop":{"denoised_error":0})", "/stop/denoised_error", "0 is outside [1e-05, 1]"},
         Case{R"("stop":{"denoised_error":0.1},"denoise":{"type":"none"})", "/stop/denoised_error",
              "the job's denoise.type is 'none'"},
         Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"photon-map"})",

@@ -122,7 +122,7 @@ class JobRequestFilmFilter(TypedDict):
 
 
 class JobRequestFilm(TypedDict):
-    """Size, filter and recorded layers."""
+    """Size, filter and recorded layers; null: no image, only a meter."""
 
     width: NotRequired[int]
     height: NotRequired[int]
@@ -246,6 +246,7 @@ class JobRequestStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -288,7 +289,7 @@ class JobRequest(_JobRequest):
     environment: NotRequired[JobRequestEnvironment | None]
     background: NotRequired[JobRequestBackground]
     ground: NotRequired[JobRequestGround]
-    film: NotRequired[JobRequestFilm]
+    film: NotRequired[JobRequestFilm | None]
     integrator: NotRequired[JobRequestIntegrator]
     estimator: NotRequired[JobRequestEstimator]
     sampler: NotRequired[JobRequestSampler]
@@ -309,6 +310,7 @@ class JobPatchStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -339,6 +341,7 @@ class ExtendRequestStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -510,7 +513,7 @@ class JobSpecFilmFilter(TypedDict):
 
 
 class JobSpecFilm(TypedDict):
-    """Size, filter and recorded layers."""
+    """Size, filter and recorded layers; null: no image, only a meter."""
 
     width: int
     height: int
@@ -632,6 +635,7 @@ class JobSpecStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -674,7 +678,7 @@ class JobSpec(_JobSpec):
     environment: NotRequired[JobSpecEnvironment | None]
     background: NotRequired[JobSpecBackground]
     ground: NotRequired[JobSpecGround]
-    film: JobSpecFilm
+    film: JobSpecFilm | None
     integrator: JobSpecIntegrator
     estimator: JobSpecEstimator
     sampler: JobSpecSampler
@@ -773,6 +777,7 @@ class Job(TypedDict):
         "samples_per_pixel",
         "relative_error",
         "denoised_error",
+        "meter_error",
         "seconds",
         "cpu_seconds",
         "deadline",
@@ -791,6 +796,7 @@ class Job(TypedDict):
     queue_position: int | None
     statistics: Statistics
     revision: int
+    available: list[Literal["image", "denoised", "meter"]]
     film_digest: str | None
     denoised: Denoised | None
     warnings: list[str]
@@ -845,6 +851,7 @@ class StateEvent(TypedDict):
         "samples_per_pixel",
         "relative_error",
         "denoised_error",
+        "meter_error",
         "seconds",
         "cpu_seconds",
         "deadline",
@@ -865,6 +872,7 @@ class ProgressEvent(TypedDict):
     error: ErrorEstimate
     statistics: Statistics
     revision: int
+    available: list[Literal["image", "denoised", "meter"]]
     denoised: Denoised | None
 
 
@@ -895,6 +903,7 @@ class EndEvent(TypedDict):
         "samples_per_pixel",
         "relative_error",
         "denoised_error",
+        "meter_error",
         "seconds",
         "cpu_seconds",
         "deadline",
@@ -905,6 +914,7 @@ class EndEvent(TypedDict):
     ]
     film_digest: str | None
     revision: int
+    available: list[Literal["image", "denoised", "meter"]]
     error: ErrorEstimate
     failure: Problem | None
 
@@ -1069,7 +1079,40 @@ class Meter(TypedDict):
 
     bias: Literal["none", "consistent", "biased"]
     confidence: float
+    mean_lux: float | None
+    uniformity: float | None
+    outdoor_lux: float | None
+    daylight_factor: float | None
     points: list[MeterReading]
+
+
+class MeterFigures(TypedDict):
+    """Figures of a job's meter; see Meter."""
+
+    job: str
+    mean_lux: float
+    uniformity: float | None
+    daylight_factor: float | None
+
+
+class MeterPair(TypedDict):
+    """A point of two meters."""
+
+    position: list[float]
+    a_lux: float
+    b_lux: float
+    difference_lux: float
+    low: float
+    high: float
+
+
+class MeterComparison(TypedDict):
+    """The meters of two jobs compared point by point; b is the reference."""
+
+    a: MeterFigures
+    b: MeterFigures
+    difference_lux: float
+    points: list[MeterPair]
 
 
 class ComparisonBias(TypedDict):
@@ -1341,7 +1384,7 @@ class JobDefaultsFilmFilter(TypedDict):
 
 
 class JobDefaultsFilm(TypedDict):
-    """Size, filter and recorded layers."""
+    """Size, filter and recorded layers; null: no image, only a meter."""
 
     width: int
     height: int
@@ -1463,6 +1506,7 @@ class JobDefaultsStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
@@ -1504,7 +1548,7 @@ class JobDefaults(_JobDefaults):
     environment: NotRequired[JobDefaultsEnvironment | None]
     background: NotRequired[JobDefaultsBackground]
     ground: NotRequired[JobDefaultsGround]
-    film: JobDefaultsFilm
+    film: JobDefaultsFilm | None
     integrator: JobDefaultsIntegrator
     estimator: JobDefaultsEstimator
     sampler: JobDefaultsSampler

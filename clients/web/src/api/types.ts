@@ -192,7 +192,7 @@ export interface JobRequest {
       softness?: number;
     };
   };
-  /** Size, filter and recorded layers. */
+  /** Size, filter and recorded layers; null: no image, only a meter. */
   film?: {
     /** Pixels. Width times height is limited to 64 megapixels (413). Default: 960. */
     width?: number;
@@ -223,7 +223,7 @@ export interface JobRequest {
      * Default: ["albedo","normal","depth"].
      */
     layers?: string[];
-  };
+  } | null;
   /** How light paths are traced. */
   integrator?: {
     /** Algorithm. Default: "path". */
@@ -399,6 +399,11 @@ export interface JobRequest {
      */
     denoised_error?: number | null;
     /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
+     * without light never is.
+     */
+    meter_error?: number | null;
+    /**
      * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
      * 0.95.
      */
@@ -453,6 +458,11 @@ export interface JobPatch {
      */
     denoised_error?: number | null;
     /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
+     * without light never is.
+     */
+    meter_error?: number | null;
+    /**
      * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
      * 0.95.
      */
@@ -494,6 +504,11 @@ export interface ExtendRequest {
      * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
+     * without light never is.
+     */
+    meter_error?: number | null;
     /**
      * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
      * 0.95.
@@ -753,7 +768,7 @@ export interface JobSpec {
       softness: number;
     };
   };
-  /** Size, filter and recorded layers. */
+  /** Size, filter and recorded layers; null: no image, only a meter. */
   film: {
     /** Pixels. Width times height is limited to 64 megapixels (413). */
     width: number;
@@ -783,7 +798,7 @@ export interface JobSpec {
      * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
      */
     layers: string[];
-  };
+  } | null;
   /** How light paths are traced. */
   integrator: {
     /** Algorithm. */
@@ -951,6 +966,11 @@ export interface JobSpec {
      * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
+     * without light never is.
+     */
+    meter_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
     /** Region whose error must reach the target. */
@@ -1121,6 +1141,7 @@ export interface Job {
     | 'samples_per_pixel'
     | 'relative_error'
     | 'denoised_error'
+    | 'meter_error'
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
@@ -1140,6 +1161,11 @@ export interface Job {
   statistics: Statistics;
   /** Number of changes of the image. */
   revision: number;
+  /**
+   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
+   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
+   */
+  available: ('image' | 'denoised' | 'meter')[];
   /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
@@ -1210,6 +1236,7 @@ export interface StateEvent {
     | 'samples_per_pixel'
     | 'relative_error'
     | 'denoised_error'
+    | 'meter_error'
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
@@ -1231,6 +1258,11 @@ export interface ProgressEvent {
   statistics: Statistics;
   /** Number of changes of the image. */
   revision: number;
+  /**
+   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
+   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
+   */
+  available: ('image' | 'denoised' | 'meter')[];
   denoised: Denoised | null;
 }
 
@@ -1265,6 +1297,7 @@ export interface EndEvent {
     | 'samples_per_pixel'
     | 'relative_error'
     | 'denoised_error'
+    | 'meter_error'
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
@@ -1276,6 +1309,11 @@ export interface EndEvent {
   film_digest: string | null;
   /** Number of changes of the image. */
   revision: number;
+  /**
+   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
+   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
+   */
+  available: ('image' | 'denoised' | 'meter')[];
   error: ErrorEstimate;
   failure: Problem | null;
 }
@@ -1465,8 +1503,55 @@ export interface Meter {
   bias: 'none' | 'consistent' | 'biased';
   /** Confidence level of the intervals. */
   confidence: number;
+  /** Mean illuminance of the points. */
+  mean_lux: number | null;
+  /** Least illuminance divided by the mean (U0 of EN 12464-1). */
+  uniformity: number | null;
+  /**
+   * Illuminance of an upward surface under the open sky of the job's environment, with its sun;
+   * null: it has none.
+   */
+  outdoor_lux: number | null;
+  /**
+   * mean_lux / outdoor_lux, a share: the CIE's daylight factor if the environment is an overcast
+   * sky and the only light.
+   */
+  daylight_factor: number | null;
   /** The points, followed by the cells of the plane. */
   points: MeterReading[];
+}
+
+/** Figures of a job's meter; see Meter. */
+export interface MeterFigures {
+  /** UUID. */
+  job: string;
+  mean_lux: number;
+  uniformity: number | null;
+  daylight_factor: number | null;
+}
+
+/** A point of two meters. */
+export interface MeterPair {
+  /** World, metres. */
+  position: [number, number, number];
+  a_lux: number;
+  b_lux: number;
+  /** a - b. */
+  difference_lux: number;
+  /** End of the 95% interval of the difference. */
+  low: number;
+  /** End of the 95% interval of the difference. */
+  high: number;
+}
+
+/** The meters of two jobs compared point by point; b is the reference. */
+export interface MeterComparison {
+  a: MeterFigures;
+  b: MeterFigures;
+  /** Mean of a - b. */
+  difference_lux: number;
+  /** In the order of the meters. */
+  points: MeterPair[];
 }
 
 /** Two images compared; b is the reference. */
@@ -1788,7 +1873,7 @@ export interface JobDefaults {
       softness: number;
     };
   };
-  /** Size, filter and recorded layers. */
+  /** Size, filter and recorded layers; null: no image, only a meter. */
   film: {
     /** Pixels. Width times height is limited to 64 megapixels (413). */
     width: number;
@@ -1818,7 +1903,7 @@ export interface JobDefaults {
      * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
      */
     layers: string[];
-  };
+  } | null;
   /** How light paths are traced. */
   integrator: {
     /** Algorithm. */
@@ -1986,6 +2071,11 @@ export interface JobDefaults {
      * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
+     * without light never is.
+     */
+    meter_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
     /** Region whose error must reach the target. */
@@ -2419,7 +2509,7 @@ export interface Worker {
   rate: number;
   /** Units that the worker holds. */
   leases: number;
-  /** Names of those of them whose jobs the key can see. Each begins with its job's id and a dot. */
+  /** Names of these units. Each begins with its job's id and a dot. */
   held: string[];
   /** Results that were accepted. */
   units: number;

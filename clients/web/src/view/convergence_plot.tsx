@@ -172,14 +172,16 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
       <p class="plot-foot" data-testid="slope">
         {hover ? (
           `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ` +
-            `${percent(hover.relative)} (${percent(hover.low)} to ${percent(hover.high)})`
+          `${percent(hover.relative)} (${percent(hover.low)} to ${percent(hover.high)})`
         ) : slope != null ? (
           <>
             Slope <b>{exponent(slope)}</b>
             {fitted?.low != null && ` (${exponent(fitted.low)} to ${exponent(fitted.high)})`}
-            {biasOf(job) === 'none'
-              ? '. Plain random numbers give −0.5; steeper is better.'
-              : '. This is the noise alone, without the systematic error.'}
+            {slope >= 0
+              ? '. The error is not falling yet: rare bright paths are still being found.'
+              : biasOf(job) === 'none'
+                ? '. Plain random numbers give −0.5; steeper is better.'
+                : '. This is the noise alone, without the systematic error.'}
           </>
         ) : (
           'Slope: not enough passes yet.'

@@ -46,7 +46,7 @@ async function requested(page) {
 
 test('a look is saved as a preset and used for another model', { timeout: 120_000 }, () =>
   withPage(async (page) => {
-    await page.selectOption('[data-testid=size]', { label: '1000 × 1000  square, shop' });
+    await page.selectOption('[data-testid=size]', '5');
     await page.selectOption('[data-testid=ground]', 'catcher');
     await page.getByTestId('shadow-strength').fill('40');
     await open(page, 'presets');

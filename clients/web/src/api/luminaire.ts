@@ -8,6 +8,8 @@ export const isPhotometric = (name: string): boolean => photometricPattern.test(
 const half = 2.5;
 const ceiling = 3;
 const luminaireY = 2.8;
+/** The usual reflectance of walls in lighting design. */
+const grey = [0.5, 0.5, 0.5, 1];
 
 /** Quads that face into the room; it is open towards the camera at +z. */
 const quads = [
@@ -48,7 +50,7 @@ export function roomFor(file: File): DroppedFile {
       { name: 'camera', camera: 0, translation: [0, ceiling / 2, 8] },
     ],
     cameras: [{ type: 'perspective', perspective: { yfov: 0.5, znear: 0.1 } }],
-    materials: [{ pbrMetallicRoughness: { baseColorFactor: [0.5, 0.5, 0.5, 1], metallicFactor: 0 } }],
+    materials: [{ pbrMetallicRoughness: { baseColorFactor: grey, metallicFactor: 0 } }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }] }],
     buffers: [
       {

@@ -227,8 +227,8 @@ function DropZone() {
         <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} />
       ) : (
         <p class="hint">
-          Drop a .glb, glTF folder or .zip anywhere on this page. Add an .hdr or .exr to light it. An
-          .ies shows a luminaire in a room.
+          Drop a .glb, glTF folder or .zip anywhere on this page. Add an .hdr or .exr to light it;
+          an .ies shows a luminaire in a room.
         </p>
       )}
       {note && (

@@ -63,6 +63,7 @@ struct BatchMember {
   std::string values;  ///< JSON text
   JobState state = JobState::kQueued;
   double fraction = 0;
+  std::uint32_t revision = 0;  ///< of its image; 0: there is none yet
   double cpu_seconds = 0;
 };
 

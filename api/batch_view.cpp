@@ -84,6 +84,8 @@ const View<BatchMember>& member_view() {
         [](const BatchMember& m) -> Json { return to_text(m.state); }},
        {"fraction", shape::real(),
         [](const BatchMember& m) -> Json { return number_json(m.fraction); }},
+       {"revision", shape::count("Number of changes of its image; 0: there is no image yet."),
+        [](const BatchMember& m) -> Json { return m.revision; }},
        {"values", shape::object("Values that the matrix assigned to it."),
         [](const BatchMember& m) { return Json::parse(m.values); }}}};
   return kView;

@@ -284,27 +284,8 @@ void check_class(const JobSpec& spec, Faults& faults) {
   }
 }
 
-/// Returns why the halves of an image do not estimate its error. Pre: they do not.
-std::string why_error_is_unknown(const core::IntegratorEntry& row) {
-  if (row.bias == "none") {
-    return "its halves are not independent";
-  }
-  return row.bias == "biased"
-             ? "its images are biased, and their halves show only the noise"
-             : "after any number of samples its images are biased, and their halves show only the "
-               "noise";
-}
-
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
-  const core::RenderSettings& render = spec.render;
-  // Stored jobs may name an integrator that this build lacks.
-  const core::IntegratorEntry* row = core::find_integrator(render.integrator);
-  const bool is_known = row != nullptr;
-  const auto refuse = [&](const char* pointer) {
-    faults.add(pointer, "the error of integrator '" + render.integrator + "' is unknown: " +
-                            why_error_is_unknown(*row) + "; give samples_per_pixel or seconds");
-  };
-  if (stop.meter_error && render.meter.empty()) {
+  if (stop.meter_error && spec.render.meter.empty()) {
     faults.add("/stop/meter_error", "the job has no meter");
   }
   if (!spec.has_image) {
@@ -317,13 +298,18 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     }
     return;
   }
-  if (stop.relative_error && is_known && !core::errors_are_valid(render)) {
-    refuse("/stop/relative_error");
+  if (!stop.denoised_error) {
+    return;
   }
-  if (stop.denoised_error && spec.denoise.type == core::DenoiserType::kNone) {
+  // Stored jobs may name an integrator that this build lacks.
+  const bool is_known = core::find_integrator(spec.render.integrator) != nullptr;
+  if (spec.denoise.type == core::DenoiserType::kNone) {
     faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
-  } else if (stop.denoised_error && is_known && !core::errors_are_valid(render)) {
-    refuse("/stop/denoised_error");
+  } else if (is_known && !core::halves_show_error(spec.render)) {
+    faults.add("/stop/denoised_error",
+               "the error of denoised images of integrator '" + spec.render.integrator +
+                   "' is unknown: its images are biased, and their halves show only the noise; "
+                   "give relative_error, samples_per_pixel or seconds");
   }
 }
 

@@ -73,7 +73,6 @@ struct JobSpec {
                           .confidence = 0.95,
                           .worst_tile = false,
                           .denoised_error = {},
-                          .meter_error = {},
                           .seconds = {},
                           .cpu_seconds = {},
                           .deadline_unix_seconds = {}};

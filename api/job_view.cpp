@@ -20,9 +20,8 @@ constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "ren
                                                      "finished", "failed",  "cancelled"};
 constexpr std::array<std::string_view, 3> kPauseReasons = {"", "requested", "storage_full"};
 constexpr std::array<std::string_view, 11> kReasons = {
-    "",        "samples_per_pixel", "relative_error", "denoised_error", "meter_error",
-    "seconds", "cpu_seconds",       "deadline",       "limit",          "cancelled",
-    "failed"};
+    "",         "samples_per_pixel", "relative_error", "denoised_error", "seconds", "cpu_seconds",
+    "deadline", "meter_error",       "limit",          "cancelled",      "failed"};
 
 Json time_json(const std::optional<double>& unix_seconds) {
   return unix_seconds ? Json(rfc3339(*unix_seconds)) : Json(nullptr);
@@ -149,13 +148,15 @@ bool is_ended_by_error(const JobView& job) {
   return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
 }
 
-static bool has_interval(const JobView& job) { return core::errors_are_valid(job.spec.render); }
+static bool has_interval(const JobView& job) {
+  return core::error_is_valid(job.progress.error, job.spec.render);
+}
 
 DenoisedView promised(DenoisedView denoised, const JobView& job) {
   // Errors that ended the job were selected by their value: only their upper bound holds.
   for (core::ErrorInterval* error : {&denoised.mixed, &denoised.full}) {
     error->low = is_ended_by_error(job) && std::isfinite(error->low) ? 0 : error->low;
-    if (!has_interval(job)) {
+    if (!core::halves_show_error(job.spec.render)) {
       error->low = error->high = std::numeric_limits<double>::quiet_NaN();
     }
   }
@@ -200,8 +201,10 @@ const View<JobView>& error_view() {
        {"high", shape::nullable(shape::real("Upper end of the interval.")),
         [](const JobView& j) { return interval_end(j, image_error(j).high); }},
        {"grain",
-        shape::nullable(
-            shape::real("Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F).")),
+        shape::nullable(shape::real(
+            "Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By comparison: "
+            "0.8 times the mean root of (I - U)(I - V), relative, for two unbiased "
+            "images U and V; `relative` is then the same.")),
         [](const JobView& j) { return number_json(image_error(j).grain); }},
        {"doubt",
         shape::nullable(shape::real("Light that only one half has found: mean over squares of 16 "
@@ -211,8 +214,9 @@ const View<JobView>& error_view() {
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
        {"valid",
-        shape::flag("False: the error is noise alone, without the image's blur, so there is no "
-                    "interval."),
+        shape::flag(
+            "False: the error is unknown, since no unbiased integrator can render the image "
+            "to compare it with."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
         shape::flag("More light is in doubt than is visible as grain (doubt above grain): rare "
@@ -471,6 +475,9 @@ const View<JobView>& job_view() {
        available_row(),
        digest_row(),
        denoised_row(),
+       {"denoising",
+        shape::flag("A denoised image is being made: on request, while it renders or afterwards."),
+        [](const JobView& j) -> Json { return j.is_denoising; }},
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
        {"warning_details", warning_details_shape(),

@@ -49,7 +49,6 @@ inline constexpr std::int64_t kStopSeconds = 604800;
 inline constexpr std::int64_t kStopCpuSeconds = 1024 * kStopSeconds;  // 1024 threads
 inline constexpr double kRelativeErrorMin = 1e-5;
 inline constexpr double kRelativeErrorMax = 1;  // every image's error is at most 1
-inline constexpr double kMeterErrorMax = 10;
 inline constexpr std::int64_t kWaitSeconds = 60;
 inline constexpr std::int64_t kPageSize = 200;
 inline constexpr std::int64_t kSceneFiles = 4096;

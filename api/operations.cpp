@@ -143,9 +143,12 @@ constexpr std::array kBatchMade = {
 constexpr std::array kBatchAnswer = {ResponseRow{200, "The batch.", kBatch}};
 constexpr std::array kBatchRetried = {ResponseRow{202, "Failed jobs are queued again.", kBatch}};
 constexpr std::array kBatchListAnswer = {ResponseRow{200, "Batches, newest first.", kBatchList}};
-constexpr std::array kArchiveAnswer = {ResponseRow{200, "The archive.", kZip}};
+constexpr std::array kArchiveAnswer = {ResponseRow{200, "The archive.", kZip},
+                                       ResponseRow{206, "Part of it.", kZip},
+                                       ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kSheetAnswer = {ResponseRow{200, "The sheet.", kPng}};
 constexpr std::array kImageAnswer = {ResponseRow{200, "The image.", kImages},
+                                     ResponseRow{206, "Part of its bytes.", kImages},
                                      ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPixelAnswer = {ResponseRow{200, "The pixel.", kPixel}};
 constexpr std::array kMeterAnswer = {ResponseRow{200, "The readings.", kMeter}};
@@ -217,12 +220,12 @@ constexpr std::array kSessionProblems = {401, 507};
 constexpr std::array kTicketProblems = {400, 404, 415, 422};
 constexpr std::array kPatchProblems = {400, 404, 409, 412, 415, 422, 507};
 constexpr std::array kExtendProblems = {400, 404, 409, 415, 422, 507};
-constexpr std::array kImageProblems = {404, 406, 409, 410, 413, 422};
+constexpr std::array kImageProblems = {404, 406, 409, 410, 413, 416, 422};
 constexpr std::array kSampledProblems = {404, 409, 410};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
-constexpr std::array kArchiveProblems = {404, 409, 410, 422};
-constexpr auto kPixelProblems = kArchiveProblems;
+constexpr std::array kArchiveProblems = {404, 409, 410, 416, 422, 507};
+constexpr std::array kPixelProblems = {404, 409, 410, 422};
 constexpr Headers kNoHeaders = {};
 constexpr Contents kNoBody = {};
 constexpr std::span<const int> kNoProblems = {};
@@ -332,12 +335,13 @@ constexpr std::array kOperations = {
     Operation{"deleteBatch", "DELETE", "/v1/batches/{id}", "Batches",
               "Delete a batch and its jobs.", "409 while one of its jobs is active.", "write",
               kNoHeaders, kNoBody, kGone, kRetryProblems, true},
-    Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
-              "Download the images of a batch.",
-              "A zip with one file for each job that has an image. 409 while a job has not ended; "
-              "410, with the names, if films were evicted.",
-              "read", kNoHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true,
-              &archive_parameters},
+    Operation{
+        "getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
+        "Download the images of a batch.",
+        "A zip with one file for each job that has an image. 409 while a job has not ended; "
+        "410, with the names, if films were evicted. Has a length, and honours Range, up to 100 "
+        "megapixels of images; larger archives are sent while they are made.",
+        "read", kFileHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true, &archive_parameters},
     Operation{"getBatchSheet", "GET", "/v1/batches/{id}/sheet.png", "Batches",
               "Get the images of a batch on one sheet.",
               "In the order of the jobs, row by row; white where there is no image yet.", "read",
@@ -346,7 +350,7 @@ constexpr std::array kOperations = {
         "getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
         "Get the rendered image (partial while the job is running).",
         "The format follows from the extension (png, jpg, webp, exr, hdr, tif) or from Accept.",
-        "read", kConditional, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
+        "read", kFileHeaders, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
               "Get one pixel with its intervals.", "", "read", kNoHeaders, kNoBody, kPixelAnswer,
               kPixelProblems, true},

@@ -62,7 +62,6 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
                                .confidence = job.stop.confidence,
                                .worst_tile = false,
                                .denoised_error = {},
-                               .meter_error = {},
                                .seconds = {},
                                .cpu_seconds = {},
                                .deadline_unix_seconds = {}};

@@ -197,9 +197,7 @@ const View<core::IntegratorEntry>& integrator_view() {
       "An algorithm that traces light paths.",
       {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
        {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
-       {"error",
-        shape::one_of(error_names(),
-                      "Whether the halves of its images give a valid error estimate."),
+       {"error", shape::one_of(error_names(), "How the error of its images is known."),
         [](const Entry& e) -> Json {
           return core::row_of(core::error_validities(), e.error).name;
         }},

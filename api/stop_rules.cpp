@@ -58,12 +58,6 @@ const auto& table() {
               {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
               "Stop when the relative error of the denoised image (`mixed`) is at most this, with "
               "`confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.")),
-      shown_if([](const StopRules& s) { return s.meter_error.has_value(); },
-               number(
-                   "meter_error", [](auto& s) -> auto& { return s.meter_error; },
-                   {limits::kRelativeErrorMin, limits::kMeterErrorMax},
-                   "Stop when (high - low) / illuminance_lux of every point of the meter is at "
-                   "most this. A point without light never is.")),
       shown_if(
           [](const StopRules& s) {
             return s.relative_error || s.denoised_error || s.confidence != kConfidence;
@@ -87,6 +81,13 @@ const auto& table() {
                    "cpu_seconds", [](auto& s) -> auto& { return s.cpu_seconds; },
                    {0, limits::kStopCpuSeconds, true},
                    "Stop after this many CPU seconds of rendering, summed over all threads.")),
+      shown_if(
+          [](const StopRules& s) { return s.meter_error.has_value(); },
+          number(
+              "meter_error", [](auto& s) -> auto& { return s.meter_error; },
+              {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+              "Stop when (high - low) / illuminance_lux of every point of the meter is at most "
+              "this.")),
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {
@@ -114,8 +115,8 @@ StopRules read_stop(const Json& value, const std::string& pointer, Faults& fault
     faults.append(inner);
     return rules;
   }
-  if (!rules.samples_per_pixel && !rules.has_error_target() && !rules.seconds &&
-      !rules.cpu_seconds && !rules.deadline_unix_seconds) {
+  if (!rules.samples_per_pixel && !rules.relative_error && !rules.denoised_error &&
+      !rules.seconds && !rules.cpu_seconds && !rules.deadline_unix_seconds && !rules.meter_error) {
     faults.add(pointer,
                "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
                "seconds, cpu_seconds or deadline");

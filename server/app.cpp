@@ -113,7 +113,12 @@ class App {
                 {.cache_bytes = memory_.scene_cache_bytes,
                  .threads = render_threads(config),
                  .isa = config.isa == "native" ? std::string() : isa}),
-        streams_(config.streams_max, config.quota_streams),
+        stream_memory_(memory_gate_.note({}, MemoryGate::Kind::kNeeded)),
+        streams_(config.streams_max, config.quota_streams,
+                 [this](int open) {
+                   MemoryGate::change(stream_memory_,
+                                      {.bytes = kUnsentBytes * static_cast<std::uint64_t>(open)});
+                 }),
         keys_(live_, key_table_,
               [this](KeyRing::Change change, const KeyRow& key) {
                 request_log_.note_key(change, key);
@@ -417,6 +422,7 @@ class App {
   MemoryGate memory_gate_;
   TileFrames tile_frames_;
   SceneService scenes_;
+  MemoryGate::Lease stream_memory_;  ///< Changed under the lock of streams_.
   StreamGate streams_;
   KeyRing keys_;
   Tickets tickets_;

@@ -33,10 +33,13 @@ constexpr int kPage = 200;
 /// apart.
 constexpr int kTries = 5;
 
-/// Copies and syncs a file. Errors: those of file_error().
+/// Copies and syncs a file. Errors: those of file_error(); kNotFound when it is gone.
 Status copy_file(const std::string& from, const std::string& to) {
   std::error_code code;
   fs::copy_file(from, to, fs::copy_options::overwrite_existing, code);
+  if (code == std::errc::no_such_file_or_directory) {
+    return Error{ErrorCode::kNotFound, "is gone", from};
+  }
   if (code) {
     return file_error("cannot copy to " + to, from, code.value());
   }

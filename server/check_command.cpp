@@ -1,6 +1,7 @@
 #include "server/check_command.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -10,6 +11,8 @@
 
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include "api/flags/flags.h"
 #include "api/json.h"
@@ -17,6 +20,7 @@
 #include "core/film/film.h"
 #include "server/config.h"
 #include "server/jobs/job_record.h"
+#include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
 #include "server/store/film_file.h"
@@ -28,8 +32,10 @@ namespace {
 
 constexpr const char* kText =
     "Verifies a data directory: the pages and references of the database, the hash of every asset, "
-    "the files of every scene, the checksums and digest of every film. Changes nothing without "
-    "--repair. Exit code 1 if something is damaged; orphaned files are reported but do not count "
+    "the files of every scene, the checksums and digest of every film, the maps of every "
+    "comparison. Changes nothing without "
+    "--repair; the directory may be read-only, such as a backup. Exit code 1 if something is "
+    "damaged; orphaned files are reported but do not count "
     "as damage.";
 
 constexpr int kPage = 200;
@@ -183,12 +189,20 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
 }
 
 void check_comparisons(Database& database, const DataDir& data, Findings& findings) {
+  const ComparisonStore store(database, data, {});
   std::set<std::string> known;
   std::error_code code;
   for (const std::string& id : column(database, "SELECT id FROM comparisons", findings)) {
     known.insert(id);
-    if (!std::filesystem::exists(data.comparisons_path() + "/" + id, code)) {
+    const std::string folder = data.comparisons_path() + "/" + id;
+    if (!std::filesystem::exists(folder, code)) {
       findings.damages.push_back("comparison " + id + ": its maps are gone");
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
+      const std::string name = entry.path().filename().string();
+      if (const auto map = store.open_map(id, name); !map) {
+        findings.damages.push_back("comparison " + id + ", " + name + ": " + map.error().message);
+      }
     }
   }
   for (const auto& entry : std::filesystem::directory_iterator(data.comparisons_path(), code)) {
@@ -250,6 +264,53 @@ void print(const Findings& findings, bool as_json) {
       findings.leftovers.size(), findings.removed);
 }
 
+/// A folder that is removed with its content.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "tessera-check-XXXXXX").string();
+    path_ = ::mkdtemp(name.data()) == nullptr ? "" : name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// Makes `copy` a data directory with a copy of the database, which SQLite cannot read without
+/// writing beside it, and links to the other files.
+core::Status mirror(const std::string& directory, const std::string& copy) {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  const auto lock = open_file(directory + "/lock", O_RDONLY);
+  if (lock && ::flock(lock->get(), LOCK_SH | LOCK_NB) != 0) {
+    return core::Error{core::ErrorCode::kConflict, "a server uses it; stop the server first",
+                       directory};
+  }
+  for (const char* end : {"", "-wal", "-mark", "-damage"}) {
+    const std::string name = std::string("/tessera.db") + end;
+    if (!code && fs::exists(directory + name, code)) {
+      fs::copy_file(directory + name, copy + name, code);
+      if (!code) {
+        fs::permissions(copy + name, fs::perms::owner_read | fs::perms::owner_write, code);
+      }
+    }
+  }
+  for (const char* folder : {"/assets", "/films", "/comparisons"}) {
+    if (!code && fs::exists(directory + folder, code)) {
+      fs::create_directory_symlink(fs::absolute(directory + folder), copy + folder, code);
+    }
+  }
+  return code ? core::Status(file_error("cannot be copied to " + copy, directory, code.value()))
+              : core::ok_status();
+}
+
 int complain(const core::Error& error, int code) {
   std::fprintf(stderr, "tessera check: %s%s%s\n", error.where.c_str(),
                error.where.empty() ? "" : ": ", error.message.c_str());
@@ -266,7 +327,20 @@ int check(const std::string& data_dir, bool with_repair, bool as_json) {
     return complain({core::ErrorCode::kNotFound, "not a data directory", *directory},
                     flags::kFailed);
   }
-  const auto data = DataDir::open(*directory);
+  const bool is_read_only = ::access(directory->c_str(), W_OK) != 0;
+  if (is_read_only && with_repair) {
+    return complain(
+        {core::ErrorCode::kConflict, "is read-only, so it cannot be repaired", *directory},
+        flags::kFailed);
+  }
+  std::optional<TemporaryFolder> copy;
+  if (is_read_only) {
+    copy.emplace();
+    if (const core::Status made = mirror(*directory, copy->path()); !made) {
+      return complain(made.error(), flags::kFailed);
+    }
+  }
+  const auto data = DataDir::open(copy ? copy->path() : *directory);
   if (!data) {
     return complain(data.error(), flags::kFailed);
   }

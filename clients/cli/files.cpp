@@ -81,6 +81,37 @@ core::Result<std::string> read_file(const std::string& path) {
   return bytes;
 }
 
+namespace {
+
+/// Returns the file behind symbolic links, which may not exist yet; empty for what cannot be
+/// replaced: devices, pipes, and open files such as /dev/stdout.
+std::string replaceable(const std::string& path) {
+  std::error_code ignored;
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+    return {};
+  }
+  constexpr int kLinksMost = 40;  // as Linux
+  fs::path file = path;
+  for (int i = 0; i < kLinksMost && fs::is_symlink(file, ignored); ++i) {
+    if (fs::absolute(file, ignored).string().starts_with("/proc/")) {
+      return {};
+    }
+    file = file.parent_path() / fs::read_symlink(file, ignored);
+  }
+  return fs::is_symlink(file, ignored) ? std::string() : file.string();
+}
+
+core::Status write_in_place(const std::string& path, std::string_view bytes) {
+  errno = 0;
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  return out ? core::ok_status()
+             : core::Status(Error{ErrorCode::kNoSpace, "cannot be written: " + reason(), path});
+}
+
+}  // namespace
+
 core::Status write_file(const std::string& path, std::string_view bytes) {
   if (path == "-") {
     const bool written = std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size() &&
@@ -88,21 +119,18 @@ core::Status write_file(const std::string& path, std::string_view bytes) {
     return written ? core::ok_status()
                    : core::Status(Error{ErrorCode::kNoSpace, reason(), "stdout"});
   }
-  const std::string half = path + ".part" + std::to_string(getpid());
-  errno = 0;
-  {
-    std::ofstream out(half, std::ios::binary | std::ios::trunc);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) {
-      const std::string why = reason();
-      std::error_code ignored;
-      fs::remove(half, ignored);
-      return Error{ErrorCode::kNoSpace, "cannot be written: " + why, path};
-    }
+  const std::string file = replaceable(path);
+  if (file.empty()) {
+    return write_in_place(path, bytes);
+  }
+  const std::string half = file + ".part" + std::to_string(getpid());
+  if (core::Status written = write_in_place(half, bytes); !written) {
+    std::error_code ignored;
+    fs::remove(half, ignored);
+    return Error{ErrorCode::kNoSpace, written.error().message, path};
   }
   std::error_code problem;
-  fs::rename(half, path, problem);
+  fs::rename(half, file, problem);
   if (problem) {
     std::error_code ignored;
     fs::remove(half, ignored);

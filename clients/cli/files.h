@@ -11,7 +11,8 @@ namespace cli {
 
 /// Reads the whole file. Errors: kNotFound or kInvalidArgument with the path in `where`.
 core::Result<std::string> read_file(const std::string& path);
-/// Writes next to `path` and renames, so that no half-written file is visible. "-" is stdout.
+/// Writes next to the file and renames, so that no half-written file is visible. Symbolic links are
+/// kept: the file behind them is written. Devices and pipes are written in place. "-" is stdout.
 core::Status write_file(const std::string& path, std::string_view bytes);
 bool is_file(const std::string& path);
 /// Returns the model at a path: the file itself, or the only .glb or .gltf in a folder (not in its

@@ -335,7 +335,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->type_name("E");
   app.add_option("--meter-error", flags.meter_error,
                  "Stop when the interval of every meter point is at most E of its reading wide")
-      ->transform(share_within(limits::kRelativeErrorMin, limits::kMeterErrorMax))
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Stop after S seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))

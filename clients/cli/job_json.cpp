@@ -44,7 +44,6 @@ ProgressFacts facts_of(const Json& job) {
   facts.error_low = number_at(error, "low", kUnknown);
   facts.error_high = number_at(error, "high", kUnknown);
   facts.is_unreliable = error.value("unreliable", Json(false)) == Json(true);
-  facts.is_noise_alone = error.value("valid", Json(true)) == Json(false);
   facts.rays_per_second = number_at(object_in(job, "statistics"), "rays_per_second", 0);
   if (progress.contains("eta_seconds") && progress["eta_seconds"].is_number()) {
     facts.eta_seconds = progress["eta_seconds"].get<double>();

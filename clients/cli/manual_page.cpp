@@ -76,7 +76,8 @@ std::string environment(std::span<const VerbText> verbs) {
 
 std::string manual_page(std::span<const VerbText> verbs) {
   std::string out =
-      ".TH TESSERA 1\n"
+      ".TH TESSERA 1 \"" TESSERA_DATE "\" \"Tessera " TESSERA_VERSION
+      "\"\n"
       ".SH NAME\n"
       "tessera \\- renders glTF scenes and reports the error of every image\n"
       ".SH SYNOPSIS\n"

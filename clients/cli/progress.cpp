@@ -80,8 +80,6 @@ std::string interval_text(const ProgressFacts& facts) {
   std::string text = "error " + error_text(facts.relative_error);
   if (!std::isnan(facts.error_low) && !std::isnan(facts.error_high)) {
     text += " (" + percent_text(facts.error_low) + " to " + percent_text(facts.error_high) + ")";
-  } else if (facts.is_noise_alone && !std::isnan(facts.relative_error)) {
-    text += " (noise alone, without the blur)";
   }
   return text + (facts.is_unreliable ? ", unreliable" : "");
 }

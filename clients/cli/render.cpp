@@ -55,26 +55,22 @@ class QuietSink : public core::RenderSink {
   void on_finished(core::StopReason /*reason*/) override {}
 };
 
-/// valid: whether errors of the job have an interval.
-ProgressFacts facts_of(const core::Progress& progress, bool valid) {
+ProgressFacts facts_of(const core::Progress& progress) {
   ProgressFacts facts;
   facts.fraction = progress.fraction;
   facts.samples_per_pixel = progress.samples_mean;
   facts.elapsed_seconds = progress.elapsed_seconds;
   facts.relative_error = progress.error.relative;
-  if (valid) {
-    facts.error_low = progress.error.low;
-    facts.error_high = progress.error.high;
-  }
+  facts.error_low = progress.error.low;
+  facts.error_high = progress.error.high;
   facts.is_unreliable = progress.error.unreliable;
-  facts.is_noise_alone = !valid;
   facts.rays_per_second = progress.rays_per_second;
   facts.eta_seconds = progress.eta_seconds;
   return facts;
 }
 
 /// Runs the task on `threads` threads while this thread shows the progress.
-void run_with_progress(core::RenderTask& task, int threads, bool valid) {
+void run_with_progress(core::RenderTask& task, int threads) {
   ProgressPrinter printer(stderr);
   std::signal(SIGINT, &on_interrupt);
   std::jthread renderer([&] { core::run_to_end(task, threads); });
@@ -85,7 +81,7 @@ void run_with_progress(core::RenderTask& task, int threads, bool valid) {
       task.cancel();
     }
     if (const auto now = std::chrono::steady_clock::now(); now >= next_show && !task.finished()) {
-      printer.show(facts_of(task.progress(), valid));
+      printer.show(facts_of(task.progress()));
       next_show = now + std::chrono::milliseconds(500);
     }
   }
@@ -237,7 +233,7 @@ core::ErrorInterval told_error(const core::DenoisedLook& look, const core::Rende
   if (core::is_by_error(task.stop_reason()) && std::isfinite(out.low)) {
     out.low = 0;
   }
-  if (!core::errors_are_valid(task.renderer().view().settings)) {
+  if (!core::halves_show_error(task.renderer().view().settings)) {
     out.low = out.high = std::numeric_limits<double>::quiet_NaN();
   }
   return out;
@@ -300,7 +296,7 @@ void print_readings(std::span<const core::MeterReading> readings) {
 Json result_json(const core::RenderTask& task, const LocalJob& job, const std::string& output,
                  const Shown& shown, double exposure, const std::vector<std::string>& warnings) {
   const core::Progress progress = task.progress();
-  const bool valid = core::errors_are_valid(job.spec.render);
+  const bool valid = core::error_is_valid(progress.error, job.spec.render);
   Json details = Json::array();
   for (const core::Warning& warning : job.warning_details) {
     details.push_back(
@@ -351,8 +347,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     return denoiser.bound(seen, confidence);
   };
   core::RenderTask task(job.renderer, std::move(film), std::move(options), sink);
-  const bool valid = core::errors_are_valid(settings);
-  run_with_progress(task, threads, valid);
+  run_with_progress(task, threads);
 
   const core::Progress progress = task.progress();
   if (progress.samples_max == 0) {
@@ -379,7 +374,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     result["set_aside"] = *aside;
     std::printf("%s\n", result.dump(2).c_str());
   }
-  const ProgressFacts facts = facts_of(progress, valid);
+  const ProgressFacts facts = facts_of(progress);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(),
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
                interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());

@@ -220,7 +220,7 @@ int extend(const Args& args) {
       ->type_name("E");
   app.add_option("--meter-error", flags.meter_error,
                  "Width of the interval of every meter point, relative to its reading")
-      ->transform(share_within(limits::kRelativeErrorMin, limits::kMeterErrorMax))
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Seconds of rendering in total")
       ->check(above_zero(limits::kStopSeconds))

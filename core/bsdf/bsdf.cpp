@@ -82,27 +82,36 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     diffuse_.albedo *= 1 - layers->diffuse_transmission;
   }
   const Rgb substrate_albedo = diffuse_.albedo * cover_.open_wo;
-  Rgb thin;
-  const float thin_diffuse = is_smooth ? 0.0F : (1 - e.e) * (1 - cover_.multiple);
+  ThinLobe::Faces wall;
+  Rgb wall_diffuse;
   if (p.thin && p.transmission > 0) {
-    thin = p.base_color * (dielectric * p.transmission);
-    thin_.emplace().color = thin;
+    ThinLobe& thin = thin_.emplace();
+    thin.color = p.base_color;
+    thin.weight = dielectric * p.transmission;
     if (is_smooth) {
       cover_.open_wo = 1 - cover_.fresnel(mu);
+      wall = thin.faces(cover_, mu);
     } else {
-      thin_->multiple =
-          thin * ((1 - cover_.multiple) * (1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
+      // F at the mean weight of Schlick's curve over the facets, e5 / e, in place of its mean.
+      wall = thin.faces(cover_, 1 - std::pow(e.e5 / e.e, 0.2F));
+      wall.reflected *= e.e;
+      wall.transmitted *= e.e;
+      const Rgb spread = thin.color * (thin.weight * (1 - cover_.multiple));
+      wall_diffuse = spread * (1 - e.e);
+      thin.multiple = spread * ((1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
     }
   }
   if (solid > 0) {
     add_solid(p, solid, film);
   }
   prob_[kDiffuse] += luminance(substrate_albedo) + luminance(multiple_albedo);
-  prob_[kSpecular] = luminance(specular_albedo_wo);
-  prob_[kThin] = luminance(thin) * std::max(cover_.open_wo - thin_diffuse, 0.01F);
-  prob_[kBelow] += luminance(below_.albedo) * cover_.open_wo + luminance(thin) * thin_diffuse;
-  albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + thin * cover_.open_wo +
-            p.base_color * solid + below_.albedo * cover_.open_wo;
+  prob_[kSpecular] = luminance(specular_albedo_wo + wall.reflected);
+  prob_[kThin] =
+      thin_ ? std::max(luminance(wall.transmitted), 0.01F * thin_->weight * luminance(p.base_color))
+            : 0.0F;
+  prob_[kBelow] += luminance(below_.albedo) * cover_.open_wo + luminance(wall_diffuse);
+  albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + wall.reflected +
+            wall.transmitted + wall_diffuse + p.base_color * solid + below_.albedo * cover_.open_wo;
   below_.albedo *= p.refraction_weight;
   if (layers != nullptr) {
     add_layers(*layers);
@@ -168,7 +177,7 @@ float Bsdf::delta_share() const noexcept {
 Rgb Bsdf::straight() const noexcept {
   Rgb sum;
   if (facets_.is_smooth && prob_[kThin] > 0) {
-    sum += thin_->color * (cover_.open_wo * delta_share());
+    sum += thin_->faces(cover_, facets_.wo.z).transmitted * delta_share();
   }
   if (prob_[kGlass] > 0 && glass_->is_index_matched()) {
     sum += glass_->straight(delta_share());
@@ -236,7 +245,7 @@ BsdfEval Bsdf::evaluate_unfolded(Vec3 wi) const noexcept {
   if (above && specular_) {
     specular_->add(facets_, prob_[kSpecular], wi, glossy);
   }
-  if (!above && prob_[kThin] > 0) {
+  if (thin_) {
     thin_->add(facets_, cover_, prob_[kThin], wi, glossy);
   }
   if (prob_[kGlass] > 0) {
@@ -306,8 +315,13 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
     case kRoughCoat:
     case kSmoothCoat:
       return coat_->sample({prob, sheen_ ? sheen_->open() : 1.0F}, facets_.wo, u, s);
-    case kSpecular:
-      return specular_->sample(facets_, {prob, delta_share()}, u, s);
+    case kSpecular: {
+      const bool is_above = specular_->sample(facets_, {prob, delta_share()}, u, s);
+      if (s.is_delta && thin_) {
+        s.weight += thin_->faces(cover_, facets_.wo.z).reflected * (delta_share() / prob);
+      }
+      return is_above;
+    }
     case kThin:
       return thin_->sample(facets_, cover_, {prob, delta_share()}, u, s);
     default:

@@ -30,7 +30,7 @@ struct Cover {
   float f90 = 0;
   float multiple = 0;  ///< fraction of multiple scattering that is reflected
   ThinFilm film;
-  Rgb film_f0;
+  Rgb film_f0;        ///< of all channels, with or without a film
   float open_wo = 1;  ///< 1 - E(wo)
   float norm = 1;     ///< 1 / (1 - E_avg)
 
@@ -58,7 +58,14 @@ struct Cover {
     norm = 1 / std::max(1 - mean, 1e-4F);
   }
 
-  /// Returns the reflectance of a facet, which thin transmission loses.
+  /// Returns the reflectance of a facet.
+  Rgb fresnel_rgb(float cos_oh) const noexcept {
+    const Rgb plain = fresnel_schlick(film_f0, Rgb(f90), cos_oh);
+    return film.weight > 0
+               ? lerp(plain, film.fresnel(std::max(cos_oh, 0.0F), film_f0) * f90, film.weight)
+               : plain;
+  }
+  /// Returns the reflectance of a facet in the largest channel, which transmission loses.
   float fresnel(float cos_oh) const noexcept {
     const float plain = lerp(f0, f90, schlick_weight(cos_oh));
     return film.weight > 0

@@ -1,7 +1,13 @@
-/// ThinLobe: transmission through a thin wall, distributed as the reflection of its facets. A facet
-/// transmits 1 - F.
+/// ThinLobe: a thin wall, two parallel faces whose gap is much smaller than the wall is far.
 ///
-/// Multiple scattering between facets leaves diffusely on the other side.
+/// Light passes straight on, spread by roughness as the reflection of the facets is. A face
+/// reflects F and the passage from one to the other keeps the base colour c, so that the
+/// reflections between the faces add up to
+///   reflected    F + (1 - F)^2 c^2 F / (1 - c^2 F^2)   (c = 1: 2 F / (1 + F))
+///   transmitted  (1 - F)^2 c / (1 - c^2 F^2)           (c = 1: (1 - F) / (1 + F))
+/// The first F is that of SpecularLobe, which reflects as an opaque surface does; the rest is here.
+/// Source: PBR 4th ed. 9.4.3, DielectricBxDF for thin surfaces. Rough walls use F of the facet;
+/// their multiple scattering between facets leaves diffusely on the other side.
 #pragma once
 
 #include "core/bsdf/cover.h"
@@ -10,27 +16,49 @@
 namespace core {
 
 struct ThinLobe {
-  Rgb color;     ///< weighted
-  Rgb multiple;  ///< multiple scattering, over 1 - E(wi) [1/sr]
+  Rgb color;         ///< c
+  float weight = 0;  ///< of the wall in the mixture of surface components
+  Rgb multiple;      ///< multiple scattering, over 1 - E(wi) [1/sr]
 
-  /// Adds the lobe; wi.z < 0.
+  struct Faces {
+    Rgb reflected;  ///< by the far face
+    Rgb transmitted;
+  };
+  /// Returns the weighted shares of light at cosine cos_oh to the facets. F is that of the largest
+  /// channel where light passes a face, so that transmitted light keeps its hue.
+  Faces faces(const Cover& cover, float cos_oh) const noexcept {
+    const float f = cover.fresnel(cos_oh);
+    if (!(f < 1)) {
+      return {};
+    }
+    const float passed = weight * square(1 - f);
+    const auto sum = [f, passed](float c) { return passed * c / (1 - square(c * f)); };
+    const Rgb through = {sum(color.r), sum(color.g), sum(color.b)};
+    return {through * color * cover.fresnel_rgb(cos_oh), through};
+  }
+
+  /// Adds transmission (wi.z < 0), or to reflection, whose density SpecularLobe adds, that of the
+  /// far face.
   void add(const Facets& s, const Cover& cover, float prob, Vec3 wi, BsdfEval& out) const noexcept {
     if (s.is_smooth) {
       return;
     }
-    const Vec3 flipped = {wi.x, wi.y, -wi.z};
-    const Vec3 h = s.half(flipped);
+    const Vec3 reflected = {wi.x, wi.y, std::fabs(wi.z)};
+    const Vec3 h = s.half(reflected);
     const float lambda_o = s.ggx.lambda(s.wo);
     const float common = s.reflected(h);
-    const float open = 1 - cover.fresnel(dot(s.wo, h));
-    out.value_cos += color * (open * common / (1 + lambda_o + s.ggx.lambda(flipped)));
-    out.pdf_solid_angle += prob * common / (1 + lambda_o);
+    const float g2 = 1 / (1 + lambda_o + s.ggx.lambda(reflected));
+    const Faces f = faces(cover, dot(s.wo, h));
+    out.value_cos += (wi.z > 0 ? f.reflected : f.transmitted) * (common * g2);
+    if (wi.z < 0) {
+      out.pdf_solid_angle += prob * common / (1 + lambda_o);
+    }
   }
   bool sample(const Facets& s, const Cover& cover, LobeShare share, Vec2 u,
               BsdfSample& out) const noexcept {
     if (s.is_smooth) {
       out.wi_local = -s.wo;
-      out.weight = color * (cover.open_wo * share.open / share.prob);
+      out.weight = faces(cover, s.wo.z).transmitted * (share.open / share.prob);
       out.is_delta = true;
       out.is_straight = true;
       return true;

@@ -168,12 +168,9 @@ void Camera::set_planes(const CameraDescription& file, const Bounds& bounds) noe
     nearest = std::min(nearest, depth);
     farthest = std::max(farthest, depth);
   }
-  // glTF requires a near plane; so near to the eye it is meant to be none. One behind the whole
-  // model is a default of scenes of another size.
-  constexpr float kNearLeast = 1e-6F;
-  const bool is_meant =
-      file.near_m > kNearLeast * length(bounds.diagonal()) && file.near_m < farthest;
-  near_m_ = is_meant && file.near_m > nearest ? file.near_m : 0.0F;
+  // A near plane behind the whole model is a default of scenes of another size.
+  const bool cuts = file.near_m > nearest && file.near_m < farthest;
+  near_m_ = cuts ? std::max(file.near_m, 0.0F) : 0.0F;
   depth_m_ = file.far_m < farthest ? file.far_m - near_m_ : Ray{}.t_max;
 }
 

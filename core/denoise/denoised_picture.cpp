@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/error/pixel_error.h"
+#include "core/error/squared_error.h"
 #include "core/film/set_aside.h"
 #include "core/film/summed_area.h"
 
@@ -42,25 +43,13 @@ Halves raw_halves(const FilmSnapshot& film) {
   return out;
 }
 
-using Color = std::array<double, 3>;
-Color color_at(const ColorPlanes& planes, std::size_t i) {
+ColorSum color_at(const ColorPlanes& planes, std::size_t i) {
   return {static_cast<double>(planes[0][i]), static_cast<double>(planes[1][i]),
           static_cast<double>(planes[2][i])};
 }
-Color mix(const Color& from, const Color& to, double share) {
+ColorSum mix(const ColorSum& from, const ColorSum& to, double share) {
   return {std::lerp(from[0], to[0], share), std::lerp(from[1], to[1], share),
           std::lerp(from[2], to[2], share)};
-}
-
-/// Returns q(x, y).
-double squared_share(const Color& x, const Color& y, double floor) {
-  double apart = 0;
-  double scale = 3 * floor;
-  for (std::size_t c = 0; c < 3; ++c) {
-    apart += std::abs(x[c] - y[c]);
-    scale += std::max(std::abs(x[c]), std::abs(y[c]));
-  }
-  return apart > 0 ? apart * apart / (scale * scale) : 0;
 }
 
 /// What is measured against what: raw halves A and B, denoised ones FA and FB, and the halves that
@@ -72,15 +61,35 @@ struct Compared {
   double floor = 0;
 };
 
-/// Returns m of pixel i of the image with the fraction w of the plain one.
-double energy_of(const Compared& of, std::size_t i, double w) {
-  const Color a = color_at(of.raw.a, i);
-  const Color b = color_at(of.raw.b, i);
-  const Color xa = mix(color_at(of.filtered.a, i), color_at(of.shown.a, i), w);
-  const Color xb = mix(color_at(of.filtered.b, i), color_at(of.shown.b, i), w);
-  return 0.5 * (squared_share(xa, b, of.floor) + squared_share(xb, a, of.floor) -
-                squared_share(a, b, of.floor)) -
-         0.25 * squared_share(xa, xb, of.floor);
+/// Colours of one pixel.
+struct Pixel {
+  ColorSum a;
+  ColorSum b;
+  ColorSum filtered_a;
+  ColorSum filtered_b;
+  ColorSum shown_a;
+  ColorSum shown_b;
+};
+Pixel pixel_at(const Compared& of, std::size_t i) {
+  return {color_at(of.raw.a, i),      color_at(of.raw.b, i),   color_at(of.filtered.a, i),
+          color_at(of.filtered.b, i), color_at(of.shown.a, i), color_at(of.shown.b, i)};
+}
+
+/// Returns s: the light of F and the floor.
+ColorSum scale_of(const Pixel& p, double floor) {
+  ColorSum out = mix(p.filtered_a, p.filtered_b, 0.5);
+  for (double& channel : out) {
+    channel = std::abs(channel) + floor;
+  }
+  return out;
+}
+
+/// Returns m of the image with the fraction w of the plain one.
+double energy_of(const Pixel& p, double floor, double w) {
+  const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
+  const ColorSum xb = mix(p.filtered_b, p.shown_b, w);
+  const ColorSum scale = scale_of(p, floor);
+  return relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale);
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -95,13 +104,20 @@ void for_pixels(const PixelRect& rect, const Body& body) {
 }
 
 Plane mixing_weights(const PixelRect& rect, const Compared& of) {
-  SummedArea gain(rect.width, rect.height);  // m - v
+  SummedArea gain(rect.width, rect.height);  // (F - mu)(F - I)
   SummedArea distance(rect.width, rect.height);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
-    const Color plain = mix(color_at(of.shown.a, i), color_at(of.shown.b, i), 0.5);
-    const Color clean = mix(color_at(of.filtered.a, i), color_at(of.filtered.b, i), 0.5);
-    gain.set(x, y, energy_of(of, i, 0) - energy_of(of, i, 1));
-    distance.set(x, y, squared_share(plain, clean, of.floor));
+    const Pixel p = pixel_at(of, i);
+    const ColorSum plain = mix(p.shown_a, p.shown_b, 0.5);
+    const ColorSum clean = mix(p.filtered_a, p.filtered_b, 0.5);
+    const ColorSum scale = scale_of(p, of.floor);
+    const auto product = [&](const ColorSum& fx, const ColorSum& u, const ColorSum& fy,
+                             const ColorSum& v) { return relative_product(fx, u, fy, v, scale); };
+    gain.set(x, y,
+             0.25 * (product(p.filtered_a, p.b, p.filtered_a, p.shown_a) +
+                     product(p.filtered_b, p.a, p.filtered_b, p.shown_b) +
+                     2 * product(p.filtered_a, p.shown_a, p.filtered_b, p.shown_b)));
+    distance.set(x, y, relative_square(plain, clean, scale));
   });
   Plane out(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height));
   for_pixels(rect, [&](std::size_t i, int x, int y) {
@@ -110,54 +126,31 @@ Plane mixing_weights(const PixelRect& rect, const Compared& of) {
     const double apart = distance.sum(window) - distance.sum(gap);
     // Without pixels to judge by, keep the plain image.
     const bool is_known = window.width * window.height > gap.width * gap.height;
-    const double best = apart > 0 ? 0.5 + (gain.sum(window) - gain.sum(gap)) / (2 * apart) : 0.0;
+    const double best = apart > 0 ? (gain.sum(window) - gain.sum(gap)) / apart : 0.0;
     out[i] = is_known ? static_cast<float>(std::clamp(best, 0.0, 1.0)) : 1.0F;
   });
   return out;
 }
 
-/// Roots of one image by tile (denoised_error()), and its error by pixel.
+/// Roots of one image by tile (error_of_roots()), and its error by pixel.
 struct Errors {
-  std::vector<double> roots;
+  ErrorRoots roots;
   Plane plane;
 };
 
 Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weights) {
   const PixelRect& rect = film.rect;
-  SummedArea energies(rect.width, rect.height);
-  SummedArea counts(rect.width, rect.height);
+  SquaredErrors squares(rect);
   for_pixels(rect, [&](std::size_t i, int x, int y) {
     const auto [a, b] = error_halves(film, i);
-    const bool counts_here = a.alpha + b.alpha > 0;
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
-    energies.set(x, y, counts_here ? energy_of(of, i, w) : 0);
-    counts.set(x, y, counts_here ? 1 : 0);
+    squares.set(x, y, energy_of(pixel_at(of, i), of.floor, w), !is_empty(a, b));
   });
-  const auto root_of = [&](const PixelRect& window) {
-    const double pixels = counts.sum(window);
-    return pixels > 0 ? std::sqrt(std::max(energies.sum(window), 0.0) / pixels) : 0;
-  };
-  Errors out;
-  out.plane.resize(film.pixel_count());
+  Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {
-    out.plane[i] = static_cast<float>(
-        kMeanOfRoot * root_of(window_around(x, y, kDenoisedWindow, rect.width, rect.height)));
+    const PixelRect window = window_around(x, y, kDenoisedWindow, rect.width, rect.height);
+    out.plane[i] = static_cast<float>(kMeanOfRoot * squares.root(window));
   });
-  for (const PixelRect& tile : tile_rects(rect)) {
-    double sum = 0;
-    const int right = tile.x + tile.width;
-    const int bottom = tile.y + tile.height;
-    for (int y = tile.y - tile.y % kEnergyWindow; y < bottom; y += kEnergyWindow) {
-      for (int x = tile.x - tile.x % kEnergyWindow; x < right; x += kEnergyWindow) {
-        const int x0 = std::max(x, tile.x);
-        const int y0 = std::max(y, tile.y);
-        const PixelRect window = {x0 - rect.x, y0 - rect.y, std::min(x + kEnergyWindow, right) - x0,
-                                  std::min(y + kEnergyWindow, bottom) - y0};
-        sum += counts.sum(window) * root_of(window);
-      }
-    }
-    out.roots.push_back(sum);
-  }
   return out;
 }
 
@@ -289,11 +282,12 @@ int samples_of_halves(const FilmSnapshot& film) {
 }
 
 ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) const {
-  return denoised_error(plain_tiles, roots(mode), errors, confidence);
+  return error_of_roots(plain_tiles, roots(mode), errors, confidence);
 }
 
 double DenoisedPicture::tile_error(DenoiseMode mode, std::size_t tile) const {
-  return denoised_error({&plain_tiles[tile], 1}, {&roots(mode)[tile], 1}, errors, 0.95).relative;
+  return error_of_roots({&plain_tiles[tile], 1}, {{roots(mode).tiles[tile]}, 0}, errors, 0.95)
+      .relative;
 }
 
 std::size_t DenoisedPicture::bytes() const noexcept {

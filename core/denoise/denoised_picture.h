@@ -1,24 +1,22 @@
 /// DenoisedPicture: the denoised image of both halves, with an estimate of its error.
 ///
 /// A, B: means of the halves, independent. FA = D(A), FB = D(B), F = (FA + FB) / 2, I = (A + B)
-/// / 2. With squares in place of q,
-///   m = (q(FA, B) + q(FB, A) - q(A, B)) / 2 - q(FA, FB) / 4
-/// has the expected value of (F - mu)^2, bias included, for any denoiser and any noise:
-/// E (FA - B)^2 = E (FA - mu)^2 + Var B, since D(A) is independent of B, and E (A - B)^2 = Var A +
-/// Var B; the square of a mean is the mean of the squares minus the square of half the difference.
-/// Source: Bitterli 2016, 5.3, without its cross-filtering, which would make FB depend on A.
-///
-/// A firefly would outweigh all other squares, so each is bounded by 1:
-///   q(x, y) = (sum over channels of |x - y| / sum over channels of max(|x|, |y|) + F)^2
-/// with F of core/film/half_sums.h. A firefly in A cancels in q(FB, A) - q(A, B), a blot in FA does
-/// not. m may be negative: it is averaged over windows of kEnergyWindow pixels before its root is
-/// taken (denoised_error()).
+/// / 2.
+///   m = (FA - A)(FB - B) + ((FA - FB) / 2)^2
+/// has the expected value of (F - mu)^2, bias included, for any denoiser and any noise: D(A) - A
+/// and D(B) - B are independent, so the first term is the square of their mean, the bias, and the
+/// second is the variance of F. Source: Bitterli 2016, 5.3, without its cross-filtering, which
+/// would make FB depend on A, and with the terms in another order. Both are relative to the light
+/// of F and bounded (core/error/squared_error.h): a firefly that the denoiser removes from A meets
+/// the noise of FB - B, one that it spreads over a blot is in the second term.
 ///
 /// The denoiser reads the halves without their fireflies (core/film/set_aside.h), and the mixed
-/// image shows those halves: G = F + w (I - F). w = 1/2 + (m - v) / (2 S) minimises (G - mu)^2,
-/// with v = m of I and S = q(F, I). All three are pooled around the pixel, excluding its immediate
-/// neighbourhood, so that w does not depend on the pixel's own samples. As v goes to 0, so does the
-/// remaining bias: G is consistent. Its m is that of GA = FA + w (A - FA) and GB.
+/// image shows those halves: G = F + w (I - F). w = E (F - mu)(F - I) / E (F - I)^2 minimises
+/// (G - mu)^2. Its numerator is the mean of (FA - B)(FA - A), (FB - A)(FB - B) and twice (FA -
+/// A)(FB
+/// - B) over 4, since B stands for mu where A is not involved. Both are pooled around the pixel,
+/// excluding its immediate neighbourhood, so that w does not depend on the pixel's own samples. As
+/// I goes to mu, so does G: it is consistent. Its m is that of GA = FA + w (A - FA) and GB.
 #pragma once
 
 #include <string>
@@ -48,9 +46,8 @@ struct DenoisedPicture {
   ColorPlanes bias;        ///< F - I, pooled over kBiasWindow
   ColorPlanes bias_error;  ///< its standard error
   std::vector<TileSums> plain_tiles;
-  /// Per tile: sum over its windows of n sqrt(max(0, mean m)).
-  std::vector<double> mixed_roots;
-  std::vector<double> full_roots;
+  ErrorRoots mixed_roots;
+  ErrorRoots full_roots;
   PixelErrors errors = PixelErrors::kIndependent;  ///< of the plain image
   SetAside set_aside;                              ///< by denoise(), from the halves
 
@@ -60,7 +57,7 @@ struct DenoisedPicture {
   const Plane& alpha(DenoiseMode mode) const {
     return mode == DenoiseMode::kFull ? full_alpha : mixed_alpha;
   }
-  const std::vector<double>& roots(DenoiseMode mode) const {
+  const ErrorRoots& roots(DenoiseMode mode) const {
     return mode == DenoiseMode::kFull ? full_roots : mixed_roots;
   }
   const Plane& error(DenoiseMode mode) const {
@@ -70,9 +67,6 @@ struct DenoisedPicture {
   double tile_error(DenoiseMode mode, std::size_t tile) const;
   std::size_t bytes() const noexcept;
 };
-
-/// Side of the windows over which m is averaged.
-inline constexpr int kEnergyWindow = 8;
 
 /// Pixels to each side of the windows of planes: 64 x 64 pixels for errors, 15 x 15 for the bias.
 inline constexpr int kDenoisedWindow = 32;

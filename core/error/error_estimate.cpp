@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/base/statistics.h"
 
@@ -45,35 +46,35 @@ ErrorInterval interval_of(const TileSums& sums, PixelErrors errors, double confi
 
 }  // namespace
 
-ErrorInterval unknown_error() { return {kNan, kNan, kNan, kNan, kNan, kNan, false}; }
+ErrorInterval unknown_error() { return {kNan, kNan, kNan, kNan, kNan, kNan, false, {}}; }
 
-ErrorInterval error_interval(double grain, double doubt, double reach) {
-  return {.relative = std::min(grain + 0.5 * doubt, 1.0),
-          .low = std::max(grain - std::max(grain, 0.5) * doubt - reach, 0.0),
-          .high = std::min(grain + doubt + reach, 1.0),
+ErrorInterval error_interval(double grain, double doubt, double reach, ErrorForm form) {
+  const bool is_of_halves = form == ErrorForm::kHalves;
+  const double root = grain / kMeanOfRoot;
+  const double low =
+      is_of_halves ? grain - std::max(grain, 0.5) * doubt : 0.5 * grain * (1 - doubt);
+  const double high = (is_of_halves ? grain : root) + doubt;
+  return {.relative = std::min(is_of_halves ? grain + 0.5 * doubt : grain, 1.0),
+          .low = std::max(low - reach, 0.0),
+          .high = std::min(high + reach, 1.0),
           .grain = grain,
           .doubt = doubt,
           .reach = reach,
-          .unreliable = doubt > grain};
+          .unreliable = doubt > grain,
+          .form = form};
 }
 
-ErrorInterval denoised_error(std::span<const TileSums> plain, std::span<const double> roots,
+ErrorInterval error_of_roots(std::span<const TileSums> references, const ErrorRoots& roots,
                              PixelErrors errors, double confidence) {
-  constexpr double kAtEdges = kMeanOfRoot * kMeanOfRoot;
-  const TileSums sums = sum_of(plain);
+  const TileSums sums = sum_of(references);
   if (!sums.has_halves) {
     return unknown_error();
   }
-  const double root = mean_over(sums, std::accumulate(roots.begin(), roots.end(), 0.0));
-  const double doubt = mean_over(sums, sums.doubt);
-  const double reach = reach_of(sums, errors, confidence);
-  return {.relative = kMeanOfRoot * root,
-          .low = std::max(kAtEdges * root * (1 - doubt) - reach, 0.0),
-          .high = std::min(root + doubt + reach, 1.0),
-          .grain = kMeanOfRoot * root,
-          .doubt = doubt,
-          .reach = reach,
-          .unreliable = doubt > kMeanOfRoot * root};
+  const double root = mean_over(sums, std::accumulate(roots.tiles.begin(), roots.tiles.end(), 0.0));
+  const double quantile = normal_quantile(0.5 + 0.5 * confidence);
+  const double reach = std::sqrt(root * root + quantile * roots.deviation) - root;
+  return error_interval(kMeanOfRoot * root, mean_over(sums, sums.doubt),
+                        reach_of(sums, errors, confidence) + reach, ErrorForm::kSquares);
 }
 
 float tile_error(const Film& film, int tile) {
@@ -83,17 +84,24 @@ float tile_error(const Film& film, int tile) {
 ErrorEstimate::ErrorEstimate(std::span<const TileSums> tiles, PixelErrors errors)
     : tiles_(tiles.begin(), tiles.end()), errors_(errors) {}
 
+ErrorEstimate::ErrorEstimate(std::span<const TileSums> references, ErrorRoots roots,
+                             PixelErrors errors)
+    : tiles_(references.begin(), references.end()), roots_(std::move(roots)), errors_(errors) {}
+
 ErrorInterval ErrorEstimate::image(double confidence) const {
-  return interval_of(sum_of(tiles_), errors_, confidence);
+  return roots_ ? error_of_roots(tiles_, *roots_, errors_, confidence)
+                : interval_of(sum_of(tiles_), errors_, confidence);
 }
 
 double ErrorEstimate::worst_tile(double confidence) const {
   const double each =
       1 - (1 - confidence) / static_cast<double>(std::max<std::size_t>(tiles_.size(), 1));
   double worst = tiles_.empty() ? kNan : 0;
-  for (const TileSums& tile : tiles_) {
-    const double high = interval_of(tile, errors_, each).high;
-    worst = worst < high || std::isnan(high) ? high : worst;
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    const ErrorInterval tile =
+        roots_ ? error_of_roots({&tiles_[t], 1}, {{roots_->tiles[t]}, 0}, errors_, each)
+               : interval_of(tiles_[t], errors_, each);
+    worst = worst < tile.high || std::isnan(tile.high) ? tile.high : worst;
   }
   return worst;
 }

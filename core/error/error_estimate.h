@@ -21,6 +21,8 @@
 /// structure.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,6 +30,12 @@
 #include "core/film/half_sums.h"
 
 namespace core {
+
+/// How an error is estimated.
+enum class ErrorForm : std::int32_t {
+  kHalves,  ///< from the difference of the halves, as above
+  kSquares  ///< from squares against independent images (error_of_roots())
+};
 
 struct ErrorInterval {
   double relative = 0;  ///< the error, 0 to 1; NaN if a half is missing, as all others
@@ -37,22 +45,32 @@ struct ErrorInterval {
   double doubt = 0;
   double reach = 0;         ///< z
   bool unreliable = false;  ///< more light is in doubt than is visible as grain
+  ErrorForm form = ErrorForm::kHalves;
 };
 
 ErrorInterval unknown_error();
-/// Returns the error from its parts.
-ErrorInterval error_interval(double grain, double doubt, double reach);
-
 /// Ratio of mean and root mean square of Gaussian errors: sqrt(2 / pi).
 inline constexpr double kMeanOfRoot = 0.8;
 
-/// Returns the error of a denoised image. plain: sums of the image before it was denoised. roots:
-/// sum over its windows, per tile of `plain`, of n sqrt(max(0, mean m)), n the counted pixels of
-/// the window (core/denoise/denoised_picture.h). With R the mean of these roots
-///   error = 0.8 R,   low = 0.64 R (1 - doubt) - z,   high = R + doubt + z.
-/// R is a root mean square, which is never below the mean (Jensen); 0.8 is kMeanOfRoot, 0.64 its
-/// square, for windows across edges.
-ErrorInterval denoised_error(std::span<const TileSums> plain, std::span<const double> roots,
+/// Returns the error from its parts. kSquares: with R = grain / 0.8
+///   error = 0.8 R,   low = 0.4 R (1 - doubt) - z,   high = R + doubt + z.
+/// R is a root mean square, which is never below the mean (Jensen). 0.8 is kMeanOfRoot; if all
+/// errors of a window are on a quarter of its pixels, as along a blurred edge, the mean is half of
+/// that.
+ErrorInterval error_interval(double grain, double doubt, double reach,
+                             ErrorForm form = ErrorForm::kHalves);
+
+/// Roots of the squared error m over the windows of an image (core/error/squared_error.h).
+struct ErrorRoots {
+  /// Per tile: sum over its windows of n times their root, n the window's counted pixels.
+  std::vector<double> tiles;
+  double deviation = 0;  ///< standard error of the mean of m over the image
+};
+
+/// Returns an error of form kSquares. references: sums of the independent images that m was
+/// measured with. R is the mean of the roots; z is that of the references, plus the reach of R:
+/// sqrt(R^2 + q deviation) - R.
+ErrorInterval error_of_roots(std::span<const TileSums> references, const ErrorRoots& roots,
                              PixelErrors errors, double confidence);
 
 /// Returns the error of one tile; NaN if a half is missing.
@@ -63,6 +81,8 @@ class ErrorEstimate {
   /// tiles: of the whole image.
   ErrorEstimate(std::span<const TileSums> tiles, PixelErrors errors);
   explicit ErrorEstimate(const Film& film) : ErrorEstimate(film.half_sums(), film.errors()) {}
+  /// Of form kSquares; arguments as of error_of_roots().
+  ErrorEstimate(std::span<const TileSums> references, ErrorRoots roots, PixelErrors errors);
 
   ErrorInterval image(double confidence) const;
   /// Returns the largest upper end of any tile, with 1 - confidence divided among them.
@@ -70,6 +90,7 @@ class ErrorEstimate {
 
  private:
   std::vector<TileSums> tiles_;
+  std::optional<ErrorRoots> roots_;
   PixelErrors errors_;
 };
 

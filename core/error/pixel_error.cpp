@@ -72,7 +72,7 @@ Rgb raw_variance(const HalfValue& a, const HalfValue& b) {
 void FloorSum::add(const FilmSnapshot& film) {
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
     const auto [a, b] = error_halves(film, i);
-    if (a.alpha + b.alpha > 0) {
+    if (!is_empty(a, b)) {
       roots_ += root_of_light(pixel_value(a, b).mean);
       pixels_ += 1;
     }
@@ -123,7 +123,7 @@ std::vector<float> relative_error_plane(const FilmSnapshot& film) {
       const bool known = has_halves(a, b);
       out[i] = known ? 0 : kNan;
       const PixelShare share =
-          known && a.alpha + b.alpha > 0 ? share_of_pixel(a, b, floor) : PixelShare{};
+          known && !is_empty(a, b) ? share_of_pixel(a, b, floor) : PixelShare{};
       shares.set(x, y, share.share);
       doubtful.set(x, y, share.apart * share.share);
       scales.set(x, y, share.scale);

@@ -149,13 +149,13 @@ std::uint32_t Film::commit(int tile, TileState state) { return commit(tile, std:
 
 std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileLight sums =
-      has_splats_ ? TileLight{} : tile_light(state.rect, state.pixels, replicates_, over_white_);
   auto next = std::make_shared<const TileState>(std::move(state));
   MutexLock lock(mutex_);
   add_light(light);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  slot.light = has_splats_ ? slot.light : sums;
+  if (!has_splats_) {
+    slot.light.reset();
+  }
   std::swap(slot.state, next);
   cpu_seconds_beside_ += std::max(next->cpu_seconds - slot.state->cpu_seconds, 0.0);
   slot.counts = counts;
@@ -327,12 +327,34 @@ std::vector<TileSums> Film::half_sums() const {
 TileSums Film::half_sums(int tile) const { return sums_of(tile, error_floor()); }
 
 double Film::error_floor() const {
+  std::vector<TileLight> lights(rects_.size());
+  std::vector<std::pair<std::size_t, std::shared_ptr<const TileState>>> due;
+  {
+    MutexLock lock(mutex_);
+    for (std::size_t t = 0; t < tiles_.size(); ++t) {
+      if (tiles_[t].light) {
+        lights[t] = *tiles_[t].light;
+      } else if (!has_splats_) {
+        due.emplace_back(t, tiles_[t].state);
+      }
+    }
+  }
+  for (const auto& [t, state] : due) {
+    lights[t] = tile_light(state->rect, state->pixels, replicates_, over_white_);
+  }
+  if (!due.empty()) {
+    MutexLock lock(mutex_);
+    for (const auto& [t, state] : due) {
+      if (tiles_[t].state == state) {
+        tiles_[t].light = lights[t];
+      }
+    }
+  }
   double roots = 0;
   double pixels = 0;
-  MutexLock lock(mutex_);
-  for (const Slot& slot : tiles_) {
-    roots += slot.light.roots;
-    pixels += slot.light.pixels;
+  for (const TileLight& light : lights) {
+    roots += light.roots;
+    pixels += light.pixels;
   }
   return pixels > 0 ? core::error_floor(roots / pixels) : 0;
 }
@@ -349,10 +371,11 @@ std::uint32_t Film::revision() const {
 
 void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
   const SampleCounts counts = counts_of(state, replicates_);
-  const TileLight light = tile_light(state.rect, state.pixels, replicates_, over_white_);
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  slot.light = has_splats_ ? slot.light : light;
+  if (!has_splats_) {
+    slot.light.reset();
+  }
   slot.state = std::make_shared<const TileState>(std::move(state));
   slot.counts = counts;
   slot.version = ++version_;

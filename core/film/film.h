@@ -208,7 +208,8 @@ class Film {
   /// Computes the sums of all tiles in order, relative to error_floor().
   std::vector<TileSums> half_sums() const;
   TileSums half_sums(int tile) const;
-  double error_floor() const;  ///< F of the image (core/film/half_sums.h)
+  /// F of the image (core/film/half_sums.h); reads the tiles committed since the last call.
+  double error_floor() const;
   double tile_samples_mean(int tile) const;
   /// For loading a film only: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
@@ -244,7 +245,9 @@ class Film {
     /// Never null and never modified, so it can be copied without the lock.
     std::shared_ptr<const TileState> state;
     SampleCounts counts;
-    TileLight light;
+    /// Of `state`, computed when error_floor() first asks for it; with splats, as of
+    /// settle_splats().
+    std::optional<TileLight> light;
     std::uint32_t revision = 0;
     std::uint64_t version = 0;
   };
@@ -266,7 +269,7 @@ class Film {
   std::size_t meter_points_ = 0;
   int meter_chunk_count_ = 0;
   mutable Mutex mutex_;
-  std::vector<Slot> tiles_ GUARDED_BY(mutex_);
+  mutable std::vector<Slot> tiles_ GUARDED_BY(mutex_);
   std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
   std::uint32_t plan_epoch_ GUARDED_BY(mutex_) = 0;
   std::uint64_t version_ GUARDED_BY(mutex_) = 0;

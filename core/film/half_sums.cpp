@@ -68,7 +68,7 @@ TileLight tile_light(const PixelRect& rect, std::span<const ReplicatePixel> pixe
       static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
   for (std::size_t i = 0; i < count && !pixels.empty(); ++i) {
     const auto [a, b] = halves_of(pixels.subspan(i * r, r), over_white);
-    if (a.alpha + b.alpha > 0) {
+    if (!is_empty(a, b)) {
       out.roots += root_of_light(pixel_value(a, b).mean);
       ++out.pixels;
     }
@@ -87,7 +87,7 @@ TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels
     for (int x = rect.x; x < rect.x + rect.width && out.has_halves; ++x, ++i) {
       const auto [a, b] = halves_of(pixels.subspan(i * r, r), over_white);
       out.has_halves = a.count > 0 && b.count > 0;
-      if (!(a.alpha + b.alpha > 0)) {
+      if (is_empty(a, b)) {
         continue;
       }
       const PixelShare of = share_of_pixel(a, b, floor);

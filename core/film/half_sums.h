@@ -1,6 +1,6 @@
 /// TileLight and TileSums: sums over a tile of its half means, from which errors are estimated.
 ///
-/// A, B: means of a pixel's halves, independent; alpha 0 in both halves: the pixel is not counted.
+/// A, B: means of a pixel's halves, independent. Empty pixels (is_empty()) are not counted.
 ///   F = 0.05 (mean over the image of the root of the luminance of (A + B) / 2)^2
 ///   d = sum over channels of |A - B|,   s = sum over channels of |A| + |B| + 2 F,   r = d / s
 /// r is a pixel's relative difference, 0 to 1. F is a mean of roots, so that neither an emitter

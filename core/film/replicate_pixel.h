@@ -55,9 +55,15 @@ inline HalfValue pixel_value(const HalfValue& a, const HalfValue& b) {
   return {lerp(a.mean, b.mean, w), lerp(a.alpha, b.alpha, w), a.count + b.count};
 }
 
-/// Composites both halves of a pixel over white. If both are fully transparent they stay unchanged.
+/// Returns whether no sample of either half saw anything. By noise, the alpha of a shadow catcher's
+/// half may also be negative.
+inline bool is_empty(const HalfValue& a, const HalfValue& b) {
+  return a.alpha == 0 && b.alpha == 0;
+}
+
+/// Composites both halves of a pixel over white. If it is empty they stay unchanged.
 inline void put_over_white(HalfValue& a, HalfValue& b) {
-  if (a.alpha + b.alpha > 0) {
+  if (!is_empty(a, b)) {
     a.mean += Rgb(1 - a.alpha);
     b.mean += Rgb(1 - b.alpha);
   }

@@ -59,12 +59,13 @@ struct EncodeOptions {
 };
 
 /// Encodes an image. Colour channels of EXR (R G B A, and those of the layers "beauty" and
-/// "albedo") are half floats, with finite values clamped to +-65504; others are float, and all are
-/// float if is_color is false or if whole_channels are among them. With parts this is decided per
-/// part; the first has the metadata, and parts of mattes their own. Display formats take 1, 3 or 4
-/// channels (R, G, B[, A] with alpha associated in `image`; written unassociated in PNG and WebP,
-/// associated in EXR). EXR takes any channels. NaN is written unchanged in float formats and as 0
-/// in display formats. Errors: kInternal with the library's message.
+/// "albedo") are half floats; others are float, and all are float if a finite colour is outside of
+/// the range of half floats, +-65504, if is_color is false or if whole_channels are among them.
+/// With parts this is decided per part; the first has the metadata, and parts of mattes their own.
+/// Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
+/// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written
+/// unchanged in float formats and as 0 in display formats. Errors: kInternal with the library's
+/// message.
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
                                             const EncodeOptions& options);
 /// As above, from rows, only some of which are in memory at a time.

@@ -1,6 +1,7 @@
 #include "core/image_io/image_size.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "core/image_io/exr_header.h"
@@ -38,13 +39,12 @@ std::optional<PixelSize> png_size(Span file) noexcept {
   return PixelSize{u32_big(file, 16), u32_big(file, 20)};
 }
 
-// Markers FF xx with a 16-bit length, until a start-of-frame (C0 to CF except C4, C8, CC).
-std::optional<PixelSize> jpeg_size(Span file) noexcept {
+/// Returns where the first marker is that `is_wanted`, among those before the first scan and its
+/// start (DA). Empty: none. Markers are FF xx, most with a 16-bit length.
+template <typename IsWanted>
+std::optional<std::size_t> find_jpeg_marker(Span file, IsWanted is_wanted) noexcept {
   std::size_t at = 2;
-  while (at + 9 <= file.size()) {
-    if (u8(file, at) != 0xFF) {
-      return std::nullopt;
-    }
+  while (at + 4 <= file.size() && u8(file, at) == 0xFF) {
     const std::uint32_t marker = u8(file, at + 1);
     if (marker == 0xFF) {
       ++at;
@@ -54,8 +54,8 @@ std::optional<PixelSize> jpeg_size(Span file) noexcept {
       at += 2;
       continue;
     }
-    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
-      return PixelSize{u16_big(file, at + 7), u16_big(file, at + 5)};
+    if (is_wanted(marker)) {
+      return at;
     }
     const std::uint32_t length = u16_big(file, at + 2);
     if (length < 2 || marker == 0xD9 || marker == 0xDA) {
@@ -64,6 +64,17 @@ std::optional<PixelSize> jpeg_size(Span file) noexcept {
     at += 2 + length;
   }
   return std::nullopt;
+}
+
+std::optional<PixelSize> jpeg_size(Span file) noexcept {
+  // Starts of a frame: C0 to CF except C4, C8, CC.
+  const auto frame = find_jpeg_marker(file, [](std::uint32_t marker) {
+    return marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+  });
+  if (!frame || *frame + 9 > file.size()) {
+    return std::nullopt;
+  }
+  return PixelSize{u16_big(file, *frame + 7), u16_big(file, *frame + 5)};
 }
 
 std::optional<PixelSize> webp_size(Span file) noexcept {
@@ -126,6 +137,15 @@ bool png_is_whole(Span file) noexcept {
     at += kAround + length;
   }
   return false;
+}
+
+bool jpeg_is_whole(Span file) noexcept {
+  const auto scan = find_jpeg_marker(file, [](std::uint32_t marker) { return marker == 0xDA; });
+  if (!scan) {
+    return false;
+  }
+  constexpr std::array kEnd = {std::byte{0xFF}, std::byte{0xD9}};
+  return !std::ranges::search(file.subspan(*scan), kEnd).empty();
 }
 
 bool tiff_is_whole(Span file) noexcept {

@@ -27,6 +27,10 @@ std::optional<PixelSize> peek_image_size(std::span<const std::byte> file) noexce
 /// Returns whether the chunks of a PNG are complete up to IEND. Pre: image_kind() is "png".
 bool png_is_whole(std::span<const std::byte> file) noexcept;
 
+/// Returns whether a JPEG's first scan is followed by an end of image. Decoders fill what is
+/// missing with grey. Pre: image_kind() is "jpg". Source: ITU-T T.81, annex B.
+bool jpeg_is_whole(std::span<const std::byte> file) noexcept;
+
 /// Returns whether the strips or tiles of a TIFF's first image lie in the file: of uncompressed
 /// ones libtiff misses the end. Pre: image_kind() is "tif". Source: TIFF 6.0, section 2.
 bool tiff_is_whole(std::span<const std::byte> file) noexcept;

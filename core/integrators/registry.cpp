@@ -112,33 +112,36 @@ constexpr std::array kIntegrators = {
                                "radius; caustics directly from the map, other indirect light after "
                                "one more reflection. The blur does not decrease with more samples.",
                     .bias = "biased",
-                    .error = ErrorValidity::kNone,
+                    .error = ErrorValidity::kByComparison,
                     .make = &make_photon_tracer,
                     .accepts = kPhotonMapOptions,
                     .disperses = false,
-                    .prepass_bytes = &photon_bytes},
+                    .prepass_bytes = &photon_bytes,
+                    .compared_with = "bdpt"},
     IntegratorEntry{
         .name = "sppm",
         .summary =
             "Stochastic progressive photon mapping: photons from the lights, gathered within a "
             "radius that shrinks from sample to sample. For caustics behind glass and in mirrors.",
         .bias = "consistent",
-        .error = ErrorValidity::kNone,
+        .error = ErrorValidity::kByComparison,
         .make = &make_photon_tracer,
         .accepts = kSppmOptions,
         .disperses = false,
-        .prepass_bytes = &photon_bytes},
+        .prepass_bytes = &photon_bytes,
+        .compared_with = "bdpt"},
     IntegratorEntry{
         .name = "irradiance-cache",
         .summary = "Irradiance caching: diffuse indirect light is interpolated between records "
                    "placed where it changes; all other light as with path. Smooth interiors "
                    "quickly without noise; the blur does not decrease with more samples.",
         .bias = "biased",
-        .error = ErrorValidity::kNone,
+        .error = ErrorValidity::kByComparison,
         .make = &make_irradiance_cache,
         .accepts = kCacheOptions,
         .prepass_bytes = &cache_bytes,
-        .keeps_prepass = true},
+        .keeps_prepass = true,
+        .compared_with = "path"},
     // Replaced before an image is started (core/render/choose_integrator.h), so it has no factory;
     // has the memory needs of all candidates.
     IntegratorEntry{.name = kAutomaticIntegrator,

@@ -91,14 +91,21 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
   return s;
 }
 
+float LightSampler::hemisphere_pdf_solid_angle(float cosine) const noexcept {
+  return sky_ == SkyDensity::kCompensated ? cosine_hemisphere_pdf_solid_angle(cosine)
+         : cosine > 0                     ? 1 / kTwoPi
+                                          : 0.0F;
+}
+
 LightSample LightSampler::from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept {
   LightSample s;
   EnvironmentSample e;
-  if (by_cosine(normal_world)) {
-    const Vec3 local = cosine_hemisphere(u);
+  if (is_over_hemisphere(normal_world)) {
+    const Vec3 local =
+        sky_ == SkyDensity::kCompensated ? cosine_hemisphere(u) : uniform_hemisphere(u);
     e.wi_world = frame_from_normal(normal_world).to_world(local);
     e.radiance = environment_->radiance(e.wi_world);
-    e.pdf_solid_angle = cosine_hemisphere_pdf_solid_angle(local.z);
+    e.pdf_solid_angle = hemisphere_pdf_solid_angle(local.z);
   } else {
     e = environment_->sample(u, sky_);
   }
@@ -195,14 +202,14 @@ float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
   if (!(prob > 0)) {
     return 0;
   }
-  return prob * (by_cosine(normal_world)
-                     ? cosine_hemisphere_pdf_solid_angle(dot(normal_world, direction_world))
+  return prob * (is_over_hemisphere(normal_world)
+                     ? hemisphere_pdf_solid_angle(dot(normal_world, direction_world))
                      : environment_->pdf_solid_angle(direction_world, sky_));
 }
 
 float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
                                     Vec3 normal_world) const noexcept {
-  if (environment_ != nullptr && by_cosine(normal_world)) {
+  if (environment_ != nullptr && is_over_hemisphere(normal_world)) {
     return pdf_environment(direction_world, point, normal_world);
   }
   const float prob = prob_environment(point, normal_world);

@@ -122,12 +122,13 @@ class LightSampler {
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
   LightSample from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept;
-  /// Returns whether the sky is sampled in proportion to radiance times cosine. Only for a constant
-  /// sky, and only if the BSDF is sampled too, because shading normals see below the horizon.
-  bool by_cosine(Vec3 normal_world) const noexcept {
-    return sky_ == SkyDensity::kCompensated && environment_->is_constant() &&
-           !(normal_world == Vec3{});
+  /// Returns whether the sky is constant and is sampled over the hemisphere of the normal: in
+  /// proportion to the cosine if the BSDF is sampled too, else evenly, because shading normals see
+  /// light from close to the horizon.
+  bool is_over_hemisphere(Vec3 normal_world) const noexcept {
+    return environment_->is_constant() && !(normal_world == Vec3{});
   }
+  float hemisphere_pdf_solid_angle(float cosine) const noexcept;
 
   const SceneData& scene_;
   const Environment* environment_;  ///< null if black

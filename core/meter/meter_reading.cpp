@@ -88,14 +88,15 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
   return readings;
 }
 
-double widest_interval(const std::vector<MeterReading>& readings) {
-  double widest = readings.empty() ? std::numeric_limits<double>::infinity() : 0;
+double meter_error(const std::vector<MeterReading>& readings) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  double worst = readings.empty() ? kUnknown : 0;
   for (const MeterReading& reading : readings) {
-    const double width = (reading.high - reading.low) / reading.illuminance;
-    widest =
-        std::max(widest, reading.illuminance > 0 ? width : std::numeric_limits<double>::infinity());
+    worst =
+        std::max(worst, reading.illuminance > 0 ? (reading.high - reading.low) / reading.illuminance
+                                                : kUnknown);
   }
-  return widest;
+  return worst;
 }
 
 ReadingDifference difference_of(const MeterReading& a, const MeterReading& b) {

@@ -44,9 +44,8 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
                                          const std::vector<MeterChunk>& chunks,
                                          double path_light = 0);
 
-/// Returns the largest (high - low) / illuminance; infinite if there is no reading or one is not
-/// positive.
-double widest_interval(const std::vector<MeterReading>& readings);
+/// Returns the largest (high - low) / illuminance of any point; infinite if a point has no reading.
+double meter_error(const std::vector<MeterReading>& readings);
 
 /// The difference of two readings of a point, lux.
 struct ReadingDifference {

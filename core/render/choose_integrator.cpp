@@ -75,6 +75,7 @@ Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples,
   auto film = std::make_shared<Film>(view.settings);
   TaskOptions options;
   options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
+  options.compares = false;
   NullSink sink;
   RenderTask task(*std::move(renderer), film, std::move(options), sink);
   const std::stop_callback cancel(stop, [&task] { task.cancel(); });

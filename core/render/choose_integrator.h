@@ -42,8 +42,9 @@ struct IntegratorChoice {
   std::vector<PilotFigures> pilots;  ///< path, bdpt and perhaps sppm; empty if none was needed
 };
 
-/// Chooses the integrator. has_error_target: the image must have a valid error, which sppm has not.
-/// Pre: view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
+/// Chooses the integrator. has_error_target: not sppm, whose error is measured by images of bdpt
+/// with an eighth of its samples: their doubt meets a target about when bdpt itself does. Pre:
+/// view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
 /// settle().
 Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
                                            const std::stop_token& stop = {});

@@ -56,7 +56,7 @@ int PassPolicy::far_target(const Pass& pass) const {
     return next_target(pass);
   }
   const int near = barrier(pass);
-  if (stop_.has_error_target()) {
+  if (stop_.relative_error || stop_.denoised_error || stop_.meter_error) {
     return near;
   }
   // The first image should come as early as without other machines.
@@ -96,16 +96,13 @@ bool PassPolicy::denoises_at(int samples) const {
           next_look(samples - 1, replicates_, unit_, kDenoisedLooks) == samples);
 }
 
-StopReason PassPolicy::decide(int samples, const Bounds& bounds) const {
+StopReason PassPolicy::decide(int samples, double bound, double denoised_bound) const {
   const bool may_stop = may_stop_at(samples);
-  if (stop_.relative_error && may_stop && bounds.error <= *stop_.relative_error) {
+  if (stop_.relative_error && may_stop && bound <= *stop_.relative_error) {
     return StopReason::kRelativeError;
   }
-  if (stop_.denoised_error && may_stop && bounds.denoised <= *stop_.denoised_error) {
+  if (stop_.denoised_error && may_stop && denoised_bound <= *stop_.denoised_error) {
     return StopReason::kDenoisedError;
-  }
-  if (stop_.meter_error && may_stop && bounds.meter <= *stop_.meter_error) {
-    return StopReason::kMeterError;
   }
   if (samples >= samples_max_) {
     return asked_ ? StopReason::kSamples : StopReason::kLimit;

@@ -47,16 +47,17 @@ class PassPolicy {
 
   /// Returns the upper end that is compared with the error target; NaN if unknown.
   double error_bound(const ErrorEstimate& look) const;
+  /// Returns whether the meter's error ends the job after this pass. error: meter_error().
+  bool ends_by_meter(int samples, double error) const {
+    return stop_.meter_error && may_stop_at(samples) && error <= *stop_.meter_error;
+  }
   /// Returns whether the image is denoised at this look to test the stop rule.
   bool denoises_at(int samples) const;
-  /// Upper ends that are compared with the targets; infinite if there was no look.
-  struct Bounds {
-    double error = std::numeric_limits<double>::infinity();  ///< error_bound()
-    double denoised = std::numeric_limits<double>::infinity();
-    double meter = std::numeric_limits<double>::infinity();  ///< widest_interval() of the readings
-  };
-  /// Decides after a complete pass of `samples`. Returns kNone to continue.
-  StopReason decide(int samples, const Bounds& bounds) const;
+  /// Decides after a complete pass of `samples`. bound: error_bound() of the look at that count,
+  /// infinite if there was none. denoised_bound: that of the denoised image. Returns kNone to
+  /// continue.
+  StopReason decide(int samples, double bound,
+                    double denoised_bound = std::numeric_limits<double>::infinity()) const;
 
  private:
   bool may_stop_at(int samples) const;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error/error_estimate.h"
+#include "core/settings/settings.h"
 
 namespace core {
 
@@ -16,6 +17,10 @@ struct ConvergencePoint {
   std::uint64_t rays = 0;
   ErrorInterval error;
 };
+
+/// Returns whether the error is that of the image, with its bias: the halves show it, or it was
+/// measured by comparison.
+bool error_is_valid(const ErrorInterval& error, const RenderSettings& settings);
 
 struct Progress {
   double fraction = 0;  ///< below 1 until the end; never decreases while the stop rules stay the

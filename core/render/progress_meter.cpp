@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "core/settings/registry.h"
+
 namespace core {
 namespace {
 
@@ -17,6 +19,10 @@ double unix_seconds() {
 }
 
 }  // namespace
+
+bool error_is_valid(const ErrorInterval& error, const RenderSettings& settings) {
+  return halves_show_error(settings) || error.form == ErrorForm::kSquares;
+}
 
 ErrorInterval ProgressMeter::error() const {
   return points_.empty() ? unknown_error() : points_.back().error;
@@ -69,8 +75,8 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;
-  // Before the first estimate any count may meet a target; the convergence of the denoised error
-  // and of the meter is unknown.
+  // Before the first estimate any count may meet a target; the convergence of the denoised error is
+  // unknown.
   const bool has_target =
       stop.denoised_error || stop.meter_error || (stop.relative_error && !(e > 0));
   const bool unknown = has_target && !stop.samples_per_pixel;

@@ -2,11 +2,46 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/meter/meter_reading.h"
 #include "core/render/render_task_impl.h"
 #include "core/render/slice_work.h"
+#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 
 namespace core {
+
+RenderTask::Impl::Due RenderTask::Impl::begin_references(int samples) {
+  references->begin(samples);
+  MutexLock lock(mutex);
+  phase = Phase::kComparing;
+  return next_due();
+}
+
+void RenderTask::Impl::run_reference(const Slice& slice) {
+  references->run(slice);
+  Due due;
+  {
+    MutexLock lock(mutex);
+    --in_flight;
+    note_clock();
+    due = next_due();
+  }
+  advance(std::move(due));
+}
+
+/// Returns the error of the film as it is now; unknown for biased images without references.
+ErrorEstimate RenderTask::Impl::error_now() const {
+  if (references != nullptr) {
+    return references->error_of(*film);
+  }
+  return halves_show_error(settings()) ? ErrorEstimate(*film)
+                                       : ErrorEstimate(std::span<const TileSums>(), film->errors());
+}
+
+double RenderTask::Impl::meter_error_now() const {
+  return meter_error(meter_readings(meter_points(settings().meter), film->meter(),
+                                    unsampled_path_light(renderer->view())));
+}
 
 /// Returns the light samples that the unit lacks up to last_sample.
 LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
@@ -22,7 +57,8 @@ LightBatch RenderTask::Impl::light_of(int unit, int last_sample) const {
 
 bool RenderTask::can_lend() const {
   const IntegratorEntry* row = find_integrator(impl_->settings().integrator);
-  return row == nullptr || !row->keeps_prepass;
+  MutexLock lock(impl_->mutex);
+  return impl_->phase != Impl::Phase::kComparing && (row == nullptr || !row->keeps_prepass);
 }
 
 SliceWork RenderTask::prepare(const Slice& slice, double seconds) const {
@@ -64,6 +100,10 @@ void RenderTask::run(const Slice& slice) {
   Impl& m = *impl_;
   if (slice.kind == SliceKind::kPrepass) {
     m.run_part(slice);
+    return;
+  }
+  if (slice.kind == SliceKind::kReference) {
+    m.run_reference(slice);
     return;
   }
   SliceWork work = prepare(slice, m.slice_seconds);

@@ -5,13 +5,11 @@
 #include <utility>
 
 #include "core/base/mutex.h"
-#include "core/meter/meter_reading.h"
 #include "core/render/allocation.h"
 #include "core/render/pass_plan.h"
 #include "core/render/pass_policy.h"
 #include "core/render/progress_meter.h"
 #include "core/render/render_task_impl.h"
-#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 
 namespace core {
@@ -31,6 +29,7 @@ RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> 
       samples_limit(o.samples_limit),
       slice_seconds(o.slice_target_seconds),
       denoised_bound(std::move(o.denoised_bound)),
+      references(o.compares ? ReferenceImages::create(renderer->view(), slice_seconds) : nullptr),
       sink(s),
       policy(renderer->view().settings, o.stop, o.samples_limit),
       meter(std::move(o.points_before)) {
@@ -90,6 +89,11 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
     ++in_flight;
     return Slice{prepass.parts_out++, 0, 0, SliceKind::kPrepass};
   }
+  if (phase == Phase::kComparing) {
+    auto slice = place == Place::kHere ? references->take() : std::nullopt;
+    in_flight += slice ? 1 : 0;
+    return slice;
+  }
   if (phase == Phase::kRendering && needs_prepass()) {
     return std::nullopt;
   }
@@ -134,12 +138,23 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
     return due_end();
   }
   Due due;
+  if (phase == Phase::kComparing) {
+    if (!references->is_done()) {
+      return due;
+    }
+    phase = Phase::kRendering;
+  }
   if (phase == Phase::kPiloting) {
     due.step = all_have(&Tile::pilot_samples, pilot_target()) ? Step::kPlan : Step::kNone;
     due.samples = pass.planned_to;
   } else if (all_have(&Tile::samples, pass.target) && pass.target >= policy.barrier(pass)) {
-    due.step = Step::kPass;
     due.samples = pass.target;
+    if (references != nullptr && policy.looks_at(due.samples) && references->lacks(due.samples)) {
+      due.step = Step::kCompare;
+      phase = Phase::kDeciding;
+      return due;
+    }
+    due.step = Step::kPass;
     due.looks = policy.looks_at(due.samples);
     due.is_news = meter.points().empty() || meter.points().back().samples_per_pixel != due.samples;
     meter.note_pass(due.samples, clock.seconds());
@@ -208,6 +223,9 @@ void RenderTask::Impl::advance(Due due) {
       case Step::kBuild:
         due = build_prepass();
         break;
+      case Step::kCompare:
+        due = begin_references(due.samples);
+        break;
       case Step::kEnd:
         end(std::move(due));
         return;
@@ -230,12 +248,12 @@ RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
   const PassPolicy by = policy_now();
   Look seen = due.looks ? look(due, by) : Look{};
   if (due.looks && by.denoises_at(due.samples) && denoised_bound) {
-    seen.bounds.denoised = denoised_bound(*film, by.stop().confidence);
+    seen.denoised_bound = denoised_bound(*film, by.stop().confidence);
   }
-  if (due.looks && by.stop().meter_error) {
-    seen.bounds.meter = meter_bound();
+  if (due.looks && by.stop().meter_error && by.ends_by_meter(due.samples, meter_error_now())) {
+    return settle(due.samples, StopReason::kMeterError);
   }
-  return settle(due.samples, by.decide(due.samples, seen.bounds));
+  return settle(due.samples, by.decide(due.samples, seen.bound, seen.denoised_bound));
 }
 
 /// Plans the epoch that begins at the current samples.
@@ -271,21 +289,18 @@ PassPolicy RenderTask::Impl::policy_now() const {
   return policy;
 }
 
-/// Returns the width of the widest interval of the meter, relative to its reading.
-double RenderTask::Impl::meter_bound() const {
-  return widest_interval(meter_readings(meter_points(settings().meter), film->meter(),
-                                        unsampled_path_light(renderer->view())));
-}
-
 /// Estimates the error once; records changes and sends them to the sink.
 RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& by) {
-  const ErrorEstimate estimate(*film);
+  if (references != nullptr) {
+    film->add_cpu_seconds(references->take_cpu_seconds());
+  }
+  const ErrorEstimate estimate = error_now();
   Look seen;
   seen.point.samples_per_pixel = due.samples;
   seen.point.cpu_seconds = film->cpu_seconds();
   seen.point.rays = film->rays();
   seen.point.error = estimate.image(by.stop().confidence);
-  seen.bounds.error = by.stop().relative_error ? by.error_bound(estimate) : 0;
+  seen.bound = by.stop().relative_error ? by.error_bound(estimate) : 0;
   if (due.is_news) {
     note(seen);
     sink.on_pass(seen.point);
@@ -296,7 +311,7 @@ RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& 
 void RenderTask::Impl::note(Look& seen) {
   MutexLock lock(mutex);
   seen.point.elapsed_seconds = clock.seconds();
-  meter.note_look(seen.point, seen.bounds.error);
+  meter.note_look(seen.point, seen.bound);
 }
 
 void RenderTask::Impl::finish(StopReason why) {

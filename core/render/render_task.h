@@ -28,8 +28,9 @@ namespace core {
 
 enum class SliceKind {
   kPicture,
-  kPilot,   ///< samples belong to the pilot stream
-  kPrepass  ///< part `tile` of the prepass
+  kPilot,     ///< samples belong to the pilot stream
+  kPrepass,   ///< part `tile` of the prepass
+  kReference  ///< of the reference images (core/render/reference_images.h)
 };
 
 struct Slice {
@@ -92,6 +93,8 @@ struct TaskOptions {
   double elapsed_before = 0;  ///< seconds spent before a restart
   double slice_target_seconds = 0.02;
   std::vector<ConvergencePoint> points_before;
+  /// Whether errors of biased integrators are measured; they are unknown otherwise.
+  bool compares = true;
   /// Returns the upper end of the error of the film's denoised image; infinite if unknown. Called
   /// by one thread at looks of jobs with stop.denoised_error, while no slice of the task is out. If
   /// empty, such a rule never ends the task.
@@ -120,8 +123,8 @@ class RenderTask {
   /// Renders and commits a slice from take(). The last slice of a pass also makes the decisions.
   void run(const Slice& slice);
 
-  /// Returns whether slices can be rendered in other processes. False if one prepass serves all
-  /// samples, because every process would have to repeat it.
+  /// Returns whether slices can be rendered in other processes now. False if one prepass serves all
+  /// samples, because every process would have to repeat it, and for reference images.
   bool can_lend() const;
   /// Returns the input of a slice from take(), shortened to about `seconds` of CPU time. Must be
   /// followed by accept() or give_back(). Pre: not a prepass slice.

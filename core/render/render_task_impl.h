@@ -10,6 +10,7 @@
 #include "core/render/pass_plan.h"
 #include "core/render/pass_policy.h"
 #include "core/render/progress_meter.h"
+#include "core/render/reference_images.h"
 #include "core/render/render_task.h"
 
 namespace core {
@@ -46,13 +47,13 @@ inline int slice_length(double pixels, int samples, double cpu_seconds, double s
   return std::max(1, static_cast<int>(std::min(seconds / each, 1e6)));
 }
 
-/// Phases: rendering passes, pilot samples before an epoch, a prepass before a pass, deciding (on
-/// one thread, while no slice is out), over. Every function locks at most once; functions with
-/// REQUIRES(mutex) make no callbacks.
+/// Phases: rendering passes, pilot samples before an epoch, a prepass before a pass, reference
+/// images before a look at the error, deciding (on one thread, while no slice is out), over. Every
+/// function locks at most once; functions with REQUIRES(mutex) make no callbacks.
 struct RenderTask::Impl {
-  enum class Phase { kRendering, kPiloting, kPrepass, kDeciding, kOver };
+  enum class Phase { kRendering, kPiloting, kPrepass, kComparing, kDeciding, kOver };
   /// The next action of the deciding thread.
-  enum class Step { kNone, kPass, kPlan, kPrepass, kBuild, kEnd };
+  enum class Step { kNone, kPass, kPlan, kPrepass, kBuild, kCompare, kEnd };
   struct Due {
     Step step = Step::kNone;
     int samples = 0;
@@ -64,7 +65,8 @@ struct RenderTask::Impl {
   /// The error estimate after a complete pass.
   struct Look {
     ConvergencePoint point;
-    PassPolicy::Bounds bounds;
+    double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
+    double denoised_bound = std::numeric_limits<double>::infinity();
   };
   struct Tile {
     int samples = 0;  ///< the minimum of camera and light paths, if there are both
@@ -86,6 +88,7 @@ struct RenderTask::Impl {
   const int samples_limit;
   const double slice_seconds;
   const std::function<double(const Film&, double confidence)> denoised_bound;
+  const std::unique_ptr<ReferenceImages> references;  // null: the halves show the error
   RenderSink& sink;
   std::stop_source stop_source;  // stops slices on cancellation or when a time limit is reached
 
@@ -120,6 +123,8 @@ struct RenderTask::Impl {
 
   LightBatch light_of(int unit, int last_sample) const;
   void run_part(const Slice& slice) EXCLUDES(mutex);
+  void run_reference(const Slice& slice) EXCLUDES(mutex);
+  Due begin_references(int samples) EXCLUDES(mutex);
   bool gather(TileState& state, std::stop_token stop) EXCLUDES(mutex);
   Due begin_prepass(int sample) EXCLUDES(mutex);
   Due build_prepass() EXCLUDES(mutex);
@@ -127,11 +132,12 @@ struct RenderTask::Impl {
   void settle_splats() EXCLUDES(mutex);
   Due decide(const Due& due) EXCLUDES(mutex);
   Due begin_epoch(int from) EXCLUDES(mutex);
+  ErrorEstimate error_now() const;
+  double meter_error_now() const;
   Look look(const Due& due, const PassPolicy& by) EXCLUDES(mutex);
   Due settle(int samples, StopReason why) EXCLUDES(mutex);
   void end(Due due) EXCLUDES(mutex);
   PassPolicy policy_now() const EXCLUDES(mutex);
-  double meter_bound() const;
   void note(Look& seen) EXCLUDES(mutex);
   void finish(StopReason why) EXCLUDES(mutex);
 };

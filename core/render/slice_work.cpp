@@ -307,7 +307,7 @@ WorkWriter::WorkWriter(WorkPart part, std::size_t slices) : part_(part), left_(s
 }
 
 void WorkWriter::add(const SliceWork& work) {
-  CHECK(work.slice.kind != SliceKind::kPrepass);
+  CHECK(work.slice.kind == SliceKind::kPicture || work.slice.kind == SliceKind::kPilot);
   const TileState& s = work.state;
   const bool is_left_out = part_ == WorkPart::kInput && is_new(s);
   const auto count = [](std::size_t size) { return static_cast<std::uint32_t>(size); };

@@ -12,6 +12,7 @@
 
 #include "core/base/cgroup.h"
 #include "core/image_io/image_io.h"
+#include "core/image_io/image_size.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_uri.h"
 
@@ -108,6 +109,10 @@ Result<int> GltfImages::noted(int image) {
     scene_.warnings.emplace_back(
         "media_type", where + "/mimeType",
         '"' + said + "\" is not the type of the bytes, which are read as " + std::string(seen));
+  }
+  if (image_kind(*file) == "jpg" && !jpeg_is_whole(*file)) {
+    scene_.warnings.emplace_back("image_cut", where,
+                                 "the JPEG ends early; what is missing is grey");
   }
   Noted note{.image = image, .to = scene_.images.size(), .file = *file};
   note.bytes_max = source_.budget().left();

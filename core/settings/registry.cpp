@@ -15,9 +15,9 @@ constexpr std::array kErrorValidities = {
     NamedValue<ErrorValidity>{
         "from-chains", ErrorValidity::kFromChains,
         "The halves estimate the variance of the mean; chains are independent, not samples."},
-    NamedValue<ErrorValidity>{"none", ErrorValidity::kNone,
-                              "The error is unknown: the image is biased, or its halves depend on "
-                              "each other."},
+    NamedValue<ErrorValidity>{"by-comparison", ErrorValidity::kByComparison,
+                              "The image is biased; it is compared with two independent unbiased "
+                              "images of an eighth of its samples."},
 };
 
 constexpr std::array<std::string_view, 2> kReplicateOptions = {"/sampler/replicates",
@@ -334,9 +334,9 @@ std::string_view bias_of(const RenderSettings& settings) {
   return bias;
 }
 
-bool errors_are_valid(const RenderSettings& settings) {
+bool halves_show_error(const RenderSettings& settings) {
   const IntegratorEntry* entry = find_integrator(settings.integrator);
-  return entry != nullptr && entry->error != ErrorValidity::kNone;
+  return entry != nullptr && entry->error != ErrorValidity::kByComparison;
 }
 
 int sample_unit(SamplerType sampler, int replicates) {

@@ -33,11 +33,11 @@ struct NamedValue {
   std::string_view bias = "none";
 };
 
-/// Whether (A - B)^2 / 4 of an image's halves estimates the variance of the mean.
+/// How the error of an image is known: whether its halves, which show noise alone, show it.
 enum class ErrorValidity {
   kValid,
-  kFromChains,  ///< yes; chains are independent, samples are not
-  kNone         ///< no: the image is biased, or its halves depend on each other
+  kFromChains,   ///< yes; chains are independent, samples are not
+  kByComparison  ///< no, the image is biased: it is compared with independent unbiased images
 };
 
 /// Everything needed to offer an integrator: in requests, by GET /v1/server, on the OpenAPI page,
@@ -60,6 +60,8 @@ struct IntegratorEntry {
   std::uint64_t (*prepass_bytes)(const RenderSettings& settings) = nullptr;
   /// True: one prepass serves all samples, so workers take no jobs. False: one prepass per sample.
   bool keeps_prepass = false;
+  /// Integrator of the images that a biased one is compared with (core/render/reference_images.h).
+  std::string_view compared_with = {};
   /// Sets defaults that differ from those of RenderSettings; null if there are none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
@@ -140,8 +142,8 @@ std::span<const LaboratoryRule> laboratory_rules();
 
 /// Returns the worst bias among the choices of the settings: "none", "consistent" or "biased".
 std::string_view bias_of(const RenderSettings& settings);
-/// Returns whether the integrator's row declares valid errors.
-bool errors_are_valid(const RenderSettings& settings);
+/// Returns whether the halves of an image show its error: it has no bias, and they are independent.
+bool halves_show_error(const RenderSettings& settings);
 
 /// The layer that is the image.
 inline constexpr std::string_view kBeauty = "beauty";

@@ -268,13 +268,12 @@ struct StopRules {
   double confidence = 0.95;
   bool worst_tile = false;
   std::optional<double> denoised_error;  ///< of the mixed denoised image
-  /// Width of the interval of every meter point relative to its reading.
-  std::optional<double> meter_error;
-  std::optional<double> seconds;      ///< rendering time, without pauses and downtime
-  std::optional<double> cpu_seconds;  ///< summed over all threads
+  std::optional<double> seconds;         ///< rendering time, without pauses and downtime
+  std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
+  std::optional<double> meter_error = {};  ///< of the meter's worst point: meter_error()
   bool has_error_target() const noexcept {
-    return relative_error.has_value() || denoised_error.has_value() || meter_error.has_value();
+    return relative_error.has_value() || denoised_error.has_value();
   }
 };
 
@@ -283,10 +282,10 @@ enum class StopReason {
   kSamples,
   kRelativeError,
   kDenoisedError,
-  kMeterError,
   kSeconds,
   kCpuSeconds,
   kDeadline,
+  kMeterError,
   kLimit,
   kCancelled,
   kFailed

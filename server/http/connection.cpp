@@ -29,6 +29,9 @@ bool is_request_id(std::string_view text) {
          });
 }
 
+/// Bytes not yet sent above which writing waits (tcp(7), TCP_NOTSENT_LOWAT): a record of TLS.
+constexpr int kUnsentLowBytes = 16 << 10;
+
 /// Finaliser of splitmix64: adjacent counters give unrelated numbers.
 std::uint64_t mix(std::uint64_t x) {
   x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9U;
@@ -87,6 +90,10 @@ Connection::Connection(const ConnectionContext& context, ConnectionSettings sett
 void Connection::run() {
   const int on = 1;
   ::setsockopt(channel_.fd(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+  // The system would let 4 MB wait for a client that does not read. What is on its way to one that
+  // does is not limited.
+  ::setsockopt(channel_.fd(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentLowBytes,
+               sizeof(kUnsentLowBytes));
   while (wait_for_request() && serve_one() && service_ == Service::kFull) {
     registration_.reset();
     is_first_request_ = false;

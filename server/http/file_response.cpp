@@ -100,6 +100,26 @@ RangeRequest parse_range(std::string_view range, std::uint64_t total_bytes) {
   return {.kind = RangeRequest::Kind::kPart, .offset = *first, .size = end - *first + 1};
 }
 
+Response ranged(const Request& request, Response whole) {
+  const auto bytes = std::get<SharedBytes>(whole.body);
+  whole.headers.set("Accept-Ranges", "bytes");
+  const RangeRequest range =
+      asked_range(request, whole.headers.find("ETag").value_or(""), bytes->size());
+  if (range.kind == RangeRequest::Kind::kUnsatisfiable) {
+    return unsatisfiable(request, bytes->size());
+  }
+  if (range.kind == RangeRequest::Kind::kPart) {
+    announce_part(range, bytes->size(), whole);
+    whole.body =
+        StreamBody{.producer =
+                       [bytes, range](StreamWriter& writer) {
+                         writer.write(std::string_view(*bytes).substr(range.offset, range.size));
+                       },
+                   .bytes = range.size};
+  }
+  return whole;
+}
+
 Response made_response(const Request& request, MadeSource source) {
   Response response;
   if (is_answered(request, source.etag, source.cache_control, response)) {
@@ -145,9 +165,12 @@ Response file_response(const Request& request, const FileSource& source) {
     }
     return problem_response(404, "there is no such file", request.path);
   }
-  const auto total_bytes = static_cast<std::uint64_t>(status.st_size);
-  FileBody whole(fd, 0, total_bytes);
+  return file_response(request, FileBody(fd, 0, static_cast<std::uint64_t>(status.st_size)),
+                       source);
+}
 
+Response file_response(const Request& request, FileBody whole, const FileSource& source) {
+  const std::uint64_t total_bytes = whole.size();
   Response response;
   if (is_answered(request, source.etag, source.cache_control, response)) {
     return response;

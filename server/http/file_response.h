@@ -31,6 +31,13 @@ struct FileSource {
 /// nothing; it may be unlinked before it has been sent.
 Response file_response(const Request& request, const FileSource& source);
 
+/// Returns the same for a file without a name. Owns the descriptor.
+Response file_response(const Request& request, FileBody whole, const FileSource& source);
+
+/// Cuts a response of status 200, whose body is SharedBytes, to the range that the request asks
+/// for: 206 with the same headers, or 416. Its ETag, if it has one, counts for If-Range.
+Response ranged(const Request& request, Response whole);
+
 /// Generated content of known size; every call of `make` must produce the same bytes.
 struct MadeSource {
   /// Receives a piece; returns false to cancel generation.

@@ -77,6 +77,13 @@ std::string_view Request::path_param(std::string_view name) const {
   return {};
 }
 
+void StreamGate::count(int more) {
+  open_count_ += more;
+  if (on_change_) {
+    on_change_(open_count_);
+  }
+}
+
 StreamSlot StreamGate::try_enter(const std::string& owner) {
   const core::MutexLock lock(mutex_);
   if (open_count_ >= limit_) {
@@ -87,13 +94,13 @@ StreamSlot StreamGate::try_enter(const std::string& owner) {
     return {};
   }
   ++of_owner;
-  ++open_count_;
+  count(1);
   return {this, owner};
 }
 
 void StreamGate::leave(const std::string& owner) {
   const core::MutexLock lock(mutex_);
-  --open_count_;
+  count(-1);
   if (const auto found = of_owner_.find(owner); found != of_owner_.end() && --found->second == 0) {
     of_owner_.erase(found);
   }

@@ -4,19 +4,27 @@
 /// gate.try_enter(request.access.tenant); if (!slot) return overloaded();`
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "core/base/mutex.h"
 #include "server/http/message.h"
 
 namespace server {
 
+/// Most bytes that the system keeps for a client that does not read: the limit that connections set
+/// (kUnsentLowBytes in connection.cpp), and the segment that is being filled; measured: 52 kB.
+inline constexpr std::uint64_t kUnsentBytes = std::uint64_t{64} << 10U;
+
 class StreamGate {
  public:
   /// limit: most open streams, at least 1. limit_of_owner: for each tenant; 0: any number.
-  explicit StreamGate(int limit, int limit_of_owner = 0)
-      : limit_(limit), limit_of_owner_(limit_of_owner) {}
+  /// on_change: called with the number of open streams, one call at a time; must return at once.
+  explicit StreamGate(int limit, int limit_of_owner = 0, std::function<void(int)> on_change = {})
+      : limit_(limit), limit_of_owner_(limit_of_owner), on_change_(std::move(on_change)) {}
   StreamGate(const StreamGate&) = delete;
   StreamGate& operator=(const StreamGate&) = delete;
 
@@ -38,9 +46,11 @@ class StreamGate {
  private:
   friend class StreamSlot;
   void leave(const std::string& owner);
+  void count(int more) REQUIRES(mutex_);
 
   const int limit_;
   const int limit_of_owner_;
+  const std::function<void(int)> on_change_;
   mutable core::Mutex mutex_;
   int open_count_ GUARDED_BY(mutex_) = 0;
   std::map<std::string, int> of_owner_ GUARDED_BY(mutex_);

@@ -154,6 +154,7 @@ core::Result<api::BatchView> BatchService::view_of(const BatchRow& batch) {
                          .values = row.values,
                          .state = now.state,
                          .fraction = now.progress.fraction,
+                         .revision = now.progress.revision,
                          .cpu_seconds = now.progress.cpu_seconds});
   }
   return view;
@@ -231,18 +232,22 @@ Verdict BatchService::retry(std::string_view id, const Access& access) {
 }
 
 Verdict BatchService::remove(std::string_view id, const Access& access) {
-  const auto found = jobs(id, access);
-  if (!found) {
-    return found.error();
+  const auto batch = table_.find(id, access);
+  const auto rows =
+      batch ? table_.jobs(*batch) : core::Result<std::vector<BatchJobRow>>(batch.error());
+  if (!rows) {
+    return rows.error();
   }
-  for (const JobPointer& job : *found) {
-    if (!api::is_final(job->state())) {
-      return Error{ErrorCode::kConflict,
-                   "job " + job->id() + " has not ended: cancel the batch first", ""};
+  for (const BatchJobRow& row : *rows) {
+    const auto job = jobs_.index().find(row.id);
+    if (job && !api::is_final((*job)->state())) {
+      return Error{ErrorCode::kConflict, "job " + row.id + " has not ended: cancel the batch first",
+                   ""};
     }
   }
-  for (const JobPointer& job : *found) {
-    if (auto removed = jobs_.remove(job); !removed && !removed.is(ErrorCode::kNotFound)) {
+  for (const BatchJobRow& row : *rows) {
+    if (auto removed = jobs_.remove(row.id, Access::operators());
+        !removed && !removed.is(ErrorCode::kNotFound)) {
       return removed;
     }
   }

@@ -7,6 +7,7 @@
 #include "core/denoise/make_denoiser.h"
 #include "core/denoise/oidn.h"
 #include "core/render/feature_pass.h"
+#include "server/observe/cpu_meter.h"
 
 namespace server {
 
@@ -61,7 +62,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
   if (is_final) {
     return kept(job, film, Effort::kWhole, patience);
   }
-  if (Pointer last = last_shown(key_of(*job), revision)) {
+  if (Pointer last = last_shown(key_of(*job), film, revision)) {
     return last;
   }
   const bool is_first = !was_shown(key_of(*job));
@@ -82,6 +83,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job
   const std::string key =
       job_key + std::to_string(film.revision()) + (effort == Effort::kWhole ? "" : ".preview");
   return pictures_.get(key, [&]() -> core::Result<SingleFlightCache<Made>::Made> {
+    const auto denoising = job->note_denoising();
     auto made = make(job, film, effort, patience);
     if (!made) {
       return made.error();
@@ -95,9 +97,16 @@ core::Result<DenoiseService::Pointer> DenoiseService::kept(const JobPointer& job
     if (last_.size() >= kLastMost) {
       last_.clear();
     }
-    last_[job_key] = {key, (*made)->view.revision, Clock::now(), (*made)->filter_seconds};
+    last_[job_key] = {key, (*made)->view.revision, Clock::now(), (*made)->rendered_seconds,
+                      (*made)->filter_seconds};
     return SingleFlightCache<Made>::Made{.value = *std::move(made), .bytes = bytes};
   });
+}
+
+bool DenoiseService::is_due(std::chrono::duration<double> since, double rendered_seconds,
+                            double filter_seconds) {
+  const bool is_another_film = rendered_seconds < 0;  // rendered again from its beginning
+  return is_another_film || (since >= kPace && rendered_seconds >= kShare * filter_seconds);
 }
 
 bool DenoiseService::was_shown(const std::string& job_key) const {
@@ -106,6 +115,7 @@ bool DenoiseService::was_shown(const std::string& job_key) const {
 }
 
 DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
+                                                   const core::Film& film,
                                                    std::optional<std::uint32_t> revision) const {
   std::string key;
   {
@@ -114,9 +124,9 @@ DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
     if (found == last_.end() || found->second.revision < revision.value_or(0)) {
       return nullptr;
     }
-    const std::chrono::duration<double> since = Clock::now() - found->second.made;
-    const double pace = std::chrono::duration<double>(kPace).count();
-    if (since.count() >= std::max(pace, kShare * found->second.filter_seconds)) {
+    const Last& last = found->second;
+    if (is_due(Clock::now() - last.made, film.cpu_seconds() - last.rendered_seconds,
+               last.filter_seconds)) {
       return nullptr;
     }
     key = found->second.key;
@@ -146,20 +156,22 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
     return lease.error();
   }
   const auto begin = Clock::now();
+  const double rendered_seconds = film.cpu_seconds();
   const core::FilmSnapshot snapshot = film.snapshot();
   if (core::samples_of_halves(snapshot) < needed) {
     return too_few;
   }
   const std::shared_ptr<const core::FeaturePicture> features = features_of(
       *job, effort == Effort::kWhole ? core::kFeatureSamples : core::kQuickFeatureSamples);
-  const auto filtering = Clock::now();
+  CpuMeter filtering;
   core::DenoiserType type = type_of(*job);
   const bool is_faster = effort == Effort::kFirstPreview && type == core::DenoiserType::kAuto;
   if (is_faster) {
     type = core::DenoiserType::kStatistical;
   }
-  auto denoised = core::denoise_with(type, snapshot, features.get(),
-                                     core::parallel_for(std::max(jobs_.threads(), 1)));
+  auto denoised =
+      core::denoise_with(type, snapshot, features.get(),
+                         filtering.counted(core::parallel_for(std::max(jobs_.threads(), 1))));
   const std::string fault = denoised ? denoised->note : denoised.error().message;
   if (!fault.empty()) {
     log_.write(LogLevel::kWarning, "denoising_failed", {{"job", job->id()}, {"detail", fault}});
@@ -180,9 +192,9 @@ core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job
   view.full = made->picture.interval(core::DenoiseMode::kFull, 0.95);
   view.plain = core::ErrorEstimate(made->picture.plain_tiles, snapshot.errors).image(0.95);
   view.revision = made->picture.revision;
-  const auto end = Clock::now();
-  view.seconds = std::chrono::duration<double>(end - begin).count();
-  made->filter_seconds = std::chrono::duration<double>(end - filtering).count();
+  view.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  made->rendered_seconds = rendered_seconds;
+  made->filter_seconds = filtering.seconds();
   lease->shrink_to(made->picture.bytes());
   return with_lease(std::shared_ptr<const Made>(std::move(made)), *std::move(lease));
 }

@@ -2,10 +2,10 @@
 ///
 /// Pictures are cached by job and revision while there is memory, and are never part of a film.
 /// While a job renders, a picture is reused until the next one is due: after kPace, and after
-/// rendering has taken kShare times as long as denoising, so that all viewers together slow the job
-/// by at most 5%, apart from the first one, which traces quick features that the later previews
-/// share. Pictures of ended jobs have whole features. If the job leaves the choice, the faster
-/// denoiser makes the first preview.
+/// rendering has taken kShare times the CPU time of denoising, so that all viewers together take at
+/// most 5% of the job's, apart from the first one, which traces quick features that the later
+/// previews share. Pictures of ended jobs have whole features. If the job leaves the choice, the
+/// faster denoiser makes the first preview.
 #pragma once
 
 #include <chrono>
@@ -31,8 +31,9 @@ class DenoiseService {
   struct Made {
     core::DenoisedPicture picture;
     api::DenoisedView view;
-    double filter_seconds = 0;  ///< without tracing the features
-    bool is_preview = false;    ///< the same film has a picture with better features
+    double rendered_seconds = 0;  ///< CPU time of the film
+    double filter_seconds = 0;    ///< CPU time, without tracing the features
+    bool is_preview = false;      ///< the same film has a picture with better features
   };
   using Pointer = std::shared_ptr<const Made>;
 
@@ -45,6 +46,10 @@ class DenoiseService {
   core::Result<Pointer> get(const JobPointer& job, const core::Film& film,
                             std::optional<std::uint32_t> revision,
                             std::chrono::milliseconds patience);
+  /// Returns whether another preview may be made. since: the last one was made. rendered_seconds:
+  /// CPU time of rendering since then; filter_seconds: that of denoising it.
+  static bool is_due(std::chrono::duration<double> since, double rendered_seconds,
+                     double filter_seconds);
   /// As core::TaskOptions::denoised_bound.
   double bound(const JobPointer& job, const core::Film& film, double confidence);
 
@@ -55,6 +60,7 @@ class DenoiseService {
     std::string key;
     std::uint32_t revision = 0;
     Clock::time_point made;
+    double rendered_seconds = 0;  ///< as in Made
     double filter_seconds = 0;
   };
 
@@ -65,7 +71,9 @@ class DenoiseService {
   /// Returns features of this many paths a pixel, cached; null if the scene is gone.
   std::shared_ptr<const core::FeaturePicture> features_of(const Job& job, int samples);
   bool was_shown(const std::string& job_key) const;
-  Pointer last_shown(const std::string& job_key, std::optional<std::uint32_t> revision) const;
+  /// Null: there is none, it is older than `revision`, or the next one is due.
+  Pointer last_shown(const std::string& job_key, const core::Film& film,
+                     std::optional<std::uint32_t> revision) const;
 
   JobService& jobs_;
   MemoryGate& memory_;

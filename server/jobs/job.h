@@ -94,6 +94,13 @@ class Job {
     const core::MutexLock lock(mutex_);
     denoised_ = std::move(denoised);
   }
+  /// Counts a denoised picture of the job as being made until the result is destroyed. Must not
+  /// outlive the job.
+  std::shared_ptr<void> note_denoising() {
+    ++denoisings_;
+    return {nullptr, [this](void*) { --denoisings_; }};
+  }
+  bool is_denoising() const { return denoisings_ > 0; }
   /// True if the job was deleted: nothing of it is stored, and its id may be reused.
   bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
@@ -169,6 +176,7 @@ class Job {
   core::Mutex change_mutex_;
   std::atomic<int> load_generation_ = 0;
   std::atomic<bool> is_removed_ = false;
+  std::atomic<int> denoisings_ = 0;  ///< Pictures being made.
   mutable core::Mutex mutex_;
   JobRecord record_ GUARDED_BY(mutex_);
   SpecText spec_text_ GUARDED_BY(mutex_);

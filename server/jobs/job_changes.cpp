@@ -244,6 +244,33 @@ Verdict JobService::retry(const JobPointer& job) {
   });
 }
 
+Verdict JobService::remove(const std::string& id, const Access& access) {
+  const auto job = find(id, access);
+  if (job) {
+    return remove(*job);
+  }
+  // If there is a row that is no record, nothing works on the job.
+  const auto row = table_.find(id);
+  if (job.error().code != ErrorCode::kInternal || !row || !*row || !access.sees((*row)->tenant)) {
+    return job.error();
+  }
+  if (const Status removed = remove_record(id); !removed) {
+    return removed.error();
+  }
+  return {};
+}
+
+Status JobService::remove_record(const std::string& id) {
+  Status removed = table_.remove(id);
+  if (!removed && removed.error().code == ErrorCode::kNoSpace && remove_file(data_.film_path(id))) {
+    removed = table_.remove(id);  // The record reuses the disk space that the film occupied.
+  }
+  if (removed) {
+    films_.remove_loose(id);
+  }
+  return removed;
+}
+
 Verdict JobService::remove(const JobPointer& job) {
   const core::MutexLock changing(job->change_mutex());
   if (job->is_removed()) {
@@ -255,16 +282,9 @@ Verdict JobService::remove(const JobPointer& job) {
                  "the job is " + std::string(api::to_text(state)) + "; cancel it first", ""};
   }
   if (!job->memory_only()) {
-    Status removed = table_.remove(job->id());
-    if (!removed && removed.error().code == ErrorCode::kNoSpace &&
-        remove_file(data_.film_path(job->id()))) {
-      removed =
-          table_.remove(job->id());  // The record reuses the disk space that the film occupied.
-    }
-    if (!removed) {
+    if (const Status removed = remove_record(job->id()); !removed) {
       return removed.error();
     }
-    films_.remove_loose(job->id());
   }
   job->set_removed();
   book_.forget(*job);

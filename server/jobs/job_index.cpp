@@ -37,6 +37,11 @@ bool matches(const api::JobView& view, const JobQuery& query) {
 
 core::Result<JobPointer> JobIndex::find(const std::string& id, const Access& access) {
   auto job = find(id);
+  if (!job && job.error().code == core::ErrorCode::kInternal) {  // Its record is damaged.
+    const auto row = table_.find(id);
+    const bool is_seen = !row || !*row || access.sees((*row)->tenant);
+    return is_seen ? job : core::Result<JobPointer>(unknown_job(id));
+  }
   return job && !access.sees((*job)->tenant()) ? core::Result<JobPointer>(unknown_job(id)) : job;
 }
 
@@ -91,6 +96,7 @@ api::JobView JobIndex::view(const Job& job) const {
     view.peak_bytes = run->peak_bytes();
   }
   view.denoised = job.denoised();
+  view.is_denoising = job.is_denoising();
   if (view.state == JobState::kQueued) {
     view.queue_position = book_.position(job);
   }

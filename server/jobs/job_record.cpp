@@ -162,6 +162,11 @@ JobRow to_row(const JobRecord& record) {
   return row;
 }
 
+/// The form of a job's stored errors.
+static core::ErrorForm form_of(const core::RenderSettings& settings) {
+  return core::halves_show_error(settings) ? core::ErrorForm::kHalves : core::ErrorForm::kSquares;
+}
+
 core::Result<JobRecord> to_record(const JobRow& row) {
   auto parsed = api::parse_job(row.spec_json);
   const auto state = api::job_state_from_text(row.state);
@@ -218,7 +223,8 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   progress.has_meter_readings = !view.spec.render.meter.empty() &&
                                 (*state == api::JobState::kFinished || row.samples_min > 1);
   progress.error = row.error_grain && row.error_doubt && row.error_reach
-                       ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach)
+                       ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach,
+                                              form_of(view.spec.render))
                        : core::unknown_error();
   if (row.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;

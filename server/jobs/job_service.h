@@ -142,6 +142,8 @@ class JobService {
   Verdict retry(const JobPointer& job);
   /// Refused: 409 while it is not final.
   Verdict remove(const JobPointer& job);
+  /// Also removes a job whose record is damaged, so that it cannot be found. Refused: also 404.
+  Verdict remove(const std::string& id, const Access& access);
 
   /// An imported film that becomes a finished job. spec: with the film's geometry; ledger: as in
   /// JobView.
@@ -193,6 +195,8 @@ class JobService {
   WorkBoard* board() { return board_.get(); }
 
  private:
+  /// Removes the record, its events and its film.
+  core::Status remove_record(const std::string& id);
   /// Returns the reason why new work is refused; empty if it is accepted.
   std::optional<core::Error> refused_work() const;
   core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);

@@ -53,7 +53,11 @@ api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
   progress.rejected_samples = film.rejected_samples();
   progress.revision = film.revision();
   note_samples_by_error(view);
-  progress.error = core::ErrorEstimate(film).image(finished.spec.stop.confidence);
+  if (core::halves_show_error(finished.spec.render)) {
+    progress.error = core::ErrorEstimate(film).image(finished.spec.stop.confidence);
+  } else {
+    progress.error = core::unknown_error();
+  }
   if (progress.elapsed_seconds > 0) {
     progress.rays_per_second = static_cast<double>(progress.rays) / progress.elapsed_seconds;
   }

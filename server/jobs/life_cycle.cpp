@@ -139,7 +139,7 @@ void LifeCycle::start(const JobPointer& job, const std::shared_ptr<RenderRun>& r
       },
       {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& record) {
          // A patch while the scene was loading had no run to apply the stop rules to.
-         run->task().set_stop(record.view.spec.stop);
+         run->set_stop(record.view.spec.stop);
          job->set_run(run);
          if (is_paused) {
            run->task().set_paused(true);
@@ -395,11 +395,11 @@ void LifeCycle::follow_patch(const JobPointer& job, const JobRecord& before,
   const Rank rank = rank_of(spec);
   parts_.book.set_rank(*job, rank);
   const auto run = job->run();
+  if (run && !api::is_final(after.view.state)) {
+    run->set_stop(spec.stop);
+  }
   if (run) {
     parts_.scheduler.set_rank(*run, rank);
-  }
-  if (run && !api::is_final(after.view.state)) {
-    run->task().set_stop(spec.stop);
   }
   follow_state(job, before.view.state, after);
 }

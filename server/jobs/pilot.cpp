@@ -105,7 +105,6 @@ Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
                                        .confidence = 0.95,
                                        .worst_tile = false,
                                        .denoised_error = {},
-                                       .meter_error = {},
                                        .seconds = kSeconds,
                                        .cpu_seconds = {},
                                        .deadline_unix_seconds = {}},

@@ -21,6 +21,11 @@ std::int64_t steady_ms() {
       .count();
 }
 
+/// Returns whether the job's time runs out while other jobs are served.
+bool is_timed(const core::StopRules& stop) {
+  return stop.seconds.has_value() || stop.deadline_unix_seconds.has_value();
+}
+
 }  // namespace
 
 RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
@@ -31,10 +36,31 @@ RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
       log_(std::move(log)),
       local_(parts.local),
       owner_(owner),
+      age_(parts.age),
+      is_timed_(is_timed(parts.options.stop)),
       place_(std::move(parts.place)),
       file_(std::move(parts.file)),
       task_(std::move(parts.renderer), std::move(parts.film), std::move(parts.options), *this),
-      before_(all_work()) {}
+      before_(all_work()) {
+  note_shown();  // of a resumed film
+}
+
+SliceSource::Turn RenderRun::turn() const {
+  return {.age = age_, .has_image = shown_tiles_ >= film_->tile_count(), .is_timed = is_timed_};
+}
+
+void RenderRun::set_stop(const core::StopRules& stop) {
+  is_timed_ = is_timed(stop);
+  task_.set_stop(stop);
+}
+
+void RenderRun::note_shown() {
+  int tile = shown_tiles_;
+  while (tile < film_->tile_count() && film_->tile_samples(tile) > 0) {
+    ++tile;
+  }
+  shown_tiles_ = tile;  // Another thread may store less; the next slice corrects it.
+}
 
 RenderRun::Work RenderRun::all_work() const {
   const core::Progress progress = task_.progress();
@@ -81,6 +107,7 @@ bool RenderRun::run_slice() {
     if (slice) {
       note_start();
       task_.run(*slice);
+      note_shown();
     }
   });
   if (is_shared) {
@@ -114,7 +141,10 @@ core::SliceWork RenderRun::prepare(const core::Slice& slice) const {
 }
 
 void RenderRun::accept(std::vector<core::SliceWork> done) {
-  guarded([&] { task_.accept(std::move(done)); });
+  guarded([&] {
+    task_.accept(std::move(done));
+    note_shown();
+  });
 }
 
 void RenderRun::give_back(const core::Slice& slice) {

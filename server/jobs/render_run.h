@@ -46,6 +46,7 @@ class RenderRun final : public SliceSource,
     std::shared_ptr<core::Film> film;
     std::optional<FilmFile> file;  ///< Empty: memory only.
     core::TaskOptions options;
+    std::int64_t age = 0;  ///< As Turn::age.
     std::uint64_t scene_bytes = 0;
     std::string arithmetic = {};    ///< Recorded in the film file.
     LocalThreads* local = nullptr;  ///< Null without workers. Must outlive the run.
@@ -55,6 +56,9 @@ class RenderRun final : public SliceSource,
   RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner);
 
   bool run_slice() override;
+  Turn turn() const override;
+  /// As RenderTask::set_stop(); Scheduler::set_rank() must follow.
+  void set_stop(const core::StopRules& stop);
 
   /// Lends slices to a worker, of about that many CPU seconds in total; empty: none now. accept()
   /// or give_back() must follow for each.
@@ -114,6 +118,7 @@ class RenderRun final : public SliceSource,
   void on_finished(core::StopReason reason) override;
   void end_with(End end);
   void note_start();
+  void note_shown();
   /// Calls it; an exception ends the run.
   template <typename Call>
   void guarded(Call&& call);
@@ -125,6 +130,9 @@ class RenderRun final : public SliceSource,
   const std::shared_ptr<EventLog> log_;
   LocalThreads* const local_;
   Owner& owner_;
+  const std::int64_t age_;
+  std::atomic<bool> is_timed_;
+  std::atomic<int> shown_tiles_ = 0;  ///< Tiles 0 to this one have samples.
   std::atomic<bool> started_ = false;
   mutable core::Mutex end_mutex_;
   std::optional<End> end_ GUARDED_BY(end_mutex_);

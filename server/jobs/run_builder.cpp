@@ -9,6 +9,7 @@
 #include "core/film/film.h"
 #include "core/lights/made_environment.h"
 #include "core/render/allocation.h"
+#include "core/render/reference_images.h"
 #include "core/render/result_size.h"
 #include "core/render/settle.h"
 #include "core/settings/registry.h"
@@ -29,12 +30,19 @@ namespace {
 /// a time, with the numbers of two subpaths, below 1 MB at the greatest depth.
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
-/// `auto` may choose sppm if the job has no error target.
+/// Returns the settings with the greatest needs: `auto` may choose sppm if the job has no error
+/// target.
+core::RenderSettings largest_settings(const api::JobSpec& spec) {
+  core::RenderSettings out = spec.render;
+  if (out.integrator == core::kAutomaticIntegrator && !spec.stop.has_error_target()) {
+    out.integrator = "sppm";
+  }
+  return out;
+}
+
 std::uint64_t bytes_of_prepass(const api::JobSpec& spec) {
-  const core::RenderSettings& settings = spec.render;
-  const bool is_automatic = settings.integrator == core::kAutomaticIntegrator;
-  const core::IntegratorEntry* row = core::find_integrator(
-      is_automatic && !spec.stop.has_error_target() ? "sppm" : settings.integrator);
+  const core::RenderSettings settings = largest_settings(spec);
+  const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
   return row != nullptr && row->prepass_bytes != nullptr ? row->prepass_bytes(settings) : 0;
 }
 
@@ -90,6 +98,7 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
   const core::Film film(spec.render);
   JobMemory memory{.film_bytes = film.bytes(),
                    .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
+                                 core::reference_bytes(largest_settings(spec)) +
                                  core::made_environment_bytes(spec.environment)};
   const auto hold = [&memory](const SceneService::Memory& needed) {
     memory.shared_bytes.emplace(needed.name, needed.bytes);
@@ -288,6 +297,7 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   RenderRun::Parts parts;
   parts.job = job;
   parts.place = place;
+  parts.age = job->sequence();
   parts.renderer = std::move(*renderer);
   parts.film = std::make_shared<core::Film>(spec.render);
   parts.scene_bytes = parts.renderer->view().scene->summary().bytes;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
+#include <tuple>
 #include <utility>
 
 #include <unistd.h>
@@ -15,6 +17,8 @@ namespace {
 constexpr std::chrono::milliseconds kAskAgain{20};
 constexpr int kNice = 5;
 constexpr double kExpectedSliceSeconds = 0.02;
+/// Time of the jobs that lead to that of all who follow them.
+constexpr double kLead = 15;
 
 using Clock = std::chrono::steady_clock;
 
@@ -58,6 +62,32 @@ double Scheduler::level(Rank rank, const std::string& tenant) const {
   return least;
 }
 
+void Scheduler::weigh() {
+  struct Group {
+    int count = 0;
+    int timed = 0;
+    std::int64_t oldest = std::numeric_limits<std::int64_t>::max();  ///< Of those not timed.
+  };
+  std::map<std::tuple<std::string, bool, int>, Group> groups;
+  const auto group_of = [&groups](const Entry& entry) -> Group& {
+    return groups[{entry.tenant, entry.rank.is_preview, entry.rank.priority}];
+  };
+  for (const auto& entry : entries_) {
+    const SliceSource::Turn turn = entry->source->turn();
+    Group& group = group_of(*entry);
+    ++group.count;
+    group.timed += turn.is_timed ? 1 : 0;
+    group.oldest = turn.is_timed ? group.oldest : std::min(group.oldest, turn.age);
+  }
+  for (const auto& entry : entries_) {
+    const SliceSource::Turn turn = entry->source->turn();
+    const Group& group = group_of(*entry);
+    const int followers = group.count - group.timed - 1;
+    const bool leads = turn.is_timed || turn.age == group.oldest;
+    entry->weight = leads && followers > 0 && !entry->rank.is_preview ? kLead * followers : 1;
+  }
+}
+
 void Scheduler::join_share(const std::string& tenant) {
   if (shares_.contains(tenant)) {
     return;
@@ -96,6 +126,7 @@ void Scheduler::add(std::shared_ptr<SliceSource> source, Rank rank, const std::s
     } else {
       entries_.push_back(std::move(entry));
     }
+    weigh();
   }
   changed_.notify_all();
 }
@@ -108,6 +139,7 @@ void Scheduler::set_rank(const SliceSource& source, Rank rank) {
       entry->rank = rank;
     }
   }
+  weigh();
 }
 
 void Scheduler::remove(const SliceSource& source) {
@@ -119,6 +151,7 @@ void Scheduler::remove(const SliceSource& source) {
     const std::string tenant = (*found)->tenant;
     entries_.erase(found);
     leave_share(tenant);
+    weigh();
   }
 }
 
@@ -141,7 +174,7 @@ void Scheduler::charge(const SliceSource& source, double seconds) {
   const core::MutexLock lock(mutex_);
   for (const auto& entry : entries_) {
     if (entry->source.get() == &source) {
-      entry->served_seconds += seconds;
+      entry->served_seconds += seconds / entry->weight;
       shares_[entry->tenant].served_seconds += seconds;
     }
   }
@@ -172,14 +205,21 @@ Scheduler::Times Scheduler::times() const {
 
 bool Scheduler::goes_before(const Entry& a, const Entry& b) const {
   // Counts a slice's time for each running thread; otherwise all threads would pick the same job.
-  const auto served = [](const auto& part) {
-    return part.served_seconds + kExpectedSliceSeconds * part.running;
+  const auto served = [](const auto& part, double weight = 1) {
+    return part.served_seconds + kExpectedSliceSeconds * part.running / weight;
   };
   if (!(a.rank == b.rank)) {
     return goes_first(a.rank, b.rank);
   }
-  return a.tenant == b.tenant ? served(a) < served(b)
-                              : served(shares_.at(a.tenant)) < served(shares_.at(b.tenant));
+  if (a.tenant != b.tenant) {
+    return served(shares_.at(a.tenant)) < served(shares_.at(b.tenant));
+  }
+  const SliceSource::Turn turn_a = a.source->turn();
+  const SliceSource::Turn turn_b = b.source->turn();
+  if (turn_a.has_image != turn_b.has_image) {
+    return turn_b.has_image;
+  }
+  return turn_a.has_image ? served(a, a.weight) < served(b, b.weight) : turn_a.age < turn_b.age;
 }
 
 std::shared_ptr<Scheduler::Entry> Scheduler::pick() {
@@ -223,7 +263,7 @@ void Scheduler::work() {
     mutex_.lock();
     times_.lock_wait_seconds += seconds_since(since);
     --entry->running;
-    entry->served_seconds += spent;
+    entry->served_seconds += spent / entry->weight;
     Share& share = shares_[entry->tenant];
     --share.running;
     share.served_seconds += spent;

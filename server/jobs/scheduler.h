@@ -1,9 +1,12 @@
 /// Scheduler: one pool of render threads that runs slices of all active jobs.
 ///
 /// Order in which jobs get a free thread: preview class first, then higher priority, then the
-/// tenant that has received the least CPU time, and of its jobs the one that has received the least
-/// (a new job starts at the minimum). The threads run at a lower OS priority than those that answer
-/// HTTP.
+/// tenant that has received the least CPU time. Of a tenant's jobs, those whose first pass is not
+/// complete come first, the oldest ahead, so that each soon has an image; then the one that has
+/// received the least for its weight (a new job starts at the minimum). The oldest job weighs so
+/// much that the younger ones together get a sixteenth of the time: jobs end one after the other,
+/// and none waits for ever. Jobs whose clock runs while they wait weigh as much as the oldest;
+/// previews all weigh the same. The threads run at a lower OS priority than those that answer HTTP.
 #pragma once
 
 #include <chrono>
@@ -23,6 +26,15 @@ class SliceSource {
   virtual ~SliceSource() = default;
   /// Runs one slice. Returns false when there is none now; running slices may create more.
   virtual bool run_slice() = 0;
+
+  /// Its place among the sources of its tenant and rank.
+  struct Turn {
+    std::int64_t age = 0;   ///< Less is older.
+    bool has_image = true;  ///< Its first pass is complete.
+    bool is_timed = false;  ///< Its time runs out whether it is served or not.
+  };
+  /// Called with the scheduler's lock held; must not wait.
+  virtual Turn turn() const { return {}; }
 };
 
 struct Rank {
@@ -44,6 +56,7 @@ class Scheduler {
 
   /// Adds the source, or changes its rank. tenant: to which its time is charged.
   void add(std::shared_ptr<SliceSource> source, Rank rank, const std::string& tenant = {});
+  /// Call it also when Turn::is_timed has changed.
   void set_rank(const SliceSource& source, Rank rank);
   /// Starts no more slices of the source; running ones continue. Ignores unknown sources.
   void remove(const SliceSource& source);
@@ -69,7 +82,8 @@ class Scheduler {
     std::shared_ptr<SliceSource> source;
     Rank rank;
     std::string tenant;
-    double served_seconds = 0;
+    double weight = 1;
+    double served_seconds = 0;  ///< Divided by the weight.
     std::uint64_t completions = 0;
     int running = 0;  ///< Threads inside run_slice().
     /// It had no slice when last asked and is not asked again before this time.
@@ -87,6 +101,8 @@ class Scheduler {
   bool goes_before(const Entry& a, const Entry& b) const REQUIRES(mutex_);
   /// Returns the least time among the tenant's jobs of that rank.
   double level(Rank rank, const std::string& tenant) const REQUIRES(mutex_);
+  /// Called when the sources or their ranks have changed.
+  void weigh() REQUIRES(mutex_);
   void join_share(const std::string& tenant) REQUIRES(mutex_);
   /// Called when a tenant has no jobs left.
   void leave_share(const std::string& tenant) REQUIRES(mutex_);

@@ -413,12 +413,15 @@ Status WorkBoard::hand_back(const std::string& name, const Sender& sender,
   return core::ok_status();
 }
 
-JobPointer WorkBoard::job_of_units(const std::string& id) const {
+JobPointer WorkBoard::job_of_lease(const std::string& id, const std::string& key) const {
   const core::MutexLock lock(mutex_);
   for (const auto& [name, unit] : units_) {
     const JobPointer job = unit.run->job();
-    if (job && job->id() == id) {
-      return job;
+    for (const WorkUnit::Lease& lease : unit.leases) {
+      const auto worker = workers_.find(lease.worker);
+      if (job && job->id() == id && worker != workers_.end() && worker->second.key == key) {
+        return job;
+      }
     }
   }
   return nullptr;

@@ -83,8 +83,8 @@ class WorkBoard {
   core::Status take(const std::string& unit, const Sender& sender, std::string_view result);
   /// Returns the unit. fault: empty if there is none. Errors: kNotFound, kConflict.
   core::Status hand_back(const std::string& unit, const Sender& sender, const std::string& fault);
-  /// Returns the job if units of it are open; otherwise null.
-  JobPointer job_of_units(const std::string& id) const;
+  /// Returns the job if a worker with that key holds a unit of it; otherwise null.
+  JobPointer job_of_lease(const std::string& id, const std::string& key) const;
   std::vector<api::WorkerView> workers() const;
   /// Returns the tiles of the job that workers are rendering; a tile rendered by two workers
   /// appears twice.

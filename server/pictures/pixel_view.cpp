@@ -87,12 +87,12 @@ api::PixelView pixel_view(const core::FilmSnapshot& snapshot, const api::JobSpec
     pixel.layers.push_back(plain_layer(snapshot, index, row));
     if (row.name == core::kBeauty) {
       add_error(pixel.layers.back(), snapshot, index, core::pixel_error(snapshot, x, y),
-                core::errors_are_valid(spec.render));
+                core::halves_show_error(spec.render));
     }
   }
   for (const std::string& layer : snapshot.share_layers) {
     pixel.layers.push_back(share_layer(*core::share_of(snapshot, layer), layer, index, {x, y},
-                                       core::errors_are_valid(spec.render)));
+                                       core::halves_show_error(spec.render)));
   }
   return pixel;
 }

@@ -6,8 +6,12 @@
 #include <span>
 #include <utility>
 
+#include <fcntl.h>
+
 #include "server/pictures/denoised_look.h"
 #include "server/scenes/zip_writer.h"
+#include "server/store/files.h"
+#include "server/store/uuid.h"
 
 namespace server {
 
@@ -96,8 +100,9 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
   return maker_.make(**film, wanted, MemoryGate::kPatience);
 }
 
-void BatchPictures::write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
-                                  const core::ImageFormat& format, StreamWriter& writer) const {
+core::Status BatchPictures::write_archive(const std::vector<JobPointer>& jobs,
+                                          const EncodedPicture& first,
+                                          const core::ImageFormat& format, const Sink& sink) const {
   const api::ImageQuery look = settled(look_, first);
   ZipWriter zip;
   std::set<std::string> names;
@@ -107,7 +112,7 @@ void BatchPictures::write_archive(const std::vector<JobPointer>& jobs, const Enc
     if (!made) {
       log_.write(LogLevel::kError, "archive_ended",
                  {{"job", job->id()}, {"detail", made.error().message}});
-      return;
+      return made.error();
     }
     const std::string name = file_name_of(job->record().view.spec.name);
     std::string unlike = name;
@@ -115,11 +120,37 @@ void BatchPictures::write_archive(const std::vector<JobPointer>& jobs, const Enc
       unlike = name + "-" + std::to_string(i);
     }
     unlike.append(".").append(format.extension);
-    if (!writer.write(zip.begin_entry(unlike, *made->content)) || !writer.write(*made->content)) {
-      return;
+    if (!sink(zip.begin_entry(unlike, *made->content)) || !sink(*made->content)) {
+      return core::ok_status();
     }
   }
-  writer.write(zip.end());
+  sink(zip.end());
+  return core::ok_status();
+}
+
+core::Result<FileBody> BatchPictures::archive_file(const std::vector<JobPointer>& jobs,
+                                                   const EncodedPicture& first,
+                                                   const core::ImageFormat& format,
+                                                   const std::string& folder) const {
+  const std::string path = folder + "/archive-" + make_uuid() + ".part";
+  auto file = open_file(path, O_RDWR | O_CREAT | O_EXCL);
+  if (!file) {
+    return file.error();
+  }
+  if (const core::Status unnamed = remove_file(path); !unnamed) {
+    return unnamed.error();
+  }
+  std::uint64_t bytes = 0;
+  core::Status stored = core::ok_status();
+  const core::Status made = write_archive(jobs, first, format, [&](std::string_view piece) {
+    stored = write_at(file->get(), std::as_bytes(std::span(piece)), bytes, path);
+    bytes += piece.size();
+    return stored.has_value();
+  });
+  if (!made || !stored) {
+    return made ? stored.error() : made.error();
+  }
+  return FileBody(file->release(), 0, bytes);
 }
 
 core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jobs,

@@ -1,7 +1,9 @@
 /// Images of all jobs of a batch: as an archive, and as a contact sheet.
 #pragma once
 
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "api/batch.h"
@@ -27,10 +29,16 @@ class BatchPictures {
 
   core::Result<EncodedPicture> picture(const JobPointer& job, const core::ImageFormat& format,
                                        const api::ImageQuery& look) const;
+  /// Receives a piece; returns false to end the archive.
+  using Sink = std::function<bool(std::string_view piece)>;
   /// Writes one entry for each job, in order; first: the image of the first job. If an image cannot
   /// be made, the archive ends without a directory, so that no reader takes it for complete.
-  void write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
-                     const core::ImageFormat& format, StreamWriter& writer) const;
+  core::Status write_archive(const std::vector<JobPointer>& jobs, const EncodedPicture& first,
+                             const core::ImageFormat& format, const Sink& sink) const;
+  /// Returns the same as a file of `folder` without a name. Errors: also kNoSpace.
+  core::Result<FileBody> archive_file(const std::vector<JobPointer>& jobs,
+                                      const EncodedPicture& first, const core::ImageFormat& format,
+                                      const std::string& folder) const;
   /// Returns a PNG with the jobs' images row by row, in order. Errors: kUnavailable without memory.
   core::Result<std::string> sheet(const std::vector<JobPointer>& jobs,
                                   const core::ImageFormat& png) const;

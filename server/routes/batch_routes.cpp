@@ -11,6 +11,8 @@
 #include "api/limits.h"
 #include "core/base/sha256.h"
 #include "core/settings/registry.h"
+#include "server/http/conditional.h"
+#include "server/http/file_response.h"
 #include "server/pictures/image_look.h"
 #include "server/routes/answers.h"
 #include "server/routes/batch_pictures.h"
@@ -166,6 +168,33 @@ core::Result<std::vector<JobPointer>> pictured(const std::vector<JobPointer>& jo
                        : found;
 }
 
+/// Archives with at most so many pixels are complete before they are sent: 4 to 10 s of work,
+/// which proxies wait for.
+constexpr double kMadeFirstPixels = 100e6;
+
+double pixels_of(const std::vector<JobPointer>& jobs) {
+  double pixels = 0;
+  for (const JobPointer& job : jobs) {
+    const core::FilmSettings film = job->record().view.spec.render.film;
+    const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
+    pixels += static_cast<double>(crop.width) * crop.height;
+  }
+  return pixels;
+}
+
+std::string archive_etag(const Request& request, const std::vector<JobPointer>& jobs) {
+  std::string content;
+  for (const auto& [name, value] : request.query_params) {
+    content += name + "=" + value + "&";
+  }
+  for (const JobPointer& job : jobs) {
+    const api::JobView view = job->record().view;
+    content += "\n" + job->id() + " " + std::to_string(view.progress.revision) + " " +
+               std::string(api::to_text(view.state)) + " " + view.spec.name;
+  }
+  return make_etag("z-" + core::sha256_hex(content.data(), content.size()).substr(0, 16));
+}
+
 Response archive(const RouteContext& context, Request& request) {
   const auto query = api::parse_archive_query(request.query_params, tone_map_names());
   if (!query) {
@@ -183,17 +212,35 @@ Response archive(const RouteContext& context, Request& request) {
   if (!found) {
     return error_answer(request, found.error());
   }
+  const std::string etag = archive_etag(request, *found);
+  if (is_not_modified(request, etag)) {
+    return not_modified(etag);
+  }
   const BatchPictures pictures(context, query->look);
   // Makes the first image before the status is sent, so that errors common to all images get one.
   const auto first = pictures.picture(found->front(), format, query->look);
   if (!first) {
     return error_answer(request, first.error());
   }
-  Response response = stream_response(
-      "application/zip", [pictures, &format, first = *first,
-                          jobs_with_picture = *std::move(found)](StreamWriter& writer) {
-        pictures.write_archive(jobs_with_picture, first, format, writer);
-      });
+  Response response;
+  if (pixels_of(*found) <= kMadeFirstPixels) {
+    auto file = pictures.archive_file(*found, *first, format, context.data.path());
+    if (!file) {
+      return error_answer(request, file.error());
+    }
+    response = file_response(
+        request, *std::move(file),
+        {.path = {}, .content_type = "application/zip", .etag = etag, .cache_control = "no-cache"});
+  } else {
+    response = stream_response(
+        "application/zip", [pictures, &format, first = *first,
+                            jobs_with_picture = *std::move(found)](StreamWriter& writer) {
+          // An error is logged, and seen by the client as an archive without a directory.
+          static_cast<void>(pictures.write_archive(
+              jobs_with_picture, first, format,
+              [&writer](std::string_view piece) { return writer.write(piece); }));
+        });
+  }
   response.headers.set("Content-Disposition",
                        "attachment; filename=\"batch-" + id_of(request).substr(0, 8) + ".zip\"");
   return response;

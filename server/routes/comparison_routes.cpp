@@ -96,7 +96,7 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const Si
     return core::picture_of((*made)->picture.planes(mode), crop.width, crop.height);
   }
   core::Picture picture = core::picture_of((*film)->snapshot());
-  if (!core::errors_are_valid((*job)->record().view.spec.render)) {
+  if (!core::halves_show_error((*job)->record().view.spec.render)) {
     picture.half_difference.clear();  // The halves are dependent: no valid error.
   }
   return picture;
@@ -293,8 +293,14 @@ Response map(const RouteContext& context, Request& request) {
     return error_answer(request, ErrorCode::kNotFound,
                         "the maps are difference.png, z.png and flip.png");
   }
-  return file_response(request,
-                       FileSource{.path = context.comparisons.path_of(id, name),
+  auto file = context.comparisons.open_map(id, name);
+  const auto bytes =
+      file ? file_bytes(file->get(), name) : core::Result<std::uint64_t>(file.error());
+  if (!bytes) {
+    return error_answer(request, bytes.error());
+  }
+  return file_response(request, FileBody(file->release(), 0, *bytes),
+                       FileSource{.path = {},
                                   .content_type = "image/png",
                                   .etag = make_etag(id + "-" + name),
                                   .cache_control = "private, max-age=31536000, immutable"});

@@ -246,7 +246,6 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
       .confidence = first.stop.confidence,
       .worst_tile = false,
       .denoised_error = {},
-      .meter_error = {},
       .seconds = {},
       .cpu_seconds = {},
       .deadline_unix_seconds = {}};

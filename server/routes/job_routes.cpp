@@ -377,14 +377,9 @@ Response remove(const RouteContext& context, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  if (const auto removed = context.jobs.remove(*std::get_if<JobPointer>(&found)); !removed) {
-    return problem_answer(request, removed.problem());
-  }
-  return empty_response();
+  const std::string id(request.path_param("id"));
+  const auto removed = context.jobs.remove(id, request.access);
+  return removed ? empty_response() : problem_answer(request, removed.problem());
 }
 
 }  // namespace

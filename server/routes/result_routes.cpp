@@ -20,6 +20,7 @@
 #include "core/layers/exposure.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
+#include "server/http/file_response.h"
 #include "server/http/negotiation.h"
 #include "server/http/text.h"
 #include "server/pictures/denoised_look.h"
@@ -342,7 +343,7 @@ Response image(const RouteContext& context, Request& request) {
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
   response.headers.set("X-Tessera-Bias", api::bias_of(view));
   core::ErrorInterval error = view.progress.error;
-  if (!core::errors_are_valid(view.spec.render)) {
+  if (!core::error_is_valid(error, view.spec.render)) {
     error.low = error.high = std::numeric_limits<double>::quiet_NaN();
   }
   if (const std::string text = error_text(error); !text.empty()) {
@@ -356,7 +357,7 @@ Response image(const RouteContext& context, Request& request) {
       response.headers.set("X-Tessera-Error", facts.error);
     }
   }
-  return response;
+  return ranged(request, std::move(response));
 }
 
 Response pixel(const RouteContext& context, Request& request) {
@@ -407,9 +408,10 @@ Response convergence(const RouteContext& context, Request& request) {
   }
   const Job& job = **std::get_if<JobPointer>(&found);
   auto points = context.jobs.films().points(job);
-  if (!core::errors_are_valid(job.record().view.spec.render)) {
-    for (core::ConvergencePoint& point : points) {
-      point.error.low = point.error.high = std::numeric_limits<double>::quiet_NaN();
+  const core::RenderSettings render = job.record().view.spec.render;
+  for (core::ConvergencePoint& point : points) {
+    if (!core::error_is_valid(point.error, render)) {
+      point.error = core::unknown_error();
     }
   }
   return json_response(200, api::convergence_json(points));

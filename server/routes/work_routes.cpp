@@ -70,13 +70,13 @@ Response report(const RouteContext& context, Request& request) {
                 : error_answer(request, orders.error());
 }
 
-/// Returns the inputs of a job with open units.
+/// Returns the inputs of a job, of which a worker with the request's key holds a unit.
 core::Result<api::WorkInputs> inputs_of(const RouteContext& context, const Request& request) {
   const std::string id(request.path_param("id"));
   WorkBoard* board = context.jobs.board();
-  const JobPointer job = board == nullptr ? nullptr : board->job_of_units(id);
+  const JobPointer job = board == nullptr ? nullptr : board->job_of_lease(id, request.principal);
   if (!job) {
-    return Error{ErrorCode::kNotFound, "no unit of job \"" + id + "\" is open", ""};
+    return Error{ErrorCode::kNotFound, "no unit of job \"" + id + "\" is leased to this key", ""};
   }
   api::WorkInputs inputs{.spec = job->record().view.spec, .files = {}};
   if (core::find_builtin_scene(inputs.spec.scene) == nullptr) {

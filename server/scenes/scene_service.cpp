@@ -165,6 +165,24 @@ core::Result<SceneService::Document> SceneService::document_of(const std::string
   return document;
 }
 
+core::Result<SceneService::Source> SceneService::open(const std::string& id, const Memory& needed,
+                                                      const LoadTerms& terms) {
+  MemoryGate::Lease lease;
+  if (terms.admission == LoadTerms::Admission::kNeeded) {
+    auto taken = memory_.take({.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}},
+                              "the scene");
+    if (!taken) {
+      return taken.error();
+    }
+    lease = *std::move(taken);
+  }
+  auto document = document_of(id);
+  if (!document) {
+    return document.error();
+  }
+  return Source{.lease = std::move(lease), .document = *std::move(document)};
+}
+
 core::Result<core::SceneDescription> SceneService::describe(const Document& document,
                                                             core::GltfOptions bounded,
                                                             const std::stop_token& stop) {
@@ -203,25 +221,15 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
   return scenes_.get(
       key,
       [&]() -> core::Result<Made> {
-        MemoryGate::Lease lease;
-        if (terms.admission == LoadTerms::Admission::kNeeded) {
-          const Memory needed = memory_of_scene(id, time_seconds, variant, stand);
-          auto taken = memory_.take(
-              {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
-          if (!taken) {
-            return taken.error();
-          }
-          lease = *std::move(taken);
-        }
-        const auto document = document_of(id);
-        if (!document) {
-          return document.error();
+        const auto source = open(id, memory_of_scene(id, time_seconds, variant, stand), terms);
+        if (!source) {
+          return source.error();
         }
         core::GltfOptions options;
         options.time_seconds = time_seconds;
         options.shutter_seconds = stand.shutter_seconds;
         options.variant = variant;
-        auto scene = build(*document, options, terms.stop, stand);
+        auto scene = build(source->document, options, terms.stop, stand);
         if (!scene) {
           return scene.error();
         }
@@ -246,25 +254,16 @@ core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
   return later_.get(
       key,
       [&]() -> core::Result<Made> {
-        MemoryGate::Lease lease;
-        if (terms.admission == LoadTerms::Admission::kNeeded) {
-          auto taken = memory_.take(
-              {.bytes = needed.load_bytes, .shared = {{needed.name, needed.bytes}}}, "the scene");
-          if (!taken) {
-            return taken.error();
-          }
-          lease = *std::move(taken);
-        }
-        const auto document = document_of(id);
-        if (!document) {
-          return document.error();
+        const auto source = open(id, needed, terms);
+        if (!source) {
+          return source.error();
         }
         core::GltfOptions options;
         options.time_seconds = time_seconds;
         options.variant = variant;
         options.geometry_only = true;
         options.origin = origin;
-        auto description = describe(*document, std::move(options), terms.stop);
+        auto description = describe(source->document, std::move(options), terms.stop);
         if (!description) {
           return description.error();
         }

@@ -174,6 +174,12 @@ class SceneService {
   };
   core::Result<EnvironmentSize> size_of_environment(const std::string& asset);
   core::Result<Document> document_of(const std::string& id);
+  /// A stored scene, and the lease of the memory in which it is loaded.
+  struct Source {
+    MemoryGate::Lease lease;
+    Document document;
+  };
+  core::Result<Source> open(const std::string& id, const Memory& needed, const LoadTerms& terms);
   core::Result<core::SceneDescription> describe(const Document& document, core::GltfOptions options,
                                                 const std::stop_token& stop);
   core::Result<std::shared_ptr<const core::Scene>> build(const Document& document,

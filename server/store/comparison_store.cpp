@@ -1,12 +1,13 @@
 #include "server/store/comparison_store.h"
 
+#include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <span>
 #include <vector>
 
 #include <fcntl.h>
-
-#include "server/store/files.h"
+#include <zlib.h>
 
 namespace server {
 
@@ -27,7 +28,67 @@ Status write_whole(const std::string& path, std::string_view content) {
   return sync_file(fd->get(), path);
 }
 
+/// Returns whether the file is a PNG whose chunks all match their checksums. Source: PNG, 3rd
+/// edition, 5.3: length, type, data, and the CRC-32 of type and data.
+bool is_whole_png(int fd, const std::string& path) {
+  constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+  std::vector<std::byte> piece(std::size_t{1} << 16U);
+  std::uint64_t at = 0;
+  const auto read = [&](std::size_t bytes) {
+    const auto got = read_at(fd, std::span(piece).first(bytes), at, path);
+    at += bytes;
+    return got && *got == bytes;
+  };
+  const auto number = [&piece](std::size_t offset) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      value = value << 8U | std::to_integer<std::uint32_t>(piece[offset + i]);
+    }
+    return value;
+  };
+  const auto sum = [&piece](std::uint32_t before, std::size_t offset, std::size_t bytes) {
+    return static_cast<std::uint32_t>(
+        ::crc32_z(before, reinterpret_cast<const Bytef*>(piece.data() + offset), bytes));
+  };
+  if (!read(kSignature.size()) ||
+      std::memcmp(piece.data(), kSignature.data(), kSignature.size()) != 0) {
+    return false;
+  }
+  constexpr std::uint32_t kEnd = 0x49454E44;  // IEND
+  for (std::uint32_t type = 0; type != kEnd;) {
+    if (!read(8)) {
+      return false;
+    }
+    type = number(4);
+    std::uint32_t crc = sum(0, 4, 4);
+    for (std::size_t left = number(0); left > 0;) {
+      const std::size_t bytes = std::min(left, piece.size());
+      if (!read(bytes)) {
+        return false;
+      }
+      crc = sum(crc, 0, bytes);
+      left -= bytes;
+    }
+    if (!read(4) || number(0) != crc) {
+      return false;
+    }
+  }
+  const auto bytes = file_bytes(fd, path);
+  return bytes && *bytes == at;
+}
+
 }  // namespace
+
+core::Result<UniqueFd> ComparisonStore::open_map(std::string_view id, std::string_view map) const {
+  const std::string path = path_of(id, map);
+  auto fd = open_file(path, O_RDONLY);
+  if (!fd || !is_whole_png(fd->get(), path)) {
+    return Error{ErrorCode::kInternal,
+                 "the stored map is " + std::string(fd ? "damaged" : "gone") + "; compare again",
+                 ""};
+  }
+  return fd;
+}
 
 std::string ComparisonStore::path_of(std::string_view id, std::string_view map) const {
   return data_.comparisons_path() + "/" + std::string(id) + "/" + std::string(map);

@@ -12,6 +12,7 @@
 #include "server/access.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
+#include "server/store/files.h"
 
 namespace server {
 
@@ -43,6 +44,9 @@ class ComparisonStore {
   /// Returns the path that a map has or would have. Pre: the id is a UUID, the name one passed to
   /// insert().
   std::string path_of(std::string_view id, std::string_view map) const;
+  /// Opens a map, a PNG whose own checksums are verified. Errors: kInternal when it is gone or
+  /// damaged. Pre: as path_of().
+  core::Result<UniqueFd> open_map(std::string_view id, std::string_view map) const;
 
  private:
   core::Status write_maps(const std::string& id, const ComparisonMaps& maps) const;

@@ -224,17 +224,24 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
   }
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, 5000);
-  const Status ready = [&] {
-    Session session = database->session();
-    return session.execute(
-        "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;");
-  }();
-  sqlite3_wal_hook(handle, &Database::on_commit, database.get());
+  const auto prepare = [&]() -> Status {
+    {
+      Session session = database->session();
+      Status set = session.execute(
+          "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;");
+      if (!set) {
+        return set;
+      }
+    }
+    sqlite3_wal_hook(handle, &Database::on_commit, database.get());
+    return migrate(*database);
+  };
+  Status ready = prepare();
+  if (!ready && ready.error().code == ErrorCode::kNoSpace && database->reserve_.give_up()) {
+    ready = prepare();
+  }
   if (!ready) {
     return ready.error();
-  }
-  if (const Status migrated = migrate(*database); !migrated) {
-    return migrated.error();
   }
   static_cast<void>(database->reserve_.take());  // On a full disk: retried later.
   return database;

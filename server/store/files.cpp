@@ -24,16 +24,17 @@ UniqueFd::~UniqueFd() {
 
 Error file_error(std::string_view what, const std::string& path, int code) {
   const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
-  const ErrorCode error_code = full             ? ErrorCode::kNoSpace
-                               : code == ENOENT ? ErrorCode::kNotFound
-                                                : ErrorCode::kInternal;
-  return Error{error_code, std::string(what) + ": " + std::generic_category().message(code), path};
+  return Error{full ? ErrorCode::kNoSpace : ErrorCode::kInternal,
+               std::string(what) + ": " + std::generic_category().message(code), path};
 }
 
 core::Result<UniqueFd> open_file(const std::string& path, int flags) {
   const int fd = ::open(path.c_str(), flags | O_CLOEXEC, 0600);
   if (fd < 0) {
-    return file_error("cannot open", path, errno);
+    const int code = errno;
+    Error error = file_error("cannot open", path, code);
+    error.code = code == ENOENT && (flags & O_CREAT) == 0 ? ErrorCode::kNotFound : error.code;
+    return error;
   }
   return UniqueFd(fd);
 }
@@ -90,11 +91,8 @@ Status sync_file(int fd, const std::string& path) {
 }
 
 Status sync_directory(const std::string& path) {
-  const auto fd = open_file(path, O_RDONLY | O_DIRECTORY);
-  if (!fd) {
-    return fd.error();
-  }
-  if (::fsync(fd->get()) != 0) {
+  const UniqueFd fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!fd || ::fsync(fd.get()) != 0) {
     return file_error("cannot sync", path, errno);
   }
   return core::ok_status();

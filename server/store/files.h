@@ -1,7 +1,7 @@
 /// Files of the data directory: descriptors, whole reads and writes, durable renames.
 ///
-/// Errors: kNoSpace when the disk or a quota is full, kNotFound when there is no such file,
-/// otherwise kInternal with the system's message; `where` is the path.
+/// Errors: kNoSpace when the disk or a quota is full, otherwise kInternal, with the system's
+/// message; `where` is the path, which api::from_error() keeps from clients.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +38,8 @@ class UniqueFd {
 /// Returns the error for errno `code` at `path`.
 core::Error file_error(std::string_view what, const std::string& path, int code);
 
-/// flags as for open(2), with O_CLOEXEC added; new files are readable by their owner only.
+/// flags as for open(2), with O_CLOEXEC added; new files are readable by their owner only. Errors:
+/// also kNotFound when there is no such file; not for clients, as its `where` is the path.
 core::Result<UniqueFd> open_file(const std::string& path, int flags);
 core::Status write_at(int fd, std::span<const std::byte> bytes, std::uint64_t offset,
                       const std::string& path);

@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include "server/store/film_file_layout.h"
@@ -33,11 +34,8 @@ void seal(std::vector<std::byte>& part) {
 
 template <typename Value>
 void append(std::vector<std::byte>& part, const Value* values, std::size_t count) {
-  const std::size_t end = part.size();
-  part.resize(end + count * sizeof(Value));
-  if (count > 0) {
-    std::memcpy(part.data() + end, values, count * sizeof(Value));
-  }
+  const auto* bytes = reinterpret_cast<const std::byte*>(values);
+  part.insert(part.end(), bytes, bytes + count * sizeof(Value));
 }
 
 template <typename Value>
@@ -102,7 +100,9 @@ struct FilmFile::Checkpoint {
 };
 
 core::Result<FilmFile> FilmFile::open(const std::string& path) {
-  auto fd = open_file(path, O_RDWR | O_CREAT);
+  // Where nothing can be written, such as in a backup, it can still be checked.
+  const bool is_fixed = ::access(path.c_str(), W_OK) != 0 && ::access(path.c_str(), F_OK) == 0;
+  auto fd = open_file(path, is_fixed ? O_RDONLY : O_RDWR | O_CREAT);
   if (!fd) {
     return fd.error();
   }
@@ -140,7 +140,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
       fields.full_height != film.full_height() || fields.replicates != film.replicates() ||
       fields.parts != parts_of(film) ||
       fields.tile_count != static_cast<std::uint32_t>(film.tile_count())) {
-    return Error{ErrorCode::kConflict, "the stored film has another size or other layers", path_};
+    return Error{ErrorCode::kConflict, "the stored film has another size or other layers", ""};
   }
   const std::size_t text_begin = fields_bytes + fields.point_count * sizeof(PointFields) +
                                  fields.tile_count * sizeof(Tile) + splat_head_bytes(film);
@@ -155,14 +155,9 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   for (std::uint32_t i = 0; i < fields.point_count; ++i) {
     PointFields point;
     take(rest, &point, 1);
-    if (fields.magic != kHeadMagic)
-      continue;
-    checkpoint.record.points.push_back(core::ConvergencePoint{
-        .samples_per_pixel = point.samples_per_pixel,
-        .elapsed_seconds = point.elapsed_seconds,
-        .cpu_seconds = point.cpu_seconds,
-        .rays = point.rays,
-        .error = core::error_interval(point.grain, point.doubt, point.reach)});
+    if (fields.magic == kHeadMagic) {
+      checkpoint.record.points.push_back(point_of(point));
+    }
   }
   checkpoint.tiles.resize(fields.tile_count);
   take(rest, checkpoint.tiles.data(), checkpoint.tiles.size());
@@ -409,13 +404,7 @@ Status FilmFile::write_head(const core::Film& film, const FilmRecord& record,
   buffer_.clear();
   append(buffer_, &fields, 1);
   for (const core::ConvergencePoint& point : points) {
-    const PointFields stored = {.elapsed_seconds = point.elapsed_seconds,
-                                .cpu_seconds = point.cpu_seconds,
-                                .rays = point.rays,
-                                .grain = point.error.grain,
-                                .doubt = point.error.doubt,
-                                .reach = point.error.reach,
-                                .samples_per_pixel = point.samples_per_pixel};
+    const PointFields stored = fields_of(point);
     append(buffer_, &stored, 1);
   }
   append(buffer_, tiles_.data(), tiles_.size());

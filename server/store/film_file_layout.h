@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/film/film.h"
+#include "core/render/progress.h"
 
 namespace server {
 
@@ -88,9 +89,29 @@ struct PointFields {
   double doubt = 0;
   double reach = 0;
   std::int32_t samples_per_pixel = 0;
-  std::int32_t unused = 0;
+  std::int32_t form = 0;  ///< core::ErrorForm
 };
 static_assert(sizeof(PointFields) == 56);
+inline PointFields fields_of(const core::ConvergencePoint& point) {
+  return {.elapsed_seconds = point.elapsed_seconds,
+          .cpu_seconds = point.cpu_seconds,
+          .rays = point.rays,
+          .grain = point.error.grain,
+          .doubt = point.error.doubt,
+          .reach = point.error.reach,
+          .samples_per_pixel = point.samples_per_pixel,
+          .form = static_cast<std::int32_t>(point.error.form)};
+}
+inline core::ConvergencePoint point_of(const PointFields& fields) {
+  const bool is_of_squares = fields.form == static_cast<std::int32_t>(core::ErrorForm::kSquares);
+  return {.samples_per_pixel = fields.samples_per_pixel,
+          .elapsed_seconds = fields.elapsed_seconds,
+          .cpu_seconds = fields.cpu_seconds,
+          .rays = fields.rays,
+          .error = core::error_interval(
+              fields.grain, fields.doubt, fields.reach,
+              is_of_squares ? core::ErrorForm::kSquares : core::ErrorForm::kHalves)};
+}
 
 /// Precedes the meter's sums: for each chunk its fields, then its sums.
 struct MeterFields {

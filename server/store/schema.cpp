@@ -317,6 +317,12 @@ ALTER TABLE jobs RENAME COLUMN error_high TO error_reach;
 ALTER TABLE jobs DROP COLUMN error_unreliable;
 UPDATE jobs SET error_grain=NULL, error_doubt=NULL, error_reach=NULL;
 )sql",
+    // Errors of biased images, which were those of their noise, are now by comparison.
+    R"sql(
+UPDATE jobs SET error_grain=NULL, error_doubt=NULL, error_reach=NULL
+  WHERE iif(json_valid(spec), json_extract(spec, '$.integrator.type'), '')
+    IN ('sppm', 'photon-map', 'irradiance-cache');
+)sql",
 };
 
 }  // namespace

@@ -3,10 +3,11 @@
 import json
 import os
 import stat
+import subprocess
 import tempfile
 import threading
 
-from harness import ApiTest, Server, hdr_image, job_body, tessera, triangle_glb
+from harness import BINARY, PATIENCE_S, ApiTest, Server, hdr_image, job_body, tessera, triangle_glb
 
 BYTES = {"Content-Type": "application/octet-stream"}
 GLB = {"Content-Type": "model/gltf-binary"}
@@ -52,6 +53,39 @@ class Backup(ApiTest):
                          self.server.get(f"/v1/jobs/{done['id']}/image.png").body)
         self.assertEqual(copy.wait(busy)["film_digest"], calm)
         self.assertEqual(copy.render(job_body(scene))["film_digest"], done["film_digest"])
+
+    def test_copy_can_be_checked_where_nothing_can_be_written(self):
+        self.server.render(job_body())
+        copy = self.copy()
+
+        def check(*flags):
+            # Root may write anywhere except to a file system that is mounted read-only.
+            script = 'mount --bind "$1" "$1" && mount -o remount,bind,ro "$1" && shift && exec "$@"'
+            return subprocess.run(
+                ["unshare", "--mount", "sh", "-c", script, "sh", copy.data,
+                 BINARY, "check", "--json", "--data", copy.data, *flags],
+                capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+
+        if os.geteuid() != 0:
+            self.skipTest("only root can mount a folder read-only")
+        before = {name: os.stat(os.path.join(copy.data, name)).st_mtime_ns
+                  for name in os.listdir(copy.data)}
+        whole = check()
+        self.assertEqual((whole.returncode, json.loads(whole.stdout)["damages"]), (0, []), whole)
+        self.assertGreater(json.loads(whole.stdout)["films"], 0)
+        after = {name: os.stat(os.path.join(copy.data, name)).st_mtime_ns
+                 for name in os.listdir(copy.data)}
+        self.assertEqual(after, before)
+        self.assertEqual(check("--repair").returncode, 1)
+        films = os.path.join(copy.data, "films")
+        with open(os.path.join(films, os.listdir(films)[0]), "r+b") as film:
+            film.seek(-100, os.SEEK_END)
+            byte = film.read(1)
+            film.seek(-1, os.SEEK_CUR)
+            film.write(bytes([byte[0] ^ 1]))
+        broken = check()
+        self.assertEqual(broken.returncode, 1, broken)
+        self.assertEqual(len(json.loads(broken.stdout)["damages"]), 1, broken)
 
     def test_refuses_a_directory_that_is_not_empty(self):
         code, _, said = tessera("backup", "--data", self.server.data, "--to", self.server.data)

@@ -76,6 +76,24 @@ class BatchTest(ApiTest):
         return problem
 
 
+class Order(BatchTest):
+    def test_jobs_have_images_early_and_end_one_after_the_other(self):
+        template = job_body(samples=1024)
+        template["film"] = {"width": 96, "height": 64, "layers": []}
+        made = self.make(batch_body({"seed": [1, 2, 3, 4]}, template=template))
+        self.assertEqual({job["revision"] for job in made["jobs"]}, {0})
+        deadline = time.monotonic() + PATIENCE_S
+        while made["jobs"][0]["state"] != "finished" and time.monotonic() < deadline:
+            time.sleep(0.02)
+            made = self.batch(made["id"])
+        states = [(job["state"], job["revision"] > 0, job["fraction"] < 0.3)
+                  for job in made["jobs"]]
+        self.assertEqual(states[1:], 3 * [("rendering", True, True)], made)
+        jobs = [self.server.wait(job["id"]) for job in made["jobs"]]
+        ends = [job["finished_at"] for job in jobs]
+        self.assertEqual(ends, sorted(ends))
+
+
 class Batches(BatchTest):
     def test_every_combination_is_a_job_with_its_name_and_values(self):
         body = batch_body(name="view-{theta_degrees} seed {seed} of {scene}")
@@ -185,6 +203,7 @@ class Batches(BatchTest):
             for name, job in zip(archive.namelist(), batch["jobs"]):
                 alone = self.server.get(f"/v1/jobs/{job['id']}/image.{extension}?exposure=1")
                 self.assertEqual(archive.read(name), alone.body)
+            self.assert_ranges(f"/v1/batches/{batch['id']}/archive.zip?format={extension}&exposure=1")
         sheet = self.server.get(f"/v1/batches/{batch['id']}/sheet.png")
         self.assertEqual((sheet.status, sheet.headers["Content-Type"]), (200, "image/png"))
         # Two per row, cells of 240 with gaps of 8.

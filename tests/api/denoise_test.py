@@ -144,6 +144,18 @@ class DenoisedJobs(ApiTest):
         self.assertEqual(again.headers["X-Tessera-Revision"], first.headers["X-Tessera-Revision"])
         self.server.post(f"/v1/jobs/{job['id']}/cancel")
 
+    def test_ended_job_says_that_it_is_being_denoised(self):
+        body = job_body(samples=4, film={"width": 800, "height": 600, "layers": []})
+        job = self.server.render(body)
+        self.assertFalse(job["denoising"])
+        answer = in_background(
+            lambda: self.server.get(f"/v1/jobs/{job['id']}/image.png?denoise=mixed"))
+        self.server.wait_until(job["id"], lambda now: now["denoising"], "denoising")
+        self.assertEqual(answer().status, 200)
+        now = self.server.job(job["id"])
+        self.assertFalse(now["denoising"])
+        self.assertEqual(now["denoised"]["revision"], now["revision"])
+
     def test_no_preview_means_none_before_the_end(self):
         job = self.server.submit(small(samples=65536, denoise={"preview": False}))
         self.server.wait_for_samples(job["id"], 4)

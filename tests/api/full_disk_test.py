@@ -105,6 +105,17 @@ class SmallDisk(FullDiskTest):
         self.server.post(f"/v1/jobs/{job}/cancel")
         self.assertEqual(self.server.render(body(32, seed=0))["film_digest"], calm["film_digest"])
 
+    def test_starts_after_an_orderly_stop_and_frees_space(self):
+        job = self.server.render(body(2))["id"]
+        other = self.server.render(body(2, seed=1))["id"]
+        self.assertEqual(self.server.stop(), 0)
+        self.fill()
+        self.server.start()
+        self.assertEqual(self.server.get(f"/v1/jobs/{job}/image.png").status, 200)
+        for each in (job, other):
+            self.assertEqual(self.server.request("DELETE", "/v1/jobs/" + each).status, 204)
+        self.assertEqual(self.server.render(body(2))["state"], "finished")
+
     def test_jobs_can_be_deleted_until_there_is_space(self):
         jobs = [self.server.render(body(2, seed=seed))["id"] for seed in range(2)]
         self.fill()

@@ -388,6 +388,32 @@ class ApiTest(unittest.TestCase):
         blocker = self.server.submit(job_body(samples=65536))["id"]
         return lambda: self.server.post(f"/v1/jobs/{blocker}/cancel")
 
+    def assert_ranges(self, path):
+        """The resource has a length, and its parts are those of the whole (RFC 9110, 14)."""
+        whole = self.server.get(path)
+        self.assertEqual(whole.status, 200, whole)
+        size = len(whole.body)
+        self.assertEqual(int(whole.headers["Content-Length"]), size)
+        self.assertEqual(whole.headers["Accept-Ranges"], "bytes")
+        head = self.server.request("HEAD", path)
+        self.assertEqual((head.status, head.headers["Content-Length"], head.body),
+                         (200, str(size), b""))
+        etag = whole.headers["ETag"]
+        for ask, first, last in (("10-19", 10, 19), (f"{size - 5}-", size - 5, size - 1),
+                                 ("-7", size - 7, size - 1), (f"3-{size + 9}", 3, size - 1)):
+            part = self.server.get(path, {"Range": "bytes=" + ask, "If-Range": etag})
+            self.assertEqual(part.status, 206, part)
+            self.assertEqual(part.headers["Content-Range"], f"bytes {first}-{last}/{size}")
+            self.assertEqual(int(part.headers["Content-Length"]), last + 1 - first)
+            self.assertEqual(part.body, whole.body[first:last + 1])
+            self.assertEqual(part.headers["Content-Type"], whole.headers["Content-Type"])
+        beyond = self.server.get(path, {"Range": f"bytes={size}-"})
+        self.assert_problem(beyond, 416)
+        self.assertEqual(beyond.headers["Content-Range"], f"bytes */{size}")
+        other = self.server.get(path, {"Range": "bytes=0-9", "If-Range": '"another"'})
+        self.assertEqual((other.status, len(other.body)), (200, size))
+        self.assertEqual(self.server.get(path, {"If-None-Match": etag}).status, 304)
+
     def assert_problem(self, answer, status, *pointers):
         """Expects an RFC 9457 problem with exactly these pointers (if any are given)."""
         self.assertEqual(answer.status, status, answer)

@@ -93,6 +93,10 @@ class Images(ApiTest):
             self.assertIn(channel, head)
         self.assertNotIn(b"albedo.", self.image("/image.exr?layer=beauty").body[:1000])
 
+    def test_parts_of_the_bytes_can_be_requested(self):
+        for name in ("image.png", "image.exr", "image.png?max_size=8"):
+            self.assert_ranges(f"/v1/jobs/{self.job['id']}/{name}")
+
     def test_etag_gives_304_and_distinguishes_images(self):
         tags = set()
         for rest in ("/image.png", "/image.jpg", "/image.png?layer=alpha", "/image.png?exposure=1",

@@ -1,6 +1,7 @@
 """Damaged and lost files of the data directory are told, and nothing of them is served as good."""
 
 import os
+import sqlite3
 import unittest
 
 from harness import Server, job_body, tessera, triangle_glb
@@ -73,6 +74,78 @@ class LossesTest(unittest.TestCase):
                          good["film_digest"])
         os.remove(path)
         self.assertEqual(self.server.get("/v1/assets/" + scene).status, 500)
+
+    def test_a_flipped_bit_of_a_film_is_told(self):
+        job = self.server.render(job_body(samples=2))["id"]
+        path = f"/v1/jobs/{job}"
+        self.server.stop()
+        film = f"{self.server.data}/films/{job}.film"
+        flip(film, os.path.getsize(film) - 500)
+        self.assertIn("job " + job, self.check()[1])
+        self.server.start()
+        for end in ("/image.png", "/image.exr", "/film", "/pixels/3/3"):
+            lost = self.server.get(path + end)
+            self.assertEqual(lost.status, 410, lost)
+            self.assertIn("damaged", lost.json()["detail"])
+            self.assertNotIn(self.server.data, lost.body.decode())
+        self.assertIn("damaged", str(self.server.job(job)["warnings"]))
+
+    def test_a_flipped_bit_of_a_map_is_told(self):
+        jobs = [self.server.render(job_body(samples=2) | {"seed": seed})["id"] for seed in (1, 2)]
+        made = self.server.post("/v1/comparisons", {"a": jobs[0], "b": jobs[1]}).json()
+        folder = f"{self.server.data}/comparisons/{made['id']}"
+        for name in ("z.png", "flip.png", "difference.png"):
+            path = f"{folder}/{name}"
+            size = os.path.getsize(path)
+            self.assertEqual(self.server.get(f"/v1/comparisons/{made['id']}/{name}").status, 200)
+            for at in (1, 20, size // 2, size - 1):  # signature, head, pixels, checksum
+                flip(path, at)
+                lost = self.server.get(f"/v1/comparisons/{made['id']}/{name}")
+                self.assertEqual(lost.status, 500, (name, at))
+                self.assertIn("damaged; compare again", lost.json()["detail"])
+                flip(path, at)
+        self.assertEqual(self.server.get(made["links"]["z"]).status, 200)
+        flip(path, 50)
+        os.remove(folder + "/z.png")
+        self.assertIn("is gone", self.server.get(made["links"]["z"]).json()["detail"])
+        self.server.stop()
+        code, said, _ = self.check()
+        self.assertEqual(code, 1)
+        self.assertIn("difference.png: the stored map is damaged", said)
+
+    def test_a_flipped_bit_of_the_database_is_told(self):
+        self.server.render(job_body(samples=2))
+        self.server.stop()
+        path = self.server.data + "/tessera.db"
+        flip(path, os.path.getsize(path) - 40)
+        code, said, _ = self.check()
+        self.assertEqual(code, 1)
+        self.assertIn("not as it was when it was closed", said)
+        self.server.start()
+        self.assertIn("database_damaged", self.server.log_text())
+
+    def test_a_job_whose_record_is_damaged_can_be_deleted(self):
+        good, bad = (self.server.render(job_body(samples=2))["id"] for _ in range(2))
+        batch = self.server.post("/v1/batches", {"template": job_body(samples=2),
+                                                 "matrix": {"seed": [1, 2]}}).json()
+        for job in batch["jobs"]:
+            self.server.wait(job["id"])
+        self.server.stop()
+        with sqlite3.connect(self.server.data + "/tessera.db") as database:
+            database.executemany("UPDATE jobs SET spec = '{' WHERE id = ?",
+                                 [(bad,), (batch["jobs"][0]["id"],)])
+        database.close()
+        self.server.start()
+        lost = self.server.get("/v1/jobs/" + bad)
+        self.assertEqual(lost.status, 500, lost)
+        self.assertIn("cannot be read", lost.json()["detail"])
+        for path in ("/v1/jobs/" + bad, "/v1/batches/" + batch["id"]):
+            gone = self.server.request("DELETE", path)
+            self.assertEqual(gone.status, 204, gone)
+            self.assertEqual(self.server.get(path).status, 404)
+        self.assertEqual(self.films(), [good + ".film"])
+        self.server.stop()
+        self.assertNotIn("job ", self.check()[1].split("jobs")[0])
 
     def test_a_form_is_no_asset(self):
         form = b'--x\r\nContent-Disposition: form-data; name="file"\r\n\r\nabc\r\n--x--\r\n'

@@ -93,6 +93,12 @@ class Manual(ApiTest):
         for variable in ("TESSERA_SERVER", "TESSERA_KEY", "TESSERA_DATA"):
             self.assertIn(variable, self.page.split(".SH ENVIRONMENT")[1])
 
+    def test_page_has_a_date_and_the_version(self):
+        version = tessera("--version").split()[1]
+        title = f'.TH TESSERA 1 "DATE" "Tessera {version}"'
+        self.assertRegex(self.page.splitlines()[0],
+                         "^" + re.escape(title).replace("DATE", r"\d{4}-\d\d-\d\d") + "$")
+
     def test_page_has_no_formatting_errors(self):
         run(["groff", "-man", "-ww", "-Tutf8", "-z"], self.page)
         with self.assertRaises(AssertionError):

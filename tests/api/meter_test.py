@@ -204,6 +204,15 @@ class Meter(ApiTest):
         self.assertTrue(any(w.startswith("meter:") for w in merged.json()["warnings"]))
         self.assert_problem(self.server.get(f"/v1/jobs/{merged.json()['id']}/meter"), 404)
 
+    def test_error_target_of_the_meter_ends_the_job(self):
+        wanted = body(BOX, stop={"meter_error": 0.2, "samples_per_pixel": 4096})
+        job = self.server.render(wanted)
+        self.assertEqual(job["stop_reason"], "meter_error")
+        for point in self.server.get(f"/v1/jobs/{job['id']}/meter").json()["points"]:
+            self.assertLessEqual(point["high"] - point["low"], 0.2 * point["illuminance_lux"])
+        wanted = body(None, stop={"meter_error": 0.2})
+        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/stop/meter_error")
+
     def test_irradiance_is_a_data_layer(self):
         wanted = body(None)
         wanted["film"]["layers"] = ["irradiance"]

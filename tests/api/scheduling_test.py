@@ -48,18 +48,31 @@ class Sharing(ApiTest):
         self.assertGreater(spent[0], 4 * spent[1], spent)
         self.cancel(low, high)
 
-    def test_equal_priorities_share_fairly(self):
-        jobs = [self.server.submit(big(seed=seed))["id"] for seed in range(3)]
+    def test_oldest_comes_first_after_a_first_pass_of_each(self):
+        early = self.server.submit(big())["id"]
+        self.server.wait_until(early, lambda job: job["progress"]["cpu_seconds"] > 1)
+        late = self.server.submit(big())["id"]
+        self.server.wait_until(late, lambda job: job["progress"]["samples_per_pixel"]["min"] > 0)
+        spent = self.watch([early, late])
+        self.assertGreater(spent[0], 4 * spent[1], spent)
+        self.server.wait_until(late, lambda job: job["progress"]["samples_per_pixel"]["min"] > 1)
+        self.cancel(early)
+        self.assertGreater(self.watch([late], 0.5)[0], 0)
+        self.cancel(late)
+
+    def test_jobs_whose_clock_runs_share_fairly(self):
+        timed = {"stop": {"seconds": 600}}
+        jobs = [self.server.submit(big(seed=seed, **timed))["id"] for seed in range(3)]
         for job in jobs:
             self.server.wait_for_samples(job)
         spent = self.watch(jobs, 3)
         self.assertLess(max(spent), 2 * min(spent), spent)
         self.cancel(*jobs)
 
-    def test_later_job_does_not_wait_for_an_earlier_one(self):
+    def test_later_job_whose_clock_runs_does_not_wait_for_an_earlier_one(self):
         early = self.server.submit(big())["id"]
         self.server.wait_until(early, lambda job: job["progress"]["cpu_seconds"] > 1)
-        late = self.server.submit(big())["id"]
+        late = self.server.submit(big(stop={"seconds": 600}))["id"]
         self.server.wait_for_samples(late)
         spent = self.watch([early, late], 2)
         self.assertLess(max(spent), 2.5 * min(spent), spent)

@@ -73,6 +73,23 @@ class Tls(unittest.TestCase):
         self.assertEqual((names[0], names[-1]), ("snapshot", "end"))
         self.assertEqual(self.server.get(f"/v1/jobs/{job}/image.png").body[:4], b"\x89PNG")
 
+    def test_ciphers_are_authenticated_and_have_forward_secrecy(self):
+        def cipher(names, version=ssl.TLSVersion.TLSv1_2):
+            trust = ssl.create_default_context(cafile=self.cert)
+            trust.maximum_version = version
+            trust.set_ciphers(names)
+            with socket.create_connection(("127.0.0.1", self.server.port)) as plain:
+                with trust.wrap_socket(plain, server_hostname="localhost") as line:
+                    return line.cipher()[0]
+
+        weak = "ECDHE-ECDSA-AES128-SHA:ECDHE-ECDSA-AES256-SHA:ECDHE-ECDSA-AES128-SHA256"
+        with self.assertRaises(ssl.SSLError):
+            cipher(weak + ":@SECLEVEL=0")
+        self.assertEqual(cipher(weak + ":ECDHE-ECDSA-AES128-GCM-SHA256"),
+                         "ECDHE-ECDSA-AES128-GCM-SHA256")
+        self.assertIn("CHACHA20", cipher("ECDHE-ECDSA-CHACHA20-POLY1305"))
+        self.assertTrue(cipher(weak, ssl.TLSVersion.TLSv1_3).startswith("TLS_"))
+
     def test_one_connection_serves_many_requests(self):
         connection = self.server.connect()
         for _ in range(5):

@@ -142,6 +142,8 @@ class WorkersTest(FarmTest):
                 body = job_body(samples=6, integrator={"type": row["type"]}) | {"film": film}
                 job = farm.server.render(body)
                 self.assertEqual(job["film_digest"], SingleProcess.digest(body))
+                if row["error"] == "by-comparison":
+                    self.assertEqual(job["error"], SingleProcess.server.render(body)["error"])
                 units = sum(worker["units"] for worker in farm.listed().values())
                 if row["type"] == "irradiance-cache":
                     self.assertEqual(units, done)
@@ -769,6 +771,36 @@ class RefusedTest(FarmTest):
         self.assertEqual(ended.status, 404)
         answer = farm.server.request("GET", f"/v1/work/jobs/{job['id']}", headers=user)
         self.assertEqual(answer.status, 403)
+
+    def test_worker_key_reads_only_jobs_of_which_it_holds_a_unit(self):
+        farm = self.farm("--key", "operator", key="operator")
+        keys = []
+        for name in ("one", "two"):
+            code, text, fault = tessera("keys", "add", name, "--scope", "worker", "--data",
+                                        farm.server.data)
+            self.assertEqual(code, 0, fault)
+            keys.append(text.split()[-1])
+        deadline = time.monotonic() + PATIENCE_S
+        while farm.server.request("GET", "/v1/work/jobs/x", headers={
+                "Authorization": "Bearer " + keys[1]}).status == 401:
+            self.assertLess(time.monotonic(), deadline, "the new keys are not accepted")
+            time.sleep(0.05)
+        job = farm.server.submit(job_body(samples=64))["id"]
+        holder = HandWorker(farm, "holder", keys[0])
+        other = HandWorker(farm, "other", keys[1])
+        other.report()
+        unit = holder.next_unit()
+
+        def inputs(worker):
+            return farm.server.request("GET", f"/v1/work/jobs/{job}", headers=worker.headers)
+
+        self.assertEqual(inputs(holder).status, 404)  # It holds no unit yet.
+        self.assertEqual(holder.lease(unit).status, 200)
+        self.assertEqual(inputs(holder).status, 200)
+        self.assertEqual(inputs(other).status, 404)
+        holder.hand_back(unit)
+        self.assertEqual(inputs(holder).status, 404)
+        farm.server.post(f"/v1/jobs/{job}/cancel")
 
     def test_refuses_servers_that_lose_streams(self):
         for version, is_used in (("2.10.0", False), ("2.10.22", False), ("2.10.23", True),

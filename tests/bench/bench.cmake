@@ -27,7 +27,8 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Checks the coverage of intervals of single pixels.
-  add_executable(coverage_bench bench/coverage_bench.cpp bench/bench_views.cpp bench/named_view.cpp
+  add_executable(coverage_bench bench/coverage_bench.cpp bench/coverage_assets.cpp
+    bench/bench_views.cpp bench/named_view.cpp
     render/asset_files.cpp)
   target_link_libraries(coverage_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 

@@ -1,9 +1,9 @@
 // Coverage of error intervals of images and of single pixels, by brightness: renders with different
 // seeds, the true value for each being the mean of the others. Each sampler, with and without
-// adaptive sampling, and the estimators that learn from their samples; or one integrator; or, with
-// the scene `assets`, glTF files under two maps by several integrators, plain, without fireflies
-// and denoised. `missed`: images whose interval does not contain the error although they are not
-// marked as unreliable. Prints, never asserts.
+// adaptive sampling, and the estimators that learn from their samples; or one integrator. Without
+// the name of a scene (`builtin`: all of these), glTF files under maps (coverage_assets.h).
+// `missed`: images whose interval does not contain the error although they are not marked as
+// unreliable. Prints, never asserts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,16 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "core/base/check.h"
-#include "core/denoise/denoised_picture.h"
-#include "core/denoise/statistical.h"
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
-#include "core/film/set_aside.h"
 #include "core/settings/registry.h"
 #include "tests/bench/bench_views.h"
-#include "tests/bench/named_view.h"
-#include "tests/render/asset_files.h"
+#include "tests/bench/coverage_assets.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
@@ -126,130 +121,26 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
   std::fflush(stdout);
 }
 
-/// Intervals of one kind of image over all scenes.
-struct Pooled {
-  double images = 0;
-  double covered = 0;
-  double sure = 0;  ///< not marked unreliable
-  double sure_covered = 0;
-  double least = 100;  ///< per cent covered of a group
-  std::vector<double> ratios;
-
-  void add(const std::vector<core::ErrorInterval>& seen, const std::vector<double>& errors) {
-    double here = 0;
-    double ratio = 0;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      const bool is_covered = seen[i].low <= errors[i] && errors[i] <= seen[i].high;
-      here += is_covered ? 1 : 0;
-      sure += seen[i].unreliable ? 0 : 1;
-      sure_covered += is_covered && !seen[i].unreliable ? 1 : 0;
-      ratio += seen[i].relative / errors[i] / static_cast<double>(seen.size());
-    }
-    const auto count = static_cast<double>(seen.size());
-    images += count;
-    covered += here;
-    least = std::min(least, 100 * here / count);
-    ratios.push_back(ratio);
-    std::printf("  %5.1f (%.2f)", 100 * here / count, ratio);
-  }
-  void print(const char* name) {
-    std::sort(ratios.begin(), ratios.end());
-    std::printf(
-        "%-10s %5.0f images covered %.1f %%, unmarked %.1f %%, worst group %.1f %%, "
-        "estimate over error %.2f in the median\n",
-        name, images, 100 * covered / std::max(images, 1.0),
-        100 * sure_covered / std::max(sure, 1.0), least,
-        ratios.empty() ? 0.0 : ratios[ratios.size() / 2]);
-  }
-};
-
-/// Plain images, images without fireflies, and denoised ones (`mixed`).
-struct Kinds {
-  Pooled plain;
-  Pooled calm;
-  Pooled denoised;
-};
-
-void measure_asset(const std::string& scene, std::string_view integrator, int samples,
-                   const Plan& plan, Kinds& kinds) {
-  core::View view = bench::named_view(scene, plan.width, plan.width * 9 / 16);
-  const core::FilmSettings film = view.settings.film;
-  view.settings = core::default_settings(integrator);
-  view.settings.film = film;
-  std::vector<core::FilmSnapshot> films;
-  std::vector<std::vector<core::Rgb>> calm;
-  std::vector<std::vector<core::Rgb>> clean;
-  std::vector<core::ErrorInterval> plain_errors;
-  std::vector<core::ErrorInterval> clean_errors;
-  for (int i = 0; i < plan.renders; ++i) {
-    view.settings.seed = static_cast<std::uint64_t>(i) + 1;
-    films.push_back(test_support::render(view, samples, plan.threads).snapshot);
-    const core::FilmSnapshot& seen = films.back();
-    plain_errors.push_back(core::ErrorEstimate(core::half_sums(seen), seen.errors).image(0.95));
-    core::FilmSnapshot without = seen;
-    core::set_aside(without, without.rect);
-    calm.push_back(test_support::image_of(without));
-    const auto made =
-        core::denoise(seen, nullptr, core::StatisticalDenoiser(), core::parallel_for(plan.threads));
-    CHECK(made);
-    clean.emplace_back();
-    for (std::size_t p = 0; p < seen.pixel_count(); ++p) {
-      const core::ColorPlanes& planes = made->picture.mixed;
-      clean.back().emplace_back(planes[0][p], planes[1][p], planes[2][p]);
-    }
-    clean_errors.push_back(made->picture.interval(core::DenoiseMode::kMixed, 0.95));
-  }
-  const std::string file = scene.substr(0, scene.find(','));
-  std::printf("%-28s %-10s %-5s %4d", file.substr(file.rfind('/') + 1).c_str(),
-              scene.substr(scene.rfind('/') + 1, 9).c_str(), std::string(integrator).c_str(),
-              samples);
-  kinds.plain.add(plain_errors, test_support::errors_of(films));
-  kinds.calm.add(plain_errors, test_support::errors_of(films, calm));
-  kinds.denoised.add(clean_errors, test_support::errors_of(films, clean));
-  std::printf("\n");
-  std::fflush(stdout);
-}
-
-int measure_assets(const Plan& plan) {
-  const auto folder = test_support::assets_folder();
-  if (!folder) {
-    std::printf("no folder of assets; TESSERA_ASSETS names it\n");
-    return 1;
-  }
-  const std::string path = folder->string() + "/";
-  Kinds kinds;
-  std::printf("per cent covered (estimate over error): plain, without fireflies, denoised\n");
-  for (const char* name :
-       {"WaterBottle", "SunglassesKhronos", "2CylinderEngine", "blenderio_15_transmission",
-        "gen_material_matrix", "Fox", "AnisotropyDiscTest", "DispersionTest", "blenderio_19_sheen",
-        "blenderio_14_emission_strength"}) {
-    for (const char* map : {"chinese_garden_1k", "qwantani_afternoon_puresky_1k"}) {
-      const std::string scene = path + name + ".glb," + path + "env/" + map + ".hdr";
-      for (const int samples : {16, 64}) {
-        measure_asset(scene, "path", samples, plan, kinds);
-      }
-      measure_asset(scene, "bdpt", 16, plan, kinds);
-      measure_asset(scene, "mlt", 16, plan, kinds);
-    }
-  }
-  kinds.plain.print("plain");
-  kinds.calm.print("set aside");
-  kinds.denoised.print("denoised");
-  return 0;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  Plan plan;
-  plan.renders = argc > 1 ? std::atoi(argv[1]) : plan.renders;
-  plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
-  plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;
-  const std::string only = argc > 4 ? argv[4] : "";        // one scene instead of all
-  const std::string integrator = argc > 5 ? argv[5] : "";  // of that scene
-  if (only == "assets") {
-    return measure_assets(plan);
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const bool is_short = std::erase(words, "--short") > 0;
+  const auto word = [&](std::size_t i) { return i < words.size() ? words[i] : std::string(); };
+  const auto number = [&](std::size_t i, int fallback) {
+    return word(i).empty() ? fallback : std::atoi(word(i).c_str());
+  };
+  const std::string only = word(3);        // one scene instead of all
+  const std::string integrator = word(4);  // of that scene
+  if (only.empty()) {
+    const bench::AssetPlan assets = {number(0, is_short ? 10 : 40), number(1, is_short ? 48 : 64),
+                                     number(2, 2), is_short};
+    if (bench::measure_asset_coverage(assets)) {
+      return 0;
+    }
+    std::printf("no folder of assets (TESSERA_ASSETS names it): built-in scenes instead\n");
   }
+  const Plan plan = {number(0, is_short ? 20 : 200), number(1, is_short ? 48 : 64), number(2, 2)};
   std::printf(
       "coverage of 95 %% intervals, %d renders, %d pixels wide\n"
       "%-48s  spp  %% of pixels, dark to bright             <90 %%   image  estimate  unreliable  "
@@ -267,15 +158,15 @@ int main(int argc, char** argv) {
   }
   for (const std::string_view scene :
        {"cornell-box", "interior", "many-lights", "veach-mis", "glass"}) {
-    if (!only.empty() && only != scene) {
+    if (!only.empty() && only != "builtin" && only != scene) {
       continue;
     }
     const core::View view = bench::builtin_view(scene, plan.width);
     for (const int samples : {16, 64}) {
       measure(std::string(scene), view, samples, plan);
     }
-    if (!only.empty()) {
-      return 0;
+    if (is_short || (!only.empty() && only != "builtin")) {
+      continue;
     }
     core::View adaptive = view;
     adaptive.settings.adaptive.type = core::AdaptiveType::kPilot;
@@ -286,6 +177,9 @@ int main(int argc, char** argv) {
     core::View regression = view;
     regression.settings.estimator.control_variate = core::ControlVariateType::kRegression;
     measure(std::string(scene) + ", regression", regression, 32, plan);
+  }
+  if (is_short || (!only.empty() && only != "builtin")) {
+    return 0;
   }
   for (const std::string_view scene : {"cornell-box", "interior"}) {
     for (const auto& sampler : core::samplers()) {

@@ -338,6 +338,36 @@ for (const [name, device] of [
     });
   });
 
+test('every job of a series shows an image from its first pass on', {
+  skip,
+  timeout: 120_000,
+}, async () => {
+  const send = async (path, body) =>
+    (
+      await fetch(`${server.url}${path}`, {
+        method: 'POST',
+        headers: { 'content-type': 'application/json' },
+        body: JSON.stringify(body),
+      })
+    ).json();
+  const { id } = await send('/v1/batches', {
+    template: {
+      scene: 'glass',
+      film: { width: 48, height: 32 },
+      stop: { samples_per_pixel: 65536 },
+    },
+    matrix: { seed: [1, 2, 3] },
+  });
+  await withPageOf(browser, server, desktop, `#/series/${id}`, async (page) => {
+    const images = page.locator('.job-card img');
+    await settles('an image each', () => images.count(), 3);
+    for (const image of await images.all())
+      await until('its pixels', () => image.evaluate((each) => each.naturalWidth === 48));
+    assert.match(await stateOf(page), /^Rendering/);
+  });
+  await send(`/v1/batches/${id}/cancel`);
+});
+
 test('a scene is selected by its image, and a render is shown before its tiles arrive', {
   skip,
   timeout: 120_000,

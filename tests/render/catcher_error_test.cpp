@@ -22,8 +22,7 @@ TEST(Catcher, ErrorIsThatOfTheImageOverWhite) {
   core::FilmSnapshot white = caught.snapshot;
   white.errors_over_white = false;  // The image is over white already.
   for (std::size_t i = 0; i < white.pixels.size(); i += 2) {
-    // else it counts as empty
-    if (white.pixels[i].mean_alpha + white.pixels[i + 1].mean_alpha > 0) {
+    if (white.pixels[i].mean_alpha != 0 || white.pixels[i + 1].mean_alpha != 0) {
       for (core::ReplicatePixel& p : std::span(white.pixels).subspan(i, 2)) {
         p.mean_r += 1 - p.mean_alpha;
         p.mean_g += 1 - p.mean_alpha;
@@ -41,8 +40,7 @@ TEST(Catcher, ErrorIsThatOfTheImageOverWhite) {
       << "the noise of a shadow is in its alpha";
 }
 
-/// The image over white, which its error is about. Pixels with an alpha of 0 or, by noise, below
-/// count as empty.
+/// The image over white, which its error is about.
 std::vector<Rgb> over_white(const core::FilmSnapshot& film) {
   std::vector<Rgb> out;
   for (std::size_t p = 0; p < film.pixel_count(); ++p) {
@@ -50,14 +48,6 @@ std::vector<Rgb> over_white(const core::FilmSnapshot& film) {
     out.push_back(v.mean + Rgb(1 - v.alpha));
   }
   return out;
-}
-
-/// The same truth for the pixels that the image counts.
-test_support::Truth for_image(test_support::Truth truth, const core::FilmSnapshot& film) {
-  for (std::size_t p = 0; p < film.pixel_count(); ++p) {
-    truth.is_opaque[p] = core::pixel_value(film, p).alpha > 0 ? 1 : 0;
-  }
-  return truth;
 }
 
 TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
@@ -69,8 +59,7 @@ TEST(Catcher, IntervalContainsTheErrorOfTheImage) {
   int inside = 0;
   for (int i = 0; i < kPictures; ++i) {
     const Picture seen = render(transparent_catcher(), static_cast<std::uint64_t>(i), 16);
-    const double error =
-        test_support::defined_error(over_white(seen.snapshot), for_image(truth, seen.snapshot));
+    const double error = test_support::defined_error(over_white(seen.snapshot), truth);
     const core::ErrorInterval& e = seen.progress.error;
     inside += e.low <= error && error <= e.high ? 1 : 0;
     EXPECT_LT(e.high, 3 * error) << "the interval is not trivially wide";
@@ -113,14 +102,13 @@ TEST(Catcher, ErrorEstimateOfDenoisedLightAndAlphaIsCorrect) {
       grainy.push_back(light + Rgb(1 - alpha));
     }
     const core::ErrorInterval e = picture.interval(core::DenoiseMode::kFull, 0.95);
-    const test_support::Truth counted = for_image(truth, seen.snapshot);
-    const double error = test_support::defined_error(clean, counted);
-    const double faulty = test_support::defined_error(grainy, counted);
+    const double error = test_support::defined_error(clean, truth);
+    const double faulty = test_support::defined_error(grainy, truth);
     inside += e.low <= error && error <= e.high ? 1 : 0;
     estimate += e.relative;
     grainy_error += faulty;
     denoised += error;
-    plain += test_support::defined_error(over_white(seen.snapshot), counted);
+    plain += test_support::defined_error(over_white(seen.snapshot), truth);
   }
   EXPECT_GE(inside, 13);  // of 16 intervals of 95%: fewer with a probability of 7e-3
   // The mean of 16 estimates, which scatter by a tenth, is known to 2.5 %: 12 % are 4.8 of these.

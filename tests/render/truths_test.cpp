@@ -53,7 +53,7 @@ std::vector<Row> rows() {
     if (entry.keeps_prepass) {
       all.push_back({name, &entry, 64, 1, kInterpolation});
     } else if (entry.prepass_bytes != nullptr) {
-      all.push_back({name, &entry, 32, 4, kBlur});
+      all.push_back({name, &entry, 12, 4, kBlur});
     } else if (entry.error == core::ErrorValidity::kFromChains) {
       all.push_back({name, &entry, 32, 4});
     } else {

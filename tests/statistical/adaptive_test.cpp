@@ -199,7 +199,7 @@ TEST(AdaptiveTypes, AreUnbiasedWithAValidError) {
   for (const auto& row : core::adaptive_types()) {
     settings.adaptive.type = row.value;
     EXPECT_EQ(core::bias_of(settings), "none") << row.name;
-    EXPECT_TRUE(core::errors_are_valid(settings)) << row.name;
+    EXPECT_TRUE(core::halves_show_error(settings)) << row.name;
   }
 }
 

@@ -206,14 +206,15 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
       16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x % 3 + y)); });
   const auto plain = test_support::constant_sky(Rgb(2));
   for (const auto& type : core::light_samplers()) {
-    for (const int lights_more : {0, 1, 2, 3}) {
+    for (const int lights_more : {0, 1, 2, 3, 4}) {
       const bool punctual = lights_more > 0;
       const bool environment = lights_more > 1;
-      const bool constant = lights_more > 2;  // is sampled by the cosine
+      const bool constant = lights_more > 2;  // is sampled over the hemisphere
+      const bool by_cosine = lights_more == 3;
       const auto scene = test_support::build(lights_scene(punctual));
       const core::MisLightSampler lights(
           scene->data(), environment ? (constant ? plain : sky).get() : nullptr, type.value,
-          constant ? core::SkyDensity::kCompensated : core::SkyDensity::kRadiance);
+          by_cosine ? core::SkyDensity::kCompensated : core::SkyDensity::kRadiance);
       for (const Vec3 normal : {Vec3{0, 1, 0}, Vec3{}}) {
         const Vec3 point = {0.1F, 0, -0.2F};
         const auto report = test_support::chi2_sphere(
@@ -229,7 +230,8 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
             {.rows = 14, .columns = 16, .depth_least = 3, .depth_most = 8});
         EXPECT_GT(report.p_value, kLevel)
             << type.name << (punctual ? " punctual" : "") << (environment ? " sky" : "")
-            << (constant ? " constant" : "") << " normal " << normal.y;
+            << (constant ? " constant" : "") << (by_cosine ? " cosine" : "") << " normal "
+            << normal.y;
       }
     }
   }

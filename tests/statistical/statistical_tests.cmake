@@ -2,6 +2,7 @@ set(STATISTICAL_TEST_SOURCES
   adaptive_test.cpp
   bsdf_adjoint_test.cpp
   bsdf_chi2_test.cpp
+  compared_error_test.cpp
   comparison_test.cpp
   convergence_test.cpp
   coverage_test.cpp

@@ -16,7 +16,9 @@ std::vector<core::Rgb> image_of(const core::FilmSnapshot& film) {
 Truth truth_of(const core::FilmSnapshot& reference) {
   Truth out = {reference.rect.width, reference.rect.height, image_of(reference), {}};
   for (std::size_t p = 0; p < reference.pixel_count(); ++p) {
-    out.is_opaque.push_back(core::pixel_value(reference, p).alpha > 0 ? 1 : 0);
+    const bool is_empty =
+        core::is_empty(core::half_value(reference, p, 0), core::half_value(reference, p, 1));
+    out.is_opaque.push_back(is_empty ? 0 : 1);
   }
   return out;
 }

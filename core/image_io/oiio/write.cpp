@@ -9,6 +9,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -193,6 +194,33 @@ bool drops_alpha(const ImageRows& image, const ImageFormat& format, const Encode
   return image.channels() == 4 && (!format.has_alpha || options.background);
 }
 
+/// Keeps the beginning of a file on its way to a sink.
+class PngHead {
+ public:
+  explicit PngHead(const ImageSink& sink) : sink_(sink) {}
+  Status write(std::uint64_t offset, std::span<const std::byte> piece) {
+    for (std::size_t i = 0; i < piece.size() && offset + i < bytes_.size(); ++i) {
+      bytes_[offset + i] = std::to_integer<char>(piece[i]);
+    }
+    return sink_(offset, piece);
+  }
+  /// OpenImageIO states the intent of proofs, absolute colorimetric; images are meant perceptually.
+  /// Source: PNG, 3rd edition, 11.3.2.5: a chunk of one byte, then CRC-32 of type and byte.
+  Status set_intent_to_perceptual() const {
+    constexpr std::string_view kBefore("\0\0\0\1sRGB", 8);
+    constexpr std::string_view kPerceptual("\0\xAE\xCE\x1C\xE9", 5);
+    const std::size_t at = bytes_.find(kBefore);
+    return at == std::string::npos
+               ? ok_status()
+               : sink_(at + kBefore.size(), std::as_bytes(std::span(kPerceptual)));
+  }
+
+ private:
+  const ImageSink& sink_;
+  /// Room for the signature, IHDR, gAMA, cHRM and sRGB, which take 106 bytes.
+  std::string bytes_ = std::string(128, '\0');
+};
+
 Status write_display(const ImageRows& image, const ImageFormat& format,
                      const EncodeOptions& options, const ImageSink& sink) {
   // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
@@ -217,14 +245,19 @@ Status write_display(const ImageRows& image, const ImageFormat& format,
     spec.attribute("Compression", (webp ? "webp:" : "jpeg:") + std::to_string(options.quality));
   }
   const DisplayRow display(image.channels(), channels, options);
-  return write_rows<std::uint8_t>(format.extension, spec, OIIO::TypeDesc::UINT8, sink,
-                                  [&](int y, std::uint8_t* to) {
-                                    const float* in = image.row(y);
-                                    for (int x = 0; x < image.width; ++x) {
-                                      to = display.write(in, to);
-                                      in += image.channels();
-                                    }
-                                  });
+  PngHead head(sink);
+  const ImageSink through_head = [&head](std::uint64_t offset, std::span<const std::byte> piece) {
+    return head.write(offset, piece);
+  };
+  const Status written = write_rows<std::uint8_t>(format.extension, spec, OIIO::TypeDesc::UINT8,
+                                                  through_head, [&](int y, std::uint8_t* to) {
+                                                    const float* in = image.row(y);
+                                                    for (int x = 0; x < image.width; ++x) {
+                                                      to = display.write(in, to);
+                                                      in += image.channels();
+                                                    }
+                                                  });
+  return written && format.extension == "png" ? head.set_intent_to_perceptual() : written;
 }
 
 /// Channels of an image that are written together in a linear format.
@@ -251,6 +284,21 @@ OIIO::TypeDesc given_type(const LinearPart& part) {
 /// Otherwise OpenImageIO writes the current time into EXR and TIFF, and equal images differ.
 void pin_date(OIIO::ImageSpec& spec) { spec.attribute("DateTime", "1970:01:01 00:00:00"); }
 
+/// Returns whether a channel that half precision would suffice for has a value beyond its range.
+bool exceeds_half(const ImageRows& image, std::size_t first, const std::vector<bool>& half) {
+  for (int y = 0; y < image.height; ++y) {
+    const float* in = image.row(y) + first;
+    for (int x = 0; x < image.width; ++x, in += image.channels()) {
+      for (std::size_t c = 0; c < half.size(); ++c) {
+        if (half[c] && std::isfinite(in[c]) && std::fabs(in[c]) > kHalfMax) {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
 /// layer: the prefix of channel names, which is removed together with the dot after it.
 LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count,
                     const std::string& layer, const EncodeOptions& options) {
@@ -266,6 +314,12 @@ LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count
   }
   for (std::size_t c = 0; c < count; ++c) {
     part.half.push_back(options.is_color && !part.has_whole && is_half_channel(name(c)));
+  }
+  if (std::find(part.half.begin(), part.half.end(), true) != part.half.end() &&
+      exceeds_half(image, first, part.half)) {
+    part.half.assign(count, false);
+  }
+  for (std::size_t c = 0; c < count; ++c) {
     part.spec.channelnames[c] = name(c).substr(layer.empty() ? 0 : layer.size() + 1);
     part.spec.channelformats.emplace_back(part.whole[c]  ? OIIO::TypeDesc::UINT
                                           : part.half[c] ? OIIO::TypeDesc::HALF

@@ -388,7 +388,6 @@ INSTANTIATE_TEST_SUITE_P(
         Case{R"("stop":{})", "/stop",
              "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
              "seconds, cpu_seconds or deadline"},
-        Case{R"("stop":{"meter_error":0.1})", "/stop/meter_error", "the job has no meter"},
         Case{R"("stop":{"samples_per_pixel":null})", "/stop",
              "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
              "seconds, cpu_seconds or deadline"},
@@ -407,8 +406,10 @@ INSTANTIATE_TEST_SUITE_P(
              "the job's denoise.type is 'none'"},
         Case{R"("stop":{"denoised_error":0.1},"integrator":{"type":"photon-map"})",
              "/stop/denoised_error",
-             "the error of integrator 'photon-map' is unknown: its images are biased, and their "
-             "halves show only the noise; give samples_per_pixel or seconds"},
+             "the error of denoised images of integrator 'photon-map' is unknown: its images are "
+             "biased, and their halves show only the noise; give relative_error, samples_per_pixel "
+             "or seconds"},
+        Case{R"("stop":{"meter_error":0.1})", "/stop/meter_error", "the job has no meter"},
         Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
              "1 is outside [0.5, 0.9999]"},
         Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",

@@ -80,11 +80,15 @@ TEST(JobView, ShowsTheReasonOfAPause) {
   EXPECT_EQ(api::etag_spec_version(api::job_etag(job)), 1U);
 }
 
-// An integrator without a row has no valid error.
+// The halves of a biased image do not show its error; comparison with unbiased images does.
 TEST(JobView, InvalidErrorHasNoInterval) {
   api::JobView job = api::example_job();
   for (const bool valid : {true, false}) {
     job.spec.render.integrator = valid ? "path" : "sppm";
+    EXPECT_EQ(parsed(api::job_json(job))["error"]["valid"], valid);
+    job.spec.render.integrator = "sppm";
+    job.progress.error = core::error_interval(
+        0.08, 0.01, 0.005, valid ? core::ErrorForm::kSquares : core::ErrorForm::kHalves);
     const Json error = parsed(api::job_json(job))["error"];
     EXPECT_EQ(error["valid"], valid);
     EXPECT_EQ(error["low"].is_null(), !valid);

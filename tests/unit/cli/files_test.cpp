@@ -2,8 +2,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "clients/cli/api_client.h"
@@ -95,6 +98,39 @@ TEST(Files, AreWrittenCompletelyOrNotAtAll) {
   EXPECT_EQ(*cli::read_file(path), "abc");
   fs::remove(path);
   EXPECT_FALSE(cli::write_file("/nonexistent/folder/file", "abc"));
+}
+
+TEST(Files, SymbolicLinksAreKept) {
+  const fs::path folder = testing::TempDir() + "links_test_" + std::to_string(getpid());
+  fs::create_directories(folder / "there");
+  std::ofstream(folder / "there" / "file") << "old";
+  fs::create_symlink("there/file", folder / "link");
+  fs::create_symlink("link", folder / "second");
+  fs::create_symlink("there/new", folder / "dangling");
+  ASSERT_TRUE(cli::write_file((folder / "second").string(), "new"));
+  EXPECT_TRUE(fs::is_symlink(folder / "second"));
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(*cli::read_file((folder / "there" / "file").string()), "new");
+  ASSERT_TRUE(cli::write_file((folder / "dangling").string(), "made"));
+  EXPECT_TRUE(fs::is_symlink(folder / "dangling"));
+  EXPECT_EQ(*cli::read_file((folder / "there" / "new").string()), "made");
+  fs::create_symlink("itself", folder / "itself");
+  EXPECT_FALSE(cli::write_file((folder / "itself").string(), "x"));
+  EXPECT_TRUE(fs::is_symlink(folder / "itself"));
+  fs::remove_all(folder);
+}
+
+TEST(Files, DevicesAndPipesAreWrittenInPlace) {
+  EXPECT_FALSE(cli::write_file("/dev/full", "abc"));
+  const fs::path pipe = testing::TempDir() + "pipe_test_" + std::to_string(getpid());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::string got;
+  std::thread reader([&] { got = *cli::read_file(pipe.string()); });
+  EXPECT_TRUE(cli::write_file(pipe.string(), "abc"));
+  reader.join();
+  EXPECT_EQ(got, "abc");
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  fs::remove(pipe);
 }
 
 // FIPS 180-2, appendix B.1.

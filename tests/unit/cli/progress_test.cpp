@@ -48,14 +48,6 @@ TEST(ProgressText, OmitsAnUnknownError) {
   EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
-TEST(ProgressText, NamesAnErrorThatIsNoiseAlone) {
-  cli::ProgressFacts facts;
-  facts.is_noise_alone = true;
-  EXPECT_EQ(cli::interval_text(facts), "error unknown");
-  facts.relative_error = 0.159;
-  EXPECT_EQ(cli::interval_text(facts), "error 15.9% (noise alone, without the blur)");
-}
-
 TEST(ProgressText, NamesAnUnreliableError) {
   const auto text = [](const char* job) {
     return cli::interval_text(cli::facts_of(cli::parse_object(job)));
@@ -70,16 +62,6 @@ TEST(ClosingText, TellsCpuTimeApart) {
                    "cpu_seconds": 200}})";
   EXPECT_EQ(cli::closing_text(cli::parse_object(job)),
             "finished (seconds): 32 samples in 25 min 44 s (3 min 20 s of CPU time), error 50.0%");
-}
-
-TEST(ProgressText, ReadsFromAJobWhetherItsErrorIsNoiseAlone) {
-  const auto is_noise = [](const char* job) {
-    return cli::facts_of(cli::parse_object(job)).is_noise_alone;
-  };
-  EXPECT_TRUE(is_noise(R"({"error": {"valid": false}})"));
-  for (const char* job : {R"({"error": {"valid": true}})", R"({"error": {"valid": null}})", "{}"}) {
-    EXPECT_FALSE(is_noise(job)) << job;
-  }
 }
 
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {

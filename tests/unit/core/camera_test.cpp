@@ -344,6 +344,18 @@ TEST(CameraPlanes, ANearPlaneBehindTheWholeModelIsNotMeant) {
   }
 }
 
+// Planes have no least distance: in a scene of another scale a near plane may be as small.
+TEST(CameraPlanes, ClipAtAnyScale) {
+  for (const float scale : {1e-9F, 1e-6F, 1.0F}) {
+    CameraDescription file;  // within the box from -1 to 1
+    file.near_m = 0.5F * scale;
+    file.far_m = 0.75F * scale;
+    const auto ray = make({}, {file}, 100, 100).ray({50, 50}, {});
+    EXPECT_FLOAT_EQ(ray.start_m, 0.5F * scale);
+    EXPECT_FLOAT_EQ(ray.ray.t_max, 0.25F * scale);
+  }
+}
+
 TEST(CameraPlanes, BelongToCamerasOfTheFile) {
   CameraDescription file;
   file.near_m = 4.5F;

@@ -30,6 +30,7 @@ set(CORE_TEST_SOURCES
   render_task_target_test.cpp
   render_task_test.cpp
   replicate_fit_test.cpp
+  reference_images_test.cpp
   reservoir_test.cpp
   few_triangles_test.cpp
   roulette_test.cpp
@@ -40,6 +41,7 @@ set(CORE_TEST_SOURCES
   slice_work_test.cpp
   solids_test.cpp
   spectrum_test.cpp
+  squared_error_test.cpp
   splats_test.cpp
   split_pilot_test.cpp
   stage_light_test.cpp

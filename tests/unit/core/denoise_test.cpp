@@ -259,38 +259,42 @@ TEST(DenoisedError, DetectsFeaturesPooledWithTheHalves) {
   expect_false(ratio_of(&honest_m, with_features(true)));
 }
 
-// 60 intervals: if they cover 95%, fewer than 51 contain the truth with a probability of 0.1%.
+// 60 seeds at two noise levels give 240 intervals: if they cover 95%, fewer than 213 or more than
+// 237 contain the truth with a probability below 0.5%.
 TEST(DenoisedError, IntervalsCoverAtTheirConfidence) {
-  for (const DenoiseMode mode : {DenoiseMode::kFull, DenoiseMode::kMixed}) {
-    const Verdict verdict = judge(0.2, mode, &honest, 60);
-    // kMeanOfRoot is that of Gaussian errors; those of a denoiser are concentrated at edges.
-    EXPECT_NEAR(verdict.ratio, 1, 0.25);
-    EXPECT_GE(verdict.covered, 0.85);
+  double covered = 0;
+  for (const double noise : {0.2, 0.8}) {
+    for (const DenoiseMode mode : {DenoiseMode::kFull, DenoiseMode::kMixed}) {
+      const Verdict verdict = judge(noise, mode, &honest, 60);
+      // kMeanOfRoot is that of Gaussian errors; those of a denoiser are concentrated at edges.
+      EXPECT_NEAR(verdict.ratio, 1, 0.25) << noise;
+      EXPECT_GE(verdict.covered, 0.85) << noise;
+      covered += 0.25 * verdict.covered;
+    }
   }
+  EXPECT_GE(covered, 0.88);
 }
 
-// Each term of m is at most 1: where a half is mostly noise, the difference of the halves counts
-// less than the sum of their variances, and the estimate errs upwards.
-TEST(DenoisedError, ErrsUpwardsWhereHalvesAreMostlyNoise) {
-  for (const DenoiseMode mode : {DenoiseMode::kFull, DenoiseMode::kMixed}) {
-    EXPECT_GT(judge(0.8, mode, &honest, 60).ratio, 1);
-  }
-}
-
-// A firefly in one half, which the denoiser does not touch, is one wrong pixel; one that it has
-// spread over a blot is not.
+// A firefly in one half, which the denoiser removes, is one wrong pixel, and meets noise that is as
+// often negative as positive; one that it has spread over a blot stays.
 TEST(DenoisedError, AFireflyCancelsAndABlotDoesNot) {
   const FilmSnapshot clean = noisy(0.05, 1);
   const auto error_of = [](const FilmSnapshot& film, const std::vector<ColorPlanes>& filtered) {
     return core::denoised_picture(film, halves_of(film), filtered)
-        .interval(DenoiseMode::kFull, 0.95);
+        .interval(DenoiseMode::kFull, 0.95)
+        .relative;
   };
   const std::vector<ColorPlanes> smooth = honest_filter(clean);
-  FilmSnapshot lit = clean;
-  core::ReplicatePixel& p = lit.pixels[2 * (kSide * 40 + 40)];
-  p.mean_r = p.mean_g = p.mean_b = 1e4F;
-  const double before = error_of(clean, smooth).relative;
-  EXPECT_NEAR(error_of(lit, smooth).relative, before, 0.1 * before);
+  const double before = error_of(clean, smooth);
+  FilmSnapshot lit;
+  test_support::Moments after;
+  for (std::size_t k = 0; k < 16; ++k) {
+    lit = clean;
+    core::ReplicatePixel& p = lit.pixels[2 * (kSide * 40 + 36 + 7 * (k % 4) + kSide * (k / 4))];
+    p.mean_r = p.mean_g = p.mean_b = 1e4F;
+    after.add(error_of(lit, smooth));
+  }
+  EXPECT_NEAR(after.mean, before, 0.1 * before);
   std::vector<ColorPlanes> blotted = smooth;
   for (std::size_t y = 36; y < 44; ++y) {
     for (std::size_t x = 36; x < 44; ++x) {
@@ -299,7 +303,7 @@ TEST(DenoisedError, AFireflyCancelsAndABlotDoesNot) {
       }
     }
   }
-  EXPECT_GT(error_of(lit, blotted).relative, before + 0.1 * 64.0 / (kSide * kSide));
+  EXPECT_GT(error_of(lit, blotted), before + 0.1 * 64.0 / (kSide * kSide));
 }
 
 // A weight that minimises the sums by which it is judged makes those sums too small.
@@ -328,7 +332,7 @@ TEST(DenoisedError, DetectsWeightsThatIncludeThePixelItself) {
   expect_false(ratio_of(&honest_m, mixed(true)));
 }
 
-// m of the plain image is q(A, B) / 4, whose root's mean is about its grain.
+// m of the plain image is the square of (A - B) / (A + B).
 TEST(DenoisedError, OfThePlainImageIsThePlainError) {
   const FilmSnapshot film = noisy(0.4, 1);
   std::vector<ColorPlanes> plain(2);
@@ -337,15 +341,11 @@ TEST(DenoisedError, OfThePlainImageIsThePlainError) {
   }
   const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), plain);
   const core::ErrorInterval seen = picture.interval(DenoiseMode::kFull, 0.95);
-  const core::ErrorInterval expected =
-      core::ErrorEstimate(picture.plain_tiles, film.errors).image(0.95);
-  EXPECT_NEAR(seen.relative, expected.grain, 0.1 * expected.grain);
-  EXPECT_EQ(seen.doubt, expected.doubt);
-  EXPECT_EQ(seen.reach, expected.reach);
+  const double error = true_error(picture.full);
+  EXPECT_NEAR(seen.relative, error, 0.15 * error);
+  EXPECT_EQ(seen.doubt, core::ErrorEstimate(picture.plain_tiles, film.errors).image(0.95).doubt);
 }
 
-// Where the halves are mostly noise, the error of the denoised image is overestimated, and mixing
-// keeps too much of the plain one; it is still better than that.
 TEST(DenoisedPicture, MixedIsAtMostSlightlyWorseThanTheBetterOne) {
   for (const double noise : {0.05, 0.4, 1.6}) {
     double full = 0;
@@ -362,7 +362,7 @@ TEST(DenoisedPicture, MixedIsAtMostSlightlyWorseThanTheBetterOne) {
       plain += true_error(mean);
       mixed += true_error(picture.mixed);
     }
-    EXPECT_LT(mixed, 1.1 * (noise < 1 ? std::min(full, plain) : plain)) << noise;
+    EXPECT_LT(mixed, 1.1 * std::min(full, plain)) << noise;
   }
 }
 

@@ -112,6 +112,33 @@ TEST(ErrorEstimate, IgnoresAnEmptyBackground) {
   EXPECT_EQ(error_of(empty).relative, 0);
 }
 
+// The shadow of a catcher has a negative alpha in half of its pixels, by noise; they count like the
+// others. Empty is only what no sample has seen.
+TEST(ErrorEstimate, CountsPixelsWhoseAlphaIsNegative) {
+  const auto film = film_of(32, 32, [](int x, int) {
+    return Halves{1.1F, 0.9F, x % 2 == 0 ? 0.01F : -0.01F};
+  });
+  EXPECT_EQ(film->half_sums(0).pixels, 1024U);
+  EXPECT_NEAR(error_of(film).grain, 0.2 / 2.1, 1e-6);
+}
+
+// F is read when it is asked for: 1 in one tile, then 4 in it, then 9 in the other one.
+TEST(ErrorEstimate, FloorFollowsEveryCommit) {
+  const auto film = film_of(64, 32, [](int, int) { return Halves{1, 1}; });
+  EXPECT_NEAR(film->error_floor(), 0.05, 1e-9);
+  const auto commit = [&](int tile, float value) {
+    core::TileState state = film->tile(tile);
+    for (core::ReplicatePixel& p : state.pixels) {
+      p.mean_r = p.mean_g = p.mean_b = value;
+    }
+    film->commit(tile, std::move(state));
+  };
+  commit(0, 4);
+  EXPECT_NEAR(film->error_floor(), 0.05 * std::pow((2 + 1) / 2.0, 2), 1e-7);
+  commit(1, 9);
+  EXPECT_NEAR(film->error_floor(), 0.05 * std::pow((2 + 3) / 2.0, 2), 1e-7);
+}
+
 TEST(ErrorEstimate, IsIndependentOfExposure) {
   const auto noisy = [](float scale) {
     return error_of(film_of(40, 40, [scale](int x, int y) {

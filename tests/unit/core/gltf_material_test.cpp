@@ -35,6 +35,28 @@ int add_image(core::GlbWriter& writer, const core::Bytes& png) {
       "images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(writer.add_view(png)) + "}");
 }
 
+// Decoders fill what is missing of a JPEG with grey, without an error.
+TEST(GltfMaterial, TellsThatAJpegIsCut) {
+  const core::FloatImage grey = {8, 8, {"R", "G", "B"}, std::vector<float>(8 * 8 * 3, 0.25F)};
+  const auto whole = core::encode_image(grey, core::image_formats()[1], {});
+  ASSERT_TRUE(whole);
+  for (const int missing : {0, 2, 8}) {
+    core::GlbWriter writer;
+    const int view = writer.add_view(core::Bytes(whole->begin(), whole->end() - missing));
+    writer.add("images", R"({"mimeType":"image/jpeg","bufferView":)" + number(view) + "}");
+    writer.add("textures", R"({"source":0})");
+    writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
+    add_triangle(writer, "\"material\":0");
+    const auto scene = load(writer);
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ(scene->warnings.size(), missing == 0 ? 0U : 1U);
+    if (missing > 0) {
+      EXPECT_EQ(scene->warnings[0].code, "image_cut");
+      EXPECT_EQ(scene->warnings[0].pointer, "/images/0");
+    }
+  }
+}
+
 TEST(GltfMaterial, EmptyMaterialHasTheDefaultsOfTheSpecification) {
   const MaterialDescription m = material_of("");
   EXPECT_EQ(m.base_color, Rgb(1));

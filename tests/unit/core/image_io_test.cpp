@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include "core/image_io/image_size.h"
 
@@ -51,6 +52,38 @@ float float_at(const core::Image& image, std::size_t i) {
   float value = 0;
   std::memcpy(&value, image.bytes.data() + i * sizeof(value), sizeof(value));
   return value;
+}
+
+/// The content of the PNG's chunk, and whether its checksum holds; empty if there is none.
+std::string png_chunk(const Bytes& file, std::string_view type) {
+  const std::string text(reinterpret_cast<const char*>(file.data()), file.size());
+  const auto number = [&text](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      value = value << 8U | static_cast<unsigned char>(text.at(at + i));
+    }
+    return value;
+  };
+  for (std::size_t at = 8; at + 12 <= text.size(); at += 12 + number(at)) {
+    if (text.substr(at + 4, 4) == type) {
+      const std::size_t bytes = number(at);
+      const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(text.data() + at + 4), bytes + 4);
+      EXPECT_EQ(number(at + 8 + bytes), crc);
+      return text.substr(at + 8, bytes);
+    }
+  }
+  return {};
+}
+
+TEST(Png, ItsRenderingIntentIsPerceptual) {
+  // PNG, 3rd edition, 11.3.2.5: perceptual is 0.
+  for (const int size : {1, 300}) {
+    EXPECT_EQ(png_chunk(encoded(ramp(size, size, {"R", "G", "B"}), "png"), "sRGB"),
+              std::string(1, '\0'));
+  }
+  core::EncodeOptions data;
+  data.is_color = false;
+  EXPECT_EQ(png_chunk(encoded(ramp(2, 2, {"R", "G", "B"}), "png", data), "sRGB"), "");
 }
 
 class EachFormat : public testing::TestWithParam<std::string> {};
@@ -195,10 +228,18 @@ TEST(ImageWrite, ExrKeepsNan) {
   EXPECT_EQ(float_at(image, 1), 2);
 }
 
-TEST(ImageWrite, ExrClampsColorToHalf) {
-  const core::Image image = decoded(encoded({1, 1, {"R", "G", "B"}, {1e6F, -1e6F, 1}}, "exr"));
-  EXPECT_EQ(float_at(image, 0), 65504);
-  EXPECT_EQ(float_at(image, 1), -65504);
+// A sun in photometric units has 1.6e9 cd/m^2.
+TEST(ImageWrite, ExrStoresColorBeyondHalfAsFloat) {
+  const float third = 1.0F / 3;
+  const auto seen = [&](float brightest) {
+    return decoded(encoded({2, 1, {"R", "G", "B"}, {third, 0, 0, -brightest, 0, 0}}, "exr"));
+  };
+  EXPECT_EQ(float_at(seen(1.6e9F), 3), -1.6e9F);
+  EXPECT_EQ(float_at(seen(1.6e9F), 0), third);  // all of the part
+  EXPECT_EQ(float_at(seen(65504), 3), -65504);
+  EXPECT_NE(float_at(seen(65504), 0), third);  // half floats
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_NE(float_at(seen(infinity), 0), third);
 }
 
 TEST(ImageWrite, ExrKeepsAllBitsOfDepth) {

@@ -4,4 +4,4 @@ set(IMAGE_IO_TEST_SOURCES
   image_io_test.cpp
   ktx2_test.cpp
   tone_map_test.cpp)
-set(IMAGE_IO_TEST_LIBRARIES core_names PkgConfig::WEBP)
+set(IMAGE_IO_TEST_LIBRARIES core_names PkgConfig::WEBP ZLIB::ZLIB)

@@ -100,29 +100,30 @@ TEST(PassPolicy, ErrorChecksAreAQuarterOfAnOctaveApartAndAtTheEnd) {
 }
 
 TEST(PassPolicy, EndsAtTheRequestedSamplesOrAtTheServerLimit) {
-  EXPECT_EQ(policy(samples(64)).decide(63, {}), StopReason::kNone);
-  EXPECT_EQ(policy(samples(64)).decide(64, {}), StopReason::kSamples);
-  EXPECT_EQ(policy(samples(64), 32).decide(32, {}), StopReason::kLimit);
-  EXPECT_EQ(policy(error_target(0.1), 32).decide(32, {.error = 0.6}), StopReason::kLimit);
+  EXPECT_EQ(policy(samples(64)).decide(63, kInfinity), StopReason::kNone);
+  EXPECT_EQ(policy(samples(64)).decide(64, kInfinity), StopReason::kSamples);
+  EXPECT_EQ(policy(samples(64), 32).decide(32, kInfinity), StopReason::kLimit);
+  EXPECT_EQ(policy(error_target(0.1), 32).decide(32, 0.6), StopReason::kLimit);
   EXPECT_EQ(policy(samples(63)).samples_max(), 64) << "sobol requires even counts";
 }
 
 TEST(PassPolicy, ErrorTargetRequiresTheUpperEndBelowIt) {
   const PassPolicy by = policy(error_target(0.1));
-  EXPECT_EQ(by.decide(64, {.error = 0.1}), StopReason::kRelativeError);
-  EXPECT_EQ(by.decide(64, {.error = 0.11}), StopReason::kNone);
-  EXPECT_EQ(by.decide(64, {}), StopReason::kNone) << "without an error check the job continues";
-  EXPECT_EQ(by.decide(64, {.error = std::numeric_limits<double>::quiet_NaN()}), StopReason::kNone);
+  EXPECT_EQ(by.decide(64, 0.1), StopReason::kRelativeError);
+  EXPECT_EQ(by.decide(64, 0.11), StopReason::kNone);
+  EXPECT_EQ(by.decide(64, kInfinity), StopReason::kNone)
+      << "without an error check the job continues";
+  EXPECT_EQ(by.decide(64, std::numeric_limits<double>::quiet_NaN()), StopReason::kNone);
 }
 
 TEST(PassPolicy, FewSamplesMeetNoErrorTargetUnlessTheyAreAll) {
   const PassPolicy by = policy(error_target(0.1));
   const int first = by.stop_at(1);
-  EXPECT_EQ(by.decide(first - 1, {.error = 0.02}), StopReason::kNone);
-  EXPECT_EQ(by.decide(first, {.error = 0.02}), StopReason::kRelativeError);
+  EXPECT_EQ(by.decide(first - 1, 0.02), StopReason::kNone);
+  EXPECT_EQ(by.decide(first, 0.02), StopReason::kRelativeError);
   StopRules both = error_target(0.1);
   both.samples_per_pixel = 2;
-  EXPECT_EQ(policy(both).decide(2, {.error = 0.02}), StopReason::kRelativeError);
+  EXPECT_EQ(policy(both).decide(2, 0.02), StopReason::kRelativeError);
 }
 
 TEST(PassPolicy, RequestsADenoisedErrorTwiceAnOctaveFromFourSamplesOn) {
@@ -137,9 +138,9 @@ TEST(PassPolicy, RequestsADenoisedErrorTwiceAnOctaveFromFourSamplesOn) {
   }
   EXPECT_EQ(looks, (std::vector<int>{4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 100}));
   EXPECT_FALSE(policy(samples(100)).denoises_at(16)) << "not requested";
-  EXPECT_EQ(by.decide(16, {.denoised = 0.11}), StopReason::kNone);
-  EXPECT_EQ(by.decide(16, {.denoised = 0.09}), StopReason::kDenoisedError);
-  EXPECT_EQ(by.decide(2, {.denoised = 0.09}), StopReason::kNone);
+  EXPECT_EQ(by.decide(16, kInfinity, 0.11), StopReason::kNone);
+  EXPECT_EQ(by.decide(16, kInfinity, 0.09), StopReason::kDenoisedError);
+  EXPECT_EQ(by.decide(2, kInfinity, 0.09), StopReason::kNone);
 }
 
 TEST(PassPolicy, ReportsTheNextErrorCheckThatMayEndAJob) {

@@ -1,9 +1,12 @@
 // Jobs with an error target.
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "core/meter/meter_reading.h"
 #include "core/render/render_task.h"
 #include "core/render/settle.h"
 #include "tests/support/scenes.h"
@@ -75,6 +78,39 @@ struct Asked {
     return out;
   }
 };
+
+TEST(RenderTask, EndsWhenEveryPointOfTheMeterMeetsItsTarget) {
+  core::View view = small_view();
+  view.settings.meter.points = {{{0.5F, 0.001F, 0.9F}, {0, 1, 0}},
+                                {{0.9F, 0.001F, 0.9F}, {0, 1, 0}}};
+  int before = 0;
+  for (const double target : {0.2, 0.04}) {
+    SilentSink sink;
+    core::TaskOptions options;
+    options.stop.meter_error = target;
+    options.stop.samples_per_pixel = 1024;
+    auto film = std::make_shared<core::Film>(view.settings);
+    core::RenderTask task(renderer_of(view), film, options, sink);
+    core::run_to_end(task, 2);
+    EXPECT_EQ(task.stop_reason(), core::StopReason::kMeterError) << target;
+    EXPECT_GT(task.progress().samples_max, before);
+    before = task.progress().samples_max;
+    const auto readings =
+        core::meter_readings(core::meter_points(view.settings.meter), film->meter());
+    ASSERT_EQ(readings.size(), 2U);
+    double worst = 0;
+    for (const core::MeterReading& reading : readings) {
+      worst = std::max(worst, (reading.high - reading.low) / reading.illuminance);
+    }
+    EXPECT_LE(worst, target);
+    EXPECT_EQ(worst, core::meter_error(readings));
+  }
+}
+
+TEST(MeterError, IsInfiniteWithoutAReading) {
+  EXPECT_TRUE(std::isinf(core::meter_error({})));
+  EXPECT_TRUE(std::isinf(core::meter_error({core::MeterReading{}})));
+}
 
 TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
   const core::View view = small_view();

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -68,6 +69,9 @@ Film lent_film(
       given.push_back(task.prepare(*slice, 1e-4));
     }
     if (given.empty()) {
+      if (const auto own = task.can_lend() ? std::nullopt : task.take()) {
+        task.run(*own);  // of the reference images, which are not lent
+      }
       continue;
     }
     auto sent = core::decode_work(core::encode_work(given, WorkPart::kInput), WorkPart::kInput);

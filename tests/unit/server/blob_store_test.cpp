@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/errors.h"
 #include "core/base/sha256.h"
 #include "tests/unit/server/server_test_support.h"
 
@@ -56,6 +57,19 @@ TEST(BlobStore, DamagedOrLostFilesAreReportedAndReplacedByAnUpload) {
   EXPECT_EQ(**store->read(kAbc), test_support::bytes_of("abc"));
   std::filesystem::remove(path);
   is_reported("is gone");
+}
+
+TEST(BlobStore, ClientsDoNotSeeItsPathWhenItsFoldersAreGone) {
+  const TemporaryFolder folder;
+  const auto store = BlobStore::open(folder.path());
+  ASSERT_TRUE(store);
+  std::filesystem::remove_all(folder.path());
+  const auto upload = store->put("abc");
+  ASSERT_FALSE(upload);
+  const api::Problem problem = api::from_error(upload.error());
+  EXPECT_EQ(problem.status, 500);
+  EXPECT_EQ(problem.detail, "cannot open: No such file or directory");
+  EXPECT_TRUE(problem.errors.empty());
 }
 
 TEST(BlobStore, UploadWithAnotherHashLeavesNothing) {

@@ -83,6 +83,27 @@ TEST(FilmFile, RestoresAFilmBitForBit) {
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
 }
 
+TEST(FilmFile, RestoresErrorsFromSquares) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  core::Film film(small_film(), 2);
+  FilmRecord written = record_of(2);
+  written.points[0].error = core::error_interval(0.2, 0.1, 0.01, core::ErrorForm::kSquares);
+  {
+    auto file = FilmFile::open(path);
+    ASSERT_TRUE(file->restore(film));
+    fill(film, 2);
+    ASSERT_TRUE(file->write(film, written, true));
+  }
+  core::Film other(small_film(), 2);
+  const auto record = load(path, other);
+  ASSERT_TRUE(record);
+  ASSERT_EQ(record->points.size(), 1U);
+  EXPECT_EQ(record->points[0].error.form, core::ErrorForm::kSquares);
+  EXPECT_EQ(record->points[0].error.relative, 0.2);
+  EXPECT_NEAR(record->points[0].error.high, 0.25 + 0.1 + 0.01, 1e-12);
+}
+
 TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
@@ -213,6 +234,7 @@ TEST(FilmFile, RestoresAdaptivePlans) {
   // A film without decisions is a different film.
   core::Film plain(small_film(), 2);
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
+  EXPECT_EQ(load(path, plain).error().where, "");  // clients see it
 }
 
 TEST(FilmFile, RestoresFittedCoefficients) {

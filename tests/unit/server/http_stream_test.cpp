@@ -1,6 +1,11 @@
 #include <atomic>
+#include <cstdint>
 
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "core/base/mutex.h"
 #include "tests/unit/server/http_test_server.h"
@@ -56,6 +61,41 @@ TEST(HttpStream, SendsChunksAndEnds) {
   EXPECT_EQ(answer.body.substr(0, 8), "0,1,2,3,");
   EXPECT_EQ(answer.body.substr(answer.body.size() - 3), "99,");
   EXPECT_EQ(client.exchange(get("/echo/next")).body, "next");
+}
+
+TEST(HttpStream, LittleWaitsForAClientThatDoesNotRead) {
+  std::atomic<std::int64_t> written = 0;
+  HttpLimits limits = http_test::short_limits();
+  limits.write_stall = std::chrono::seconds(30);
+  TestServer server({{.method = "GET",
+                      .pattern = "/endless",
+                      .handler =
+                          [&written](Request&) {
+                            return stream_response("text/plain", [&written](StreamWriter& writer) {
+                              const std::string piece(4096, 'x');
+                              while (writer.write(piece)) {
+                                written += 4096;
+                              }
+                            });
+                          }}},
+                    limits);
+  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(server.port()));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  const std::string request = get("/endless");
+  ASSERT_EQ(::send(fd, request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
+  std::int64_t before = -1;
+  while (before != written || written == 0) {
+    before = written;
+    std::this_thread::sleep_for(milliseconds(300));
+  }
+  int arrived = 0;
+  ASSERT_EQ(::ioctl(fd, FIONREAD, &arrived), 0);
+  EXPECT_LT(written - arrived, static_cast<std::int64_t>(kUnsentBytes));  // by default 4 MB
+  ::close(fd);
 }
 
 TEST(HttpStream, SilentStreamDetectsThatItsClientLeaves) {

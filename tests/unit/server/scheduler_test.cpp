@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <ctime>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -21,11 +23,21 @@ double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Uses CPU time in slices, as often as requested, up to a maximum.
+/// Age of a source that has an image and no clock.
+struct Aged {
+  explicit Aged(std::int64_t its_age) : age(its_age) {}
+  std::int64_t age;
+};
+
+/// Uses CPU time in slices, as often as requested, up to a maximum. Shares with others like it,
+/// unless it has an age.
 class Burner : public SliceSource {
  public:
   explicit Burner(double slice_seconds, int slices_max = 1 << 30)
       : slice_seconds_(slice_seconds), left_(slices_max) {}
+  Burner(double slice_seconds, Aged age) : Burner(slice_seconds) {
+    turn_ = {.age = age.age, .is_timed = false};
+  }
   bool run_slice() override {
     if (left_.fetch_sub(1) <= 0) {
       left_ = 0;
@@ -37,13 +49,55 @@ class Burner : public SliceSource {
     ++done_;
     return true;
   }
+  Turn turn() const override { return turn_; }
   int done() const { return done_; }
   void allow(int slices) { left_ += slices; }
 
  private:
   const double slice_seconds_;
+  Turn turn_ = {.is_timed = true};
   std::atomic<int> left_;
   std::atomic<int> done_ = 0;
+};
+
+/// Writes its name into a record for each slice. Its first pass takes two slices, all of it four.
+class Staged : public SliceSource {
+ public:
+  Staged(char name, std::int64_t age, std::string& record)
+      : name_(name), age_(age), record_(record) {}
+  bool run_slice() override {
+    if (done_ == 4) {
+      return false;
+    }
+    ++done_;
+    record_ += name_;
+    return true;
+  }
+  Turn turn() const override { return {.age = age_, .has_image = done_ >= 2}; }
+
+ private:
+  const char name_;
+  const std::int64_t age_;
+  std::string& record_;
+  std::atomic<int> done_ = 0;
+};
+
+/// Occupies the only thread until it is opened, so that the others are all there when it is free.
+class Gate : public SliceSource {
+ public:
+  bool run_slice() override {
+    is_reached_ = true;
+    while (!is_open_) {
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return false;
+  }
+  bool is_reached() const { return is_reached_; }
+  void open() { is_open_ = true; }
+
+ private:
+  std::atomic<bool> is_reached_ = false;
+  std::atomic<bool> is_open_ = false;
 };
 
 template <typename Condition>
@@ -214,6 +268,78 @@ TEST(Scheduler, ReportsTheNextSourceAndCountsWorkServedElsewhere) {
   EXPECT_TRUE(is_turn_of({preview, first, second, low}));
   scheduler.charge(*first, 2);
   EXPECT_TRUE(is_turn_of({preview, second, first, low}));
+}
+
+/// Runs the sources, which were added in this order, to their end.
+template <typename... Sources>
+void run_all(Scheduler& scheduler, const Sources&... sources) {
+  const auto gate = std::make_shared<Gate>();
+  scheduler.add(gate, Rank{.is_preview = true, .priority = 0});
+  ASSERT_TRUE(eventually([&] { return gate->is_reached(); }));
+  (scheduler.add(sources, {}), ...);
+  gate->open();
+  scheduler.remove(*gate);
+  const auto last = std::make_shared<Burner>(0.0001);
+  scheduler.add(last, {.priority = -1});  // Its turn comes when the others have no more slices.
+  ASSERT_TRUE(eventually([&] { return last->done() > 0; }));
+  scheduler.stop();
+}
+
+TEST(Scheduler, FirstPassOfEachJobComesFirst) {
+  Scheduler scheduler(1);
+  std::string record;
+  run_all(scheduler, std::make_shared<Staged>('c', 3, record),
+          std::make_shared<Staged>('a', 1, record), std::make_shared<Staged>('b', 2, record));
+  EXPECT_EQ(record.substr(0, 6), "aabbcc");
+  EXPECT_EQ(record.size(), 12U);
+}
+
+TEST(Scheduler, YoungerJobsOfATenantGetASixteenthOfItsTime) {
+  Scheduler scheduler(2);
+  const auto oldest = std::make_shared<Burner>(0.001, Aged(1));
+  const auto second = std::make_shared<Burner>(0.001, Aged(2));
+  const auto third = std::make_shared<Burner>(0.001, Aged(3));
+  for (const auto& job : {third, oldest, second}) {
+    scheduler.add(job, {});
+  }
+  ASSERT_TRUE(eventually([&] { return second->done() + third->done() >= 40; }));
+  // 15 times as many; each of the three may be ahead by its slices that run, at most 2.
+  const int followers = second->done() + third->done();
+  EXPECT_GT(oldest->done(), 15 * (followers - 6));
+  EXPECT_LT(oldest->done(), 15 * (followers + 6));
+  scheduler.remove(*oldest);
+  const int before = third->done();
+  const int done = second->done();
+  ASSERT_TRUE(eventually([&] { return second->done() - done >= 300; }));
+  EXPECT_LT(third->done() - before, 40);  // 20, or ahead by some
+  scheduler.stop();
+}
+
+TEST(Scheduler, JobsWhoseClockRunsGetAsMuchAsTheOldest) {
+  Scheduler scheduler(1);
+  const auto oldest = std::make_shared<Burner>(0.001, Aged(1));
+  const auto young = std::make_shared<Burner>(0.001, Aged(2));
+  const auto timed = std::make_shared<Burner>(0.001);
+  scheduler.add(oldest, {});
+  scheduler.add(young, {});
+  scheduler.add(timed, {});
+  ASSERT_TRUE(eventually([&] { return timed->done() >= 150; }));
+  EXPECT_GT(oldest->done(), 120);
+  EXPECT_LT(oldest->done(), 180);
+  EXPECT_LT(young->done(), 30);  // 10, or ahead by some
+  scheduler.stop();
+}
+
+TEST(Scheduler, AgeDoesNotCountBetweenTenants) {
+  Scheduler scheduler(1);
+  const auto old = std::make_shared<Burner>(0.001, Aged(1));
+  const auto young = std::make_shared<Burner>(0.001, Aged(2));
+  scheduler.add(old, {}, "a");
+  scheduler.add(young, {}, "b");
+  ASSERT_TRUE(eventually([&] { return young->done() >= 100; }));
+  EXPECT_GT(old->done(), 70);
+  EXPECT_LT(old->done(), 140);
+  scheduler.stop();
 }
 
 }  // namespace

@@ -4,6 +4,7 @@ set(SERVER_TEST_SOURCES
   comparison_store_test.cpp
   config_test.cpp
   database_mark_test.cpp
+  denoise_budget_test.cpp
   event_log_test.cpp
   event_stream_test.cpp
   film_file_splats_test.cpp

@@ -246,11 +246,11 @@ class JobRequestStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -310,11 +310,11 @@ class JobPatchStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -341,11 +341,11 @@ class ExtendRequestStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -635,11 +635,11 @@ class JobSpecStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -777,10 +777,10 @@ class Job(TypedDict):
         "samples_per_pixel",
         "relative_error",
         "denoised_error",
-        "meter_error",
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -799,6 +799,7 @@ class Job(TypedDict):
     available: list[Literal["image", "denoised", "meter"]]
     film_digest: str | None
     denoised: Denoised | None
+    denoising: bool
     warnings: list[str]
     warning_details: list[Warning]
     links: dict[str, str]
@@ -851,10 +852,10 @@ class StateEvent(TypedDict):
         "samples_per_pixel",
         "relative_error",
         "denoised_error",
-        "meter_error",
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -903,10 +904,10 @@ class EndEvent(TypedDict):
         "samples_per_pixel",
         "relative_error",
         "denoised_error",
-        "meter_error",
         "seconds",
         "cpu_seconds",
         "deadline",
+        "meter_error",
         "limit",
         "cancelled",
         "failed",
@@ -1506,11 +1507,11 @@ class JobDefaultsStop(TypedDict):
     samples_per_pixel: NotRequired[int | None]
     relative_error: NotRequired[float | None]
     denoised_error: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
     confidence: NotRequired[float]
     scope: NotRequired[str]
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
+    meter_error: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -1577,7 +1578,7 @@ class IntegratorInfo(TypedDict):
 
     type: str
     bias: Literal["none", "consistent", "biased"]
-    error: Literal["valid", "from-chains", "none"]
+    error: Literal["valid", "from-chains", "by-comparison"]
     summary: str
     accepts: list[str]
     defaults: dict[str, Any]
@@ -1917,6 +1918,7 @@ class BatchJob(TypedDict):
     name: str
     state: str
     fraction: float
+    revision: int
     values: dict[str, Any]
 
 

@@ -399,11 +399,6 @@ export interface JobRequest {
      */
     denoised_error?: number | null;
     /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
-     * without light never is.
-     */
-    meter_error?: number | null;
-    /**
      * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
      * 0.95.
      */
@@ -414,6 +409,10 @@ export interface JobRequest {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -458,11 +457,6 @@ export interface JobPatch {
      */
     denoised_error?: number | null;
     /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
-     * without light never is.
-     */
-    meter_error?: number | null;
-    /**
      * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
      * 0.95.
      */
@@ -473,6 +467,10 @@ export interface JobPatch {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -505,11 +503,6 @@ export interface ExtendRequest {
      */
     denoised_error?: number | null;
     /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
-     * without light never is.
-     */
-    meter_error?: number | null;
-    /**
      * Confidence of relative_error, of denoised_error and of the interval in `error`. Default:
      * 0.95.
      */
@@ -520,6 +513,10 @@ export interface ExtendRequest {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -966,11 +963,6 @@ export interface JobSpec {
      * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
-     * without light never is.
-     */
-    meter_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
     /** Region whose error must reach the target. */
@@ -979,6 +971,10 @@ export interface JobSpec {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -1045,7 +1041,10 @@ export interface ErrorEstimate {
   confidence: number;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** False: the error is noise alone, without the image's blur, so there is no interval. */
+  /**
+   * False: the error is unknown, since no unbiased integrator can render the image to compare it
+   * with.
+   */
   valid: boolean;
   /**
    * More light is in doubt than is visible as grain (doubt above grain): rare bright paths are
@@ -1141,10 +1140,10 @@ export interface Job {
     | 'samples_per_pixel'
     | 'relative_error'
     | 'denoised_error'
-    | 'meter_error'
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1169,6 +1168,8 @@ export interface Job {
   /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
+  /** A denoised image is being made: on request, while it renders or afterwards. */
+  denoising: boolean;
   /** Adjustments made to the request, and other warnings. */
   warnings: string[];
   /** Those of `warnings` that are about the scene's file, for programs. */
@@ -1236,10 +1237,10 @@ export interface StateEvent {
     | 'samples_per_pixel'
     | 'relative_error'
     | 'denoised_error'
-    | 'meter_error'
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1297,10 +1298,10 @@ export interface EndEvent {
     | 'samples_per_pixel'
     | 'relative_error'
     | 'denoised_error'
-    | 'meter_error'
     | 'seconds'
     | 'cpu_seconds'
     | 'deadline'
+    | 'meter_error'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -2071,11 +2072,6 @@ export interface JobDefaults {
      * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
      */
     denoised_error?: number | null;
-    /**
-     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this. A point
-     * without light never is.
-     */
-    meter_error?: number | null;
     /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
     confidence?: number;
     /** Region whose error must reach the target. */
@@ -2084,6 +2080,10 @@ export interface JobDefaults {
     seconds?: number | null;
     /** Stop after this many CPU seconds of rendering, summed over all threads. */
     cpu_seconds?: number | null;
+    /**
+     * Stop when (high - low) / illuminance_lux of every point of the meter is at most this.
+     */
+    meter_error?: number | null;
     /** Stop at this time (RFC 3339). */
     deadline?: string | null;
   };
@@ -2122,8 +2122,8 @@ export interface IntegratorInfo {
   type: string;
   /** How the expected value of the image relates to the true image. */
   bias: 'none' | 'consistent' | 'biased';
-  /** Whether the halves of its images give a valid error estimate. */
-  error: 'valid' | 'from-chains' | 'none';
+  /** How the error of its images is known. */
+  error: 'valid' | 'from-chains' | 'by-comparison';
   summary: string;
   /** JSON pointers of the job request that it supports. */
   accepts: string[];
@@ -2574,6 +2574,8 @@ export interface BatchJob {
   /** State of the job. */
   state: string;
   fraction: number;
+  /** Number of changes of its image; 0: there is no image yet. */
+  revision: number;
   /** Values that the matrix assigned to it. */
   values: Record<string, unknown>;
 }

@@ -4,6 +4,10 @@ export type Bias = ErrorEstimate['bias'];
 
 export const biasOf = (job: Job): Bias => job.error?.bias ?? 'none';
 
+/** The number is of noise alone: the image is biased and was not compared with others. */
+export const isNoiseAlone = ({ error }: Job): boolean =>
+  error?.relative != null && error.high == null;
+
 /** Samples of a pixel in each replicate; each is a pass with photons of its own. */
 export const passesOf = (job: Job): number =>
   Math.floor((job.progress?.samples_per_pixel?.mean ?? 0) / job.spec.sampler.replicates);

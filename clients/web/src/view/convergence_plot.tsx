@@ -4,7 +4,7 @@ import { isFinal } from '../api/states';
 import { takeTurn } from '../live/turns';
 import { count, duration, number, percent } from '../ui/format';
 import { Later } from '../ui/later';
-import { biasOf } from './bias';
+import { biasOf, isNoiseAlone } from './bias';
 
 type Axis = 'samples' | 'seconds';
 type Known = ConvergencePoint & { relative: number };
@@ -86,7 +86,7 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
       {rows.map(({ error, samples: n, left: wait, range }) => (
         <div key={error} title={range || undefined}>
           <dt>
-            {number(100 * error)}% {biasOf(job) === 'none' ? 'error' : 'noise'}
+            {number(100 * error)}% {isNoiseAlone(job) ? 'noise' : 'error'}
           </dt>
           <dd>
             <span>{isFinal(job.state) ? `${wait} more` : `in ${wait}`}</span>,{' '}
@@ -181,7 +181,9 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
               ? '. The error is not falling yet: rare bright paths are still being found.'
               : biasOf(job) === 'none'
                 ? '. Plain random numbers give −0.5; steeper is better.'
-                : '. This is the noise alone, without the systematic error.'}
+                : isNoiseAlone(job)
+                  ? '. This is the noise alone, without the systematic error.'
+                  : '. This is of noise and systematic error together.'}
           </>
         ) : (
           'Slope: not enough passes yet.'

@@ -2,7 +2,7 @@ import type { ConvergencePoint, Job } from '../api/types';
 import { rampCss } from '../live/heat';
 import { count, errorInWords, number, percent } from '../ui/format';
 import { serverInfo } from '../ui/server_state';
-import { biasOf, passesOf, radiusShare, type Bias } from './bias';
+import { biasOf, isNoiseAlone, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
 import { SetAside } from './set_aside';
 import { errorRange } from './view_modes';
@@ -48,6 +48,7 @@ export function ErrorRuler({
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   const bias = biasOf(job);
   const unknownLabel = denoised ? 'Error of the denoised image' : 'Error';
+  const isNoise = isNoiseAlone(job);
   const notes: { text: string; id: string }[] = [];
   if (value != null && error?.low != null && error.high != null)
     notes.push({
@@ -67,13 +68,13 @@ export function ErrorRuler({
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">
-            {value == null ? unknownLabel : bias === 'none' ? 'The average pixel is' : 'Noise'}
+            {value == null ? unknownLabel : isNoise ? 'Noise' : 'The average pixel is'}
           </span>{' '}
           <strong>
             {value != null && denoised && isOpen(denoised) && 'below '}
             {value != null ? percent(value) : 'not known'}
           </strong>
-          {value != null && bias === 'none' && ' off'}
+          {value != null && !isNoise && ' off'}
           {notes.map(({ id, text }, i) => (
             <span
               key={id}
@@ -86,7 +87,7 @@ export function ErrorRuler({
             </span>
           ))}
         </p>
-        {bias === 'none' && <p class="ruler-words">{wordsFor(job, denoised != null)}</p>}
+        {!isNoise && <p class="ruler-words">{wordsFor(job, denoised != null)}</p>}
       </div>
       {bias !== 'none' && <BiasNote job={job} bias={bias} />}
       <Track job={job} points={points} />
@@ -113,20 +114,26 @@ const isOwnStop = (job: Job): boolean => {
   return row?.bias === 'none' && /_error$/.test(job.stop_reason ?? '');
 };
 
-/** What the noise does not include; for progressive photon mapping also how fast that falls. */
+/** Whether the error includes the bias; for progressive photon mapping also how fast that falls. */
 function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
   const { alpha } = job.spec.integrator;
   const share = radiusShare(job);
+  if (bias === 'consistent' && isOwnStop(job))
+    return (
+      <p class="ruler-bias" data-testid="bias">
+        Because the job stopped on its own error, a tiny bias remains that vanishes with more
+        samples.
+      </p>
+    );
   return (
     <p class="ruler-bias" data-testid="bias">
+      {bias === 'biased' ? 'This method is biased' : 'This method is consistent'}
+      {isNoiseAlone(job)
+        ? ': its systematic error is not included in the noise'
+        : ': its systematic error is included'}
       {bias === 'biased'
-        ? 'This method is biased: its systematic error is not included in the noise, and more ' +
-          'samples do not remove it.'
-        : isOwnStop(job)
-          ? 'Because the job stopped on its own error, a tiny bias remains that vanishes with ' +
-            'more samples.'
-          : 'This method is consistent: its systematic error is not included in the noise, but ' +
-            'vanishes as samples are added.'}
+        ? ', and more samples do not remove it.'
+        : ', and vanishes as samples are added.'}
       {bias === 'consistent' && alpha !== undefined && (
         <>
           {' '}

@@ -19,10 +19,10 @@ const reasons: Record<string, string> = {
   samples_per_pixel: 'sample count reached',
   relative_error: 'error target reached',
   denoised_error: 'denoised error target reached',
-  meter_error: 'meter error target reached',
   seconds: 'time limit reached',
   cpu_seconds: 'CPU time limit reached',
   deadline: 'deadline',
+  meter_error: 'error target of the meter reached',
   limit: 'sample limit of the server',
 };
 

@@ -276,6 +276,10 @@ const wordsOf = (value: unknown): string =>
       ? Object.values(value).map(wordsOf).join('x')
       : String(value);
 
+/** Whether a job that has not ended has an image: from its first samples. */
+const isBegun = (job: BatchJob): boolean =>
+  (job.state === 'rendering' || job.state === 'paused') && job.revision > 0;
+
 function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
   // Values that are not part of its name.
   const values = Object.values(job.values)
@@ -287,9 +291,12 @@ function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
     <li class="job-card">
       <a href={`#/jobs/${job.id}`}>
         <span class="thumb">
-          {job.state === 'finished' ? (
+          {job.state === 'finished' || isBegun(job) ? (
             <img
-              src={imageUrl(job.id, 'png', { max_size: 400, denoise })}
+              src={imageUrl(job.id, 'png', {
+                max_size: 400,
+                ...(job.state === 'finished' ? { denoise } : { revision: job.revision }),
+              })}
               alt=""
               decoding="async"
               loading="lazy"

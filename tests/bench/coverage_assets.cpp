@@ -1,0 +1,197 @@
+#include "tests/bench/coverage_assets.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/check.h"
+#include "core/denoise/denoised_picture.h"
+#include "core/denoise/statistical.h"
+#include "core/error/error_estimate.h"
+#include "core/film/set_aside.h"
+#include "core/settings/registry.h"
+#include "tests/bench/named_view.h"
+#include "tests/render/asset_files.h"
+#include "tests/support/errors.h"
+#include "tests/support/scenes.h"
+
+namespace bench {
+namespace {
+
+constexpr int kReferenceSamples = 4096;
+/// Groups with fewer images that are not marked are not judged by these alone.
+constexpr double kLeastUnmarked = 5;
+
+/// Intervals of one kind of image over all groups.
+class Totals {
+ public:
+  explicit Totals(const char* name) : name_(name) {}
+
+  /// Prints the group: per cent covered (estimate over error).
+  void add(const std::string& group, const std::vector<core::ErrorInterval>& seen,
+           const std::vector<double>& errors) {
+    if (seen.empty()) {
+      std::printf("             -");
+      return;
+    }
+    double covered = 0;
+    double unmarked = 0;
+    double unmarked_covered = 0;
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const bool is_covered = seen[i].low <= errors[i] && errors[i] <= seen[i].high;
+      covered += is_covered ? 1 : 0;
+      unmarked += seen[i].unreliable ? 0 : 1;
+      unmarked_covered += is_covered && !seen[i].unreliable ? 1 : 0;
+      ratios.push_back(seen[i].relative / errors[i]);
+    }
+    const auto images = static_cast<double>(seen.size());
+    all_.add(group, images, covered);
+    unmarked_.add(group, unmarked, unmarked_covered);
+    std::sort(ratios.begin(), ratios.end());
+    ratios_.insert(ratios_.end(), ratios.begin(), ratios.end());
+    std::printf("  %5.1f (%.2f)", 100 * covered / images, ratios[ratios.size() / 2]);
+  }
+
+  void print() {
+    std::sort(ratios_.begin(), ratios_.end());
+    std::printf("%-10s estimate over error %.2f in the median (10%%: %.2f, 90%%: %.2f)\n", name_,
+                share_of_ratios(0.5), share_of_ratios(0.1), share_of_ratios(0.9));
+    all_.print("all");
+    unmarked_.print("not marked unreliable");
+  }
+
+ private:
+  struct Images {
+    double count = 0;
+    double covered = 0;
+    double least = 2;
+    std::string worst = "-";
+
+    void add(const std::string& group, double images, double inside) {
+      count += images;
+      covered += inside;
+      if (images >= kLeastUnmarked && inside / images < least) {
+        least = inside / images;
+        worst = group;
+      }
+    }
+    void print(const char* which) const {
+      std::printf("           %s: %.0f images, covered %.1f %%, worst group %.1f %% (%s)\n", which,
+                  count, 100 * covered / std::max(count, 1.0), 100 * std::min(least, 1.0),
+                  worst.c_str());
+    }
+  };
+  double share_of_ratios(double share) const {
+    return ratios_.empty()
+               ? 0.0
+               : ratios_[static_cast<std::size_t>(share * static_cast<double>(ratios_.size() - 1))];
+  }
+
+  const char* name_;
+  Images all_;
+  Images unmarked_;
+  std::vector<double> ratios_;
+};
+
+struct Kinds {
+  Totals plain{"plain"};
+  Totals calm{"set aside"};
+  Totals denoised{"denoised"};
+};
+
+core::View view_by(core::View view, std::string_view integrator) {
+  const core::FilmSettings film = view.settings.film;
+  view.settings = core::default_settings(integrator);
+  view.settings.film = film;
+  return view;
+}
+
+void measure(const std::string& name, core::View view, const test_support::Truth& truth,
+             int samples, const AssetPlan& plan, Kinds& kinds) {
+  std::vector<core::ErrorInterval> seen;
+  std::vector<core::ErrorInterval> seen_clean;
+  std::vector<double> plain;
+  std::vector<double> calm;
+  std::vector<double> clean;
+  for (int i = 0; i < plan.renders; ++i) {
+    view.settings.seed = static_cast<std::uint64_t>(i) + 1;
+    const test_support::Picture picture = test_support::render(view, samples, plan.threads);
+    const core::FilmSnapshot& film = picture.snapshot;
+    seen.push_back(picture.progress.error);
+    plain.push_back(test_support::defined_error(film, truth));
+    core::FilmSnapshot without = film;
+    core::set_aside(without, without.rect);
+    calm.push_back(test_support::defined_error(without, truth));
+    if (!core::halves_show_error(view.settings)) {
+      continue;  // the errors of its denoised images are unknown
+    }
+    const auto made =
+        core::denoise(film, nullptr, core::StatisticalDenoiser(), core::parallel_for(plan.threads));
+    CHECK(made);
+    std::vector<core::Rgb> image;
+    const core::ColorPlanes& planes = made->picture.mixed;
+    for (std::size_t p = 0; p < film.pixel_count(); ++p) {
+      image.emplace_back(planes[0][p], planes[1][p], planes[2][p]);
+    }
+    clean.push_back(test_support::defined_error(image, truth));
+    seen_clean.push_back(made->picture.interval(core::DenoiseMode::kMixed, 0.95));
+  }
+  const std::string group =
+      name + ", " + view.settings.integrator + ", " + std::to_string(samples) + " samples";
+  std::printf("%-72s", group.c_str());
+  kinds.plain.add(group, seen, plain);
+  kinds.calm.add(group, seen, calm);
+  kinds.denoised.add(group, seen_clean, clean);
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+bool measure_asset_coverage(const AssetPlan& plan) {
+  const auto folder = test_support::assets_folder();
+  if (!folder) {
+    return false;
+  }
+  std::printf(
+      "%d images a group, %d pixels wide; per cent covered (estimate over error): plain, "
+      "without fireflies, denoised\n",
+      plan.renders, plan.width);
+  Kinds kinds;
+  int number = 0;
+  for (const char* name :
+       {"WaterBottle", "SunglassesKhronos", "2CylinderEngine", "blenderio_15_transmission",
+        "gen_material_matrix", "Fox", "AnisotropyDiscTest", "lamborghini", "blenderio_19_sheen",
+        "blenderio_14_emission_strength"}) {
+    for (const char* map : {"chinese_garden_1k", "studio_small_05_1k"}) {
+      if (plan.is_short && ++number % 4 > 1) {  // alternates between the maps
+        continue;
+      }
+      const std::string path = folder->string() + "/";
+      const core::View view = named_view(path + name + ".glb," + path + "env/" + map + ".hdr",
+                                         plan.width, plan.width * 9 / 16);
+      core::View long_view = view_by(view, "path");
+      long_view.settings.seed = 1U << 30U;
+      const test_support::Truth truth = test_support::truth_of(
+          test_support::render(long_view, kReferenceSamples, plan.threads).snapshot);
+      const std::string group = std::string(name) + " under " + map;
+      measure(group, view_by(view, "path"), truth, 16, plan, kinds);
+      measure(group, view_by(view, "path"), truth, 64, plan, kinds);
+      for (const std::string_view integrator : {"bdpt", "mlt", "sppm"}) {
+        measure(group, view_by(view, integrator), truth, 16, plan, kinds);
+        if (!plan.is_short) {
+          measure(group, view_by(view, integrator), truth, 64, plan, kinds);
+        }
+      }
+    }
+  }
+  kinds.plain.print();
+  kinds.calm.print();
+  kinds.denoised.print();
+  return true;
+}
+
+}  // namespace bench

@@ -1,0 +1,191 @@
+// Errors by comparison of biased images with two unbiased ones: intervals and estimates against
+// long references, with planted faults.
+#include "core/error/compared_error.h"
+
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/render/reference_images.h"
+#include "core/settings/registry.h"
+#include "tests/support/errors.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::Rgb;
+using test_support::Moments;
+
+constexpr int kSeeds = 20;
+constexpr int kSamples = 16;
+
+core::View view_by(core::View view, std::string_view integrator) {
+  const core::FilmSettings film = view.settings.film;
+  view.settings = core::default_settings(integrator);
+  view.settings.film = film;
+  view.settings.max_depth = 4;
+  view.settings.photons.paths = 1500;
+  view.settings.cache.rays = 32;
+  return view;
+}
+
+core::View room_view() {
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 32);
+  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
+  return view;
+}
+
+/// A scene with its expected values.
+struct Scene {
+  core::View view;
+  test_support::Truth truth;
+
+  explicit Scene(core::View seen) : view(std::move(seen)) {
+    core::View plain = view_by(view, "path");
+    plain.settings.seed = 12345;
+    truth = test_support::truth_of(test_support::render(plain, 2048).snapshot);
+  }
+};
+
+/// A white ball and a floor under a square emitter and a dim sky.
+core::View ball_view() {
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(10))},
+          {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -6}, 0),
+           test_support::sphere({0, 0.6F, 0}, 0.6F, 16, false, 0),
+           test_support::quad({-0.4F, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 1)})),
+      48, 32);
+  test_support::look_at(view, {0, 1.2F, 4}, {0, 0.6F, 0}, 40);
+  view.environment = test_support::constant_sky(Rgb(0.2F));
+  return view;
+}
+
+const Scene& room() {
+  static const Scene kScene(room_view());
+  return kScene;
+}
+const Scene& ball() {
+  static const Scene kScene(ball_view());
+  return kScene;
+}
+
+struct Measured {
+  int covered = 0;
+  int below = 0;  ///< errors at most `high`
+  double ratio = 0;
+  double error = 0;  ///< mean
+  double bias = 0;   ///< mean of compared_bias()
+};
+
+using Fault = std::function<void(core::FilmSnapshot& image, core::FilmSnapshot& references)>;
+
+Measured measure(const Scene& scene, std::string_view integrator, const Fault& fault = {}) {
+  core::View view = view_by(scene.view, integrator);
+  Measured out;
+  Moments estimates;
+  Moments errors;
+  Moments biases;
+  for (int i = 0; i < kSeeds; ++i) {
+    view.settings.seed = static_cast<std::uint64_t>(i) + 1;
+    auto picture = test_support::render(view, kSamples);
+    core::View other = view;
+    other.settings = *core::reference_settings(view.settings);
+    core::FilmSnapshot references =
+        test_support::render(other, core::reference_samples(kSamples)).snapshot;
+    if (!fault) {
+      EXPECT_EQ(core::compared_error(picture.snapshot, references).image(0.95).high,
+                picture.progress.error.high)
+          << "the task compares in the same way";
+    } else {
+      fault(picture.snapshot, references);
+    }
+    const core::ErrorInterval seen = core::compared_error(picture.snapshot, references).image(0.95);
+    const double error = test_support::defined_error(picture.snapshot, scene.truth);
+    out.covered += seen.low <= error && error <= seen.high ? 1 : 0;
+    out.below += error <= seen.high ? 1 : 0;
+    estimates.add(seen.relative);
+    errors.add(error);
+    biases.add(core::compared_bias(picture.snapshot, references));
+  }
+  out.ratio = estimates.mean / errors.mean;
+  out.error = errors.mean;
+  out.bias = biases.mean;
+  std::printf(
+      "    %s: error %.4f, estimate over error %.2f, covered %d, below high %d of %d, bias "
+      "%.4f\n",
+      std::string(integrator).c_str(), errors.mean, out.ratio, out.covered, out.below, kSeeds,
+      out.bias);
+  return out;
+}
+
+// Of 20 intervals that hold with a probability of 0.95, fewer than 16 hold in 0.3% of cases
+// (binomial); the seeds are fixed. A bracket covers more.
+void expect_true(const Measured& seen) {
+  EXPECT_GE(seen.covered, 16);
+  // Errors of blurred edges are more concentrated than Gaussian ones, whose kMeanOfRoot is used.
+  EXPECT_GT(seen.ratio, 0.75);
+  EXPECT_LT(seen.ratio, 1.33);
+}
+
+TEST(ComparedError, CoversTheErrorOfShrinkingDisks) {
+  expect_true(measure(room(), "sppm"));
+  expect_true(measure(ball(), "sppm"));
+}
+
+TEST(ComparedError, CoversTheErrorOfPhotonMapping) {
+  expect_true(measure(room(), "photon-map"));
+  expect_true(measure(ball(), "photon-map"));
+}
+
+TEST(ComparedError, CoversTheErrorOfAnIrradianceCache) {
+  expect_true(measure(room(), "irradiance-cache"));
+  expect_true(measure(ball(), "irradiance-cache"));
+}
+
+// (F - U)^2 contains the noise of U, which is several times that of F.
+TEST(ComparedError, DetectsReferencesThatAreTheSameImage) {
+  const Measured seen = measure(room(), "sppm", [](core::FilmSnapshot&, core::FilmSnapshot& both) {
+    for (std::size_t i = 0; i < both.pixels.size(); i += 2) {
+      both.pixels[i + 1] = both.pixels[i];
+    }
+  });
+  EXPECT_GT(seen.ratio, 1.5);
+}
+
+// An image that contains half of U lies nearer to U than the truth does, by all of U's noise.
+TEST(ComparedError, DetectsAnImageThatSharesSamplesWithAReference) {
+  const Measured seen =
+      measure(room(), "sppm", [](core::FilmSnapshot& image, core::FilmSnapshot& both) {
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+          const core::ReplicatePixel& u = both.pixels[i / 2 * 2];
+          core::ReplicatePixel& p = image.pixels[i];
+          p.mean_r = 0.5F * (p.mean_r + u.mean_r);
+          p.mean_g = 0.5F * (p.mean_g + u.mean_g);
+          p.mean_b = 0.5F * (p.mean_b + u.mean_b);
+        }
+      });
+  EXPECT_LT(seen.ratio, 0.5);
+}
+
+// An image that is 20% too bright has that bias, whatever its noise.
+TEST(ComparedError, TellsBiasFromNoise) {
+  const Measured fair = measure(room(), "sppm");
+  const Measured bright =
+      measure(room(), "sppm", [](core::FilmSnapshot& image, core::FilmSnapshot&) {
+        for (core::ReplicatePixel& p : image.pixels) {
+          p.mean_r *= 1.2F;
+          p.mean_g *= 1.2F;
+          p.mean_b *= 1.2F;
+        }
+      });
+  EXPECT_LT(fair.bias, fair.error);
+  // 0.2 / 1.2 less F of the floor; 0.8 is kMeanOfRoot.
+  EXPECT_NEAR(bright.bias, core::kMeanOfRoot * 0.2 / 1.2, 0.03);
+}
+
+}  // namespace

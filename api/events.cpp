@@ -62,7 +62,7 @@ const View<JobView>& progress_event_view() {
       "ProgressEvent",
       "The image has progressed.",
       {state_row(), progress_row(), error_estimate_row(), light_not_found_row(), statistics_row(),
-       revision_row(), denoised_row()}};
+       revision_row(), available_row(), denoised_row()}};
   return kView;
 }
 
@@ -119,10 +119,11 @@ std::string warning_event(std::string_view message) {
 }
 
 const View<JobView>& end_event_view() {
-  static const View<JobView> kView = {"EndEvent",
-                                      "The job has ended.",
-                                      {state_row(), stop_reason_row(), digest_row(), revision_row(),
-                                       error_estimate_row(), light_not_found_row(), failure_row()}};
+  static const View<JobView> kView = {
+      "EndEvent",
+      "The job has ended.",
+      {state_row(), stop_reason_row(), digest_row(), revision_row(), available_row(),
+       error_estimate_row(), light_not_found_row(), failure_row()}};
   return kView;
 }
 

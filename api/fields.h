@@ -130,6 +130,36 @@ struct ShownIfRow {
   }
 };
 
+/// An object that may be null, which `has(s)` records; the inner row then keeps its values.
+template <typename Row, typename Has>
+struct NullableRow {
+  Row row;
+  Has has;  ///< accessor of a bool
+
+  constexpr std::string_view name() const { return row.name(); }
+  constexpr bool required() const { return row.required(); }
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    has(out) = !value.is_null();
+    if (has(out)) {
+      row.read(value, out, pointer, faults);
+    }
+  }
+  template <typename S>
+  void print(const S& s, Json& object) const {
+    if (has(s)) {
+      row.print(s, object);
+    } else {
+      object[std::string(row.name())] = nullptr;
+    }
+  }
+  template <typename S>
+  void schema(const S& defaults, Json& properties) const {
+    row.schema(defaults, properties);
+    properties[std::string(row.name())]["type"] = {"object", "null"};
+  }
+};
+
 template <typename Table>
 std::vector<std::string_view> member_names(const Table& table) {
   std::vector<std::string_view> names;
@@ -246,6 +276,10 @@ constexpr auto when(Applies applies, std::string_view otherwise, Row row) {
 template <typename Type, typename Entries, typename Row>
 constexpr auto option_of(std::string_view pointer, Type type, Entries entries, Row row) {
   return AcceptedRow<Row, Type, Entries>{row, pointer, type, entries};
+}
+template <typename Has, typename Row>
+constexpr auto nullable(Has has, Row row) {
+  return NullableRow<Row, Has>{row, has};
 }
 template <typename Applies, typename Row>
 constexpr auto shown_if(Applies applies, Row row) {

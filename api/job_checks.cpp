@@ -247,6 +247,30 @@ void check_film(const core::FilmSettings& film, Faults& faults) {
   }
 }
 
+void settle_film(JobSpec& spec) {
+  if (spec.has_image) {
+    return;
+  }
+  // A pixel keeps the passes of the meter in step; no client sees it.
+  core::FilmSettings& film = spec.render.film;
+  film.width = film.height = 1;
+  film.crop.reset();
+  film.shares.clear();
+  for (const core::LayerEntry& layer : core::layers()) {
+    if (layer.recorded != nullptr) {
+      film.*layer.recorded = false;
+    }
+  }
+  spec.layers.clear();
+  spec.share_places.clear();
+}
+
+void check_image(const JobSpec& spec, Faults& faults) {
+  if (!spec.has_image && spec.render.meter.empty()) {
+    faults.add("/film", "is null, but the job has no meter: there is nothing to render");
+  }
+}
+
 void check_class(const JobSpec& spec, Faults& faults) {
   if (spec.preview_key && spec.job_class != JobClass::kPreview) {
     faults.add("/preview_key", "applies only to class 'preview'");
@@ -263,6 +287,16 @@ void check_class(const JobSpec& spec, Faults& faults) {
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
   if (stop.meter_error && spec.render.meter.empty()) {
     faults.add("/stop/meter_error", "the job has no meter");
+  }
+  if (!spec.has_image) {
+    constexpr const char* kNone = "the job has no image (film is null); give meter_error";
+    if (stop.relative_error) {
+      faults.add("/stop/relative_error", kNone);
+    }
+    if (stop.denoised_error) {
+      faults.add("/stop/denoised_error", kNone);
+    }
+    return;
   }
   if (!stop.denoised_error) {
     return;

@@ -11,6 +11,10 @@ namespace api {
 void check_camera(const JobSpec& spec, Faults& faults);
 /// Checks that the crop is inside the film, and the size of the film (the only fault with 413).
 void check_film(const core::FilmSettings& film, Faults& faults);
+/// Makes the film of a job without an image a single pixel without layers.
+void settle_film(JobSpec& spec);
+/// Refuses a job with neither image nor meter.
+void check_image(const JobSpec& spec, Faults& faults);
 /// Refuses preview_key without class preview.
 void check_class(const JobSpec& spec, Faults& faults);
 /// Refuses options that differ from their defaults but that neither strategy nor integrator uses.

@@ -76,7 +76,7 @@ constexpr auto camera_row() {
 
 constexpr auto film_row() {
   return group(
-      "film", "Size, filter and recorded layers.",
+      "film", "Size, filter and recorded layers; null: no image, only a meter.",
       number(
           "width", [](auto& s) -> auto& { return s.render.film.width; }, {1, limits::kFilmSide},
           "Pixels. Width times height is limited to 64 megapixels (413)."),
@@ -264,7 +264,8 @@ const auto& table() {
                              &background_schema}),
       shown_if([](const JobSpec& s) { return s.render.ground.type != core::GroundType::kNone; },
                CustomRow<JobSpec>{"ground", &read_ground, &print_ground, &ground_schema}),
-      film_row(),
+      nullable(
+          [](auto& s) -> auto& { return s.has_image; }, film_row()),
       integrator_row(),
       estimator_row(),
       group("sampler", "Sequence of sample points.",
@@ -367,6 +368,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
   settle_stage(*value, job.spec);
+  settle_film(job.spec);
   if (job.spec.render.light_sampler == core::LightSamplerType::kRestir &&
       !value->contains(Json::json_pointer("/estimator/splitting"))) {
     job.spec.render.estimator.splitting = core::SplittingType::kNone;
@@ -375,6 +377,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   if (faults.empty()) {
     check_camera(job.spec, faults);
     check_film(job.spec.render.film, faults);
+    check_image(job.spec, faults);
     check_class(job.spec, faults);
     check_stage(*value, job.spec, faults);
     check_options(job.spec, faults);

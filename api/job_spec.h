@@ -66,6 +66,7 @@ struct JobSpec {
   DenoiseSpec denoise;
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< from the job's end to its deletion; empty: kept
+  bool has_image = true;  ///< false: render.film is a single pixel, and only the meter counts
   core::RenderSettings render = core::default_settings(core::RenderSettings{}.integrator);
   core::StopRules stop = {.samples_per_pixel = 256,
                           .relative_error = {},

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -31,8 +30,12 @@ Json time_json(const std::optional<double>& unix_seconds) {
 Json links_json(const JobView& job) {
   const std::string self = "/v1/jobs/" + job.id;
   Json links = {{"self", self}};
-  for (const char* part :
-       {"image", "events", "tiles", "convergence", "objects", "film", "cancel"}) {
+  for (const char* part : {"image", "tiles", "objects"}) {
+    if (job.spec.has_image) {
+      links[part] = self + "/" + part;
+    }
+  }
+  for (const char* part : {"events", "convergence", "film", "cancel"}) {
     links[part] = self + "/" + part;
   }
   if (!job.spec.render.meter.empty()) {
@@ -172,6 +175,10 @@ std::string_view bias_of(const JobView& job) {
 
 namespace {
 
+core::ErrorInterval image_error(const JobView& job) {
+  return job.spec.has_image ? job.progress.error : core::unknown_error();
+}
+
 Json interval_end(const JobView& job, double value) {
   return has_interval(job) ? number_json(value) : Json(nullptr);
 }
@@ -187,22 +194,22 @@ const View<JobView>& error_view() {
       {{"relative",
         shape::nullable(shape::real("grain + doubt / 2: the average pixel is off by this share of "
                                     "its brightness, 0 to 1; null: unknown.")),
-        [](const JobView& j) { return number_json(j.progress.error.relative); }},
+        [](const JobView& j) { return number_json(image_error(j).relative); }},
        {"low",
         shape::nullable(shape::real("Lower end of the interval; null: unknown, or not valid.")),
-        [](const JobView& j) { return interval_end(j, j.progress.error.low); }},
+        [](const JobView& j) { return interval_end(j, image_error(j).low); }},
        {"high", shape::nullable(shape::real("Upper end of the interval.")),
-        [](const JobView& j) { return interval_end(j, j.progress.error.high); }},
+        [](const JobView& j) { return interval_end(j, image_error(j).high); }},
        {"grain",
         shape::nullable(shape::real(
             "Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By comparison: "
             "0.8 times the mean root of (I - U)(I - V), relative, for two unbiased "
             "images U and V; `relative` is then the same.")),
-        [](const JobView& j) { return number_json(j.progress.error.grain); }},
+        [](const JobView& j) { return number_json(image_error(j).grain); }},
        {"doubt",
         shape::nullable(shape::real("Light that only one half has found: mean over squares of 16 "
                                     "pixels of sum (|A - B| r) / sum (|A| + |B| + 2 F).")),
-        [](const JobView& j) { return number_json(j.progress.error.doubt); }},
+        [](const JobView& j) { return number_json(image_error(j).doubt); }},
        {"confidence", shape::real("Confidence level of the interval."),
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
@@ -214,10 +221,10 @@ const View<JobView>& error_view() {
        {"unreliable",
         shape::flag("More light is in doubt than is visible as grain (doubt above grain): rare "
                     "bright paths are still being found, and the interval may miss."),
-        [](const JobView& j) -> Json { return j.progress.error.unreliable; }},
+        [](const JobView& j) -> Json { return image_error(j).unreliable; }},
        {"relative_rmse",
         shape::nullable(shape::real("Deprecated: the same as `relative`; removed in version 2.")),
-        [](const JobView& j) { return number_json(j.progress.error.relative); }}}};
+        [](const JobView& j) { return number_json(image_error(j).relative); }}}};
   return kView;
 }
 
@@ -241,7 +248,9 @@ const View<JobView>& statistics_view() {
        {"rays_per_second", shape::nullable(shape::real()),
         [](const JobView& j) { return number_json(j.progress.rays_per_second); }},
        {"efficiency", shape::nullable(shape::real("1 / (relative error^2 * CPU seconds).")),
-        [](const JobView& j) { return number_json(j.progress.efficiency()); }},
+        [](const JobView& j) {
+          return j.spec.has_image ? number_json(j.progress.efficiency()) : Json(nullptr);
+        }},
        {"efficiency_low", shape::nullable(shape::real("From the interval of `error`.")),
         [](const JobView& j) { return interval_end(j, j.progress.efficiency_low()); }},
        {"efficiency_high", shape::nullable(shape::real("Null also if `error.low` is 0.")),
@@ -327,6 +336,45 @@ const ViewRow<JobView>& revision_row() {
   static const ViewRow<JobView> kRow = {
       "revision", shape::count("Number of changes of the image."),
       [](const JobView& j) -> Json { return j.progress.revision; }};
+  return kRow;
+}
+
+namespace {
+
+bool can_be_denoised(const JobView& job) {
+  const bool has_ended = is_final(job.state);
+  return job.spec.denoise.type != core::DenoiserType::kNone &&
+         (has_ended || job.spec.denoise.preview) &&
+         job.progress.samples_min >= denoising_samples(has_ended);
+}
+
+Json available_parts(const JobView& job) {
+  Json parts = Json::array();
+  if (job.film_is_evicted) {
+    return parts;
+  }
+  if (job.spec.has_image && job.progress.revision > 0) {
+    parts.push_back("image");
+    if (can_be_denoised(job)) {
+      parts.push_back("denoised");
+    }
+  }
+  if (job.progress.has_meter_readings) {
+    parts.push_back("meter");
+  }
+  return parts;
+}
+
+}  // namespace
+
+const ViewRow<JobView>& available_row() {
+  static const ViewRow<JobView> kRow = {
+      "available",
+      shape::list(
+          shape::one_of({"image", "denoised", "meter"}, ""),
+          "Parts that can be requested now: `image`, which includes pixels; `denoised`, the "
+          "image with ?denoise=mixed or full; `meter`. Requests for others are a 409."),
+      &available_parts};
   return kRow;
 }
 
@@ -425,6 +473,7 @@ const View<JobView>& job_view() {
        queue_position_row(),
        statistics_row(),
        revision_row(),
+       available_row(),
        digest_row(),
        denoised_row(),
        {"denoising",
@@ -436,64 +485,6 @@ const View<JobView>& job_view() {
         [](const JobView& j) { return print_list(warning_view(), j.warning_details); }},
        {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};
   return kView;
-}
-
-std::string job_etag(const JobView& job) {
-  return "\"s" + std::to_string(job.spec_version) + "-r" + std::to_string(job.progress.revision) +
-         "-" + std::string(to_text(job.state)) +
-         (job.pause_reason == PauseReason::kStorageFull ? "-storage_full" : "") + "\"";
-}
-
-std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {
-  if (etag.starts_with("W/")) {
-    etag.remove_prefix(2);
-  }
-  constexpr std::string_view kStart = "\"s";
-  if (!etag.starts_with(kStart)) {
-    return {};
-  }
-  etag.remove_prefix(kStart.size());
-  std::uint32_t version = 0;
-  const auto read = std::from_chars(etag.data(), etag.data() + etag.size(), version);
-  const std::string_view rest(read.ptr,
-                              static_cast<std::size_t>(etag.data() + etag.size() - read.ptr));
-  if (read.ec != std::errc() || !rest.starts_with("-r") || !rest.ends_with('"')) {
-    return {};
-  }
-  return version;
-}
-
-const View<TicketView>& ticket_view() {
-  static const View<TicketView> kView = {
-      "Ticket",
-      "A stream ticket.",
-      {{"ticket", shape::text("Value of `?ticket=`."),
-        [](const TicketView& t) -> Json { return t.ticket; }},
-       {"expires_at", shape::time(),
-        [](const TicketView& t) -> Json { return rfc3339(t.ends_unix_seconds); }},
-       {"jobs", shape::texts("Ids of the jobs that its bearer may watch."),
-        [](const TicketView& t) -> Json { return std::vector(t.jobs.begin(), t.jobs.end()); }}}};
-  return kView;
-}
-
-std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
-                        std::span<const std::string> jobs) {
-  return dump(ticket_view().print({ticket, ends_unix_seconds, jobs}));
-}
-
-const View<JobListView>& job_list_view() {
-  static const View<JobListView> kView = {
-      "JobList",
-      "A page of jobs.",
-      {{"jobs", shape::list(job_view().shape(), "Newest first."),
-        [](const JobListView& l) { return print_list(job_view(), l.jobs); }},
-       {"next", shape::nullable(shape::text("Cursor of the next page; null: the last one.")),
-        [](const JobListView& l) { return or_null(l.next); }}}};
-  return kView;
-}
-
-std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next) {
-  return dump(job_list_view().print({jobs, next}));
 }
 
 }  // namespace api

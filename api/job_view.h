@@ -77,11 +77,16 @@ struct JobView {
   /// beforehand is larger; 0: no error did.
   int samples_by_error = 0;
   std::optional<DenoisedView> denoised;
+  bool film_is_evicted = false;
   bool is_denoising = false;  ///< a denoised picture is being made
   int split_count = 0;  ///< measured for `measured` splitting; 0: not measured, or nothing to split
 
   static core::Progress nothing_rendered();
 };
+
+/// Returns the samples of each pixel, of both halves together, that denoising requires. A half of
+/// one sample has no variance, so a preview would take noise for detail.
+constexpr int denoising_samples(bool has_ended) { return has_ended ? 2 : 4; }
 
 /// Adds a warning about the scene's file, with its text, unless it is there.
 void add_warning(JobView& job, const core::Warning& warning);
@@ -137,8 +142,16 @@ std::optional<core::LightNotFound> parse_light_not_found(std::string_view text);
 /// A sentence: whose light is missing, or how much may be.
 std::string light_words(const core::LightNotFound& light);
 
-/// {"bias", "confidence", "points"} of a job's meter.
-std::string meter_json(std::span<const core::MeterReading> readings);
+/// The readings of a job's meter.
+struct MeterOfJob {
+  std::string job;  ///< id
+  std::vector<core::MeterReading> readings;
+  double outdoor_lux = 0;  ///< core::horizontal_irradiance(); NaN: no environment
+};
+/// {"bias", "confidence", "uniformity", "daylight_factor", "outdoor_lux", "points"}.
+std::string meter_json(const MeterOfJob& meter);
+/// Two meters with the same points: a - b at each.
+std::string meter_comparison_json(const MeterOfJob& a, const MeterOfJob& b);
 /// The readings as CSV (RFC 4180).
 std::string meter_csv(std::span<const core::MeterReading> readings);
 

@@ -71,6 +71,7 @@ constexpr std::array kJobOrDryRun = {ContentRow{"application/json",
                                                 R"({"$ref":"#/components/schemas/DryRun"}]})"}};
 constexpr std::array kJobList = {ContentRow{"application/json", "JobList"}};
 constexpr std::array kPixel = {ContentRow{"application/json", "Pixel"}};
+constexpr std::array kMeterComparison = {ContentRow{"application/json", "MeterComparison"}};
 constexpr std::array kMeter = {ContentRow{"application/json", "Meter"}};
 constexpr std::array kCsv = {ContentRow{"text/csv", ""}};
 constexpr std::array kConvergence = {ContentRow{"application/json", "Convergence"}};
@@ -166,13 +167,16 @@ constexpr std::array kWatchAnswer = {
                 kNothing}};
 constexpr std::array kTicketMade = {
     ResponseRow{201, "A ticket that is valid for one minute.", kTicket}};
-constexpr std::array kTilesAnswer = {ResponseRow{200, "Tile frames, until the job ends.", kTiles}};
+constexpr std::array kTilesAnswer = {
+    ResponseRow{200, "Tile frames, until the job ends.", kTiles},
+    ResponseRow{204, "The job renders no image (its film is null).", kNothing}};
 constexpr std::array kFilmAnswer = {ResponseRow{200, "The film.", kFilm},
                                     ResponseRow{206, "Part of it.", kFilm},
                                     ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kMergeAnswer = {
     ResponseRow{201, "A finished job with the merged film.", kJob}};
 constexpr std::array kComparisonAnswer = {ResponseRow{201, "The comparison.", kComparison}};
+constexpr std::array kMetersCompared = {ResponseRow{200, "The comparison.", kMeterComparison}};
 constexpr std::array kComparisonKept = {ResponseRow{200, "The comparison.", kComparison}};
 constexpr std::array kMapAnswer = {ResponseRow{200, "The map.", kPng},
                                    ResponseRow{206, "Part of it.", kPng},
@@ -207,7 +211,6 @@ constexpr std::array k404Or422 = {404, 422};
 constexpr std::array k400Or422 = {400, 422};
 constexpr std::array k409Alone = {409};
 constexpr std::array kTestProblems = {400, 413, 415, 422, 507};
-constexpr std::array kUploadProblems = {413, 415, 507};
 constexpr std::array kPutProblems = {413, 415, 422, 507};
 constexpr std::array kContentProblems = {404, 416};
 constexpr std::array kSceneProblems = {400, 404, 413, 415, 422, 424, 507};
@@ -264,11 +267,12 @@ constexpr std::array kOperations = {
     Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Accept jobs again.", "", "admin",
               kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
-              "Raw bytes of any file. The id is the sha256 of the content.", "write", kNoHeaders,
-              kBytes, kAssetMade, kUploadProblems, true},
+              "Raw bytes of any file. The id is the sha256 of the content. 422 for an environment "
+              "map (.hdr, .exr) that is cut short or damaged.",
+              "write", kNoHeaders, kBytes, kAssetMade, kPutProblems, true},
     Operation{"putAsset", "PUT", "/v1/assets/{sha256}", "Assets", "Upload a file under its hash.",
-              "422 if the content has a different hash.", "write", kNoHeaders, kBytes, kAssetMade,
-              kPutProblems, true},
+              "422 if the content has a different hash, or is a damaged environment map.", "write",
+              kNoHeaders, kBytes, kAssetMade, kPutProblems, true},
     Operation{"getAsset", "GET", "/v1/assets/{sha256}", "Assets", "Download a file.",
               "Immutable; may be cached indefinitely.", "read", kFileHeaders, kNoBody,
               kAssetContent, kContentProblems, true},
@@ -414,6 +418,12 @@ constexpr std::array kOperations = {
         "is wide); z is the difference of the luminances in standard errors, pooled over 3 x 3 "
         "pixels. Both assume that the two are independent, which jobs with a common seed are not.",
         "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
+    Operation{"compareMeters", "GET", "/v1/comparisons", "Results",
+              "Compare the meters of two jobs.",
+              "At each point the difference a - b with its interval, as if the two were "
+              "independent. 409 if their points differ, or one has no reading yet.",
+              "read", kNoHeaders, kNoBody, kMetersCompared, kPixelProblems, true,
+              &meter_comparison_parameters},
     Operation{"getComparison", "GET", "/v1/comparisons/{id}", "Results", "Get a comparison.", "",
               "read", kNoHeaders, kNoBody, kComparisonKept, k404, true},
     Operation{"getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results",

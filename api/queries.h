@@ -14,6 +14,13 @@ struct SceneUploadQuery {
 };
 Parsed<SceneUploadQuery> parse_scene_upload_query(QueryParams query);
 
+/// GET /v1/comparisons?a=&b=.
+struct MeterComparisonQuery {
+  std::string a;  ///< job id
+  std::string b;
+};
+Parsed<MeterComparisonQuery> parse_meter_comparison_query(QueryParams query);
+
 /// GET /v1/jobs/{id}/events?last_event_id=.
 struct JobEventsQuery {
   std::string last_event_id;  ///< replaces the header; empty: from now on

@@ -34,6 +34,7 @@ Json wait_parameters(const Capabilities& capabilities);
 Json tiles_parameters(const Capabilities& capabilities);
 Json job_events_parameters(const Capabilities& capabilities);
 Json events_parameters(const Capabilities& capabilities);
+Json meter_comparison_parameters(const Capabilities& capabilities);
 Json image_parameters(const Capabilities& capabilities);
 
 /// Returns the schema of a request. Defaults become `x-default` and part of the description:

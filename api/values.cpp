@@ -190,6 +190,10 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
     for (std::size_t i = 0; i < known.size(); ++i) {
       detail += (i == 0 ? "" : ", ") + std::string(known[i]);
     }
+    const bool is_of_job = pointer.empty() || pointer.ends_with("/stop");
+    if (is_of_job && (member.key() == "samples" || member.key() == "spp")) {
+      detail += "; the number of samples is stop.samples_per_pixel";
+    }
     faults.add(join_pointer(pointer, member.key()), std::move(detail));
   }
 }

@@ -110,6 +110,9 @@ void add_view_schemas(Json& components) {
   add(components, pixel_view());
   add(components, meter_reading_view());
   add(components, meter_view());
+  add(components, meter_figures_view());
+  add(components, meter_pair_view());
+  add(components, meter_comparison_view());
   add(components, comparison_view());
   add(components, object_view());
   add(components, instance_view());

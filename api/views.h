@@ -62,8 +62,14 @@ struct AssetView {
 struct ConvergenceView {
   std::span<const core::ConvergencePoint> points;
 };
-struct MeterView {
-  std::span<const core::MeterReading> readings;
+/// A point of two meters.
+struct MeterPairView {
+  const core::MeterReading& a;
+  const core::MeterReading& b;
+};
+struct MeterComparisonView {
+  const MeterOfJob& a;
+  const MeterOfJob& b;
 };
 /// A name from a registry that requests may use.
 struct TypeView {
@@ -97,6 +103,7 @@ const ViewRow<JobView>& light_not_found_row();
 const ViewRow<JobView>& statistics_row();
 const ViewRow<JobView>& failure_row();
 const ViewRow<JobView>& revision_row();
+const ViewRow<JobView>& available_row();
 const ViewRow<JobView>& digest_row();
 const ViewRow<JobView>& denoised_row();
 const View<DryRunView>& dry_run_view();
@@ -128,7 +135,10 @@ const View<PixelLayer>& pixel_layer_view();
 const View<ConvergenceView>& convergence_view();
 const View<PixelView>& pixel_view();
 const View<core::MeterReading>& meter_reading_view();
-const View<MeterView>& meter_view();
+const View<MeterOfJob>& meter_view();
+const View<MeterOfJob>& meter_figures_view();
+const View<MeterPairView>& meter_pair_view();
+const View<MeterComparisonView>& meter_comparison_view();
 const View<ComparisonView>& comparison_view();
 
 // api/objects_view.cpp

@@ -292,6 +292,7 @@ class App {
     next.metrics_key = read->metrics_key;
     next.hosts = read->hosts;
     next.origins = read->origins;
+    next.embed_origins = read->embed_origins;
     next.rate_limit = read->rate_limit;
     next.log_level = read->log_level;
     next.trusted_proxies = read->trusted_proxies;

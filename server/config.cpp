@@ -148,6 +148,9 @@ void add_flags(CLI::App& app, Config& config) {
   row("origins", config.origins, "A,B",
       "Origins of other pages that may call this server (CORS), such as https://shop.example.org.")
       ->transform(each_entry(parse_origin));
+  row("embed-origins", config.embed_origins, "A,B",
+      "Origins of other pages that may show /embed/JOB in a frame.")
+      ->transform(each_entry(parse_origin));
   row.off("demo", config.demo, "Submit a demo job if there are no jobs yet.");
   row("grace", config.grace_seconds, "SECONDS", "Maximum shutdown time after SIGTERM.")
       ->check(flags::within(0, 3600));

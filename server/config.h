@@ -38,8 +38,9 @@ struct Config {
   std::string metrics_key;         ///< bearer key required by /metrics; empty: none
   std::vector<std::string> hosts;  ///< names accepted in Host besides the loopback names (origin.h)
   std::vector<std::string> origins;  ///< other origins whose pages may call the API (origin.h)
-  double wait_max_seconds = 25;      ///< longest ?wait and Prefer: wait that is honoured
-  double grace_seconds = 10;         ///< longest time from SIGTERM to exit
+  std::vector<std::string> embed_origins;  ///< other origins whose pages may frame /embed/JOB
+  double wait_max_seconds = 25;            ///< longest ?wait and Prefer: wait that is honoured
+  double grace_seconds = 10;               ///< longest time from SIGTERM to exit
   LogLevel log_level = LogLevel::kInfo;
   bool shared = false;  ///< every key sees the objects of all tenants
   bool demo = false;    ///< submit a demo job when the store is empty

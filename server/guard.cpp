@@ -338,6 +338,14 @@ void Guard::decorate(const Request& request, Response& response) const {
   }
 }
 
+std::string Guard::embed_ancestors() const {
+  std::string sources = "'self'";
+  for (const std::string& origin : config_.now()->embed_origins) {
+    sources.append(" ").append(origin);
+  }
+  return sources;
+}
+
 std::string Guard::base_path_of(const Request& request) const {
   return request.base_path.empty() ? config_.now()->base_path : request.base_path;
 }

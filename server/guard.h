@@ -35,6 +35,8 @@ class Guard {
   /// (api/header_rows.h), and the key's remaining rate. Responses to requests with a key are marked
   /// as not for shared caches.
   void decorate(const Request& request, Response& response) const;
+  /// Returns the sources of pages that may frame /embed/JOB (CSP's frame-ancestors).
+  std::string embed_ancestors() const;
   /// POST /v1/session: turns the bearer token into a cookie for images and events.
   Response start_session(const Request& request);
   /// DELETE /v1/session: invalidates the cookie.

@@ -165,9 +165,9 @@ CLI::Validator share_within(double min, double max) {
             }
             std::string fault = fault_of_number(number, min, max, false);
             const auto share = number_of(number);
-            if (fault.empty() && share && *share > 1 && !text.ends_with('%')) {
-              fault = text + " is " + number_text(*share * 100) + "%; if you mean that, write " +
-                      number_text(*share * 100) + "%, but " + text + "% is more likely";
+            if (share && *share > 1 && !text.ends_with('%')) {
+              fault = text + " is " + number_text(*share * 100) + "%; " + text +
+                      "% is more likely: write the percent sign";
             }
             if (fault.empty()) {
               text = number;

@@ -322,7 +322,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   add_exposure_option(app, flags.exposure);
   add_denoise_option(app, flags.denoise);
   add_fireflies_option(app, flags.fireflies);
-  app.add_option("--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
+  app.add_option("--samples,--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error,
@@ -331,6 +331,10 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
       ->type_name("E");
   app.add_option("--denoised-error", flags.denoised_error,
                  "Stop when the relative error of the denoised image (mixed) is at most E")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("E");
+  app.add_option("--meter-error", flags.meter_error,
+                 "Stop when the interval of every meter point is at most E of its reading wide")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Stop after S seconds of rendering")
@@ -436,6 +440,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.denoised_error) {
     object_at(request, "stop")["denoised_error"] = *flags.denoised_error;
+  }
+  if (flags.meter_error) {
+    object_at(request, "stop")["meter_error"] = *flags.meter_error;
   }
   if (flags.seconds) {
     object_at(request, "stop")["seconds"] = *flags.seconds;

@@ -26,6 +26,7 @@ struct JobFlags {
   std::optional<int> samples_per_pixel;
   std::optional<double> relative_error;
   std::optional<double> denoised_error;
+  std::optional<double> meter_error;
   std::optional<double> seconds;
   std::optional<double> cpu_seconds;
   std::optional<std::string> size;  ///< "640x360", checked by the parser

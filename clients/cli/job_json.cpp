@@ -43,6 +43,7 @@ ProgressFacts facts_of(const Json& job) {
   facts.relative_error = number_at(error, "relative", kUnknown);
   facts.error_low = number_at(error, "low", kUnknown);
   facts.error_high = number_at(error, "high", kUnknown);
+  facts.is_unreliable = error.value("unreliable", Json(false)) == Json(true);
   facts.rays_per_second = number_at(object_in(job, "statistics"), "rays_per_second", 0);
   if (progress.contains("eta_seconds") && progress["eta_seconds"].is_number()) {
     facts.eta_seconds = progress["eta_seconds"].get<double>();
@@ -63,7 +64,9 @@ std::string closing_text(const Json& job) {
            text_at(failure, "detail", text_at(failure, "title", "no reason was given"));
   }
   text += ": " + std::to_string(static_cast<long long>(facts.samples_per_pixel)) + " samples in " +
-          duration_text(facts.elapsed_seconds) + ", " + interval_text(facts);
+          duration_text(facts.elapsed_seconds) + " (" +
+          duration_text(number_at(object_in(job, "progress"), "cpu_seconds", 0)) +
+          " of CPU time), " + interval_text(facts);
   return text;
 }
 

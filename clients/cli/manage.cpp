@@ -28,7 +28,7 @@ struct ListFlags {
 
 void print_table(const Json& list) {
   std::printf("%-36s  %-9s  %5s  %8s  %10s  %9s  %s\n", "ID", "STATE", "DONE", "SAMPLES", "ERROR",
-              "TIME", "SCENE");
+              "TIME", "NAME");
   for (const Json& job : list) {
     const ProgressFacts facts = facts_of(job);
     const Json& spec = object_in(job, "spec");

@@ -81,7 +81,7 @@ std::string interval_text(const ProgressFacts& facts) {
   if (!std::isnan(facts.error_low) && !std::isnan(facts.error_high)) {
     text += " (" + percent_text(facts.error_low) + " to " + percent_text(facts.error_high) + ")";
   }
-  return text;
+  return text + (facts.is_unreliable ? ", unreliable" : "");
 }
 
 std::string rate_text(double rays_per_second) {

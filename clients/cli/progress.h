@@ -17,6 +17,7 @@ struct ProgressFacts {
   double relative_error = std::numeric_limits<double>::quiet_NaN();  ///< NaN: unknown
   double error_low = std::numeric_limits<double>::quiet_NaN();
   double error_high = std::numeric_limits<double>::quiet_NaN();
+  bool is_unreliable = false;  ///< rare bright paths may be missing
   double rays_per_second = 0;
   std::optional<double> eta_seconds;
 };
@@ -25,7 +26,7 @@ struct ProgressFacts {
 std::string duration_text(double seconds);
 /// "2.31%" to three digits; "unknown" for NaN.
 std::string error_text(double relative_error);
-/// "error 2.31% (2.1% to 2.5%)".
+/// "error 2.31% (2.1% to 2.5%)"; may end in ", unreliable".
 std::string interval_text(const ProgressFacts& facts);
 /// "4.21 Mrays/s".
 std::string rate_text(double rays_per_second);

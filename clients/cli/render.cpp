@@ -25,6 +25,7 @@
 #include "core/image_io/image_io.h"
 #include "core/layers/exposure.h"
 #include "core/layers/layers.h"
+#include "core/lights/outdoor.h"
 #include "core/meter/meter_reading.h"
 #include "core/render/feature_pass.h"
 #include "core/render/unsampled_light.h"
@@ -62,6 +63,7 @@ ProgressFacts facts_of(const core::Progress& progress) {
   facts.relative_error = progress.error.relative;
   facts.error_low = progress.error.low;
   facts.error_high = progress.error.high;
+  facts.is_unreliable = progress.error.unreliable;
   facts.rays_per_second = progress.rays_per_second;
   facts.eta_seconds = progress.eta_seconds;
   return facts;
@@ -271,6 +273,18 @@ std::vector<core::MeterReading> readings_of(const core::RenderTask& task,
                               core::unsampled_path_light(task.renderer().view()));
 }
 
+/// Returns the member `meter` of the result.
+Json meter_member(const core::RenderTask& task, std::vector<core::MeterReading> readings) {
+  if (readings.empty()) {
+    return nullptr;
+  }
+  const core::Environment* environment = task.renderer().view().environment.get();
+  const bool has_sky = environment != nullptr && !environment->is_black();
+  const double outdoor_lux = has_sky ? core::horizontal_irradiance(*environment)
+                                     : std::numeric_limits<double>::quiet_NaN();
+  return Json::parse(api::meter_json({{}, std::move(readings), outdoor_lux}));
+}
+
 void print_readings(std::span<const core::MeterReading> readings) {
   for (const core::MeterReading& r : readings) {
     const core::Place at = r.at.position;
@@ -283,7 +297,6 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
                  const Shown& shown, double exposure, const std::vector<std::string>& warnings) {
   const core::Progress progress = task.progress();
   const bool valid = core::error_is_valid(progress.error, job.spec.render);
-  const auto readings = readings_of(task, job.spec.render);
   Json details = Json::array();
   for (const core::Warning& warning : job.warning_details) {
     details.push_back(
@@ -320,7 +333,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"efficiency_low", valid ? number_or_null(progress.efficiency_low()) : Json(nullptr)},
       {"efficiency_high", valid ? number_or_null(progress.efficiency_high()) : Json(nullptr)},
       {"rejected_samples", progress.rejected_samples},
-      {"meter", readings.empty() ? Json(nullptr) : Json::parse(api::meter_json(readings))},
+      {"meter", meter_member(task, readings_of(task, job.spec.render))},
       {"film_digest", task.film().digest()},
       {"warnings", warnings},
       {"warning_details", details}};
@@ -385,6 +398,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     denoised.relative_error = error.relative;
     denoised.error_low = error.low;
     denoised.error_high = error.high;
+    denoised.is_unreliable = error.unreliable;
     std::fprintf(stderr, "denoised (%s): %s\n", flags.denoise.c_str(),
                  interval_text(denoised).c_str());
   }

@@ -155,6 +155,11 @@ core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
   if (!parsed) {
     return error_of_problem(parsed.problem());
   }
+  if (!parsed->spec.has_image) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "the job's film is null, so there is no image to write; submit it to a server",
+                 "/film"};
+  }
   return *std::move(parsed);
 }
 

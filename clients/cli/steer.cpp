@@ -65,6 +65,9 @@ std::string whole(double value) { return std::to_string(std::llround(value)); }
 
 std::string size_text(const Json& spec) {
   const Json& film = object_in(spec, "film");
+  if (film.empty()) {
+    return "none";
+  }
   return whole(number_at(film, "width", 0)) + "x" + whole(number_at(film, "height", 0));
 }
 
@@ -130,6 +133,7 @@ struct ExtendFlags {
   std::optional<int> samples_per_pixel;
   std::optional<double> relative_error;
   std::optional<double> denoised_error;
+  std::optional<double> meter_error;
   std::optional<double> seconds;
   std::optional<double> cpu_seconds;
 };
@@ -145,6 +149,9 @@ int extend_job(const ExtendFlags& flags) {
   if (flags.denoised_error) {
     stop["denoised_error"] = *flags.denoised_error;
   }
+  if (flags.meter_error) {
+    stop["meter_error"] = *flags.meter_error;
+  }
   if (flags.seconds) {
     stop["seconds"] = *flags.seconds;
   }
@@ -153,8 +160,8 @@ int extend_job(const ExtendFlags& flags) {
   }
   if (stop.empty()) {
     complain("extend", Error{ErrorCode::kInvalidArgument,
-                             "give at least one of --spp, --relative-error, --denoised-error, "
-                             "--seconds or --cpu-seconds",
+                             "give at least one of --samples, --relative-error, --denoised-error, "
+                             "--meter-error, --seconds or --cpu-seconds",
                              ""});
     return kWrongUsage;
   }
@@ -202,13 +209,17 @@ int extend(const Args& args) {
                "tessera extend");
   ExtendFlags flags;
   app.add_option("id", flags.id, "Job")->required()->type_name("ID");
-  app.add_option("--spp", flags.samples_per_pixel, "Samples per pixel in total")
+  app.add_option("--samples,--spp", flags.samples_per_pixel, "Samples per pixel in total")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");
   app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--denoised-error", flags.denoised_error, "Relative error of the denoised image")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("E");
+  app.add_option("--meter-error", flags.meter_error,
+                 "Width of the interval of every meter point, relative to its reading")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
   app.add_option("--seconds", flags.seconds, "Seconds of rendering in total")

@@ -4,7 +4,8 @@
 
 SCENE: built-in name or a .glb, .gltf or .zip file. Every image has exact masks, boxes (of the
 visible part, and of the whole object) and the camera; see annotations/instances.json and
-panoptic.json.
+panoptic.json. Depth [m], normals and motion [pixels until the next frame] are float32 in
+depth/*.npy, normal/*.npy and motion/*.npy.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from tessera import AsyncClient, AsyncJob, CocoFolder, JobOptions, Scene
 
 #: Jobs that are on the server at a time.
 AT_A_TIME = 8
+#: Layers that are written as arrays.
+PLANES = ("depth", "normal", "motion")
 
 
 def chance(numbers: random.Random, options: argparse.Namespace) -> JobOptions:
@@ -37,7 +40,7 @@ def chance(numbers: random.Random, options: argparse.Namespace) -> JobOptions:
         },
         "seed": numbers.randrange(2**31),
         "size": (width, height),
-        "layers": ["instance"],
+        "layers": ["instance", *PLANES],
         "samples_per_pixel": options.samples,
     }
 
@@ -73,6 +76,7 @@ async def main() -> None:
                 await job.picture(),
                 await job.image("instance"),
                 await job.objects(),
+                {layer: await job.image(layer) for layer in PLANES},
             )
             print(f"{index:06}: {len(found)} instances", flush=True)
     folder.write()

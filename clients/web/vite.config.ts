@@ -14,7 +14,8 @@ export default defineConfig({
   build: {
     target: 'es2021',
     assetsInlineLimit: 0,
-    cssCodeSplit: false,
+    // The second page is served as /embed/JOB, for frames in other pages.
+    rollupOptions: { input: ['index.html', 'embed/index.html'] },
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
   },

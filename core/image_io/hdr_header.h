@@ -21,6 +21,11 @@ struct HdrOrder {
 /// Empty for a header without a valid resolution line. Pre: image_kind() is "hdr".
 std::optional<HdrOrder> hdr_order(std::span<const std::byte> file);
 
+/// Returns whether the file holds every pixel of its size: walks the scanlines, plain, run-length
+/// encoded per channel, or in the old way, without decoding them. Pre: image_kind() is "hdr".
+/// Source: Ward, "Real Pixels", Graphics Gems II; the same "File Formats".
+bool hdr_is_whole(std::span<const std::byte> file) noexcept;
+
 /// Turns an image whose rows are the scanlines of the file upright. An image without pixels only
 /// changes its size.
 Image in_order(Image scanlines, const HdrOrder& order);

@@ -138,11 +138,13 @@ MeanCheck check_means(std::span<const Errors> errors, double expected, int repli
   } else if (!(spread > 0)) {
     check.text = "All replicates have the same value, which is not the exact one.";
   } else {
-    const std::string far = worst < kBeyondDoubt ? "at most " + number_text(worst, 3)
-                                                 : "more than " + number_text(kBeyondDoubt, 5);
-    check.text = "The mean is " + far + " standard errors from the exact value" +
-                 (check.passed ? "" : " (n = " + std::to_string(where) + ")") + "; up to " +
-                 number_text(limit, 3) + " is consistent with chance.";
+    const std::string far =
+        worst < kBeyondDoubt ? number_text(worst, 3) : "more than " + number_text(kBeyondDoubt, 5);
+    const std::string chance = number_text(limit, 3) + " can be chance.";
+    check.text = check.passed ? "All means lie within " + number_text(worst, 3) +
+                                    " standard errors of the exact value; up to " + chance
+                              : "The mean at n = " + std::to_string(where) + " is " + far +
+                                    " standard errors from the exact value; up to " + chance;
   }
   return check;
 }

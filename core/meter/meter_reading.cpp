@@ -99,4 +99,27 @@ double meter_error(const std::vector<MeterReading>& readings) {
   return worst;
 }
 
+ReadingDifference difference_of(const MeterReading& a, const MeterReading& b) {
+  const double value = a.illuminance - b.illuminance;
+  return {value, value - std::hypot(a.illuminance - a.low, b.high - b.illuminance),
+          value + std::hypot(a.high - a.illuminance, b.illuminance - b.low)};
+}
+
+double mean_illuminance(std::span<const MeterReading> readings) {
+  double sum = 0;
+  for (const MeterReading& reading : readings) {
+    sum += reading.illuminance;
+  }
+  return sum / static_cast<double>(readings.size());
+}
+
+double uniformity(std::span<const MeterReading> readings) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const MeterReading& reading : readings) {
+    least = std::min(least, reading.illuminance);
+  }
+  const double mean = mean_illuminance(readings);
+  return mean > 0 ? least / mean : std::numeric_limits<double>::quiet_NaN();
+}
+
 }  // namespace core

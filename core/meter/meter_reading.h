@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/color/photometry.h"
@@ -45,5 +46,22 @@ std::vector<MeterReading> meter_readings(const std::vector<MeterPoint>& points,
 
 /// Returns the largest (high - low) / illuminance of any point; infinite if a point has no reading.
 double meter_error(const std::vector<MeterReading>& readings);
+
+/// The difference of two readings of a point, lux.
+struct ReadingDifference {
+  double value = 0;  ///< a - b
+  double low = 0;    ///< 95% interval; assumes independent readings
+  double high = 0;
+};
+/// The interval's ends are root sums of squares of the distances of the readings' ends. Source: Zou
+/// and Donner, Construction of confidence limits about effect measures, Stat. Med. 27, 2008
+/// (MOVER).
+ReadingDifference difference_of(const MeterReading& a, const MeterReading& b);
+
+double mean_illuminance(std::span<const MeterReading> readings);  ///< lux; NaN without readings
+
+/// Returns the least reading divided by their mean (EN 12464-1, U0); NaN if the mean is not
+/// positive.
+double uniformity(std::span<const MeterReading> readings);
 
 }  // namespace core

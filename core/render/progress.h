@@ -41,6 +41,7 @@ struct Progress {
   ErrorInterval error;  ///< from the last estimate; NaN before the first
   std::uint32_t revision = 0;
   std::optional<LightNotFound> light_not_found;  ///< empty before the first census
+  bool has_meter_readings = false;               ///< every point of the meter has a sample
 
   /// 1 / (relative error^2 * CPU seconds); NaN if unknown.
   double efficiency() const noexcept { return efficiency_at(error.relative); }

@@ -462,6 +462,10 @@ Progress RenderTask::progress() const {
     samples += pixels * m.tiles[t].samples;
   }
   p.light_not_found = m.light_not_found;
+  const auto chunks = m.tiles.begin() + m.film->unit_count();
+  p.has_meter_readings =
+      chunks != m.tiles.end() &&
+      std::all_of(chunks, m.tiles.end(), [](const Impl::Tile& chunk) { return chunk.samples > 0; });
   const bool is_over = m.phase == Impl::Phase::kOver;
   m.meter.tell(m.policy, samples / area, m.pass.base, is_over, p);
   if (is_over && m.ending != StopReason::kCancelled) {

@@ -2,6 +2,13 @@
 
 namespace server {
 
+std::string page_policy(std::string_view ancestors) {
+  return "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+         "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
+         "base-uri 'none'; form-action 'self'; frame-ancestors " +
+         std::string(ancestors);
+}
+
 void add_security_headers(Response& response, bool tls_only) {
   Headers& headers = response.headers;
   headers.set("X-Content-Type-Options", "nosniff");

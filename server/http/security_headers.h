@@ -1,17 +1,16 @@
 /// Headers that restrict what browsers do with a response (RFC 6797, CSP level 3, Referrer Policy).
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "server/http/message.h"
 
 namespace server {
 
-/// For the page and its scripts: resources from this server only, nothing inline, no framing.
-inline constexpr std::string_view kPagePolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
-    "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
-    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'";
+/// Returns the policy of the page and its scripts: resources from this server only, nothing inline.
+/// ancestors: sources of pages that may frame it; "'none'" for no framing.
+std::string page_policy(std::string_view ancestors);
 
 /// Adds X-Content-Type-Options, Referrer-Policy and, unless the response has a policy, one that
 /// allows nothing. tls_only: adds Strict-Transport-Security too.

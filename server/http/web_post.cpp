@@ -163,7 +163,8 @@ struct WebCalls::Call {
       const auto target = parse_web_target(post.url);
       return core::Error{core::ErrorCode::kForbidden,
                          (target ? target->host : post.url) + " is " + refused +
-                             ", which is not on the public internet",
+                             ", a private address; start the server with --webhook-private to "
+                             "allow it",
                          ""};
     }
     long answered = 0;

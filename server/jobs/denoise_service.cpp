@@ -22,10 +22,6 @@ constexpr std::size_t kLastMost = 1024;
 /// Longest wait for the turn: proxies end a request after a minute.
 constexpr std::chrono::seconds kTurn{50};
 
-/// Samples of each half for a preview: one sample has no variance, so that the denoiser would take
-/// noise for detail.
-constexpr int kPreviewSamples = 2;
-
 std::uint64_t pixels_of(const core::Film& film) {
   return static_cast<std::uint64_t>(film.crop().width) *
          static_cast<std::uint64_t>(film.crop().height);
@@ -144,7 +140,7 @@ DenoiseService::Pointer DenoiseService::last_shown(const std::string& job_key,
 core::Result<DenoiseService::Pointer> DenoiseService::make(const JobPointer& job,
                                                            const core::Film& film, Effort effort,
                                                            std::chrono::milliseconds patience) {
-  const int needed = effort == Effort::kWhole ? 1 : kPreviewSamples;
+  const int needed = api::denoising_samples(effort == Effort::kWhole) / 2;
   const Error too_few{ErrorCode::kConflict,
                       "denoising needs samples of both halves in each pixel, at least " +
                           std::to_string(needed) + " of each",

@@ -88,7 +88,9 @@ core::Result<JobPointer> JobIndex::find(const std::string& id) {
 api::JobView JobIndex::view(const Job& job) const {
   // Reads the run first: once it is gone, the record has its final figures.
   const auto run = job.run();
-  api::JobView view = job.record().view;
+  const JobRecord record = job.record();
+  api::JobView view = record.view;
+  view.film_is_evicted = record.film == FilmPlace::kEvicted;
   if (run && !api::is_final(view.state)) {
     view.progress = run->task().progress();
     view.peak_bytes = run->peak_bytes();
@@ -117,6 +119,7 @@ core::Result<JobIndex::Page> JobIndex::list(JobQuery query, const Access& access
     if (const auto job = book_.find(row.id)) {
       found.emplace_back(row.sequence, view(*job));
     } else if (auto record = to_record(row)) {
+      record->view.film_is_evicted = record->film == FilmPlace::kEvicted;
       found.emplace_back(row.sequence, std::move(record->view));
     }
   }

@@ -220,6 +220,9 @@ core::Result<JobRecord> to_record(const JobRow& row) {
   progress.cpu_seconds = row.cpu_seconds;
   progress.rays = row.rays;
   progress.rejected_samples = row.rejected_samples;
+  // A job that was cut short in its first pass may have points without a sample.
+  progress.has_meter_readings = !view.spec.render.meter.empty() &&
+                                (*state == api::JobState::kFinished || row.samples_min > 1);
   progress.error = row.error_grain && row.error_doubt && row.error_reach
                        ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach,
                                               form_of(view.spec.render))

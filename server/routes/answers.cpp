@@ -52,6 +52,16 @@ std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& req
   return std::move(*job);
 }
 
+std::variant<JobPointer, Response> find_job_with_image(JobService& jobs, const Request& request) {
+  auto found = find_job(jobs, request);
+  if (const auto* job = std::get_if<JobPointer>(&found);
+      job != nullptr && !(*job)->record().view.spec.has_image) {
+    return error_answer(request, core::ErrorCode::kNotFound,
+                        "the job renders no image: its film is null");
+  }
+  return found;
+}
+
 std::optional<Response> refuse_query(const Request& request) {
   const auto parsed = api::parse_no_query(request.query_params);
   return parsed ? std::nullopt : std::optional<Response>(problem_answer(request, parsed.problem()));

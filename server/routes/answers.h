@@ -21,6 +21,9 @@ Response error_answer(const Request& request, core::ErrorCode code, std::string 
 /// Returns the job named by `{id}`, or a 404 when the request may see no such job.
 std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& request);
 
+/// The same for requests of its image: a 404 too if the job renders none.
+std::variant<JobPointer, Response> find_job_with_image(JobService& jobs, const Request& request);
+
 /// Returns 422 if the query has any parameter.
 std::optional<Response> refuse_query(const Request& request);
 

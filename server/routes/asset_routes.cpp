@@ -14,6 +14,7 @@
 #include "server/http/text.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
+#include "server/routes/asset_check.h"
 #include "server/routes/context.h"
 
 namespace server {
@@ -60,6 +61,10 @@ Response upload(const RouteContext& context, Request& request, const std::string
   }
   if (!complete) {
     return error_answer(request, ErrorCode::kBadSyntax, "the body was cut short");
+  }
+  if (const core::Status sound = is_known ? core::ok_status() : check_asset_file(upload->path());
+      !sound) {
+    return error_answer(request, sound.error());
   }
   const std::shared_lock<std::shared_mutex> naming(context.scenes.names_mutex());
   const auto stored = upload->finish(expected_id);

@@ -156,7 +156,7 @@ core::Result<std::vector<JobPointer>> pictured(const std::vector<JobPointer>& jo
     }
     if (record.film == FilmPlace::kEvicted) {
       evicted += (evicted.empty() ? "" : ", ") + record.view.spec.name;
-    } else if (record.film == FilmPlace::kOnDisk) {
+    } else if (record.film == FilmPlace::kOnDisk && record.view.spec.has_image) {
       found.push_back(job);
     }
   }

@@ -72,6 +72,9 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const Si
   if (!job) {
     return job.error();
   }
+  if (!(*job)->record().view.spec.has_image) {
+    return Error{ErrorCode::kConflict, "the job renders no image: its film is null", ""};
+  }
   const auto film = context.jobs.films().final_film(**job, request.stop_token());
   if (!film) {
     return film.error();

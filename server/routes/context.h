@@ -75,6 +75,7 @@ void add_scene_handlers(const RouteContext& context, HandlerTable& table);
 void add_job_handlers(const RouteContext& context, HandlerTable& table);
 void add_batch_handlers(const RouteContext& context, HandlerTable& table);
 void add_result_handlers(const RouteContext& context, HandlerTable& table);
+void add_meter_handlers(const RouteContext& context, HandlerTable& table);
 void add_film_handlers(const RouteContext& context, HandlerTable& table);
 void add_comparison_handlers(const RouteContext& context, HandlerTable& table);
 void add_stream_handlers(const RouteContext& context, HandlerTable& table);

@@ -41,7 +41,7 @@ Response page_answer(const Request& request, const PageFile& file) {
     response.headers.set("ETag", file.etag);
     response.compressible = true;
   }
-  response.headers.set("Content-Security-Policy", kPagePolicy);
+  response.headers.set("Content-Security-Policy", page_policy("'none'"));
   response.headers.set("Cache-Control",
                        file.is_immutable ? "public, max-age=31536000, immutable" : "no-cache");
   return response;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/http/message.h"
@@ -16,6 +17,9 @@ struct PageFile {
   bool is_immutable = false;  ///< The name changes with the content.
 };
 std::vector<PageFile> page_files();
+
+/// Path of the view of one job that other pages may frame, without the job's id.
+inline constexpr std::string_view kEmbedPath = "/embed/";
 
 /// Returns 200 or 304, compressed when the client accepts it.
 Response page_answer(const Request& request, const PageFile& file);

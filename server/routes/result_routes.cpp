@@ -18,8 +18,6 @@
 #include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"
 #include "core/layers/exposure.h"
-#include "core/meter/meter_reading.h"
-#include "core/render/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
@@ -261,7 +259,7 @@ Response image(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto found = find_job(context.jobs, request);
+  auto found = find_job_with_image(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
   }
@@ -368,7 +366,7 @@ Response pixel(const RouteContext& context, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
-  auto found = find_job(context.jobs, request);
+  auto found = find_job_with_image(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
   }
@@ -421,48 +419,11 @@ Response convergence(const RouteContext& context, Request& request) {
   return json_response(200, api::convergence_json(points));
 }
 
-/// Returns the readings of the job's meter, or why there are none.
-core::Result<std::vector<core::MeterReading>> meter_of(const RouteContext& context,
-                                                       const Job& job) {
-  const core::MeterSettings meter = job.record().view.spec.render.meter;
-  if (meter.empty()) {
-    return Error{ErrorCode::kNotFound, "the job has no meter", ""};
-  }
-  const auto film = context.jobs.films().film(job);
-  if (!film) {
-    return film.error();
-  }
-  // Without the scene, which may have been deleted, only the samples bound the readings.
-  const auto view = context.jobs.scene_view(job);
-  auto readings = core::meter_readings(core::meter_points(meter), (*film)->meter(),
-                                       view ? core::unsampled_path_light(*view) : 0);
-  if (readings.empty()) {
-    return Error{ErrorCode::kConflict, "the meter has no sample yet", ""};
-  }
-  return readings;
-}
-
-Response meter(const RouteContext& context, Request& request, bool as_table) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const auto readings = meter_of(context, **std::get_if<JobPointer>(&found));
-  if (!readings) {
-    return error_answer(request, readings.error());
-  }
-  return as_table ? text_response(200, "text/csv; charset=utf-8", api::meter_csv(*readings))
-                  : json_response(200, api::meter_json(*readings));
-}
-
 Response job_objects(const RouteContext& context, ObjectsMaker& maker, Request& request) {
   if (auto refused = refuse_query(request)) {
     return std::move(*refused);
   }
-  auto found = find_job(context.jobs, request);
+  auto found = find_job_with_image(context.jobs, request);
   if (auto* answer = std::get_if<Response>(&found)) {
     return std::move(*answer);
   }
@@ -484,10 +445,6 @@ Response job_objects(const RouteContext& context, ObjectsMaker& maker, Request& 
 void add_result_handlers(const RouteContext& context, HandlerTable& table) {
   table["getImage"] = {.handler = [context](Request& request) { return image(context, request); }};
   table["getPixel"] = {.handler = [context](Request& request) { return pixel(context, request); }};
-  table["getMeter"] = {
-      .handler = [context](Request& request) { return meter(context, request, false); }};
-  table["getMeterTable"] = {
-      .handler = [context](Request& request) { return meter(context, request, true); }};
   table["getObjects"] = {
       .handler = [context, maker = std::make_shared<ObjectsMaker>()](Request& request) {
         return job_objects(context, *maker, request);

@@ -5,6 +5,7 @@
 
 #include "api/operations.h"
 #include "core/base/check.h"
+#include "server/http/security_headers.h"
 #include "server/routes/context.h"
 #include "server/routes/page.h"
 
@@ -18,6 +19,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_job_handlers(context, table);
   add_batch_handlers(context, table);
   add_result_handlers(context, table);
+  add_meter_handlers(context, table);
   add_film_handlers(context, table);
   add_comparison_handlers(context, table);
   add_stream_handlers(context, table);
@@ -44,6 +46,15 @@ std::vector<Route> make_routes(const RouteContext& context) {
   for (PageFile& file : page_files()) {
     if (file.path == "/" || file.path == "/docs") {
       continue;  // Separate operations.
+    }
+    if (file.path == kEmbedPath) {
+      const auto embedded = [&guard = context.guard, file = std::move(file)](Request& request) {
+        Response response = page_answer(request, file);
+        response.headers.set("Content-Security-Policy", page_policy(guard.embed_ancestors()));
+        return response;
+      };
+      routes.push_back({.method = "GET", .pattern = "/embed/{id}", .handler = embedded});
+      continue;
     }
     const std::string path = file.path;
     routes.push_back(

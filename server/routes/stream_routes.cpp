@@ -72,6 +72,9 @@ Response tiles(const RouteContext& context, Request& request) {
     return std::move(*answer);
   }
   const JobPointer job = *std::get_if<JobPointer>(&found);
+  if (!job->record().view.spec.has_image) {
+    return empty_response();
+  }
   if (const auto film = context.jobs.films().film(*job); !film && film.error().code == api::kGone) {
     return error_answer(request, film.error());
   }

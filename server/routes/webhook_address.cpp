@@ -12,8 +12,8 @@ std::optional<std::string> webhook_address_fault(const Config& config, const std
   if (config.webhook_private || !is_private_literal(target->host)) {
     return std::nullopt;
   }
-  return "\"" + target->host +
-         "\" is not on the public internet, and the operator allows no other (--webhook-private)";
+  return target->host +
+         " is a private address; start the server with --webhook-private to allow it";
 }
 
 }  // namespace server

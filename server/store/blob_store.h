@@ -43,6 +43,7 @@ class BlobStore {
     /// Errors: kNoSpace, kInternal.
     core::Status write(std::string_view piece);
     std::uint64_t bytes() const { return bytes_; }
+    const std::string& path() const { return path_; }
     /// expected_id: the name that the client gave, or empty. Errors: kInvalidArgument when the
     /// content has another hash; kNoSpace, kInternal.
     core::Result<StoredBlob> finish(std::string_view expected_id);

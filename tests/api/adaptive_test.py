@@ -107,7 +107,7 @@ class StopRules(ApiTest):
     def test_ends_with_the_first_rule_met_in_any_combination(self):
         far = {"samples_per_pixel": 65536, "relative_error": 1e-5, "seconds": 600,
                "deadline": "2999-01-01T00:00:00Z"}
-        near = {"samples_per_pixel": 40, "relative_error": 9, "seconds": 0.05,
+        near = {"samples_per_pixel": 40, "relative_error": 1, "seconds": 0.05,
                 "deadline": "2020-01-01T00:00:00Z"}
         for rule, value in near.items():
             job = self.render({**far, rule: value})

@@ -113,6 +113,22 @@ class Assets(ApiTest):
         answer = self.server.post("/v1/jobs", job_body(environment={"asset": asset}))
         self.assert_problem(answer, 422, "/environment/asset")
 
+    def test_refuses_a_damaged_environment_map_when_it_is_sent(self):
+        flat = hdr_image(8, 4, (0.5, 0.5, 0.5))
+        head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n"
+        # Each of the four channels is one run of eight equal bytes.
+        line = b"\x02\x02\x00\x08" + b"\x88\x80" * 4
+        for whole in (flat, head + line * 2):
+            self.assertIn(self.server.post("/v1/assets", whole, BYTES).status, (200, 201))
+            for broken in (whole[:-1], whole[:60], whole[:30]):
+                answer = self.server.post("/v1/assets", broken, BYTES)
+                self.assert_problem(answer, 422)
+                self.assertIn("cut short", answer.json()["detail"])
+        # A run that leaves its channel.
+        longer = head + b"\x02\x02\x00\x08" + b"\x89\x80" * 4 + line
+        self.assert_problem(self.server.post("/v1/assets", longer, BYTES), 422)
+        self.assert_problem(self.server.post("/v1/assets", b"\x76\x2f\x31\x01\x02", BYTES), 422)
+
 
 class SmallUploads(ApiTest):
     FLAGS = ("--max-upload", "1000")

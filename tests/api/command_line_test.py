@@ -183,10 +183,26 @@ class CommandLine(ApiTest):
         run("cancel", job)
         done = self.server.render(job_body())["id"]
         self.assertEqual(tessera("extend", done, *self.server_flags)[0], 2)
-        run("extend", done, "--spp", "16")
+        run("extend", done, "--samples", "16")
         self.assertEqual(self.server.wait(done)["progress"]["samples_per_pixel"]["mean"], 16)
         self.assertEqual(run("delete", done), f"{done} deleted\n")
         self.assertEqual(self.server.get(f"/v1/jobs/{done}").status, 404)
+
+    def test_list_of_jobs_heads_their_names(self):
+        self.server.render(job_body(name="oak chair"))
+        code, printed, said = tessera("jobs", "--limit", "1", *self.server_flags)
+        self.assertEqual(code, 0, said)
+        head, row = printed.splitlines()
+        self.assertTrue(head.endswith("  NAME") and row.endswith("  oak chair"), printed)
+        self.assertEqual(head.index("NAME"), row.index("oak chair"))
+
+    def test_samples_and_spp_are_one_flag(self):
+        for flag in ("--samples", "--spp"):
+            code, printed, said = tessera("submit", "furnace", "--size", "16x16", flag, "6",
+                                          "--json", *self.server_flags)
+            self.assertEqual(code, 0, said)
+            stop = json.loads(printed)["spec"]["stop"]
+            self.assertEqual(stop["samples_per_pixel"], 6)
 
     def test_uploads_files_and_lists_scenes(self):
         with tempfile.TemporaryDirectory() as folder:

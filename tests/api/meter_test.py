@@ -15,6 +15,9 @@ POINT = {"position": [2, 0, 0], "normal": [0, 2, 0]}
 PLANE = {"origin": [0, 0, 0], "edge_u": [0, 0, 1], "edge_v": [1, 0, 0], "columns": 3, "rows": 2}
 BOX = {"points": [{"position": [0, 0.001, 0], "normal": [0, 1, 0]}],
        "plane": {**PLANE, "origin": [-0.5, 0.5, -0.5]}}
+# Above the blocks of the box, under its lamp.
+LIT = {"plane": {"origin": [-0.2, 0.4, 0.25], "edge_u": [0.4, 0, 0], "edge_v": [0, 0, -0.3],
+                 "columns": 2, "rows": 2}}
 
 
 def body(meter, samples=8, scene="cornell-box", **members):
@@ -119,6 +122,77 @@ class Meter(ApiTest):
         for meter, pointer in cases:
             with self.subTest(pointer=pointer):
                 self.assert_problem(self.server.post("/v1/jobs", body(meter)), 422, pointer)
+
+    def test_stops_when_every_interval_is_narrow_enough(self):
+        wanted = body(LIT)
+        wanted["stop"] = {"meter_error": 0.5, "samples_per_pixel": 4096}
+        job = self.server.render(wanted)
+        self.assertEqual(job["stop_reason"], "meter_error")
+        readings = self.readings(job)
+        widths = [(r["high"] - r["low"]) / r["illuminance_lux"] for r in readings]
+        self.assertLessEqual(max(widths), 0.5)
+        # A tenth of the width takes more samples: the rule is not met by chance at the first look.
+        wanted["stop"]["meter_error"] = 0.05
+        narrow = self.server.render(wanted)
+        self.assertGreater(self.readings(narrow)[0]["samples"], readings[0]["samples"])
+        wanted["meter"] = None
+        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/stop/meter_error")
+
+    def test_needs_no_image(self):
+        wanted = body(BOX) | {"film": None}
+        job = self.server.render(wanted)
+        self.assertIsNone(job["spec"]["film"])
+        self.assertEqual(job["available"], ["meter"])
+        self.assertIsNone(job["error"]["relative"])
+        # The readings are those of the same job with an image.
+        self.assertEqual(self.readings(job), self.readings(self.server.render(body(BOX))))
+        for part in ("image.png", "pixels/0/0", "objects"):
+            self.assert_problem(self.server.get(f"/v1/jobs/{job['id']}/{part}"), 404)
+        self.assertEqual(self.server.get(f"/v1/jobs/{job['id']}/tiles").status, 204)
+        self.assert_problem(self.server.post("/v1/jobs", body(None) | {"film": None}), 422, "/film")
+        for rule in ("relative_error", "denoised_error"):
+            answer = self.server.post("/v1/jobs", {**wanted, "stop": {rule: 0.1}})
+            self.assert_problem(answer, 422, f"/stop/{rule}")
+
+    def test_figures_of_the_whole_follow_from_the_points(self):
+        meter = self.server.get(self.server.render(body(BOX))["links"]["meter"]).json()
+        lux = [p["illuminance_lux"] for p in meter["points"]]
+        mean = sum(lux) / len(lux)
+        self.assert_close(meter["mean_lux"], mean, 1e-9 * mean)
+        self.assert_close(meter["uniformity"], min(lux) / mean, 1e-9)
+        self.assertIsNone(meter["outdoor_lux"], "the box has lamps and no sky")
+        self.assertIsNone(meter["daylight_factor"])
+
+    def test_open_ground_has_the_daylight_factor_of_its_horizon(self):
+        # A sky of radiance 2 gives an upward surface 2 pi; the sphere beside it takes a part.
+        far = {"points": [{**POINT, "position": [900, 0, 0]}]}
+        job = self.server.render(body(far, 4, "furnace", environment={"color": [2, 2, 2]}))
+        meter = self.server.get(job["links"]["meter"]).json()
+        self.assert_close(meter["outdoor_lux"], 2 * math.pi, 1e-5)
+        reading = meter["points"][0]
+        spread = (reading["high"] - reading["low"]) / reading["illuminance_lux"]
+        self.assert_close(meter["daylight_factor"], 1, 2 * spread + 1e-3)
+
+    def test_compares_two_meters_point_by_point(self):
+        dark, bright = (self.server.render(body(BOX, environment={"color": [c] * 3}))
+                        for c in (0.5, 1))
+        path = f"/v1/comparisons?a={bright['id']}&b={dark['id']}"
+        compared = self.server.get(path).json()
+        for side, job in (("a", bright), ("b", dark)):
+            meter = self.server.get(job["links"]["meter"]).json()
+            self.assertEqual(compared[side]["job"], job["id"])
+            self.assertEqual(compared[side]["mean_lux"], meter["mean_lux"])
+        for pair, a, b in zip(compared["points"], self.readings(bright), self.readings(dark),
+                              strict=True):
+            self.assertEqual(pair["position"], a["position"])
+            off = a["illuminance_lux"] - b["illuminance_lux"]
+            self.assert_close(pair["difference_lux"], off, 1e-9 * a["illuminance_lux"])
+            reach = math.hypot(a["illuminance_lux"] - a["low"], b["high"] - b["illuminance_lux"])
+            self.assert_close(pair["low"], off - reach, 1e-9 * a["illuminance_lux"])
+        other = self.server.render(body({"points": [POINT]}))
+        self.assert_problem(
+            self.server.get(f"/v1/comparisons?a={bright['id']}&b={other['id']}"), 409)
+        self.assert_problem(self.server.get(f"/v1/comparisons?a={bright['id']}"), 422, "/b")
 
     def test_merged_film_has_no_readings(self):
         parts = []

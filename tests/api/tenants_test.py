@@ -107,7 +107,8 @@ class EveryRoute(Tenants):
         "createComparison": (lambda our: {"a": our["job"], "b": our["job"]}, 404),
         "createStreamTicket": (lambda our: {"jobs": [our["job"]]}, 404),
     }
-    QUERIES = {"watchJobs": lambda our: f"?jobs={our['job']}"}
+    QUERIES = {"watchJobs": lambda our: f"?jobs={our['job']}",
+               "compareMeters": lambda our: f"?a={our['job']}&b={our['other']}"}
     # Bodies for routes whose path contains the id.
     CHANGES = {"patchJob": {"name": "mine now"}, "extendJob": {"stop": {"samples_per_pixel": 16}},
                "putJob": job_body(), "putAsset": b"not these bytes"}

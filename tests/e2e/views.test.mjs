@@ -310,9 +310,13 @@ for (const [name, device] of [
       await add(`wide ${tag}`, 48);
       for (let i = 0; i < 42; ++i) await add(`new ${tag} ${i}`);
       const wider = await add(`wider ${tag}`, 48);
-      // Initially the newest of one size are selected, not those that do not match.
+      // Nothing is compared unasked; the newest of one size are offered, not those that differ.
       await page.goto(`${server.url}/#/compare`);
       await page.reload();
+      await page.getByTestId('compare-newest').waitFor();
+      assert.equal(await page.locator('[data-testid=wipe]').count(), 0);
+      assert.deepEqual(await accessibilityFaults(page), []);
+      await page.getByTestId('compare-newest').click();
       await page.waitForSelector('[data-testid=wipe]');
       await page.getByTestId('pick-b').click();
       const rows = page.locator('.pick-list button');

@@ -245,6 +245,7 @@ class Contract(ApiTest):
         compared = self.ask(
             "createComparison", "POST", "/v1/comparisons", {"a": ids[0], "b": ids[1]}
         ).json()
+        self.ask("compareMeters", "GET", f"/v1/comparisons?a={ids[0]}&b={ids[0]}")
         self.ask("getComparison", "GET", compared["links"]["self"])
         self.ask("getComparisonMap", "GET", compared["links"]["z"])
 

@@ -273,6 +273,26 @@ class Values(unittest.TestCase):
         known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.01, 0.02, 0.95, "none", True)
         self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")
 
+    def test_progress_has_every_member_of_the_answer(self):
+        data = {"fraction": 0.5, "samples_per_pixel": {"min": 4, "mean": 5.5, "max": 8},
+                "elapsed_seconds": 2, "cpu_seconds": 3, "eta_seconds": 1,
+                "eta_interval_seconds": [0.5, 2]}
+        progress = tessera.results.Progress.of(data)
+        for name, value in data.items():
+            shown = getattr(progress, name)
+            if name == "samples_per_pixel":
+                shown = shown._asdict()
+            self.assertEqual(list(shown) if isinstance(shown, tuple) else shown, value, name)
+        self.assertEqual((progress.samples_min, progress.samples_max), (4, 8))
+        unknown = tessera.results.Progress.of({**data, "eta_interval_seconds": None})
+        self.assertTrue(np.isnan(unknown.eta_interval_seconds).all())
+
+    def test_film_may_be_absent(self):
+        request = tessera.options.make_request("a", {"film": None, "meter_error": 0.1})
+        self.assertEqual(request, {"scene": "a", "film": None, "stop": {"meter_error": 0.1}})
+        with self.assertRaises(ValueError):
+            tessera.options.make_request("a", {"film": None, "size": (4, 4)})
+
     def test_meter_readings_have_their_vectors(self):
         point = {"position": [0, 0.1, 0], "normal": [0, 1, 0], "irradiance_rgb": [1, 2, 3],
                  "irradiance_w_m2": 0.5, "illuminance_lux": 2, "low": 1, "high": 3, "samples": 16,

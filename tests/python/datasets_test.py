@@ -105,6 +105,23 @@ class Datasets(unittest.TestCase):
                 self.assertEqual(shown, kept)
                 self.assertEqual({s["id"] for s in each["segments_info"]}, kept)
 
+    def test_folder_holds_further_layers_as_arrays(self):
+        with tempfile.TemporaryDirectory() as place:
+            folder = CocoFolder(place)
+            layers = {"depth": np.full(IDS.shape, 2.5), "normal": np.ones((*IDS.shape, 3)),
+                      "motion": np.zeros((*IDS.shape, 2))}
+            folder.add("a", b"png", IDS, OBJECTS, layers)
+            with self.assertRaises(ValueError):
+                folder.add("b", b"png", IDS, OBJECTS, {"depth": np.zeros((1, 1))})
+            folder.write()
+            data = json.loads((Path(place) / "annotations/instances.json").read_text())
+            image = data["images"][0]
+            self.assertEqual(set(image["layers"]), set(layers))
+            for name, file in image["layers"].items():
+                read = np.load(Path(place) / file)
+                self.assertEqual(read.dtype, np.float32)
+                self.assertTrue(np.array_equal(read, layers[name]))
+
     def test_panoptic_evaluation_accepts_the_folder(self):
         with tempfile.TemporaryDirectory() as place:
             for name, ids in (("true", IDS), ("spoilt", np.where(IDS == 7, 0, IDS))):

@@ -35,6 +35,23 @@ class Jobs(ServerTest):
         self.assertGreater(job.statistics["rays"], 0)
         self.assertEqual(self.client.job(job.id).data, job.data)
 
+    def test_measures_without_an_image_and_compares_two_meters(self):
+        meter = {"points": [{"position": [0.1, 0.4, 0.1], "normal": [0, 1, 0]}]}
+        a, b = (self.client.submit("cornell-box", film=None, meter=meter, samples_per_pixel=4096,
+                                   meter_error=0.5, seed=seed).wait() for seed in (1, 2))
+        self.assertEqual((a.stop_reason, a.available), ("meter_error", ["meter"]))
+        readings = a.meter()
+        self.assertLessEqual(readings.high[0] - readings.low[0], 0.5 * readings.illuminance_lux[0])
+        self.assertEqual(readings.uniformity, 1)
+        compared = self.client.compare_meters(a, b)
+        self.assertEqual([compared[side]["job"] for side in "ab"], [a.id, b.id])
+        self.assertLess(compared["points"][0]["low"], compared["points"][0]["difference_lux"])
+
+    def test_refuses_an_error_target_above_one(self):
+        with self.assertRaises(tessera.Invalid) as refused:
+            self.client.submit("cornell-box", relative_error=5, **SMALL)
+        self.assertIn("/stop/relative_error", str(refused.exception))
+
     def test_creates_waits_for_downloads_and_deletes_a_batch(self):
         matrix = {"camera.orbit.theta_degrees": [160, 180], "seed": [1, 2]}
         batch = self.client.submit_batch("cornell-box", matrix, pattern="{theta_degrees}-{seed}",

@@ -233,6 +233,7 @@ export class MockJob {
         peak_bytes: 64e6 + this.width * this.height * 64,
       },
       revision: this.revision,
+      available: this.available(),
       film_digest:
         this.state === 'finished'
           ? crypto.createHash('sha256').update(this.id).digest('hex')
@@ -248,6 +249,10 @@ export class MockJob {
           : [],
       links: { self: `/v1/jobs/${this.id}` },
     };
+  }
+
+  available() {
+    return this.revision ? ['image'] : [];
   }
 
   tilePlanes({ x, y, width, height }) {

@@ -447,8 +447,8 @@ setInterval(() => {
 setInterval(() => {
   for (const job of jobs.values()) {
     if (job.state !== 'rendering') continue;
-    const { progress, error, statistics, revision } = job.json();
-    emit(job, 'progress', { progress, error, statistics, revision });
+    const { progress, error, statistics, revision, available } = job.json();
+    emit(job, 'progress', { progress, error, statistics, revision, available });
   }
 }, 500);
 

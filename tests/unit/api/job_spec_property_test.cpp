@@ -146,7 +146,7 @@ class RandomRequests {
     Json stop = {{"seconds", real(0.001, 604800)}};
     maybe([&] { stop["samples_per_pixel"] = integer(1, 65000); });
     maybe([&] {
-      stop["relative_error"] = real(1e-5, 10);
+      stop["relative_error"] = real(1e-5, 1);
       stop["confidence"] = real(0.5, 0.9999);
       stop["scope"] = integer(0, 1) == 1 ? "image" : "worst_tile";
     });

@@ -28,11 +28,12 @@ std::vector<std::string> keys(const Json& object) {
 
 TEST(JobView, HasTheDocumentedMembers) {
   const Json job = parsed(api::job_json(api::example_job()));
-  EXPECT_EQ(keys(job), (std::vector<std::string>{
-                           "id", "state", "pause_reason", "stop_reason", "created_at", "started_at",
-                           "finished_at", "spec", "progress", "error", "failure", "queue_position",
-                           "statistics", "revision", "film_digest", "denoised", "warnings",
-                           "warning_details", "links"}));
+  EXPECT_EQ(keys(job),
+            (std::vector<std::string>{
+                "id",          "state",          "pause_reason", "stop_reason",     "created_at",
+                "started_at",  "finished_at",    "spec",         "progress",        "error",
+                "failure",     "queue_position", "statistics",   "revision",        "available",
+                "film_digest", "denoised",       "warnings",     "warning_details", "links"}));
   EXPECT_EQ(keys(job["progress"]),
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));

@@ -128,9 +128,17 @@ TEST(JobPatch, RefusesWithPointers) {
   EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
             (Errors{{"/stop/spp",
                      "Unknown field; expected one of: samples_per_pixel, relative_error, "
-                     "denoised_error, confidence, scope, seconds, cpu_seconds, "
-                     "deadline"}}));
+                     "denoised_error, confidence, scope, seconds, cpu_seconds, meter_error, "
+                     "deadline; the number of samples is stop.samples_per_pixel"}}));
   EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);
+}
+
+TEST(JobRefusals, SamplesAreNamed) {
+  const auto parsed = api::parse_job(R"({"scene": "furnace", "samples": 64})");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.problem().errors[0].pointer, "/samples");
+  EXPECT_TRUE(parsed.problem().errors[0].detail.ends_with(
+      "; the number of samples is stop.samples_per_pixel"));
 }
 
 TEST(Extend, ReplacesTheRules) {

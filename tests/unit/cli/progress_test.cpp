@@ -48,6 +48,22 @@ TEST(ProgressText, OmitsAnUnknownError) {
   EXPECT_EQ(cli::progress_text(facts), "rendering  0%  1 samples  0.50 s");
 }
 
+TEST(ProgressText, NamesAnUnreliableError) {
+  const auto text = [](const char* job) {
+    return cli::interval_text(cli::facts_of(cli::parse_object(job)));
+  };
+  EXPECT_EQ(text(R"({"error": {"relative": 0.5, "unreliable": true}})"), "error 50.0%, unreliable");
+  EXPECT_EQ(text(R"({"error": {"relative": 0.5, "unreliable": false}})"), "error 50.0%");
+}
+
+TEST(ClosingText, TellsCpuTimeApart) {
+  const char* job = R"({"state": "finished", "stop_reason": "seconds", "error": {"relative": 0.5},
+      "progress": {"samples_per_pixel": {"mean": 32}, "elapsed_seconds": 1544,
+                   "cpu_seconds": 200}})";
+  EXPECT_EQ(cli::closing_text(cli::parse_object(job)),
+            "finished (seconds): 32 samples in 25 min 44 s (3 min 20 s of CPU time), error 50.0%");
+}
+
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
   cli::ProgressFacts facts;
   facts.fraction = 0.9999;

@@ -23,6 +23,7 @@ set(CORE_TEST_SOURCES
   object_boxes_test.cpp
   offset_ray_test.cpp
   oidn_test.cpp
+  outdoor_test.cpp
   pass_plan_test.cpp
   pass_policy_test.cpp
   irradiance_cache_test.cpp

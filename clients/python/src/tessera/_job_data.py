@@ -96,6 +96,11 @@ class JobData:
         return int(self.data.get("revision") or 0)
 
     @property
+    def available(self) -> list[str]:
+        """Parts that can be requested now: image, denoised, meter."""
+        return list(self.data.get("available") or [])
+
+    @property
     def film_digest(self) -> str | None:
         """sha256 of the film's exact content, once finished."""
         digest = self.data.get("film_digest")
@@ -122,7 +127,7 @@ class JobData:
         return TileImage(width, height, x, y)
 
     def _crop(self) -> tuple[int, int, int, int]:
-        film = self.spec["film"]
+        film = self.spec["film"] or {"width": 0, "height": 0}  # only a meter
         crop = film.get("crop") or {"x": 0, "y": 0} | film
         return crop["x"], crop["y"], crop["width"], crop["height"]
 

@@ -234,6 +234,15 @@ class AsyncClient:
                 raise
             raise not_offered("comparisons") from error
 
+    async def compare_meters(self, a: AsyncJob, b: AsyncJob) -> models.MeterComparison:
+        """Compares the meters of two jobs point by point: a - b in lux, with intervals.
+
+        Conflict if they have different points, or no reading yet.
+        """
+        params = {"a": a.id, "b": b.id}
+        data: models.MeterComparison = await self.ask(Call("GET", "/v1/comparisons", params=params))
+        return data
+
     async def merge(self, *films: AsyncJob | Pathish) -> AsyncJob:
         """Merges films into a finished job: jobs that have ended, or files that film() wrote.
 

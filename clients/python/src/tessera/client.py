@@ -233,6 +233,15 @@ class Client:
                 raise
             raise not_offered("comparisons") from error
 
+    def compare_meters(self, a: Job, b: Job) -> models.MeterComparison:
+        """Compares the meters of two jobs point by point: a - b in lux, with intervals.
+
+        Conflict if they have different points, or no reading yet.
+        """
+        params = {"a": a.id, "b": b.id}
+        data: models.MeterComparison = self.ask(Call("GET", "/v1/comparisons", params=params))
+        return data
+
     def merge(self, *films: Job | Pathish) -> Job:
         """Merges films into a finished job: jobs that have ended, or files that film() wrote.
 

@@ -113,9 +113,10 @@ def name_without_number(segment: Segment) -> str:
 class CocoFolder:
     """Images and their labels in COCO's format: detection with masks, and panoptic.
 
-    images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json. In
-    addition to COCO's members, annotations have `amodal_bbox` and `instance_id`, images `camera`
-    (intrinsics and pose).
+    images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json, and
+    NAME.npy in a folder for each further layer, such as depth/NAME.npy. In addition to COCO's
+    members, annotations have `amodal_bbox` and `instance_id`, images `camera` (intrinsics and pose)
+    and `layers` (the paths of those files, by layer).
     """
 
     def __init__(
@@ -134,13 +135,19 @@ class CocoFolder:
             (self.folder / name).mkdir(parents=True, exist_ok=True)
 
     def add(
-        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.SceneObjects
-    ) -> list[Segment]:
+        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.SceneObjects,
+        layers: Mapping[str, npt.ArrayLike] | None = None,
+    ) -> list[Segment]:  # fmt: skip
         """Adds an image and returns its segments.
 
-        name: of its files. picture: a PNG. ids: the layer instance.
+        name: of its files. picture: a PNG. ids: the layer instance. layers: further ones by name,
+        as returned by Job.image(): depth [m], normal, motion [pixels]; written as float32.
         """
         whole = ids_of(ids)
+        planes = {layer: np.asarray(values, np.float32) for layer, values in (layers or {}).items()}
+        for layer, values in planes.items():
+            if values.shape[:2] != whole.shape:
+                raise ValueError(f"{layer} is {values.shape[:2]}, the image {whole.shape}")
         image = len(self._images) + 1
         kept, infos = [], []
         panoptic = np.zeros_like(whole)
@@ -171,6 +178,9 @@ class CocoFolder:
         file = f"{name}.png"
         (self.folder / "images" / file).write_bytes(picture)
         (self.folder / "panoptic" / file).write_bytes(panoptic_png(panoptic))
+        for layer, values in planes.items():
+            (self.folder / layer).mkdir(exist_ok=True)
+            np.save(self.folder / layer / f"{name}.npy", values)
         self._images.append(
             {
                 "id": image,
@@ -178,6 +188,7 @@ class CocoFolder:
                 "width": int(whole.shape[1]),
                 "height": int(whole.shape[0]),
                 "camera": objects["camera"],
+                "layers": {layer: f"{layer}/{name}.npy" for layer in planes},
             }
         )
         self._panoptic.append({"image_id": image, "file_name": file, "segments_info": infos})

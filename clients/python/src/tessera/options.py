@@ -41,7 +41,8 @@ class JobOptions(TypedDict, total=False):
     light_sampler: str | Mapping[str, Any]
     adaptive: str | Mapping[str, Any]
     spectral: bool
-    film: Mapping[str, Any]
+    film: Mapping[str, Any] | None  # None: no image, only a meter
+    meter: Mapping[str, Any] | None
     size: tuple[int, int] | str  # width and height, or "960x540"
     crop: Mapping[str, int] | tuple[int, int, int, int]  # x, y, width, height
     layers: Sequence[str]
@@ -92,6 +93,7 @@ def make_request(scene_id: str, options: Mapping[str, Any]) -> Json:
     given = dict(options)
     body: Json = dict(given.pop("request", None) or {})
     body["scene"] = scene_id
+    has_image = given.get("film", body.get("film", {})) is not None
     film: Json = dict(body.get("film") or {}) | dict(given.pop("film", None) or {})
     if "size" in given:
         film["width"], film["height"] = _width_and_height(given.pop("size"))
@@ -109,6 +111,10 @@ def make_request(scene_id: str, options: Mapping[str, Any]) -> Json:
     for name in _STOP:
         given.pop(name, None)
     body |= {name: part for name, part in (("film", film), ("stop", stop)) if part}
+    if not has_image:
+        if film:
+            raise ValueError(f"film is None: there is no image for {', '.join(film)}")
+        body["film"] = None
     if "job_class" in given:
         body["class"] = given.pop("job_class")
     if "camera" in given:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -88,29 +88,55 @@ class ErrorBar:
         return text + (", unreliable" if self.unreliable else "")
 
 
+class SamplesPerPixel(NamedTuple):
+    """Over the pixels of the crop."""
+
+    min: int
+    mean: float
+    max: int
+
+
 @dataclass(frozen=True)
 class Progress:
-    """fraction: 0 to 1, 1 only at the end. samples_*: per pixel. Times: seconds or NaN."""
+    """fraction: 0 to 1, 1 only at the end. Times: seconds or NaN.
+
+    eta_interval_seconds: lower and upper bound of eta_seconds at the current speed; NaN: unknown.
+    """
 
     fraction: float
-    samples_min: int
-    samples_mean: float
-    samples_max: int
+    samples_per_pixel: SamplesPerPixel
     elapsed_seconds: float
     cpu_seconds: float
     eta_seconds: float
+    eta_interval_seconds: tuple[float, float]
+
+    @property
+    def samples_min(self) -> int:
+        return self.samples_per_pixel.min
+
+    @property
+    def samples_mean(self) -> float:
+        return self.samples_per_pixel.mean
+
+    @property
+    def samples_max(self) -> int:
+        return self.samples_per_pixel.max
 
     @staticmethod
     def of(data: Mapping[str, Any]) -> Progress:
         samples = data.get("samples_per_pixel") or {}
+        low, high = data.get("eta_interval_seconds") or (None, None)
         return Progress(
             fraction=float(data.get("fraction") or 0.0),
-            samples_min=int(samples.get("min") or 0),
-            samples_mean=float(samples.get("mean") or 0.0),
-            samples_max=int(samples.get("max") or 0),
+            samples_per_pixel=SamplesPerPixel(
+                int(samples.get("min") or 0),
+                float(samples.get("mean") or 0.0),
+                int(samples.get("max") or 0),
+            ),
             elapsed_seconds=number(data.get("elapsed_seconds")),
             cpu_seconds=number(data.get("cpu_seconds")),
             eta_seconds=number(data.get("eta_seconds")),
+            eta_interval_seconds=(number(low), number(high)),
         )
 
 
@@ -208,7 +234,8 @@ class Meter:
 
     position, normal and irradiance_rgb have three columns. low, high: 95% interval of
     illuminance_lux; where unreliable is 1 instead of 0, only a guess. irradiance_w_m2:
-    illuminance_lux / (683 lm/W).
+    illuminance_lux / (683 lm/W). uniformity: least illuminance / mean_lux. outdoor_lux: on open
+    ground under the job's environment. daylight_factor: mean_lux / outdoor_lux. NaN: unknown.
     """
 
     position: DoubleArray
@@ -220,6 +247,10 @@ class Meter:
     unreliable: DoubleArray
     irradiance_rgb: DoubleArray
     samples: DoubleArray
+    mean_lux: float
+    uniformity: float
+    outdoor_lux: float
+    daylight_factor: float
 
     def __len__(self) -> int:
         return len(self.samples)
@@ -241,6 +272,10 @@ class Meter:
             unreliable=column("unreliable"),
             irradiance_rgb=triples([point["irradiance_rgb"] for point in points]),
             samples=column("samples"),
+            mean_lux=number(data.get("mean_lux")),
+            uniformity=number(data.get("uniformity")),
+            outdoor_lux=number(data.get("outdoor_lux")),
+            daylight_factor=number(data.get("daylight_factor")),
         )
 
 

@@ -9,6 +9,7 @@ import type {
   JobList,
   JobState,
   Meter,
+  MeterComparison,
   Pixel,
   Problem,
   Scene,
@@ -46,7 +47,7 @@ export class RequestError extends Error {
 /** The server did not respond. */
 export class OfflineError extends Error {
   constructor() {
-    super('The server does not answer.');
+    super('The server is not responding.');
   }
 }
 
@@ -172,6 +173,8 @@ export const api = {
   pixel: (id: string, x: number, y: number, signal?: AbortSignal) =>
     json<Pixel>(`${job(id)}/pixels/${x}/${y}`, { signal }),
   meter: (id: string, signal?: AbortSignal) => json<Meter>(`${job(id)}/meter`, { signal }),
+  compareMeters: (a: string, b: string, signal?: AbortSignal) =>
+    json<MeterComparison>(`v1/comparisons?${new URLSearchParams({ a, b })}`, { signal }),
   compare: (a: string, b: string) =>
     json<Comparison>('v1/comparisons', { method: 'POST', json: { a, b } }),
   openSession: async (key: string) =>
@@ -221,9 +224,7 @@ export function upload<T>(
         answer = null;
       }
       if (request.status >= 200 && request.status < 300) return resolve(answer as T);
-      reject(
-        new RequestError({ ...plainProblem(request.status), ...(answer as Problem | null) }),
-      );
+      reject(new RequestError({ ...plainProblem(request.status), ...(answer as Problem | null) }));
     };
     request.send(body);
   });

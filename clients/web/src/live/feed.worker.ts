@@ -208,7 +208,8 @@ class Feed {
       signal,
       cache: 'no-store',
     });
-    if (response.status === 404 || response.status === 410) return true;
+    // 204: the job renders no image.
+    if ([204, 404, 410].includes(response.status)) return true;
     if (!response.ok || !response.body) return false;
     const parser = new FrameParser();
     const reader = response.body.getReader();

@@ -1,5 +1,5 @@
 import { api, RequestError } from '../api/client';
-import { isFinal } from '../api/states';
+import { filmOf, isFinal } from '../api/states';
 import type { Job, Problem } from '../api/types';
 import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
 import type { TileFrame } from './frames';
@@ -36,10 +36,22 @@ export class JobFeed {
   constructor(
     readonly jobId: string,
     private planes: TilePlanes,
+    /** The record as far as it is known, so that something is shown at once. */
+    known: Job | null = null,
   ) {
     this.worker = new Worker(new URL('./feed.worker.ts', import.meta.url), { type: 'module' });
     this.worker.onmessage = (e: MessageEvent<FromFeed>) => this.receive(e.data);
     this.open();
+    if (known) {
+      this.makeFilm(known);
+      this.state = { ...this.state, job: known };
+    } else {
+      // An answer comes sooner than the first event of a stream that has yet to open.
+      void api.job(jobId).then(
+        (job) => !this.state.job && this.receive({ type: 'job', job }),
+        () => undefined,
+      );
+    }
     document.addEventListener('visibilitychange', this.onVisibility);
     window.addEventListener('online', this.onOnline);
   }
@@ -171,7 +183,8 @@ export class JobFeed {
 
   private makeFilm(job: Job): void {
     if (this.state.film || this.state.tooLarge) return;
-    const { width, height } = job.spec.film;
+    const { width, height } = filmOf(job);
+    if (!width) return;
     if (width * height > maxLivePixels) {
       this.state = { ...this.state, tooLarge: true };
       this.open();

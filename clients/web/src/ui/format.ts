@@ -15,6 +15,15 @@ export function number(v: number | null | undefined, digits = 3): string {
   return minus(v.toLocaleString('en', { maximumSignificantDigits: digits, useGrouping: false }));
 }
 
+/** So many significant digits, with trailing zeros: for columns of a table. */
+export function digits(v: number | null | undefined, n: number): string {
+  if (!known(v)) return dash;
+  const size = Math.abs(v);
+  if (v !== 0 && (size >= 1e5 || size < 1e-3)) return number(v, n);
+  const decimals = v === 0 ? 0 : Math.max(0, n - 1 - Math.floor(Math.log10(size)));
+  return minus(v.toFixed(decimals));
+}
+
 /** A share as percent with two to three digits. */
 export function percent(v: number | null | undefined): string {
   if (!known(v)) return dash;
@@ -37,9 +46,9 @@ export function doneShare(fraction: number): string {
  */
 export function measured(value: number, half: number): [string, string] {
   const decimals = 1 - Math.floor(Math.log10(half));
-  if (!(half > 0) || decimals > 5 || half >= 100) return [number(value, 4), number(half, 2)];
-  const digits = Math.max(0, decimals);
-  return [minus(value.toFixed(digits)), half.toFixed(digits)];
+  if (!(half > 0) || decimals > 9 || half >= 100) return [number(value, 4), number(half, 2)];
+  const places = Math.max(0, decimals);
+  return [minus(value.toFixed(places)), half.toFixed(places)];
 }
 
 /** Every digit, in groups of three. */

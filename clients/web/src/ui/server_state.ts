@@ -31,6 +31,8 @@ export interface Display {
   showWorkers?: boolean;
   /** The denoised image over the plain one, from the fraction `split` of the width on. */
   denoised?: boolean;
+  /** full: as the denoiser made it; mixed (default): parts that it would spoil stay as rendered. */
+  denoiseMode?: 'mixed' | 'full';
   split?: number;
 }
 const isDisplay = (v: unknown): v is Display =>

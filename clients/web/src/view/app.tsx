@@ -55,7 +55,7 @@ function TopBar({ current }: { current: Route['view'] }) {
   const words = {
     connecting: 'Connecting…',
     online: 'Connected',
-    offline: 'Server not responding; reconnecting…',
+    offline: 'The server is not responding.',
     locked: 'Access key needed',
   }[link];
   const at = (view: Route['view']): 'page' | undefined => (current === view ? 'page' : undefined);
@@ -257,9 +257,7 @@ function Centre({ at }: { at: Route }) {
       return (
         <div class="center-note">
           <p class="pulse">
-            {link === 'offline'
-              ? 'The server is not responding. This page keeps trying to reconnect.'
-              : 'Connecting…'}
+            {link === 'offline' ? 'The server is not responding.' : 'Connecting…'}
           </p>
         </div>
       );

@@ -7,7 +7,10 @@ const axes = ['x', 'y', 'z'] as const;
 /** To tenths of a millimetre, the digits that a field shows. */
 const short = (v: number): number => Number(v.toFixed(4));
 
-/** A pose and a crop entered as numbers. */
+const lengthOf = ({ position, target }: Pose): number =>
+  Math.hypot(...position.map((v, i) => v - target[i]));
+
+/** A pose, its lens and a crop entered as numbers. */
 export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Orbit | null }) {
   const pose = values.pose ?? (orbit && poseOf(orbit));
   if (!pose) return null;
@@ -54,6 +57,37 @@ export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Or
             />
           )}
         </Field>
+        <div class="pair">
+          <Field
+            label="Lens radius (mm)"
+            pointers={['/camera/aperture_radius']}
+            hint="Blurs what is out of focus; 0: everything is sharp."
+          >
+            {(a) => (
+              <NumberInput
+                {...a}
+                data-testid="aperture"
+                min={0}
+                step="any"
+                value={values.apertureMm}
+                onValue={(apertureMm) => change({ apertureMm })}
+              />
+            )}
+          </Field>
+          <Field label="Focus distance (m)" pointers={['/camera/focus_distance']}>
+            {(a) => (
+              <NumberInput
+                {...a}
+                data-testid="focus"
+                min={0}
+                step="any"
+                disabled={!(values.apertureMm > 0)}
+                value={values.focusM ?? short(lengthOf(pose))}
+                onValue={(focusM) => focusM > 0 && change({ focusM })}
+              />
+            )}
+          </Field>
+        </div>
         <fieldset class="triple triple-four">
           <legend>Crop (pixels)</legend>
           {(['x', 'y', 'width', 'height'] as const).map((member) => (

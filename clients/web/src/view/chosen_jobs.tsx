@@ -1,6 +1,6 @@
 import { useState } from 'preact/hooks';
 import { api, imageUrl, problemOf, RequestError } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { Job } from '../api/types';
 import { go } from '../ui/router';
 import { refresh, say, sayError } from '../ui/server_state';
@@ -56,7 +56,7 @@ export function ChosenJobs({ list, chosen, onChoose, onDone }: ChosenJobsProps) 
   const jobs = list.filter((j) => chosen.has(j.id));
   const running = jobs.filter((j) => !isFinal(j.state));
   const ended = jobs.filter((j) => isFinal(j.state));
-  const shown = jobs.filter((j) => (j.revision ?? 0) > 0);
+  const shown = jobs.filter((j) => isAvailable(j, 'image'));
   const act = async (work: () => Promise<unknown>, said: string): Promise<void> => {
     setBusy(true);
     setSure(false);

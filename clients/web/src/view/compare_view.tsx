@@ -1,6 +1,6 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { api, relative } from '../api/client';
-import { isFinal } from '../api/states';
+import { filmOf, isAvailable, isFinal } from '../api/states';
 import type { Comparison, Job } from '../api/types';
 import { compareFilms, type Figures, type Measure } from '../live/comparison';
 import { LiveFilm } from '../live/film';
@@ -14,9 +14,10 @@ import { display, jobs } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { CompareSettings } from './compare_settings';
 import { useFeed } from './job_view';
-import { absence } from './job_words';
+import { absence, sceneTitle } from './job_words';
 import { sameSize, sizeText, JobPick } from './job_pick';
 import { FlipLegend, Legend } from './legend';
+import { MeterCompare } from './meter_compare';
 import { LightControls } from './toolbar';
 import { errorRange, lookOf } from './view_modes';
 
@@ -122,7 +123,8 @@ interface Asked {
 
 /** The server's numbers for two ended jobs; requested again if one of them is continued. */
 function useComparison(a: Job | null, b: Job | null): Asked {
-  const ready = Boolean(a && b && isFinal(a.state) && isFinal(b.state));
+  const both = a?.spec.film && b?.spec.film;
+  const ready = Boolean(both && isFinal(a.state) && isFinal(b.state));
   const nothing = { found: null, trouble: '', pending: ready };
   const [asked, setAsked] = useState<Asked>(nothing);
   useEffect(() => {
@@ -162,7 +164,7 @@ function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: 
 
 /** The requested jobs; else the newest two of the same size, else the newest two. */
 function pairOf(list: Job[], a: string, b: string): [string | undefined, string | undefined] {
-  const there = list.filter((j) => (j.revision ?? 0) > 0);
+  const there = list.filter((j) => isAvailable(j, 'image'));
   const partner = (job: Job | undefined): Job | undefined =>
     there.find((j) => job && j.id !== job.id && sameSize(j, job));
   const first = a ? list.find((j) => j.id === a) : (there.find(partner) ?? there[0]);
@@ -171,22 +173,42 @@ function pairOf(list: Job[], a: string, b: string): [string | undefined, string 
 }
 
 export function CompareView({ a, b }: { a: string; b: string }) {
+  return a && b ? <Comparing a={a} b={b} /> : <Choosing a={a} b={b} />;
+}
+
+/** Nothing is compared until two renders are chosen. */
+function Choosing({ a, b }: { a: string; b: string }) {
   const list = useStore(jobs);
-  const asked = `${a}/${b}`;
-  const kept = useRef({ asked: '', pair: pairOf([], '', '') });
-  // The displayed pair stays, even if new jobs are rendered.
-  if (kept.current.asked !== asked || !kept.current.pair[1])
-    kept.current = { asked, pair: pairOf(list ?? [], a, b) };
-  const [first, second] = kept.current.pair;
-  if (!first || !second) {
-    return (
-      <div class="center-note">
+  const job = (id: string): Job | null => list?.find((j) => j.id === id) ?? null;
+  const [first, second] = pairOf(list ?? [], a, b).map((id) => job(id ?? ''));
+  const open = (left: string, right: string): void =>
+    go(left && right ? `/compare/${left}/${right}` : `/compare/${left || right}`);
+  return (
+    <div class="compare">
+      <header class="page-head compare-head">
         <h1>Compare</h1>
-        <p>{list ? 'You need two renders to compare.' : 'Loading…'}</p>
+        <JobPick label="A" id={a} job={job(a)} beside={job(b)} onValue={(id) => open(id, b)} />
+        <JobPick label="B" id={b} job={job(b)} beside={job(a)} onValue={(id) => open(a, id)} />
+      </header>
+      <div class="center-note">
+        {first && second ? (
+          <>
+            <p>{a ? 'Choose the render that it is compared with.' : 'Choose two renders.'}</p>
+            <button
+              type="button"
+              class="primary"
+              data-testid="compare-newest"
+              onClick={() => open(first.id, second.id)}
+            >
+              Compare {sceneTitle(first)} with {sceneTitle(second)}
+            </button>
+          </>
+        ) : (
+          <p>{list ? 'You need two renders to compare.' : 'Loading…'}</p>
+        )}
       </div>
-    );
-  }
-  return <Comparing a={first} b={second} />;
+    </div>
+  );
 }
 
 function Comparing({ a, b }: { a: string; b: string }) {
@@ -202,9 +224,11 @@ function Comparing({ a, b }: { a: string; b: string }) {
   // The server has better statistics than the page, but only for ended jobs.
   const figuresOnly = server || pending ? null : 'difference';
   const difference = useDifference(left, right, measure ?? figuresOnly);
-  const size = left.job?.spec.film;
-  const other = right.job?.spec.film;
-  const fits = size && other && size.width === other.width && size.height === other.height;
+  const size = left.job && filmOf(left.job);
+  const other = right.job && filmOf(right.job);
+  const hasImages = Boolean(size?.width && other?.width);
+  const fits =
+    hasImages && size && other && size.width === other.width && size.height === other.height;
   const colour = lookOf('picture', shown, { variance: zRange, samples: zRange });
   const heat: Look = {
     ...colour,
@@ -237,7 +261,8 @@ function Comparing({ a, b }: { a: string; b: string }) {
         )}
       </header>
       <Missing left={left} right={right} />
-      {size && other && !fits && (
+      <MeterCompare a={left.job} b={right.job} />
+      {size && other && hasImages && !fits && (
         <p class="compare-note" role="alert">
           A is {sizeText(left.job!)} pixels, B {sizeText(right.job!)}. Renders of different sizes
           cannot be laid over each other; choose another.

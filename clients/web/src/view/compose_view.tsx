@@ -162,8 +162,8 @@ export function ComposeView({ scene }: { scene: string }) {
             {cropping
               ? 'Drag over the image to choose the part to render. A click removes the crop.'
               : start?.flat && !byHand
-              ? 'The file’s camera is orthographic; a custom view is always perspective.'
-              : hints}
+                ? 'The file’s camera is orthographic; a custom view is always perspective.'
+                : hints}
           </p>
         </div>
         <div class="job-actions">
@@ -328,7 +328,7 @@ function Viewfinder({ values, orbit, onOrbit, cropping }: ViewfinderProps) {
       <canvas
         ref={canvas}
         key={`${size.width}x${size.height}`}
-        class="viewfinder"
+        class={`viewfinder${values.background === 'transparent' ? ' film-clear' : ''}`}
         data-testid="picture"
         role="img"
         aria-label="Preview of the scene"

@@ -172,16 +172,18 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
       <p class="plot-foot" data-testid="slope">
         {hover ? (
           `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ` +
-            `${percent(hover.relative)} (${percent(hover.low)} to ${percent(hover.high)})`
+          `${percent(hover.relative)} (${percent(hover.low)} to ${percent(hover.high)})`
         ) : slope != null ? (
           <>
             Slope <b>{exponent(slope)}</b>
             {fitted?.low != null && ` (${exponent(fitted.low)} to ${exponent(fitted.high)})`}
-            {biasOf(job) === 'none'
-              ? '. Plain random numbers give −0.5; steeper is better.'
-              : isNoiseAlone(job)
-                ? '. This is the noise alone, without the systematic error.'
-                : '. This is of noise and systematic error together.'}
+            {slope >= 0
+              ? '. The error is not falling yet: rare bright paths are still being found.'
+              : biasOf(job) === 'none'
+                ? '. Plain random numbers give −0.5; steeper is better.'
+                : isNoiseAlone(job)
+                  ? '. This is the noise alone, without the systematic error.'
+                  : '. This is of noise and systematic error together.'}
           </>
         ) : (
           'Slope: not enough passes yet.'

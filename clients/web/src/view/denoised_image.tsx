@@ -1,9 +1,9 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { Job } from '../api/types';
 import { display, serverInfo } from '../ui/server_state';
-import { useStore } from '../ui/store';
+import { Store, useStore } from '../ui/store';
 
 /** The server's information about the displayed denoised image. */
 export interface DenoisedError {
@@ -13,7 +13,10 @@ export interface DenoisedError {
   denoiser: string;
 }
 
-/** Whether the denoised image is selected and available. */
+/** Whether the server makes the denoised image of an ended job, which takes seconds. */
+const isDenoising = new Store(false);
+
+/** Whether the denoised image is selected and offered. */
 export function useDenoised(job: Job | null): boolean {
   const shown = useStore(display);
   const offered = useStore(serverInfo)?.layers;
@@ -41,8 +44,20 @@ function errorIn(headers: Headers): DenoisedError | null {
 
 /** Minimum interval of new ones while the job renders. */
 const paceMs = 2000;
+/** Interval at which the first one is awaited. */
+const firstMs = 300;
 /** Delay after changes of exposure and tone curve before the image is requested again. */
 const restMs = 250;
+
+type DenoiseMode = NonNullable<ReturnType<typeof display.get>['denoiseMode']>;
+
+const denoiseModes: Record<DenoiseMode, { label: string; meaning: string }> = {
+  mixed: {
+    label: 'Mixed',
+    meaning: 'Denoised; parts that the denoiser would spoil are left as rendered',
+  },
+  full: { label: 'Full', meaning: 'As the denoiser made it, everywhere' },
+};
 
 interface DenoisedImageProps {
   job: Job;
@@ -53,43 +68,48 @@ interface DenoisedImageProps {
 export function DenoisedImage({ job, onError }: DenoisedImageProps) {
   const look = useStore(display);
   const exposure = look.auto === false ? look.exposure : 'auto';
+  const mode = look.denoiseMode ?? 'mixed';
   const [url, setUrl] = useState('');
-  const latest = useRef(0);
-  latest.current = job.revision ?? 0;
+  const newest = useRef(job);
+  newest.current = job;
   const running = !isFinal(job.state);
   useEffect(() => {
     const abort = new AbortController();
     let timer = 0;
     let seen = '';
+    let revision = -1;
     const ask = async (): Promise<void> => {
-      if (!document.hidden && latest.current > 0) {
+      const now = newest.current;
+      const isNew = (now.revision ?? 0) !== revision;
+      if (!document.hidden && isAvailable(now, 'denoised') && isNew) {
+        isDenoising.set(!running);
         try {
-          const response = await fetch(
-            imageUrl(job.id, 'png', {
-              denoise: 'mixed',
-              exposure,
-              tonemap: look.tone,
-            }),
-            { signal: abort.signal, headers: seen ? { 'If-None-Match': seen } : {} },
-          );
+          const query = { denoise: mode, exposure, tonemap: look.tone };
+          const response = await fetch(imageUrl(job.id, 'png', query), {
+            signal: abort.signal,
+            headers: seen ? { 'If-None-Match': seen } : {},
+          });
           if (response.ok) {
             seen = response.headers.get('etag') ?? '';
             setUrl(URL.createObjectURL(await response.blob()));
             onError(errorIn(response.headers));
           }
+          if (response.ok || response.status === 304) revision = now.revision ?? 0;
         } catch {
           if (abort.signal.aborted) return;
         }
+        isDenoising.set(false);
       }
-      if (running || latest.current === 0)
-        timer = window.setTimeout(() => void ask(), seen ? paceMs : 300);
+      if (running || revision < 0)
+        timer = window.setTimeout(() => void ask(), seen ? paceMs : firstMs);
     };
     timer = window.setTimeout(() => void ask(), url ? restMs : 0);
     return () => {
       abort.abort();
       clearTimeout(timer);
+      isDenoising.set(false);
     };
-  }, [job.id, running, exposure, look.tone]);
+  }, [job.id, running, exposure, look.tone, mode]);
   useEffect(() => () => void (url && URL.revokeObjectURL(url)), [url]);
   useEffect(() => () => onError(null), []);
   const from = 100 * (look.split ?? 0);
@@ -107,16 +127,19 @@ export function DenoisedImage({ job, onError }: DenoisedImageProps) {
   ) : null;
 }
 
-/** The switch, and the slider that reveals the plain image from the left. */
+/**
+ * The switch (off, mixed, full), and the slider that reveals the plain image from the left.
+ */
 export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: boolean }) {
   const shown = useStore(display);
+  const busy = useStore(isDenoising);
   const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
   if (!offered || job?.spec.denoise?.type === 'none') return null;
   const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
   const on = shown.denoised !== false;
   return (
     <div class="denoise">
-      <label title="The denoised image, blended with the plain one where that is better">
+      <label title="Off: the image as rendered">
         <input
           type="checkbox"
           checked={on}
@@ -126,6 +149,20 @@ export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: 
         />{' '}
         Denoised
       </label>
+      <select
+        aria-label="Denoised image"
+        title={denoiseModes[shown.denoiseMode ?? 'mixed'].meaning}
+        value={shown.denoiseMode ?? 'mixed'}
+        disabled={disabled || !on}
+        data-testid="denoise-mode"
+        onChange={(e) => set({ denoiseMode: e.currentTarget.value as DenoiseMode })}
+      >
+        {Object.entries(denoiseModes).map(([name, { label }]) => (
+          <option key={name} value={name}>
+            {label}
+          </option>
+        ))}
+      </select>
       <label title="Plain image to the left, denoised to the right">
         <span class="visually-hidden">Split between plain and denoised</span>
         <input
@@ -140,6 +177,9 @@ export function DenoiseControls({ job, disabled }: { job: Job | null; disabled: 
           onInput={(e) => set({ split: e.currentTarget.valueAsNumber })}
         />
       </label>
+      <span class="denoise-note pulse" role="status" data-testid="denoising">
+        {on && busy && 'Denoising…'}
+      </span>
     </div>
   );
 }

@@ -11,6 +11,7 @@ import {
   type Ground,
   type Shadow,
 } from './form_model';
+import { panoramas } from './kept_settings';
 import { take } from './scene_source';
 
 const kinds = [
@@ -32,7 +33,7 @@ const environmentHints: Record<EnvironmentMode, string> = {
   studio: 'Soft boxes before grey: key, fill, one above and one behind.',
   tent: 'Bright cloth all around, as for small products.',
   rim: 'Two strips behind the model draw its outline.',
-  sun: 'Sun and clear sky. North is away from the front of the model.',
+  sun: 'Sun and clear sky. North is behind the model (−z).',
   colour: 'Even light of one colour from all directions, like a light tent.',
   file: 'An environment map (.hdr or .exr) lights the scene and is its background.',
   none: 'Only lights that are in the scene.',
@@ -40,6 +41,7 @@ const environmentHints: Record<EnvironmentMode, string> = {
 
 export function EnvironmentField() {
   const v = useStore(form);
+  const sent = useStore(panoramas);
   const input = useRef<HTMLInputElement>(null);
   return (
     <>
@@ -59,7 +61,8 @@ export function EnvironmentField() {
             onChange={(e) => {
               const environment = e.currentTarget.value as EnvironmentMode;
               change({ environment });
-              if (environment === 'file' && !v.environmentAsset) input.current?.click();
+              if (environment === 'file' && !v.environmentAsset && !sent.length)
+                input.current?.click();
             }}
           >
             <option value="scene">From the scene file</option>
@@ -89,6 +92,30 @@ export function EnvironmentField() {
         <button type="button" class="quiet" onClick={() => input.current?.click()}>
           {v.environmentName ? 'Choose another file' : 'Choose a file'}
         </button>
+      )}
+      {v.environment === 'file' && sent.length > 0 && (
+        <Field label="Sent earlier" pointers={[]}>
+          {(a) => (
+            <select
+              {...a}
+              data-testid="sent-earlier"
+              value={
+                sent.some(({ asset }) => asset === v.environmentAsset) ? v.environmentAsset : ''
+              }
+              onChange={(e) => {
+                const map = sent.find(({ asset }) => asset === e.currentTarget.value);
+                if (map) change({ environmentAsset: map.asset, environmentName: map.name });
+              }}
+            >
+              <option value="">Choose…</option>
+              {sent.map(({ asset, name }) => (
+                <option key={asset} value={asset}>
+                  {name}
+                </option>
+              ))}
+            </select>
+          )}
+        </Field>
       )}
       {v.environment === 'colour' && (
         <div class="pair pair-uneven">
@@ -158,6 +185,9 @@ export function EnvironmentField() {
   );
 }
 
+/** The time zone of the browser. */
+const zone = Intl.DateTimeFormat().resolvedOptions().timeZone;
+
 function SunFields() {
   const v = useStore(form);
   return (
@@ -189,9 +219,9 @@ function SunFields() {
         </Field>
       </div>
       <Field
-        label="Date and time (UTC)"
+        label={`Date and time (${zone})`}
         pointers={[]}
-        hint="The light of the real sun: about 100,000 lux at noon, which exposure Auto shows."
+        hint="Strength 1 is the real sun, about 100,000 lux at noon, which exposure Auto shows."
       >
         {(a) => (
           <input
@@ -205,6 +235,9 @@ function SunFields() {
     </>
   );
 }
+
+const polish =
+  '0% is matte; 100% is polished and reflects the model, most strongly at shallow angles.';
 
 /** Background and ground of the model. */
 function StageFields() {
@@ -268,27 +301,13 @@ function StageFields() {
       )}
       {v.ground === 'catcher' && <ShadowFields />}
       {v.ground !== 'none' && (
-        <Field
+        <ShareField
           label="Ground reflection"
-          pointers={[]}
-          hint="0% is matte; 100% is polished and mirrors the model, most at low angles."
-        >
-          {(a) => (
-            <span class="slider">
-              <input
-                {...a}
-                type="range"
-                min={0}
-                max={100}
-                step={5}
-                data-testid="ground-reflection"
-                value={Math.round(100 * v.groundReflection)}
-                onInput={(e) => change({ groundReflection: e.currentTarget.valueAsNumber / 100 })}
-              />
-              <output class="mono">{Math.round(100 * v.groundReflection)}%</output>
-            </span>
-          )}
-        </Field>
+          hint={polish}
+          testId="ground-reflection"
+          value={v.groundReflection}
+          onValue={(groundReflection) => change({ groundReflection })}
+        />
       )}
     </>
   );
@@ -297,24 +316,6 @@ function StageFields() {
 /** The shadow on a catcher. */
 function ShadowFields() {
   const v = useStore(form);
-  const share = (label: string, hint: string, value: number, set: (share: number) => void) => (
-    <Field label={label} pointers={[]} hint={hint}>
-      {(a) => (
-        <span class="slider">
-          <input
-            {...a}
-            type="range"
-            min={0}
-            max={100}
-            step={5}
-            value={Math.round(100 * value)}
-            onInput={(e) => set(e.currentTarget.valueAsNumber / 100)}
-          />
-          <output class="mono">{Math.round(100 * value)}%</output>
-        </span>
-      )}
-    </Field>
-  );
   return (
     <>
       <Field
@@ -334,15 +335,51 @@ function ShadowFields() {
           </select>
         )}
       </Field>
-      {share('Shadow strength', '0% is no shadow.', v.shadowStrength, (shadowStrength) =>
-        change({ shadowStrength }),
-      )}
-      {share(
-        'Shadow softness',
-        'Widens every light for the shadow.',
-        v.shadowSoftness,
-        (shadowSoftness) => change({ shadowSoftness }),
-      )}
+      <ShareField
+        label="Shadow strength"
+        hint="0% is no shadow."
+        testId="shadow-strength"
+        value={v.shadowStrength}
+        onValue={(shadowStrength) => change({ shadowStrength })}
+      />
+      <ShareField
+        label="Shadow softness"
+        hint="Widens every light for the shadow."
+        testId="shadow-softness"
+        value={v.shadowSoftness}
+        onValue={(shadowSoftness) => change({ shadowSoftness })}
+      />
     </>
+  );
+}
+
+interface ShareFieldProps {
+  label: string;
+  hint: string;
+  testId: string;
+  value: number;
+  onValue: (value: number) => void;
+}
+
+/** A slider from 0 to 1, in percent. */
+function ShareField({ label, hint, testId, value, onValue }: ShareFieldProps) {
+  return (
+    <Field label={label} pointers={[]} hint={hint}>
+      {(a) => (
+        <span class="slider">
+          <input
+            {...a}
+            type="range"
+            min={0}
+            max={100}
+            step={5}
+            data-testid={testId}
+            value={Math.round(100 * value)}
+            onInput={(e) => onValue(e.currentTarget.valueAsNumber / 100)}
+          />
+          <output class="mono">{Math.round(100 * value)}%</output>
+        </span>
+      )}
+    </Field>
   );
 }

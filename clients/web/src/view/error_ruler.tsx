@@ -1,6 +1,7 @@
 import type { ConvergencePoint, Job } from '../api/types';
 import { rampCss } from '../live/heat';
 import { count, errorInWords, number, percent } from '../ui/format';
+import { serverInfo } from '../ui/server_state';
 import { biasOf, isNoiseAlone, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
 import { LightNotFound } from './light_not_found';
@@ -9,6 +10,9 @@ import { errorRange } from './view_modes';
 
 /** An error is outdated if the image has this many times its samples. */
 const staleFrom = 1.25;
+
+/** An interval whose ends are this many times apart is called uncertain. */
+const wideFrom = 100;
 
 /**
  * The number of samples at which the error was estimated, if the image has clearly more now;
@@ -44,27 +48,32 @@ export function ErrorRuler({
   const then = denoised ? null : samplesThen(job, points);
   const confidence = Math.round(100 * (error?.confidence ?? 0.95));
   const bias = biasOf(job);
+  const unknownLabel = denoised ? 'Error of the denoised image' : 'Error';
   const isNoise = isNoiseAlone(job);
   const notes: { text: string; id: string }[] = [];
   if (value != null && error?.low != null && error.high != null)
     notes.push({
       id: 'interval',
-      text: `(${percent(error.low)} to ${percent(error.high)} with ${confidence}% confidence)`,
+      // Ends so far apart say nothing but this.
+      text:
+        error.high > wideFrom * error.low && error.low > 0
+          ? '(uncertain)'
+          : `(${percent(error.low)} to ${percent(error.high)} with ${confidence}% confidence)`,
     });
-  if (denoised) notes.push({ id: 'denoised', text: 'denoised' });
+  if (denoised && value != null) notes.push({ id: 'denoised', text: 'denoised' });
   if (then != null) notes.push({ id: 'age', text: `at ${count(then)} samples` });
   if (denoised)
-    notes.push({ id: 'plain', text: `plain ${percent(plain.error?.relative)}` });
+    notes.push({ id: 'plain', text: `${percent(plain.error?.relative)} without denoising` });
   return (
     <section class="ruler" aria-label="Error of the image">
       <div class="ruler-head">
         <p class="ruler-value" data-testid="error">
           <span class="ruler-label">
-            {value == null ? 'Error' : isNoise ? 'Noise' : 'The average pixel is'}
+            {value == null ? unknownLabel : isNoise ? 'Noise' : 'The average pixel is'}
           </span>{' '}
           <strong>
-            {denoised && isOpen(denoised) && 'below '}
-            {value != null ? percent(value) : 'not known yet'}
+            {value != null && denoised && isOpen(denoised) && 'below '}
+            {value != null ? percent(value) : 'not known'}
           </strong>
           {value != null && !isNoise && ' off'}
           {notes.map(({ id, text }, i) => (
@@ -74,7 +83,7 @@ export function ErrorRuler({
               data-testid={`error-${id}`}
               title={id === 'denoised' ? denoised?.denoiser : undefined}
             >
-              {id === 'interval' || i === 0 ? ' ' : ', '}
+              {id === 'interval' || (i === 0 && value != null) ? ' ' : ', '}
               {text}
             </span>
           ))}
@@ -95,14 +104,29 @@ const isOpen = (denoised: DenoisedError): boolean => denoised.low === 0 && denoi
 /** The job with the error of the displayed image in place of the plain one's. */
 function shownAs(job: Job, denoised: DenoisedError): Job {
   const { low, high } = denoised;
-  const value = isOpen(denoised) ? high : denoised.value;
+  // An upper end above the plain image's error tells nothing about the denoised one.
+  const tells = high !== null && high < (job.error?.relative ?? 1);
+  const value = isOpen(denoised) ? (tells ? high : null) : denoised.value;
   return { ...job, error: { ...job.error, relative: value, low, high } } as Job;
 }
+
+/** Whether only the choice of the sample count makes the job's image consistent. */
+const isOwnStop = (job: Job): boolean => {
+  const row = serverInfo.get()?.integrators.find((i) => i.type === job.spec.integrator.type);
+  return row?.bias === 'none' && /_error$/.test(job.stop_reason ?? '');
+};
 
 /** Whether the error includes the bias; for progressive photon mapping also how fast that falls. */
 function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
   const { alpha } = job.spec.integrator;
   const share = radiusShare(job);
+  if (bias === 'consistent' && isOwnStop(job))
+    return (
+      <p class="ruler-bias" data-testid="bias">
+        Because the job stopped on its own error, a tiny bias remains that vanishes with more
+        samples.
+      </p>
+    );
   return (
     <p class="ruler-bias" data-testid="bias">
       {bias === 'biased' ? 'This method is biased' : 'This method is consistent'}
@@ -134,8 +158,8 @@ function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
 function wordsFor({ error }: Job, isDenoised: boolean): string {
   if (error?.unreliable)
     return (
-      'Rare bright paths are still being found: more light is in doubt than is visible as grain. ' +
-      'Take more samples, or denoise.'
+      'A few very bright pixels decide this number. Most of the image is cleaner; denoise it, or ' +
+      'take more samples.'
     );
   return isDenoised ? '' : errorInWords(error?.relative);
 }

@@ -1,25 +1,28 @@
 import { useEffect, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
+import { filmOf, isAvailable } from '../api/states';
 import type { Job } from '../api/types';
 import type { LiveFilm } from '../live/film';
 import { display } from '../ui/server_state';
+import { thumbnailUrl } from './thumbnail';
 
 const tileSide = 32;
 
 /**
  * The image encoded by the server, available with one small response; tiles replace it, and it is
- * removed when all have arrived. A job that has just started has none.
+ * removed when all have arrived. Until it has arrived, the list's thumbnail is shown, which the
+ * browser has. A job that has just started has neither.
  */
 export function FirstLook({ job, film }: { job: Job; film: LiveFilm | null }) {
   const [src] = useState(() => {
-    if (!job.revision || (film && film.tilesSeen > 0)) return '';
+    if (!isAvailable(job, 'image') || (film && film.tilesSeen > 0)) return '';
     const { auto, exposure: stops, tone: tonemap } = display.get();
     const exposure = auto === false ? stops : 'auto';
     // JPEG is encoded in a quarter of WebP's time; WebP has alpha, with a tenth of PNG's bytes.
     const isOpaque = job.spec.background?.type !== 'transparent';
     return imageUrl(job.id, isOpaque ? 'jpg' : 'webp', { exposure, tonemap });
   });
-  const { width, height, crop } = job.spec.film;
+  const { width, height, crop } = filmOf(job);
   const part = crop ?? { x: 0, y: 0, width, height };
   const last = (from: number, size: number): number =>
     Math.ceil((from + size) / tileSide) - Math.floor(from / tileSide);
@@ -27,18 +30,16 @@ export function FirstLook({ job, film }: { job: Job; film: LiveFilm | null }) {
   const [covered, setCovered] = useState(false);
   useEffect(() => film?.onChange(() => film.tilesSeen >= tiles && setCovered(true)), [film, tiles]);
   if (!src || covered) return null;
+  const place = {
+    left: `${(100 * part.x) / width}%`,
+    top: `${(100 * part.y) / height}%`,
+    width: `${(100 * part.width) / width}%`,
+    height: `${(100 * part.height) / height}%`,
+  };
   return (
-    <img
-      class="first-look"
-      data-testid="first-look"
-      src={src}
-      alt=""
-      style={{
-        left: `${(100 * part.x) / width}%`,
-        top: `${(100 * part.y) / height}%`,
-        width: `${(100 * part.width) / width}%`,
-        height: `${(100 * part.height) / height}%`,
-      }}
-    />
+    <>
+      <img class="first-look" src={thumbnailUrl(job)} alt="" style={place} />
+      <img class="first-look" data-testid="first-look" src={src} alt="" style={place} />
+    </>
   );
 }

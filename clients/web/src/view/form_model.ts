@@ -53,6 +53,10 @@ export interface FormValues {
   seconds: number;
   camera: string;
   pose: Pose | null;
+  /** Radius of the lens for depth of field; 0: everything is sharp. */
+  apertureMm: number;
+  /** Null: the point that the camera looks at. */
+  focusM: number | null;
   crop: Crop | null;
   variant: string;
   /** Null: the rest pose. */
@@ -64,7 +68,7 @@ export interface FormValues {
   environmentColour: string;
   environmentIntensity: number;
   environmentRotation: number;
-  /** Degrees, and a UTC time in the format of the browser's field. */
+  /** Degrees, and a local time in the format of the browser's field. */
   sunLatitude: number;
   sunLongitude: number;
   sunTime: string;
@@ -95,6 +99,8 @@ export interface FormValues {
   /** Number of frames of an animation; 1: a still image. */
   frames: number;
   framesPerSecond: number;
+  /** Every so many minutes from sunTime until the end of that day; 0: one time. */
+  dayMinutes: number;
   /** Selected estimator options: group to option name. */
   options: Record<string, string>;
   /** Settings of the render that was used to fill in the form. */
@@ -118,6 +124,8 @@ export const initial: FormValues = {
   cpuSeconds: 60,
   camera: '',
   pose: null,
+  apertureMm: 0,
+  focusM: null,
   crop: null,
   variant: '',
   timeSeconds: 0,
@@ -130,7 +138,7 @@ export const initial: FormValues = {
   environmentRotation: 0,
   sunLatitude: 52.5,
   sunLongitude: 13.4,
-  sunTime: '2026-06-21T10:00',
+  sunTime: '2026-06-21T12:00',
   background: 'environment',
   backgroundColour: '#ffffff',
   ground: 'none',
@@ -152,6 +160,7 @@ export const initial: FormValues = {
   allVariants: false,
   frames: 1,
   framesPerSecond: 24,
+  dayMinutes: 0,
   options: {},
   reused: null,
 };
@@ -296,6 +305,11 @@ function merge(target: Record<string, unknown>, patch: unknown): void {
 }
 
 function cameraOf(v: FormValues): Record<string, unknown> | null {
+  const camera = { ...placeOf(v), ...lensOf(v) };
+  return Object.keys(camera).length ? camera : null;
+}
+
+function placeOf(v: FormValues): Record<string, unknown> {
   if (v.pose)
     return {
       position: v.pose.position,
@@ -303,9 +317,43 @@ function cameraOf(v: FormValues): Record<string, unknown> | null {
       ...(v.pose.up && { up: v.pose.up }),
       vertical_fov_degrees: v.pose.verticalFovDegrees,
     };
-  if (!v.camera) return null;
+  if (!v.camera) return {};
   // Cameras without a name are offered as "#index".
   return v.camera.startsWith('#') ? { index: Number(v.camera.slice(1)) } : { name: v.camera };
+}
+
+const lensOf = (v: FormValues): Record<string, unknown> =>
+  v.apertureMm > 0
+    ? {
+        aperture_radius: round(v.apertureMm / 1000),
+        ...(v.focusM !== null && { focus_distance: v.focusM }),
+      }
+    : {};
+
+const pad = (n: number): string => String(n).padStart(2, '0');
+
+/** A moment in the format of the browser's field, in local time. */
+export const localTime = (moment: Date): string =>
+  `${moment.getFullYear()}-${pad(moment.getMonth() + 1)}-${pad(moment.getDate())}` +
+  `T${pad(moment.getHours())}:${pad(moment.getMinutes())}`;
+
+/** The same moment in UTC, as in a request. */
+export const utcOf = (local: string): string =>
+  local && new Date(local).toISOString().replace('.000Z', 'Z');
+
+/** Moments of the day of the sun's time, from that on, as in a request. */
+export function sunTimes(v: FormValues): string[] {
+  if (v.environment !== 'sun' || !v.sunTime) return [];
+  const times = [];
+  for (
+    let moment = new Date(v.sunTime);
+    localTime(moment).slice(0, 10) === v.sunTime.slice(0, 10);
+  ) {
+    times.push(utcOf(localTime(moment)));
+    if (!(v.dayMinutes > 0)) break;
+    moment = new Date(moment.getTime() + 60_000 * v.dayMinutes);
+  }
+  return times;
 }
 
 function environmentOf(v: FormValues): unknown {
@@ -315,10 +363,12 @@ function environmentOf(v: FormValues): unknown {
     intensity: v.environmentIntensity,
     rotation_degrees: v.environmentRotation,
   };
-  if (v.environment === 'file') return { asset: v.environmentAsset, ...common };
+  // Until a file is chosen, the scene's own light is shown.
+  if (v.environment === 'file')
+    return v.environmentAsset ? { asset: v.environmentAsset, ...common } : undefined;
   if (isPreset(v.environment)) return { preset: v.environment, ...common };
   if (v.environment === 'sun') {
-    const sun = { latitude: v.sunLatitude, longitude: v.sunLongitude, time: `${v.sunTime}:00Z` };
+    const sun = { latitude: v.sunLatitude, longitude: v.sunLongitude, time: utcOf(v.sunTime) };
     return { sun, ...common };
   }
   return { color: linearOf(v.environmentColour), ...common };

@@ -3,6 +3,7 @@ import {
   cropOf,
   initial,
   integratorOptions,
+  localTime,
   type Background,
   type Shadow,
   type EnvironmentMode,
@@ -48,7 +49,7 @@ function environmentOf(spec: Job['spec']): Partial<FormValues> {
     ...(sun && {
       sunLatitude: sun.latitude,
       sunLongitude: sun.longitude,
-      sunTime: sun.time.slice(0, 16),
+      sunTime: localTime(new Date(sun.time)),
     }),
     environmentAsset: environment.asset ?? '',
     environmentName: environment.asset ? environment.asset.slice(0, 8) : '',
@@ -97,14 +98,17 @@ function optionsOfIntegrator(spec: Job['spec'], info: Server | null): Record<str
 /** The form as it would have been filled in for this job. */
 export function formOf(job: Job, info: Server | null): FormValues {
   const { spec } = job;
-  const { stop } = spec;
+  const { stop, film } = spec;
   return {
     ...initial,
     scene: spec.scene,
     name: spec.name,
-    width: spec.film.width,
-    height: spec.film.height,
-    crop: spec.film.crop && cropOf(spec.film.crop, spec.film.width, spec.film.height),
+    ...(film && {
+      width: film.width,
+      height: film.height,
+      crop: film.crop && cropOf(film.crop, film.width, film.height),
+      filter: film.filter.type,
+    }),
     useSamples: stop.samples_per_pixel != null,
     samples: stop.samples_per_pixel ?? initial.samples,
     useError: stop.relative_error != null,
@@ -120,6 +124,8 @@ export function formOf(job: Job, info: Server | null): FormValues {
     timeSeconds: spec.time_seconds === undefined ? 0 : spec.time_seconds,
     shutterSeconds: spec.shutter_seconds ?? 0,
     ...cameraOf(spec),
+    apertureMm: 1000 * (spec.camera.aperture_radius ?? 0),
+    focusM: spec.camera.focus_distance ?? null,
     ...environmentOf(spec),
     ...stageOf(spec),
     integrator: spec.integrator.type,
@@ -128,7 +134,6 @@ export function formOf(job: Job, info: Server | null): FormValues {
     sampler: spec.sampler.type,
     lightSampler: spec.light_sampler.type,
     adaptive: spec.adaptive.type,
-    filter: spec.film.filter.type,
     seed: spec.seed,
     priority: spec.priority,
     options: optionsOf(job, info),

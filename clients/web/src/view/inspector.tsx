@@ -1,7 +1,7 @@
 import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { Job, Pixel, PixelLayer } from '../api/types';
 import type { LiveFilm } from '../live/film';
 import { toBytes } from '../live/tone';
@@ -20,10 +20,11 @@ const asList = (v: (number | null)[] | undefined): number[] => (v ?? []).map((x)
  */
 function usePixel(job: Job, probe: Probe | null): Pixel | null {
   const [report, setReport] = useState<Pixel | null>(null);
+  const ready = isAvailable(job, 'image');
   const beat =
     probe?.pinned && !isFinal(job.state) ? Math.floor((job.progress?.elapsed_seconds ?? 0) / 2) : 0;
   useEffect(() => {
-    if (!probe) return setReport(null);
+    if (!probe || !ready) return setReport(null);
     const abort = new AbortController();
     const timer = setTimeout(
       () => {
@@ -38,7 +39,7 @@ function usePixel(job: Job, probe: Probe | null): Pixel | null {
       clearTimeout(timer);
       abort.abort();
     };
-  }, [job.id, job.state, probe?.x, probe?.y, probe?.pinned, beat]);
+  }, [job.id, job.state, ready, probe?.x, probe?.y, probe?.pinned, beat]);
   return report && probe && report.x === probe.x && report.y === probe.y ? report : null;
 }
 

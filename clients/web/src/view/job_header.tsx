@@ -1,6 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
 import { api, imageUrl, RequestError } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { ExtendRequest, Job } from '../api/types';
 import type { LinkState } from '../live/feed_messages';
 import type { JobFeed } from '../live/job_feed';
@@ -10,6 +10,7 @@ import { go, route } from '../ui/router';
 import { display, jobs, refresh, say, sayError, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { Menu } from './menu';
+import { sameSize, sizeText } from './job_pick';
 import { sceneTitle, stateLabel } from './job_words';
 
 /**
@@ -102,13 +103,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
   const running = !isFinal(job.state);
   const mostSamples = useStore(serverInfo)?.limits.samples_per_pixel ?? Infinity;
   const others = (useStore(jobs) ?? [])
-    .filter(
-      (j) =>
-        j.id !== job.id &&
-        j.spec.film.width === job.spec.film.width &&
-        j.spec.film.height === job.spec.film.height &&
-        (j.revision ?? 0) > 0,
-    )
+    .filter((j) => j.id !== job.id && sameSize(j, job) && isAvailable(j, 'image'))
     .slice(0, 4);
   const copyLink = async (): Promise<void> => {
     const { query } = route.get();
@@ -142,9 +137,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
           <span class={`state state-${job.state}`} data-testid="state">
             {stateLabel(job)}
           </span>
-          <span class="dim">
-            {job.spec.film.width} × {job.spec.film.height}
-          </span>
+          <span class="dim">{sizeText(job)}</span>
           <LinkNote link={link} running={running} />
         </p>
       </div>
@@ -216,7 +209,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             ))}
           </Menu>
         )}
-        {(job.revision ?? 0) > 0 && <Downloads job={job} />}
+        {isAvailable(job, 'image') && <Downloads job={job} />}
         <Menu
           label={
             <>
@@ -240,7 +233,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
               <Icon name="compare" /> Compare with {sceneTitle(o)} {o.id.slice(0, 4)}
             </button>
           ))}
-          {(job.revision ?? 0) > 0 && (
+          {isAvailable(job, 'image') && (
             <a href={`#/compare/${job.id}`}>
               <Icon name="compare" /> Compare with another…
             </a>
@@ -289,6 +282,17 @@ function DeleteButton({ onDelete }: { onDelete: () => void }) {
   );
 }
 
+/** Shorter waits are not worth a word. */
+const waitLeast = 10;
+
+/** Time that a job spent in the queue or paused, if that is long. */
+function waitedIn(job: Job): string {
+  if (!job.finished_at) return '';
+  const whole = (Date.parse(job.finished_at) - Date.parse(job.created_at)) / 1000;
+  const waited = whole - (job.progress?.elapsed_seconds ?? 0);
+  return waited >= waitLeast ? `, waited ${duration(waited)}` : '';
+}
+
 function ProgressLine({ job }: { job: Job }) {
   const p = job.progress;
   const fraction = p?.fraction ?? 0;
@@ -299,7 +303,8 @@ function ProgressLine({ job }: { job: Job }) {
         ? `, about ${duration(p.eta_seconds)} left`
         : '')
     : p?.samples_per_pixel?.mean
-      ? `${count(p.samples_per_pixel.mean)} samples in ${duration(p.elapsed_seconds)}`
+      ? `${count(p.samples_per_pixel.mean)} samples in ${duration(p.elapsed_seconds)} ` +
+        `(CPU ${duration(p.cpu_seconds)}${waitedIn(job)})`
       : '';
   return (
     <div class="progress-line">

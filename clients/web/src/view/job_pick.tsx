@@ -1,5 +1,5 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { isFinal } from '../api/states';
+import { filmOf, isAvailable, isFinal } from '../api/states';
 import type { Job } from '../api/types';
 import { count, percent } from '../ui/format';
 import { useGrowing } from '../ui/later';
@@ -10,10 +10,11 @@ import { Thumbnail } from './thumbnail';
 
 const rowsAtOnce = 8;
 
-export const sizeText = ({ spec: { film } }: Job): string => `${film.width} × ${film.height}`;
+export const sizeText = (job: Job): string =>
+  job.spec.film ? `${job.spec.film.width} × ${job.spec.film.height}` : 'meter only';
 
 export const sameSize = (a: Job, b: Job): boolean =>
-  a.spec.film.width === b.spec.film.width && a.spec.film.height === b.spec.film.height;
+  filmOf(a).width === filmOf(b).width && filmOf(a).height === filmOf(b).height;
 
 /** Distinguishing parts come first: a narrow list truncates the rest. */
 function factsOf(job: Job): string {
@@ -57,7 +58,7 @@ export function JobPick({
           <>
             <span class="visually-hidden">{label}: </span>
             <span class="pick-text">
-              {job ? `${sceneTitle(job)}, ${factsOf(job)}` : id.slice(0, 8)}
+              {job ? `${sceneTitle(job)}, ${factsOf(job)}` : id.slice(0, 8) || 'Choose a render'}
             </span>
           </>
         }
@@ -81,7 +82,7 @@ function Choices({
   const { list, settled, more, load } = useJobList(null, text.trim());
   const search = useRef<HTMLInputElement>(null);
   useEffect(() => search.current?.focus(), []);
-  const offered = list.filter((j) => (j.revision ?? 0) > 0);
+  const offered = list.filter((j) => isAvailable(j, 'image') || isAvailable(j, 'meter'));
   const drawn = useGrowing(offered.length, rowsAtOnce);
   return (
     <>

@@ -32,7 +32,8 @@ export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
   const holder = useRef<JobFeed | null>(null);
   if (holder.current?.jobId !== jobId) {
     holder.current?.close();
-    holder.current = new JobFeed(jobId, planes);
+    const known = jobs.get()?.find((j) => j.id === jobId);
+    holder.current = new JobFeed(jobId, planes, known ?? null);
   }
   const feed = holder.current;
   const drawn = feed.state;
@@ -51,7 +52,8 @@ export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
 }
 
 /** A render that failed before its first tile has nothing to measure. */
-const shows = (job: Job): boolean => job.state !== 'failed' || (job.revision ?? 0) > 0;
+const shows = (job: Job): boolean =>
+  job.spec.film !== null && (job.state !== 'failed' || (job.revision ?? 0) > 0);
 
 /** An ended job has no stream, but disappears from the list when it is deleted. */
 function useListWatch(feed: JobFeed): void {
@@ -182,21 +184,27 @@ export function JobView({ jobId }: { jobId: string }) {
             </div>
           </header>
         )}
-        <Stage
-          feed={feed}
-          state={state}
-          mode={mode}
-          probe={probe}
-          onProbe={setProbe}
-          onDenoised={setDenoised}
-        />
-        <Toolbar
-          job={job}
-          mode={mode}
-          film={film}
-          tooLarge={state.tooLarge}
-          onMode={showMode}
-        />
+        {job?.spec.film === null ? (
+          <MeterTable key={job.id} job={job} />
+        ) : (
+          <>
+            <Stage
+              feed={feed}
+              state={state}
+              mode={mode}
+              probe={probe}
+              onProbe={setProbe}
+              onDenoised={setDenoised}
+            />
+            <Toolbar
+              job={job}
+              mode={mode}
+              film={film}
+              tooLarge={state.tooLarge}
+              onMode={showMode}
+            />
+          </>
+        )}
         {job && shows(job) && (
           <Later>
             <ErrorRuler job={job} points={convergence?.points ?? []} denoised={denoised} />
@@ -222,7 +230,7 @@ export function JobView({ jobId }: { jobId: string }) {
             <StrategyPyramid job={job} mode={mode} onMode={showMode} />
           </Later>
         )}
-        {job?.spec.meter && (
+        {job?.spec.meter && job.spec.film && (
           <Later>
             <MeterTable key={job.id} job={job} />
           </Later>

@@ -1,7 +1,7 @@
 import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { Job, JobState } from '../api/types';
 import { ago, count, duration, percent } from '../ui/format';
 import { useGrowing } from '../ui/later';
@@ -173,7 +173,7 @@ function JobCard({ job, chosen, onChoose }: JobCardProps) {
           </Fragment>
         ))}
       </p>
-      {isFinal(job.state) && (job.revision ?? 0) > 0 && (
+      {isFinal(job.state) && isAvailable(job, 'image') && (
         <p>
           <a
             href={`#/compare/${job.id}`}

@@ -1,6 +1,6 @@
 import { useState } from 'preact/hooks';
 import type { Experiment } from '../api/types';
-import { count, number } from '../ui/format';
+import { digits, exact, measured, number } from '../ui/format';
 import { MathText } from '../ui/math_text';
 import { inkOf, labelOf, Mark, useWidth, type Series } from './lab_axes';
 import { commandOf, curlOf, type LabForm } from './lab_model';
@@ -108,22 +108,25 @@ export function Table({ series }: { series: Series }) {
             <th scope="col">mean</th>
             <th scope="col">± std. error</th>
             <th scope="col">RMSE</th>
-            <th scope="col">CPU</th>
+            <th scope="col">CPU, ms</th>
           </tr>
         </thead>
         <tbody>
-          {series.points.map((p) => (
-            <tr key={p.n_asked}>
-              <th scope="row">
-                {count(p.n)}
-                {p.n !== p.n_asked && <span class="dim"> for {count(p.n_asked)}</span>}
-              </th>
-              <td>{number(p.mean, 6)}</td>
-              <td>{number(p.standard_error, 2)}</td>
-              <td>{number(p.rmse)}</td>
-              <td>{number(p.seconds, 2)} s</td>
-            </tr>
-          ))}
+          {series.points.map((p) => {
+            const [mean, error] = measured(p.mean, p.standard_error);
+            return (
+              <tr key={p.n_asked}>
+                <th scope="row">
+                  {exact(p.n)}
+                  {p.n !== p.n_asked && <span class="dim"> for {exact(p.n_asked)}</span>}
+                </th>
+                <td>{mean}</td>
+                <td>{error}</td>
+                <td>{digits(p.rmse, 3)}</td>
+                <td>{digits(1000 * p.seconds, 2)}</td>
+              </tr>
+            );
+          })}
         </tbody>
       </table>
     </div>

@@ -1,5 +1,6 @@
 import { useEffect } from 'preact/hooks';
 import { api } from '../api/client';
+import { filmOf } from '../api/states';
 import type { Job } from '../api/types';
 import { Store, useStore } from '../ui/store';
 import { familiesOf, firstFamily } from './mix_families';
@@ -24,8 +25,7 @@ function useWeights(job: Job): { weightOf: (layer: string) => number; isKnown: b
   const families = familiesOf(job);
   const { scene } = job.spec;
   // The scene decides whether the lights are complete: asked for only if that matters.
-  const asks =
-    !groups && families.length > 1 && firstFamily(families, [])?.label === 'Lights';
+  const asks = !groups && families.length > 1 && firstFamily(families, [])?.label === 'Lights';
   useEffect(() => {
     if (!asks) return;
     const tell = (found: string[]): void =>
@@ -44,7 +44,7 @@ function useWeights(job: Job): { weightOf: (layer: string) => number; isKnown: b
 /** In the format of `mix` in the image's address; null: not known yet. */
 export function useMix(job: Job): string | null {
   const { weightOf, isKnown } = useWeights(job);
-  return isKnown ? (job.spec.film.layers ?? []).filter(isPart).map(weightOf).join(',') : null;
+  return isKnown ? filmOf(job).layers.filter(isPart).map(weightOf).join(',') : null;
 }
 
 /** A slider for each light share: shows the lights dimmed or brightened. */

@@ -1,51 +1,62 @@
 import { useEffect, useState } from 'preact/hooks';
 import { api, meterUrl } from '../api/client';
-import type { Job, MeterReading } from '../api/types';
-import { count, measured, number } from '../ui/format';
+import { isAvailable } from '../api/states';
+import type { Job, Meter } from '../api/types';
+import { count, measured, number, percent } from '../ui/format';
 import { MeterMap } from './meter_map';
 import { useRevision } from './server_image';
 
 /** More are in the CSV. */
 const rowsMost = 256;
 
-function useReadings(job: Job): MeterReading[] {
-  const [readings, setReadings] = useState<MeterReading[]>([]);
+function useMeter(job: Job): Meter | null {
+  const [meter, setMeter] = useState<Meter | null>(null);
   const revision = useRevision(job, false, 'meter');
   const { id, state } = job;
+  const ready = isAvailable(job, 'meter');
   useEffect(() => {
-    if (!revision) return;
+    if (!ready) return;
     const abort = new AbortController();
     api
       .meter(id, abort.signal)
-      .then(({ points }) => setReadings(points))
+      .then(setMeter)
       .catch(() => undefined); // Requested again at the next revision.
     return () => abort.abort();
-  }, [id, state, revision]);
-  return readings;
+  }, [id, state, revision, ready]);
+  return meter;
 }
 
 /** Readings of the job's meter: irradiance and illuminance with their 95% intervals. */
 export function MeterTable({ job }: { job: Job }) {
-  const readings = useReadings(job);
-  if (!readings.length) return null;
+  const meter = useMeter(job);
+  if (!meter) return null;
+  const readings = meter.points;
   const lux = readings.map((r) => r.illuminance_lux);
+  const range = `${number(Math.min(...lux))} to ${number(Math.max(...lux))}`;
   const plane = job.spec.meter?.plane;
-  const mean = lux.reduce((sum, v) => sum + v, 0) / lux.length;
   return (
     <section class="card" aria-labelledby="meter-title" data-testid="meter">
       <header class="card-head">
-        <h2 id="meter-title">Irradiance</h2>
+        <h2 id="meter-title">Meter</h2>
         <a class="link" href={meterUrl(job.id)} download={`meter-${job.id}.csv`}>
           CSV
         </a>
       </header>
       {readings.length > 1 && (
         <p class="hint" data-testid="meter-summary">
-          {count(readings.length)} points: {number(Math.min(...lux))} to{' '}
-          {number(Math.max(...lux))} lux, mean {number(mean)} lux.
+          {count(readings.length)} points: {range} lux, mean {number(meter.mean_lux)} lux.
+          {meter.uniformity !== null && ` Uniformity ${number(meter.uniformity)}.`}
+          {meter.daylight_factor !== null &&
+            ` Daylight factor ${percent(meter.daylight_factor)} of ${number(meter.outdoor_lux)} ` +
+              'lux outdoors.'}
         </p>
       )}
-      {plane && <MeterMap plane={plane} readings={readings} />}
+      {plane && (
+        <MeterMap
+          plane={plane}
+          values={readings.map((r) => ({ lux: r.illuminance_lux, position: r.position }))}
+        />
+      )}
       <div class="lab-table meter-table" tabIndex={0} role="group" aria-label="Readings">
         <table>
           <thead>
@@ -66,9 +77,7 @@ export function MeterTable({ job }: { job: Job }) {
                     `${r.unreliable ? ', which is only a guess' : ''}; ${count(r.samples)} paths`
                   }
                 >
-                  <th scope="row">
-                    {r.position.map((v) => number(v)).join(', ')}
-                  </th>
+                  <th scope="row">{r.position.map((v) => number(v)).join(', ')}</th>
                   <td class="mono">
                     {value}{' '}
                     <span class="dim">

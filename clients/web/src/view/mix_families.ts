@@ -1,3 +1,4 @@
+import { filmOf } from '../api/states';
 import type { Job } from '../api/types';
 import { isPart } from './view_modes';
 
@@ -28,7 +29,7 @@ function hasAllStrategies(names: string[], mostBounces: number): boolean {
 
 /** The families of which a job records parts of the image, in the order of preference. */
 export function familiesOf(job: Job): Family[] {
-  const parts = (job.spec.film.layers ?? []).filter(isPart);
+  const parts = filmOf(job).layers.filter(isPart);
   const most = job.spec.integrator.max_depth;
   const family = (
     label: string,
@@ -50,5 +51,4 @@ export function familiesOf(job: Job): Family[] {
 export const firstFamily = (
   families: Family[],
   lightGroups: readonly string[],
-): Family | undefined =>
-  families.find((family) => family.isComplete(lightGroups)) ?? families[0];
+): Family | undefined => families.find((family) => family.isComplete(lightGroups)) ?? families[0];

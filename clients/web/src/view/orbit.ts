@@ -68,7 +68,7 @@ export function poseOnOrbit(
   bounds: Scene['bounds'],
 ): Pose | null {
   const { orbit, vertical_fov_degrees: fov } = camera;
-  if (!orbit) return null;
+  if (!orbit || !film) return null;
   const whole = framed(bounds, film.width / film.height, fov ?? startFov);
   return poseOf({
     ...whole,

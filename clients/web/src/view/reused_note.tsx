@@ -26,7 +26,7 @@ function useDefaults(active: boolean): Map<string, string> {
   const [defaults, setDefaults] = useState(new Map<string, string>());
   useEffect(() => {
     if (!active) return;
-    fetch('/openapi.json')
+    fetch('openapi.json')
       .then((answer) => answer.json())
       .then((d) => setDefaults(new Map(defaultsOf(d.components.schemas.JobRequest))))
       .catch(() => undefined); // In that case settings with default values are listed, too.

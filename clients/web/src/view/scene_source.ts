@@ -8,10 +8,12 @@ import {
   type DroppedFile,
   type UploadReport,
 } from '../api/upload';
+import { isPhotometric, roomFor } from '../api/luminaire';
 import { go, route } from '../ui/router';
 import { say } from '../ui/server_state';
 import { persistent, Store } from '../ui/store';
 import { change, form, refusals } from './form_model';
+import { panoramas } from './kept_settings';
 import { forAnotherScene } from './reused_settings';
 
 /** Models uploaded from this page or found on the server, newest first. */
@@ -52,7 +54,10 @@ export function take(files: DroppedFile[]): Promise<void> {
 }
 
 /** Uploads a model, an environment map, or one of each. Other files are reported. */
-async function send(files: DroppedFile[]): Promise<void> {
+async function send(dropped: DroppedFile[]): Promise<void> {
+  // A photometric file without a model that uses it is shown in a room.
+  const profile = modelIn(dropped) ? undefined : dropped.find((f) => isPhotometric(f.path));
+  const files = profile ? [...dropped, roomFor(profile.file)] : dropped;
   sendNote.set(null);
   const report = (what: string, share: number): void => sending.set({ what, share });
   report(files[0].file.name, 0);
@@ -81,9 +86,13 @@ async function send(files: DroppedFile[]): Promise<void> {
   if (news.length) say([...news, left].join(' ').trim());
 }
 
+const panoramasAtMost = 12;
+
 async function takePanorama(file: File, report: UploadReport): Promise<string> {
   const asset = await uploadEnvironment(file, report);
   change({ environment: 'file', environmentAsset: asset, environmentName: file.name });
+  const others = panoramas.get().filter((map) => map.asset !== asset);
+  panoramas.set([{ asset, name: file.name }, ...others].slice(0, panoramasAtMost));
   return `Lighting set to ${file.name}.`;
 }
 

@@ -21,7 +21,7 @@ export function SeriesFields() {
         <Field
           label="Views around the model"
           pointers={['/matrix']}
-          hint="A full turn in equal steps. A custom view keeps its height."
+          hint="One full turn in equal steps, at the height and distance of your view."
         >
           {(a) => (
             <NumberInput
@@ -45,6 +45,27 @@ export function SeriesFields() {
             />
             All {variants.length} variants
           </label>
+        )}
+        {v.environment === 'sun' && (
+          <Field
+            label="Times of the day"
+            pointers={[]}
+            hint="From the time of the sun above until midnight; the hours of the night are dark."
+          >
+            {(a) => (
+              <select
+                {...a}
+                data-testid="day-minutes"
+                value={v.dayMinutes}
+                onChange={(e) => change({ dayMinutes: Number(e.currentTarget.value) })}
+              >
+                <option value={0}>One</option>
+                <option value={30}>Every half hour</option>
+                <option value={60}>Every hour</option>
+                <option value={120}>Every two hours</option>
+              </select>
+            )}
+          </Field>
         )}
         {isAnimated(scene) && (
           <div class="pair">

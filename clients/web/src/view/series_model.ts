@@ -1,4 +1,4 @@
-import type { FormValues } from './form_model';
+import { sunTimes, type FormValues } from './form_model';
 import { fromPose } from './orbit';
 
 /** The request of POST /v1/batches. */
@@ -21,6 +21,7 @@ export const turntable = (views: number, from = 0): number[] =>
 export const picturesOf = (v: FormValues, variants: string[]): number =>
   Math.max(1, v.views) *
   Math.max(1, v.frames) *
+  Math.max(1, sunTimes(v).length) *
   (v.allVariants && variants.length ? variants.length : 1);
 
 const micro = (seconds: number): number => Math.round(seconds * 1e6) / 1e6;
@@ -70,6 +71,11 @@ export function seriesOf(
     delete template.time_seconds;
     matrix.time_seconds = frameTimes(v);
     parts.push('{time_seconds} s');
+  }
+  const times = sunTimes(v);
+  if (times.length > 1) {
+    matrix['environment.sun.time'] = times;
+    parts.push('{time}');
   }
   // Braces would be parsed as placeholders.
   const title = v.name.replace(/[{}]/g, '');

@@ -54,9 +54,7 @@ function useSeries(id: string) {
 
 /** The pattern of its names without the placeholders and their separators. */
 const titleOf = ({ name }: Batch): string =>
-  name
-    .replace(/[\s\-_.,·]*\{[^}]*\}( s\b)?[\s\-_.,·]*/g, ' ')
-    .trim();
+  name.replace(/[\s\-_.,·]*\{[^}]*\}( s\b)?[\s\-_.,·]*/g, ' ').trim();
 
 /** A job of the series, for the settings that all share. */
 function useFirstJob(batch: Batch): Job | null {
@@ -225,15 +223,13 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
       {may && !hasLayers && (
         <label
           class="check"
-          title="The denoised images, blended with the plain ones where those are better"
+          title="Denoised; parts that the denoiser would spoil are left as rendered"
         >
           <input
             type="checkbox"
             checked={denoise !== 'off'}
             data-testid="series-denoised"
-            onChange={(e) =>
-              display.set({ ...display.get(), denoised: e.currentTarget.checked })
-            }
+            onChange={(e) => display.set({ ...display.get(), denoised: e.currentTarget.checked })}
           />
           Denoised
         </label>
@@ -263,9 +259,7 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
         disabled={busy}
         onBlur={() => setSure(false)}
         onClick={() =>
-          sure
-            ? void api.removeBatch(batch.id).then(() => go('/jobs'), sayError)
-            : setSure(true)
+          sure ? void api.removeBatch(batch.id).then(() => go('/jobs'), sayError) : setSure(true)
         }
       >
         {sure ? 'Delete all images?' : 'Delete'}

@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
-import { isFinal } from '../api/states';
+import { filmOf, isAvailable, isFinal } from '../api/states';
 import type { Job } from '../api/types';
 import { number } from '../ui/format';
 import { display } from '../ui/server_state';
@@ -74,23 +74,22 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
   const exposure = look.auto === false ? look.exposure : 'auto';
   const light = { exposure, tonemap: look.tone };
   const mix = useMix(job);
-  const query =
-    isShare(mode)
-      ? { layer: mode, ...light }
-      : mode === 'mix'
-        ? { mix: mix ?? undefined, ...light }
-        : isLayer(mode)
-          ? { layer: mode, range: ranges[mode] }
-          : light;
+  const query = isShare(mode)
+    ? { layer: mode, ...light }
+    : mode === 'mix'
+      ? { mix: mix ?? undefined, ...light }
+      : isLayer(mode)
+        ? { layer: mode, range: ranges[mode] }
+        : light;
   const shown = usePicture(
-    revision && !(mode === 'mix' && mix === null)
+    isAvailable(job, 'image') && revision && !(mode === 'mix' && mix === null)
       ? imageUrl(job.id, 'png', { ...query, revision, ...(large && { max_size: sideMost }) })
       : null,
     mode,
   );
   if (!revision || !shown) return null;
   if (shown === 'missing') return <p class="stage-note">This layer is not there yet.</p>;
-  const modes = [...layerModes, ...jobModes(job.spec.film.layers ?? [])];
+  const modes = [...layerModes, ...jobModes(filmOf(job).layers)];
   const meaning = modes.find((m) => m.mode === mode)?.meaning;
   return (
     <>

@@ -1,6 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { Job } from '../api/types';
 
 /** Smallest share of the light that is worth a sentence: one part in ten thousand. */
@@ -9,7 +9,7 @@ const least = 0.01;
 /** The share of the light that a finished image is shown without: its fireflies. */
 export function SetAside({ job }: { job: Job }) {
   const [share, setShare] = useState<string | null>(null);
-  const isOver = isFinal(job.state);
+  const isOver = isFinal(job.state) && isAvailable(job, 'image');
   useEffect(() => {
     setShare(null);
     if (!isOver) return undefined;

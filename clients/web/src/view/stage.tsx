@@ -1,5 +1,6 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
-import { isFinal } from '../api/states';
+import { filmOf, isFinal } from '../api/states';
+import type { Job } from '../api/types';
 import type { JobFeed, FeedState } from '../live/job_feed';
 import { Picture } from '../live/picture';
 import { display } from '../ui/server_state';
@@ -65,6 +66,9 @@ function useRanges(state: FeedState, mode: Mode) {
   return ranges;
 }
 
+/** Whether the background of the image is transparent. */
+const isClear = (job: Job | null): boolean => job?.spec.background?.type === 'transparent';
+
 const nobody = (): void => undefined;
 
 export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }: StageProps) {
@@ -74,7 +78,7 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
   const picture = useRef<Picture | null>(null);
   const shown = useStore(display);
   const ranges = useRanges(state, mode);
-  const size = job?.spec.film ?? { width: 16, height: 9 };
+  const size = job ? filmOf(job) : { width: 16, height: 9 };
   const view = useViewport(
     box,
     size,
@@ -107,7 +111,12 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
         aria-label="Image. Arrow keys move the pixel probe, plus and minus zoom, 0 fits."
         style={{ '--aspect': `${size.width} / ${size.height}` }}
       >
-        <div class={`film${view.scale > 2.5 ? ' film-pixels' : ''}`} style={view.style}>
+        <div
+          class={['film', view.scale > 2.5 && 'film-pixels', isClear(job) && 'film-clear']
+            .filter(Boolean)
+            .join(' ')}
+          style={view.style}
+        >
           {job && mode === 'picture' && !state.tooLarge && (
             <FirstLook key={`look-${job.id}`} job={job} film={film} />
           )}
@@ -120,12 +129,7 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
             hidden={state.tooLarge}
           />
           {job && mode === 'irradiance' && (
-            <IrradianceImage
-              key={job.id}
-              job={job}
-              large={state.tooLarge}
-              onScale={setLuxScale}
-            />
+            <IrradianceImage key={job.id} job={job} large={state.tooLarge} onScale={setLuxScale} />
           )}
           {job && mode !== 'irradiance' && (state.tooLarge || isLayer(mode)) && (
             <ServerImage job={job} mode={mode} large={state.tooLarge} />
@@ -165,7 +169,7 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
       )}
       {mode === 'irradiance' && luxScale && (
         <LuxLegend
-          meaning="Light that falls on the surfaces, whatever they do with it."
+          meaning="Light arriving at the surfaces, whatever their colour."
           scale={luxScale}
           values="pixels"
         />
@@ -205,9 +209,7 @@ function StageNotice({ state }: { state: FeedState }) {
   }
   if (!empty) return null;
   const text = {
-    queued: job.queue_position
-      ? `Queued, ${job.queue_position} ahead.`
-      : 'Queued.',
+    queued: job.queue_position ? `Queued, ${job.queue_position} ahead.` : 'Queued.',
     loading: 'Loading the scene.',
     rendering: 'Waiting for the first tiles…',
     paused: 'Paused before the first tile.',

@@ -1,3 +1,4 @@
+import { filmOf } from '../api/states';
 import type { Job } from '../api/types';
 import { bytes, count, duration, number } from '../ui/format';
 
@@ -10,7 +11,8 @@ export function Statistics({ job }: { job: Job }) {
   const warnings = said.filter((text) => !isChoice(text));
   const p = job.progress,
     s = job.statistics;
-  const pixels = job.spec.film.width * job.spec.film.height;
+  const { width, height } = filmOf(job);
+  const pixels = width * height;
   const perSecond =
     p?.elapsed_seconds && p.samples_per_pixel
       ? (p.samples_per_pixel.mean * pixels) / p.elapsed_seconds
@@ -37,11 +39,7 @@ export function Statistics({ job }: { job: Job }) {
       '1 / (error² × CPU seconds), with the interval of the error',
     ],
     ['Peak memory', s?.peak_bytes ? bytes(s.peak_bytes) : '–'],
-    [
-      'Invalid samples',
-      count(s?.rejected_samples),
-      'NaN or infinite; counted as zero',
-    ],
+    ['Invalid samples', count(s?.rejected_samples), 'NaN or infinite; counted as zero'],
   ];
   return (
     <section class="card" aria-labelledby="statistics-title">

@@ -1,5 +1,6 @@
 import { useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
+import { filmOf } from '../api/states';
 import type { Job } from '../api/types';
 import { display } from '../ui/server_state';
 import { useStore } from '../ui/store';
@@ -39,7 +40,7 @@ export function StrategyPyramid({
   mode: Mode;
   onMode: (mode: Mode) => void;
 }) {
-  const kept = (job.spec.film.layers ?? []).flatMap((layer) => strategyOf(layer) ?? []);
+  const kept = filmOf(job).layers.flatMap((layer) => strategyOf(layer) ?? []);
   const alone = kept.filter((one) => one.unweighted);
   const weighted = kept.filter((one) => !one.unweighted);
   const [asksAlone, setAsksAlone] = useState(false);

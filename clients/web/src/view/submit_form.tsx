@@ -22,6 +22,7 @@ import {
   requestOf,
   sizePresets,
 } from './form_model';
+import { LookPresets } from './look_presets';
 import { ReusedNote } from './reused_note';
 import { SceneGallery } from './scene_gallery';
 import {
@@ -216,7 +217,7 @@ function DropZone() {
         tabIndex={-1}
         aria-label="Model files"
         data-testid="file"
-        accept=".glb,.gltf,.zip,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr"
+        accept=".glb,.gltf,.zip,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr,.ies"
         onChange={(e) => {
           void take(filesOfInput(e.currentTarget));
           e.currentTarget.value = '';
@@ -226,7 +227,8 @@ function DropZone() {
         <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} />
       ) : (
         <p class="hint">
-          Drop a .glb, glTF folder or .zip anywhere on this page. Add an .hdr or .exr to light it.
+          Drop a .glb, glTF folder or .zip anywhere on this page. Add an .hdr or .exr to light it;
+          an .ies shows a luminaire in a room.
         </p>
       )}
       {note && (
@@ -419,6 +421,9 @@ export function SubmitForm() {
         </Later>
         <Later>
           <SeriesFields />
+        </Later>
+        <Later>
+          <LookPresets />
         </Later>
         <Later>
           <AdvancedFields info={info} />

@@ -1,13 +1,18 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { imageUrl } from '../api/client';
-import { isFinal } from '../api/states';
+import { isAvailable, isFinal } from '../api/states';
 import type { Job } from '../api/types';
+
+const usualSize = 192;
+
+export const thumbnailUrl = (job: Job, size = usualSize, revision = job.revision ?? 0): string =>
+  imageUrl(job.id, 'png', { max_size: size, revision });
 
 /**
  * A small image of a job; updated every few seconds while it renders, and shown until the next has
  * arrived.
  */
-export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {
+export function Thumbnail({ job, size = usualSize }: { job: Job; size?: number }) {
   const [revision, setRevision] = useState(job.revision ?? 0);
   const [broken, setBroken] = useState(0);
   const changed = useRef(0);
@@ -21,12 +26,12 @@ export function Thumbnail({ job, size = 192 }: { job: Job; size?: number }) {
     }, wait);
     return () => clearTimeout(timer);
   }, [latest, revision, job.state]);
-  const ok = revision > 0 && broken !== revision;
+  const ok = isAvailable(job, 'image') && revision > 0 && broken !== revision;
   return (
     <span class="thumb">
       {ok ? (
         <img
-          src={imageUrl(job.id, 'png', { max_size: size, revision })}
+          src={thumbnailUrl(job, size, revision)}
           alt=""
           decoding="async"
           loading="lazy"

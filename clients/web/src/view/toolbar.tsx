@@ -4,6 +4,7 @@ import { toneMapLabels, toneMaps, type ToneMap } from '../live/tone';
 import { display, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 
+import { filmOf } from '../api/states';
 import type { Job } from '../api/types';
 import { DenoiseControls } from './denoised_image';
 import { autoExposure } from './film_reading';
@@ -24,7 +25,7 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   const modes = [
     ...(tooLarge ? planeModes.slice(0, 1) : planeModes),
     ...layerModes.filter((m) => !offered || offered.includes(m.mode)),
-    ...jobModes(job?.spec.film.layers ?? []),
+    ...jobModes(job ? filmOf(job).layers : []),
   ];
   const row = useRef<HTMLFieldSetElement>(null);
   useEffect(() => {

@@ -102,7 +102,7 @@ function shareMode(name: Share): ModeInfo {
     return {
       mode: name,
       label: 'Irradiance',
-      meaning: 'Light that falls on the surfaces, whatever they do with it.',
+      meaning: 'Light arriving at the surfaces, whatever their colour.',
     };
   const strategy = strategyOf(name);
   if (strategy) {

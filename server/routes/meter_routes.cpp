@@ -1,0 +1,102 @@
+// Readings of meters, and their comparison.
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "api/job_view.h"
+#include "api/queries.h"
+#include "core/lights/outdoor.h"
+#include "core/meter/meter_reading.h"
+#include "core/render/unsampled_light.h"
+#include "server/jobs/film_library.h"
+#include "server/routes/answers.h"
+#include "server/routes/context.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// Returns the readings of the job's meter, or why there are none.
+core::Result<api::MeterOfJob> meter_of(const RouteContext& context, const Job& job) {
+  const core::MeterSettings meter = job.record().view.spec.render.meter;
+  if (meter.empty()) {
+    return Error{ErrorCode::kNotFound, "the job has no meter", ""};
+  }
+  const auto film = context.jobs.films().film(job);
+  if (!film) {
+    return film.error();
+  }
+  // Without the scene, which may have been deleted, only the samples bound the readings.
+  const auto view = context.jobs.scene_view(job);
+  api::MeterOfJob out;
+  out.job = job.id();
+  out.readings = core::meter_readings(core::meter_points(meter), (*film)->meter(),
+                                      view ? core::unsampled_path_light(*view) : 0);
+  if (out.readings.empty()) {
+    return Error{ErrorCode::kConflict, "the meter has no sample yet", ""};
+  }
+  out.outdoor_lux = view && view->environment && !view->environment->is_black()
+                        ? core::horizontal_irradiance(*view->environment)
+                        : std::numeric_limits<double>::quiet_NaN();
+  return out;
+}
+
+Response meter(const RouteContext& context, Request& request, bool as_table) {
+  if (auto refused = refuse_query(request)) {
+    return std::move(*refused);
+  }
+  auto found = find_job(context.jobs, request);
+  if (auto* answer = std::get_if<Response>(&found)) {
+    return std::move(*answer);
+  }
+  const auto meter = meter_of(context, **std::get_if<JobPointer>(&found));
+  if (!meter) {
+    return error_answer(request, meter.error());
+  }
+  return as_table ? text_response(200, "text/csv; charset=utf-8", api::meter_csv(meter->readings))
+                  : json_response(200, api::meter_json(*meter));
+}
+
+bool has_same_place(const core::MeterReading& a, const core::MeterReading& b) {
+  return a.at.position == b.at.position;
+}
+
+Response compare(const RouteContext& context, Request& request) {
+  const auto query = api::parse_meter_comparison_query(request.query_params);
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const auto side = [&](const std::string& id,
+                        const char* pointer) -> core::Result<api::MeterOfJob> {
+    const auto job = context.jobs.find(id, request.access);
+    auto meter = job ? meter_of(context, **job) : core::Result<api::MeterOfJob>(job.error());
+    return meter ? std::move(meter) : Error{meter.error().code, meter.error().message, pointer};
+  };
+  const auto a = side(query->a, "/a");
+  const auto b = a ? side(query->b, "/b") : a;
+  if (!b) {
+    return error_answer(request, b.error());
+  }
+  if (!std::equal(a->readings.begin(), a->readings.end(), b->readings.begin(), b->readings.end(),
+                  &has_same_place)) {
+    return error_answer(request, ErrorCode::kConflict, "the meters have different points");
+  }
+  return json_response(200, api::meter_comparison_json(*a, *b));
+}
+
+}  // namespace
+
+void add_meter_handlers(const RouteContext& context, HandlerTable& table) {
+  table["getMeter"] = {
+      .handler = [context](Request& request) { return meter(context, request, false); }};
+  table["getMeterTable"] = {
+      .handler = [context](Request& request) { return meter(context, request, true); }};
+  table["compareMeters"] = {
+      .handler = [context](Request& request) { return compare(context, request); }};
+}
+
+}  // namespace server

@@ -1,5 +1,6 @@
 import { Marked, type TokenizerAndRendererExtension, type Tokens } from 'marked';
 import type { Plugin } from 'vite';
+import { mathBlock } from './math';
 
 /** The anchor of a heading: its words in lower case, joined by hyphens. */
 const slugOf = (text: string): string =>
@@ -20,10 +21,19 @@ const power: TokenizerAndRendererExtension = {
   renderer: (token) => `<sup>${String(token.exponent)}</sup>`,
 };
 
+/** A button that submits two jobs and compares them, from `{"label": ..., "jobs": [a, b]}`. */
+const pairButton = (source: string): string => {
+  const { label, jobs } = JSON.parse(source) as { label: string; jobs: unknown[] };
+  const data = JSON.stringify(jobs).replace(/&/g, '&amp;').replace(/"/g, '&quot;');
+  const kind = 'type="button" class="quiet"';
+  return `<p><button ${kind} data-pair="${data}">${label}</button></p>`;
+};
+
 /**
  * Chapters of the guide, compiled when the page is built: a module with the chapter's title, its
- * sections and its HTML in parts. `# ` is the title, each `## ` a section with an address. Content
- * that may be wider than a phone scrolls separately, also by keyboard.
+ * sections and its HTML in parts. `# ` is the title, each `## ` a section with an address. Blocks
+ * of the language `math` are formulas, those of `pair` two jobs to compare. Content that may be
+ * wider than a phone scrolls separately, also by keyboard.
  */
 export function markdownChapters(): Plugin {
   return {
@@ -34,6 +44,10 @@ export function markdownChapters(): Plugin {
       const sections: { id: string; title: string }[] = [];
       let title = '';
       const renderer = {
+        code(token: Tokens.Code): string | false {
+          if (token.lang === 'math') return mathBlock(token.text);
+          return token.lang === 'pair' && pairButton(token.text);
+        },
         heading(
           this: { parser: { parseInline(t: Tokens.Generic[]): string } },
           token: Tokens.Heading,

@@ -4,12 +4,14 @@
 /// estimates a number with a known exact value. run.h repeats trials and measures their errors.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "core/math/vec.h"
 #include "core/settings/settings.h"
 
 namespace core::lab {
@@ -53,6 +55,12 @@ struct Setup {
   std::string_view estimator_name() const;
 };
 
+/// Powers of four, which every sampler uses unchanged or nearly so.
+inline constexpr std::array<std::int64_t, 6> kPowersOfFour = {16, 64, 256, 1024, 4096, 16384};
+
+/// Returns the slope -1/2 if samples are independent and the estimator unbiased.
+std::optional<TheorySlope> monte_carlo_slope(const Setup& setup);
+
 struct Experiment {
   std::string_view name;
   std::string_view title;
@@ -61,23 +69,25 @@ struct Experiment {
   std::string_view formula;
   std::string_view look_for;  ///< what to observe
   std::span<const EstimatorInfo> estimators;
-  std::span<const ParameterInfo> parameters;
-  std::string_view estimator;  ///< default
-  std::string_view sampler;    ///< default; the only one unless any_sampler
+  std::span<const ParameterInfo> parameters = {};
+  std::string_view estimator;                ///< default
+  std::string_view sampler = "independent";  ///< default; the only one unless any_sampler
   bool any_sampler = true;
-  std::span<const std::int64_t> n;  ///< default
-  std::string_view unit;            ///< the unit of n
+  std::span<const std::int64_t> n = kPowersOfFour;  ///< default
+  std::string_view unit;                            ///< the unit of n
   std::int64_t n_least = 1;
   int pattern_dimensions = 0;  ///< of the points shown with the result; 0: none shown
 
   double (*expected)(const Setup& setup) = nullptr;
   /// Returns the theoretical slope; empty if there is none.
-  std::optional<TheorySlope> (*slope)(const Setup& setup) = nullptr;
+  std::optional<TheorySlope> (*slope)(const Setup& setup) = &monte_carlo_slope;
   /// Returns the number of random vectors of a trial of n, for the bound on a whole run; null: n.
   double (*evaluations)(const Setup& setup, std::int64_t n) = nullptr;
   /// Rounds n by the rule of the estimator; null: only the sampler's rule applies.
   std::int64_t (*rounded)(const Setup& setup, std::int64_t n) = nullptr;
   double (*estimate)(Trial& trial) = nullptr;
+  /// Returns the point to show for the current evaluation, in [0,1]^4; null: its random numbers.
+  Vec4 (*shown)(const Trial& trial) = nullptr;
 };
 
 /// Returns all experiments in teaching order.

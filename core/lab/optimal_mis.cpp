@@ -23,14 +23,12 @@ constexpr std::array kEstimators = {
                   "Coefficients solved from one half of the samples and applied to the other."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"side", 0.05, 20, 4, false,
-                  "Side of the square light, in units of its distance."},
+    side_parameter(4),
     ParameterInfo{"hidden", 0, 0.9, 0.3, false, "Fraction of the light occluded by an edge."},
 };
 
 double expected(const Setup& setup) {
-  const double h = setup.parameter(kSide) / 2;
-  return rectangle_irradiance(-h + setup.parameter(kHidden) * 2 * h, h, -h, h);
+  return square_irradiance(setup.parameter(kSide), setup.parameter(kHidden));
 }
 
 double evaluations(const Setup& /*setup*/, std::int64_t n) { return 2 * static_cast<double>(n); }
@@ -138,7 +136,6 @@ const Experiment kOptimalMisExperiment = {
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "cross-fitted",
-    .sampler = "independent",
     .n = kN,
     .unit = "pairs",
     .n_least = 2,

@@ -69,10 +69,7 @@ const Experiment kPiExperiment = {
         "sampler: with stratified points the error of `hit` falls as n^(−3/4) because of the edge; "
         "with Owen-scrambled points the error of `height`, which is smooth, falls as n^(−3/2).",
     .estimators = kEstimators,
-    .parameters = {},
     .estimator = "hit",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "points",
     .pattern_dimensions = 2,
     .expected = &expected,

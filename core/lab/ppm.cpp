@@ -89,7 +89,6 @@ const Experiment kPpmExperiment = {
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "progressive",
-    .sampler = "independent",
     .any_sampler = false,
     .n = kN,
     .unit = "passes",

@@ -130,7 +130,6 @@ const Experiment kQuadratureExperiment = {
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "midpoint",
-    .sampler = "independent",
     .n = kN,
     .unit = "nodes",
     .expected = &expected,

@@ -11,22 +11,33 @@ namespace core::lab {
 namespace {
 
 constexpr std::array kExperiments = {&kPiExperiment,
+                                     &kMseExperiment,
                                      &kQuadratureExperiment,
+                                     &kInversionExperiment,
+                                     &kRenderingEquationExperiment,
                                      &kStrategiesExperiment,
                                      &kMisGammaExperiment,
                                      &kOptimalMisExperiment,
+                                     &kInfiniteVarianceExperiment,
                                      &kRouletteExperiment,
                                      &kSplittingExperiment,
+                                     &kRouletteEfficiencyExperiment,
                                      &kExpectedValuesExperiment,
                                      &kControlVariateExperiment,
                                      &kRegressionExperiment,
                                      &kAntitheticExperiment,
+                                     &kDiscrepancyExperiment,
                                      &kSamplers2dExperiment,
                                      &kSamplers4dExperiment,
                                      &kRisExperiment,
                                      &kReservoirExperiment,
+                                     &kReservoirMergeExperiment,
                                      &kRestirExperiment,
+                                     &kPathIntegralExperiment,
+                                     &kMetropolisExperiment,
+                                     &kDensityEstimationExperiment,
                                      &kPpmExperiment,
+                                     &kIrradianceCacheExperiment,
                                      &kStoppingExperiment};
 
 }  // namespace

@@ -25,13 +25,11 @@ constexpr std::array kEstimators = {
 constexpr std::array kParameters = {
     ParameterInfo{"candidates", 1, 256, 8, true, "M, the number of candidates per sample."},
     ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Fraction of the light occluded by an edge."},
-    ParameterInfo{"side", 0.05, 20, 1, false,
-                  "Side of the square light, in units of its distance."},
+    side_parameter(1),
 };
 
 double expected(const Setup& setup) {
-  const double h = setup.parameter(kSide) / 2;
-  return rectangle_irradiance(-h + setup.parameter(kHidden) * 2 * h, h, -h, h);
+  return square_irradiance(setup.parameter(kSide), setup.parameter(kHidden));
 }
 double evaluations(const Setup& setup, std::int64_t n) {
   return static_cast<double>(n) * setup.whole(kCandidates);
@@ -176,11 +174,8 @@ const Experiment kRisExperiment = {
     .estimators = ris::kEstimators,
     .parameters = ris::kParameters,
     .estimator = "ris",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "samples",
     .expected = &ris::expected,
-    .slope = &monte_carlo_slope,
     .evaluations = &ris::evaluations,
     .estimate = &ris::estimate,
 };
@@ -203,7 +198,6 @@ const Experiment kReservoirExperiment = {
     .estimators = reservoir::kEstimators,
     .parameters = reservoir::kParameters,
     .estimator = "stream",
-    .sampler = "independent",
     .any_sampler = false,
     .n = reservoir::kN,
     .unit = "streams",

@@ -129,11 +129,8 @@ const Experiment kRouletteExperiment = {
     .estimators = roulette::kEstimators,
     .parameters = roulette::kParameters,
     .estimator = "threshold",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "contributions",
     .expected = &roulette::expected,
-    .slope = &monte_carlo_slope,
     .estimate = &roulette::estimate,
 };
 
@@ -151,11 +148,8 @@ const Experiment kSplittingExperiment = {
     .estimators = splitting::kEstimators,
     .parameters = splitting::kParameters,
     .estimator = "optimal",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "values of x",
     .expected = &splitting::expected,
-    .slope = &monte_carlo_slope,
     .evaluations = &splitting::evaluations,
     .estimate = &splitting::estimate,
 };

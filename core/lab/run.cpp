@@ -90,6 +90,11 @@ Errors summarize(std::span<const TrialResult> results, double expected) {
   return out;
 }
 
+const Errors& largest(std::span<const Errors> errors) {
+  return *std::max_element(errors.begin(), errors.end(),
+                           [](const Errors& a, const Errors& b) { return a.point.n < b.point.n; });
+}
+
 bool is_rounding(double error, double expected, double share = kRounding) {
   return error <= share * std::max(std::fabs(expected), 1e-30);
 }
@@ -149,6 +154,18 @@ MeanCheck check_means(std::span<const Errors> errors, double expected, int repli
   return check;
 }
 
+/// Splits the squared error at the largest n into variance and squared bias.
+std::string split_text(const Errors& last, double expected, int replicates) {
+  const Point& p = last.point;
+  const double bias = p.mean - expected;
+  // The mean has a squared standard error V / R; that of R values about their mean is V (R - 1) /
+  // R.
+  const double variance = p.standard_error * p.standard_error * (replicates - 1);
+  return " At n = " + std::to_string(p.n) + " the mean squared error " +
+         number_text(p.rmse * p.rmse, 3) + " is the variance " + number_text(variance, 3) +
+         " plus the squared bias " + number_text(bias * bias, 3) + ".";
+}
+
 void fit(const Setup& setup, std::span<const Errors> errors, int replicates, Outcome& out,
          double& slope_error) {
   std::vector<ErrorAt> points;
@@ -190,6 +207,9 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
                        std::string(estimator.bias == "biased" ? ", as this run shows."
                                                               : " at finite n, as this run shows.");
   }
+  if (!compared) {
+    out.explanation += split_text(largest(errors), out.expected, replicates);
+  }
   if (const auto theory = setup.experiment->slope(setup); out.slope && theory) {
     const double reach =
         student_t_quantile(1 - kFalseAlarm / 2, replicates - 1) * slope_error + theory->tolerance;
@@ -223,18 +243,16 @@ void judge(const Setup& setup, std::span<const Errors> errors, int replicates, d
 }
 
 void add_efficiency(std::span<const Errors> errors, int replicates, Outcome& out) {
-  const auto largest =
-      std::max_element(errors.begin(), errors.end(),
-                       [](const Errors& a, const Errors& b) { return a.point.n < b.point.n; });
-  const double relative = largest->point.rmse / std::fabs(out.expected);
-  if (!(relative > 0)) {
+  const Point& last = largest(errors).point;
+  const double relative = last.rmse / std::fabs(out.expected);
+  if (!(relative > 0) || std::isinf(relative)) {
     return;
   }
-  const double seconds = largest->point.seconds / replicates;
+  const double seconds = last.seconds / replicates;
   if (seconds > 0) {
     out.efficiency = 1 / (relative * relative * seconds);
   }
-  out.efficiency_by_cost = 1 / (relative * relative * largest->point.cost);
+  out.efficiency_by_cost = 1 / (relative * relative * last.cost);
 }
 
 std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options,
@@ -257,7 +275,8 @@ std::vector<Vec4> pattern_of(const Setup& setup, const RunOptions& options,
   Trial trial(setup, n, seed, stop);
   for (std::int64_t i = 0; i < std::min(n, kShown); ++i) {
     trial.start(i);
-    points.push_back(trial.get_4d(0));
+    const auto shown = setup.experiment->shown;
+    points.push_back(shown != nullptr ? shown(trial) : trial.get_4d(0));
   }
   return points;
 }

@@ -149,10 +149,8 @@ const Experiment kSamplers2dExperiment = {
         "functions. Here a run uses one set of n points; zsobol distributes its points over "
         "neighbouring pixels, and within one pixel it uses independent sets of eight.",
     .estimators = two::kEstimators,
-    .parameters = {},
     .estimator = "smooth",
     .sampler = "sobol",
-    .n = kPowersOfFour,
     .unit = "points",
     .pattern_dimensions = 2,
     .expected = &two::expected,
@@ -178,10 +176,8 @@ const Experiment kSamplers4dExperiment = {
         "of axes, Sobol points with all of them. At the edge of the ball all samplers are close to "
         "independent points, because in four dimensions the edge cuts most cells.",
     .estimators = four::kEstimators,
-    .parameters = {},
     .estimator = "pairwise",
     .sampler = "sobol",
-    .n = kPowersOfFour,
     .unit = "points",
     .pattern_dimensions = 4,
     .expected = &four::expected,

@@ -6,7 +6,9 @@
 #pragma once
 
 #include "core/bsdf/bsdf.h"
+#include "core/lab/experiment.h"
 #include "core/light_samplers/light_sampler.h"
+#include "core/samplers/dimensions.h"
 #include "core/scene/scene_data.h"
 
 namespace core::lab {
@@ -51,5 +53,24 @@ class Stage {
 /// Returns the irradiance from a rectangle of radiance 1, parallel to the surface at distance 1, by
 /// signed quarters. Source: Howell, A Catalog of Radiation Configuration Factors, B-3.
 double rectangle_irradiance(double x0, double x1, double y0, double y1);
+/// Returns that from a centred square with this side and hidden fraction of its width.
+inline double square_irradiance(double side, double hidden = 0) {
+  const double h = side / 2;
+  return rectangle_irradiance(-h + hidden * side, h, -h, h);
+}
+
+/// Random numbers of the light sample and the BSDF sample of the renderer's first vertex.
+inline const int kLightGroup = dimension_group(0, BounceGroup::kLight);
+inline const int kBsdfGroup = dimension_group(0, BounceGroup::kBsdf);
+
+/// Returns value over density; 0 if nothing was sampled.
+inline double ratio(double value, const Stage::Sample& s) {
+  return s.pdf_solid_angle > 0 ? value / s.pdf_solid_angle : 0;
+}
+inline double ratio(const Stage::Sample& s) { return ratio(s.value, s); }
+
+constexpr ParameterInfo side_parameter(double standard) {
+  return {"side", 0.05, 20, standard, false, "Side of the square light, in units of its distance."};
+}
 
 }  // namespace core::lab

@@ -234,12 +234,10 @@ const Experiment kStoppingExperiment = {
     .estimators = kEstimators,
     .parameters = kParameters,
     .estimator = "standard-error",
-    .sampler = "independent",
     .any_sampler = false,
     .n = kN,
     .unit = "pixels",
     .expected = &expected,
-    .slope = &monte_carlo_slope,
     .evaluations = &evaluations,
     .estimate = &estimate,
 };

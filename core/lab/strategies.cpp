@@ -5,19 +5,11 @@
 #include "core/lab/experiment_list.h"
 #include "core/lab/stage.h"
 #include "core/lab/trial.h"
-#include "core/samplers/dimensions.h"
 #include "core/sampling/mis.h"
 #include "core/sampling/warp.h"
 
 namespace core::lab {
 namespace {
-
-const int kLightGroup = dimension_group(0, BounceGroup::kLight);
-const int kBsdfGroup = dimension_group(0, BounceGroup::kBsdf);
-
-double ratio(const Stage::Sample& s) {
-  return s.pdf_solid_angle > 0 ? s.value / s.pdf_solid_angle : 0;
-}
 
 /// Combines one weighted sample of each technique.
 double combined(const Trial& trial, const Stage& stage, const MisRule& rule) {
@@ -47,14 +39,10 @@ constexpr std::array kEstimators = {
     EstimatorInfo{"mis", "none", "One sample of the light and one of the BSDF, power heuristic."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"side", 0.05, 20, 1, false,
-                  "Side of the square light, in units of its distance."},
+    side_parameter(1),
 };
 
-double expected(const Setup& setup) {
-  const double h = setup.parameter(kSide) / 2;
-  return rectangle_irradiance(-h, h, -h, h);
-}
+double expected(const Setup& setup) { return square_irradiance(setup.parameter(kSide)); }
 
 double evaluations(const Setup& setup, std::int64_t n) {
   return static_cast<double>(n) * (setup.estimator == kMis ? 2 : 1);
@@ -99,8 +87,7 @@ constexpr std::array kEstimators = {
         "w = 1/2 everywhere: unbiased, but with much of the variance of the worse technique."},
 };
 constexpr std::array kParameters = {
-    ParameterInfo{"side", 0.05, 20, 4, false,
-                  "Side of the square light, in units of its distance."},
+    side_parameter(4),
     ParameterInfo{"exponent", 0.25, 64, 2, false, "g of `power`."},
 };
 
@@ -146,11 +133,8 @@ const Experiment kStrategiesExperiment = {
     .estimators = strategies::kEstimators,
     .parameters = strategies::kParameters,
     .estimator = "area",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "samples",
     .expected = &strategies::expected,
-    .slope = &monte_carlo_slope,
     .evaluations = &strategies::evaluations,
     .estimate = &strategies::estimate,
 };
@@ -171,11 +155,8 @@ const Experiment kMisGammaExperiment = {
     .estimators = mis_gamma::kEstimators,
     .parameters = mis_gamma::kParameters,
     .estimator = "power",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "pairs",
     .expected = &mis_gamma::expected,
-    .slope = &monte_carlo_slope,
     .evaluations = &mis_gamma::evaluations,
     .estimate = &mis_gamma::estimate,
 };

@@ -77,7 +77,4 @@ double mean_of(Trial& trial, F&& f) {
   return sum / static_cast<double>(trial.n());
 }
 
-/// Returns the slope -1/2 if samples are independent.
-std::optional<TheorySlope> monte_carlo_slope(const Setup& setup);
-
 }  // namespace core::lab

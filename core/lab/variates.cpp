@@ -6,17 +6,9 @@
 #include "core/lab/experiment_list.h"
 #include "core/lab/stage.h"
 #include "core/lab/trial.h"
-#include "core/samplers/dimensions.h"
 
 namespace core::lab {
 namespace {
-
-const int kLightGroup = dimension_group(0, BounceGroup::kLight);
-const int kBsdfGroup = dimension_group(0, BounceGroup::kBsdf);
-
-double over_density(double value, const Stage::Sample& s) {
-  return s.pdf_solid_angle > 0 ? value / s.pdf_solid_angle : 0;
-}
 
 namespace expected_values {
 
@@ -34,13 +26,11 @@ constexpr std::array kEstimators = {
 };
 constexpr std::array kParameters = {
     ParameterInfo{"albedo", 0.01, 1, 0.5, false, "Fraction of light that the surface reflects."},
-    ParameterInfo{"side", 0.05, 20, 1, false,
-                  "Side of the square light, in units of its distance."},
+    side_parameter(1),
 };
 
 double expected(const Setup& setup) {
-  const double h = setup.parameter(kSide) / 2;
-  return setup.parameter(kAlbedo) * rectangle_irradiance(-h, h, -h, h);
+  return setup.parameter(kAlbedo) * square_irradiance(setup.parameter(kSide));
 }
 
 double estimate(Trial& trial) {
@@ -50,12 +40,12 @@ double estimate(Trial& trial) {
     const Vec4 light = trial.get_4d(kLightGroup);
     if (trial.estimator() == kNextEvent) {
       const Stage::Sample s = stage.sample_light(light);
-      return albedo * over_density(s.value, s);
+      return albedo * ratio(s);
     }
     const Stage::Sample s = stage.sample_bsdf(trial.get_4d(kBsdfGroup));
     const double reflected =
         trial.estimator() == kAbsorption ? albedo : (double{light.w} < albedo ? 1.0 : 0.0);
-    return reflected * over_density(s.value, s);
+    return reflected * ratio(s);
   });
 }
 
@@ -80,13 +70,11 @@ constexpr std::array kEstimators = {
 };
 constexpr std::array kParameters = {
     ParameterInfo{"hidden", 0, 0.9, 0.2, false, "Fraction of the light occluded by an edge."},
-    ParameterInfo{"side", 0.05, 20, 4, false,
-                  "Side of the square light, in units of its distance."},
+    side_parameter(4),
 };
 
 double expected(const Setup& setup) {
-  const double h = setup.parameter(kSide) / 2;
-  return rectangle_irradiance(-h + setup.parameter(kHidden) * 2 * h, h, -h, h);
+  return square_irradiance(setup.parameter(kSide), setup.parameter(kHidden));
 }
 
 std::int64_t rounded(const Setup& /*setup*/, std::int64_t n) { return n + n % 2; }
@@ -121,7 +109,7 @@ double estimate(Trial& trial) {
       return 0;
     }
     const Stage::Sample s = stage.sample_light(trial.get_4d(kLightGroup));
-    halves[2 * i < trial.n() ? 0 : 1].add(over_density(s.value, s), over_density(s.unhidden, s));
+    halves[2 * i < trial.n() ? 0 : 1].add(ratio(s), ratio(s.unhidden, s));
   }
   const double g_exact = stage.irradiance_unhidden();
   const Sums& a = halves[0];
@@ -164,11 +152,8 @@ const Experiment kExpectedValuesExperiment = {
     .estimators = expected_values::kEstimators,
     .parameters = expected_values::kParameters,
     .estimator = "analog",
-    .sampler = "independent",
-    .n = kPowersOfFour,
     .unit = "paths",
     .expected = &expected_values::expected,
-    .slope = &monte_carlo_slope,
     .estimate = &expected_values::estimate,
 };
 
@@ -189,7 +174,6 @@ const Experiment kControlVariateExperiment = {
     .estimators = control::kEstimators,
     .parameters = control::kParameters,
     .estimator = "control-variate",
-    .sampler = "independent",
     .n = control::kN,
     .unit = "samples",
     .n_least = 4,

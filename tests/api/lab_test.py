@@ -73,7 +73,7 @@ class LabTest(ApiTest):
 
     def test_every_listed_experiment_estimator_and_sampler_runs(self):
         listed = self.experiments()
-        self.assertEqual(len(listed), 18)
+        self.assertEqual(len(listed), 29)
         for experiment in listed:
             for text in ("title", "summary", "estimates", "formula", "look_for"):
                 self.assertTrue(experiment[text], experiment["name"])

@@ -140,11 +140,13 @@ test('every link of the guide has a target', async () => {
           const known =
             key === 'estimator'
               ? experiment.estimators.some((e) => e.name === value)
-              : key === 'sampler'
-                ? experiment.samplers.includes(value)
-                : key === 'replicates'
-                  ? value >= 2 && value <= 4096
-                  : parameter && value >= parameter.min && value <= parameter.max;
+              : key === 'run'
+                ? ['1', 'all'].includes(value)
+                : key === 'sampler'
+                  ? experiment.samplers.includes(value)
+                  : key === 'replicates'
+                    ? value >= 2 && value <= 4096
+                    : parameter && value >= parameter.min && value <= parameter.max;
           assert.ok(known, `${name}: ${key}=${value} in ${link}`);
         }
       } else {
@@ -158,6 +160,25 @@ test('every link of the guide has a target', async () => {
     'the course visits every experiment',
   );
 });
+
+test('a button of the course renders two jobs side by side', { timeout: 300_000 }, () =>
+  withPage(desktop, async (page) => {
+    await open(page, 'course');
+    assert.ok((await page.locator('.guide-math math').count()) > 40);
+    const buttons = page.locator('.guide-text button[data-pair]');
+    await settles('a button in every chapter', () => buttons.count(), 16);
+    await buttons.first().click();
+    await until('the comparison', () => /#\/compare\/[^/]+\/[^/]+/.test(page.url()));
+  }),
+);
+
+test('a link of the course starts its run', { timeout: 300_000 }, () =>
+  withPage(desktop, async (page) => {
+    await page.goto(`${server.url}/#/lab/mse?estimator=by-n&n=16,64,256&replicates=16&run=1`);
+    const verdict = page.getByTestId('lab-verdict');
+    await until('a verdict', async () => /variance/.test(await verdict.textContent()));
+  }),
+);
 
 const helpOf = (verb) => {
   const run = spawnSync(binary, [verb, '--help'], { encoding: 'utf8' });

@@ -1,5 +1,5 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { explain } from '../api/client';
+import { api, explain } from '../api/client';
 import { useGrowing } from '../ui/later';
 import { go } from '../ui/router';
 
@@ -57,14 +57,26 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
   useEffect(() => {
     if (there) showSection();
   }, [shown, section, there]);
-  // A link to the current address triggers no event.
-  const again = (event: Event): void => {
-    const link = (event.target as Element).closest('a');
-    if (link && link.getAttribute('href') === location.hash) showSection();
+  const [refusal, setRefusal] = useState('');
+  const renderPair = async (jobs: unknown[]): Promise<void> => {
+    setRefusal('');
+    try {
+      const made = await Promise.all(jobs.map((job) => api.submit(job)));
+      go(`/compare/${made.map((job) => job.id).join('/')}`);
+    } catch (error) {
+      setRefusal(explain(error));
+    }
+  };
+  const onClick = (event: Event): void => {
+    const target = event.target as Element;
+    // A link to the current address triggers no event.
+    if (target.closest('a')?.getAttribute('href') === location.hash) showSection();
+    const pair = target.closest<HTMLElement>('[data-pair]')?.dataset.pair;
+    if (pair) void renderPair(JSON.parse(pair) as unknown[]);
   };
 
   return (
-    <div class="guide" data-testid="guide" onClick={again}>
+    <div class="guide" data-testid="guide" onClick={onClick}>
       <nav class="guide-list" aria-label="Chapters">
         <h2>Guide</h2>
         <ol>
@@ -114,6 +126,11 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
         <div class="center-note pulse">Loading…</div>
       ) : (
         <div class="guide-page">
+          {refusal && (
+            <p class="guide-refusal wrong" role="alert">
+              {refusal}
+            </p>
+          )}
           <article
             class="guide-text"
             data-testid="chapter"

@@ -143,13 +143,23 @@ function useRuns(experiment: Experiment) {
   };
 }
 
+const estimatorsOf = (experiment: Experiment, form: LabForm): LabForm[] =>
+  experiment.estimators.map((e) => ({ ...form, estimator: e.name }));
+
 /** One experiment: its description, its form, its runs. */
 function Bench({ experiment, query }: { experiment: Experiment; query: string }) {
   const [form, setForm] = useState<LabForm>(() => formOfQuery(experiment, query));
   const runs = useRuns(experiment);
   const { series, shown, state } = runs;
   const result = useRef<HTMLElement>(null);
-  useEffect(() => setForm(formOfQuery(experiment, query)), [experiment, query]);
+  useEffect(() => {
+    const start = formOfQuery(experiment, query);
+    setForm(start);
+    // A link may start its run: `run=1`, or `run=all` for all estimators.
+    const wish = new URLSearchParams(query).get('run');
+    if (wish === 'all') void runs.run(estimatorsOf(experiment, start));
+    else if (wish) void runs.run([start]);
+  }, [experiment, query]);
 
   const change = (part: Partial<LabForm>): void => {
     const next = { ...form, ...part };
@@ -162,7 +172,7 @@ function Bench({ experiment, query }: { experiment: Experiment; query: string })
       result.current?.scrollIntoView({ block: 'start' });
     void runs.run(forms);
   };
-  const estimators = experiment.estimators.map((e) => ({ ...form, estimator: e.name }));
+  const estimators = estimatorsOf(experiment, form);
   const samplers = experiment.samplers.slice(0, slots).map((sampler) => ({ ...form, sampler }));
 
   return (
@@ -213,7 +223,10 @@ function Bench({ experiment, query }: { experiment: Experiment; query: string })
           <Elsewhere experiment={experiment} form={form} />
         </form>
         {shown?.outcome && shown.outcome.pattern.length > 0 && (
-          <PatternPlot pattern={shown.outcome.pattern} label={shown.sampler} />
+          <PatternPlot
+            pattern={shown.outcome.pattern}
+            label={experiment.samplers.length > 1 ? shown.sampler : shown.estimator}
+          />
         )}
       </div>
       <section class="bench-result" aria-label="Result" ref={result}>

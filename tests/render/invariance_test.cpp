@@ -126,11 +126,12 @@ std::vector<std::string> rows() {
   }
   return names;
 }
-INSTANTIATE_TEST_SUITE_P(AllRows, Invariance, testing::ValuesIn(rows()), [](const auto& row) {
+std::string name_of(const testing::TestParamInfo<std::string>& row) {
   std::string name = row.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
-});
+}
+INSTANTIATE_TEST_SUITE_P(AllRows, Invariance, testing::ValuesIn(rows()), name_of);
 
 /// The room in a file, at a place of the file's world.
 core::SceneDescription at_place(core::Place place) {
@@ -147,26 +148,45 @@ core::SceneDescription at_place(core::Place place) {
   return test_support::load(core::write_glb(scene));
 }
 
-TEST(FarPlaces, PlaceDoesNotMatter) {
-  const auto mean = [](const core::SceneDescription& scene) {
-    return static_cast<double>(
-        test_support::shoot(scene, {.width = kSide, .height = kSide, .samples = 64, .depth = 3})
-            .mean()
-            .g);
-  };
+class FarPlaces : public testing::TestWithParam<std::string> {
+ protected:
+  static double mean(const core::SceneDescription& scene) {
+    core::View view = test_support::view_of(test_support::build(scene), kSide, kSide);
+    const core::FilmSettings film = view.settings.film;
+    view.settings = core::default_settings(GetParam());
+    view.settings.film = film;
+    view.settings.max_depth = GetParam() == "direct" ? 1 : 3;
+    view.settings.photons.paths = 2000;
+    view.settings.cache.rays = 64;
+    return static_cast<double>(test_support::render(view, 16).mean().g);
+  }
+};
+
+TEST_P(FarPlaces, PlaceDoesNotMatter) {
   const double plain = mean(at_place({}));
   // Coordinates of a map, and a shift by 100,000 km.
   for (const core::Place place : {core::Place{1000, 0, 0}, core::Place{448262.25, 120, 5411932.5},
                                   core::Place{1e8, 0, -1e8}}) {
-    const core::SceneDescription scene = at_place(place);
+    core::SceneDescription scene = at_place(place);
     EXPECT_TRUE(scene.warnings.empty());
     const core::Place corner = scene.origin + scene.instances.at(0).to_world.t;
     EXPECT_EQ(corner, place);  // in the file's coordinates
     EXPECT_NEAR(mean(scene), plain, 0.005 * plain) << place.x;
+    // The planted fault: a lamp in 32-bit floats, whose steps at map coordinates are half a metre.
+    scene.lights[0].to_world.t.z += 0.25F;
+    if (GetParam() != "ao") {  // knows no lights
+      EXPECT_GT(std::fabs(mean(scene) - plain), 0.01 * plain) << place.x;
+    }
   }
 }
+std::vector<std::string> rows_without_chains() {
+  std::vector<std::string> names = rows();
+  std::erase(names, "mlt");  // one rounding error changes all of a chain after it
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(AllRows, FarPlaces, testing::ValuesIn(rows_without_chains()), name_of);
 
-TEST(FarPlaces, FloatsOfTheFileThatLostTheShapeAreReported) {
+TEST(FarFiles, FloatsOfTheFileThatLostTheShapeAreReported) {
   // The planted fault: vertices themselves in map coordinates, in steps of half a metre.
   core::SceneDescription scene = test_support::cornell();
   for (core::PrimitiveDescription& p : scene.meshes[0].primitives) {
@@ -180,7 +200,7 @@ TEST(FarPlaces, FloatsOfTheFileThatLostTheShapeAreReported) {
       << read.warnings[0].detail;
 }
 
-TEST(FarPlaces, SizesBeyondFloatsAreReported) {
+TEST(FarFiles, SizesBeyondFloatsAreReported) {
   for (const float size : {1e-9F, 1e10F}) {
     core::SceneDescription scene = test_support::cornell();
     scene.instances[0].to_world = core::scaling({size, size, size});

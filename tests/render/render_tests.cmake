@@ -18,6 +18,7 @@ set(RENDER_TEST_SOURCES
   media_test.cpp
   medium_light_test.cpp
   meter_test.cpp
+  mirror_test.cpp
   mlt_test.cpp
   neutral_shadow_test.cpp
   options_test.cpp

@@ -39,6 +39,7 @@ class Submitting(ApiTest):
                 "revision",
                 "film_digest",
                 "denoised",
+                "denoising",
                 "warnings",
                 "warning_details",
                 "links",

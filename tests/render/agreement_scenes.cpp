@@ -3,9 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "tests/render/gltf_stage.h"
-#include "tests/support/statistics.h"
-
 namespace test_support {
 
 using core::MaterialDescription;
@@ -97,65 +94,6 @@ core::View pane(int side) {
   scene.materials.push_back(half);
   core::View view = box(side);
   view.scene = build(std::move(scene));
-  return view;
-}
-
-core::View many_lights(int side) {
-  core::SceneDescription scene =
-      scene_of({dielectric(0.5F, {0.7F, 0.6F, 0.5F}), emitter({6, 3, 2}), emitter({1, 4, 1}),
-                emitter({1, 2, 8})},
-               {floor_of(0), sphere({-0.9F, 0.6F, 0}, 0.6F, 12, false, 0)});
-  Random random(1);
-  const auto within = [&random](Vec3 low, Vec3 size) {
-    const float x = random.uniform();
-    const core::Vec2 yz = random.uniform_2d();
-    return low + Vec3{size.x * x, size.y * yz.x, size.z * yz.y};
-  };
-  for (int i = 0; i < 100; ++i) {
-    const Vec3 corner = within({-2.5F, 0.3F, -2.5F}, {5, 2, 4});
-    const Vec3 edge1 = within({-0.1F, -0.1F, -0.1F}, {0.2F, 0.2F, 0.2F});
-    const Vec3 edge2 = within({-0.1F, -0.1F, -0.1F}, {0.2F, 0.2F, 0.2F});
-    scene.meshes[0].primitives.push_back(quad(corner, edge1, edge2, 1 + i % 3));
-  }
-  core::PunctualLightDescription point;
-  point.intensity = {1, 0.5F, 0.5F};
-  point.to_world = core::translation({1.5F, 2, 1.5F});
-  core::PunctualLightDescription spot = point;
-  spot.type = core::PunctualType::kSpot;
-  spot.intensity = {1, 2, 3};
-  spot.to_world = core::translation({0.5F, 2, 0.5F}) *
-                  core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)});  // down
-  scene.lights = {point, spot, sun(normalize(Vec3{1, 2, 1}), {0.6F, 0.5F, 0.4F})};
-  core::View view = view_at(std::move(scene), side);
-  view.environment = constant_sky({0.2F, 0.2F, 0.3F});
-  view.camera.aperture_radius_m = 0.05F;
-  return view;
-}
-
-core::View textures(int side) {
-  MaterialDescription floor = dielectric(0.8F, {1, 0.9F, 0.8F});
-  floor.metallic = 1;  // times the texture's
-  floor.base_color_texture.image = 0;
-  floor.metallic_roughness_texture.image = 1;
-  floor.normal_texture.image = 2;
-  MaterialDescription lamp = emitter({4, 4, 6});
-  lamp.emissive_texture.image = 3;
-  core::PrimitiveDescription ground = floor_of(0);
-  ground.tangents.assign(4, {1, 0, 0, 1});
-  MaterialDescription ball = lambert({0.8F, 0.7F, 0.6F});
-  ball.base_color_texture.image = 3;
-  core::SceneDescription scene =
-      scene_of({floor, lamp, ball}, {ground, quad({-1, 2, -0.5F}, {2, 0, 0}, {0, 0, 1}, 1),
-                                     quad({-1.5F, 0, -1.5F}, {3, 0, 0}, {0, 2, 0}, 2)});
-  add_image(scene, 3, 2, 3,
-            {250, 60, 60, 60, 250, 60, 60, 60, 250,  //
-             200, 200, 40, 40, 200, 200, 220, 220, 220});
-  add_image(scene, 2, 1, 3, {0, 255, 0, 0, 140, 60});  // G roughness, B metallic
-  add_image(scene, 2, 2, 3, {150, 128, 250, 128, 150, 250, 106, 128, 250, 128, 106, 250});
-  add_image(scene, 4, 2, 3, {255, 80, 40, 0,  0,  0,   60,  255, 90,  120, 120, 120,  //
-                             0,   0,  0,  90, 60, 255, 255, 255, 255, 30,  0,   0});
-  core::View view = view_at(std::move(scene), side);
-  view.environment = constant_sky(Rgb(0.1F));
   return view;
 }
 

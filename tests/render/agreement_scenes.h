@@ -14,11 +14,6 @@ core::View zoo(int side);
 /// The box behind a thin pane that half transmits, without a change of direction, and half
 /// scatters.
 core::View pane(int side);
-/// 200 triangles that emit, in three colours and in all directions, with a point light, a spot, a
-/// directional light and a sky, seen through a lens of finite aperture.
-core::View many_lights(int side);
-/// Textures of base colour, roughness, normals and emission.
-core::View textures(int side);
 /// 30 instances of a glass ball and of a diffuse one, mirrored, scaled unevenly and turned, under a
 /// sky with one texel a hundred times as bright as the others.
 core::View instances(int side);

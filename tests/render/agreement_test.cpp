@@ -67,8 +67,9 @@ TEST(Agreement, AllOptionsAgreeOnGlossyMaterials) {
 /// pixels.
 constexpr int kLightSide = 16;
 
-/// A scene, and the samples that make means of 16 images normal in it. Light tracing finds few of
-/// the pixels; path tracing, the reference, finds caustics only by chance.
+/// More lights, many of them, and textures: emitters_test.cpp. A scene, and the samples that make
+/// means of 16 images normal in it. Light tracing finds few of the pixels; path tracing, the
+/// reference, finds caustics only by chance.
 struct LightPaths {
   const char* name;
   core::View view;
@@ -84,14 +85,12 @@ std::vector<LightPaths> light_path_scenes() {
           {"glossy things", glossy, 512, 128},
           {"half clear pane", test_support::pane(kLightSide), 64, 128},
           {"caustic", caustic, 64, 768},
-          {"many lights", test_support::many_lights(kLightSide), 192, 128},
-          {"textures", test_support::textures(kLightSide), 128, 128},
           {"instances", test_support::instances(kLightSide), 256, 256}};
 }
 
 constexpr const char* kLightIntegrators[] = {"light-trace", "bdpt", "mlt"};
 constexpr int kLightSamples = 64;
-constexpr int kLightComparisons = 21;
+constexpr int kLightComparisons = 15;
 
 /// Strategies of bdpt that a fault might lose; all scenes have light of each.
 const std::vector<std::string> kStrategies = {"st:1,2", "st:1,3", "st:2,1"};

@@ -1,5 +1,6 @@
 """The documented number of watchers at the same time, while the renderer is busy."""
 
+import contextlib
 import resource
 import select
 import socket
@@ -8,6 +9,29 @@ import time
 from harness import PATIENCE_S, ApiTest, EventStream, job_body
 
 STREAMS = 2048
+
+
+class StreamMemory(ApiTest):
+    def memory(self):
+        lines = self.server.get("/metrics").body.decode().splitlines()
+        return int(float(next(line.split()[1] for line in lines
+                              if line.startswith("tessera_memory_bytes "))))
+
+    def test_open_streams_count_as_memory(self):
+        job = self.server.submit(job_body(samples=65536))["id"]
+        self.server.wait_for_samples(job)
+        self.server.request("PATCH", f"/v1/jobs/{job}", {"paused": True})
+        before = self.memory()
+        with contextlib.ExitStack() as stack:
+            for _ in range(8):
+                stream = stack.enter_context(EventStream(self.server, job))
+                self.assertEqual(next(iter(stream)).name, "snapshot")
+            self.assertEqual(self.memory() - before, 8 * 65536)
+        deadline = time.monotonic() + PATIENCE_S
+        while self.memory() != before:  # Clients that left are noticed within a second.
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.05)
+        self.server.post(f"/v1/jobs/{job}/cancel")
 
 
 class ManyStreams(ApiTest):

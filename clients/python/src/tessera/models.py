@@ -122,7 +122,7 @@ class JobRequestFilmFilter(TypedDict):
 
 
 class JobRequestFilm(TypedDict):
-    """Size, filter and recorded layers."""
+    """Size, filter and recorded layers; null: no image, only a meter."""
 
     width: NotRequired[int]
     height: NotRequired[int]
@@ -289,7 +289,7 @@ class JobRequest(_JobRequest):
     environment: NotRequired[JobRequestEnvironment | None]
     background: NotRequired[JobRequestBackground]
     ground: NotRequired[JobRequestGround]
-    film: NotRequired[JobRequestFilm]
+    film: NotRequired[JobRequestFilm | None]
     integrator: NotRequired[JobRequestIntegrator]
     estimator: NotRequired[JobRequestEstimator]
     sampler: NotRequired[JobRequestSampler]
@@ -492,7 +492,7 @@ class JobSpecFilmFilter(TypedDict):
 
 
 class JobSpecFilm(TypedDict):
-    """Size, filter and recorded layers."""
+    """Size, filter and recorded layers; null: no image, only a meter."""
 
     width: int
     height: int
@@ -638,7 +638,7 @@ class JobSpec(_JobSpec):
     environment: NotRequired[JobSpecEnvironment | None]
     background: NotRequired[JobSpecBackground]
     ground: NotRequired[JobSpecGround]
-    film: JobSpecFilm
+    film: JobSpecFilm | None
     integrator: JobSpecIntegrator
     estimator: JobSpecEstimator
     sampler: JobSpecSampler
@@ -769,6 +769,7 @@ class Job(TypedDict):
     queue_position: int | None
     statistics: Statistics
     revision: int
+    available: list[Literal["image", "denoised", "meter"]]
     film_digest: str | None
     denoised: Denoised | None
     denoising: bool
@@ -846,6 +847,7 @@ class ProgressEvent(TypedDict):
     light_not_found: LightNotFound | None
     statistics: Statistics
     revision: int
+    available: list[Literal["image", "denoised", "meter"]]
     denoised: Denoised | None
 
 
@@ -887,6 +889,7 @@ class EndEvent(TypedDict):
     ]
     film_digest: str | None
     revision: int
+    available: list[Literal["image", "denoised", "meter"]]
     error: ErrorEstimate
     light_not_found: LightNotFound | None
     failure: Problem | None
@@ -1052,7 +1055,40 @@ class Meter(TypedDict):
 
     bias: Literal["none", "consistent", "biased"]
     confidence: float
+    mean_lux: float | None
+    uniformity: float | None
+    outdoor_lux: float | None
+    daylight_factor: float | None
     points: list[MeterReading]
+
+
+class MeterFigures(TypedDict):
+    """Figures of a job's meter; see Meter."""
+
+    job: str
+    mean_lux: float
+    uniformity: float | None
+    daylight_factor: float | None
+
+
+class MeterPair(TypedDict):
+    """A point of two meters."""
+
+    position: list[float]
+    a_lux: float
+    b_lux: float
+    difference_lux: float
+    low: float
+    high: float
+
+
+class MeterComparison(TypedDict):
+    """The meters of two jobs compared point by point; b is the reference."""
+
+    a: MeterFigures
+    b: MeterFigures
+    difference_lux: float
+    points: list[MeterPair]
 
 
 class ComparisonZ(TypedDict):
@@ -1190,7 +1226,7 @@ class JobDefaults(_JobDefaults):
     environment: NotRequired[JobSpecEnvironment | None]
     background: NotRequired[JobSpecBackground]
     ground: NotRequired[JobSpecGround]
-    film: JobSpecFilm
+    film: JobSpecFilm | None
     integrator: JobSpecIntegrator
     estimator: JobSpecEstimator
     sampler: JobSpecSampler

@@ -193,7 +193,7 @@ export interface JobRequestFilmFilter {
   radius?: number;
 }
 
-/** Size, filter and recorded layers. */
+/** Size, filter and recorded layers; null: no image, only a meter. */
 export interface JobRequestFilm {
   /** Pixels. Width times height is limited to 64 megapixels (413). Default: 960. */
   width?: number;
@@ -492,8 +492,8 @@ export interface JobRequest {
   background?: JobRequestBackground;
   /** Horizontal ground added to the scene. */
   ground?: JobRequestGround;
-  /** Size, filter and recorded layers. */
-  film?: JobRequestFilm;
+  /** Size, filter and recorded layers; null: no image, only a meter. */
+  film?: JobRequestFilm | null;
   /** How light paths are traced. */
   integrator?: JobRequestIntegrator;
   /** How paths are sampled and combined. */
@@ -832,7 +832,7 @@ export interface JobSpecFilmFilter {
   radius: number;
 }
 
-/** Size, filter and recorded layers. */
+/** Size, filter and recorded layers; null: no image, only a meter. */
 export interface JobSpecFilm {
   /** Pixels. Width times height is limited to 64 megapixels (413). */
   width: number;
@@ -1098,8 +1098,8 @@ export interface JobSpec {
   background?: JobSpecBackground;
   /** Horizontal ground added to the scene. */
   ground?: JobSpecGround;
-  /** Size, filter and recorded layers. */
-  film: JobSpecFilm;
+  /** Size, filter and recorded layers; null: no image, only a meter. */
+  film: JobSpecFilm | null;
   /** How light paths are traced. */
   integrator: JobSpecIntegrator;
   /** How paths are sampled and combined. */
@@ -1322,6 +1322,11 @@ export interface Job {
   statistics: Statistics;
   /** Number of changes of the image. */
   revision: number;
+  /**
+   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
+   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
+   */
+  available: ('image' | 'denoised' | 'meter')[];
   /** SHA-256 of the film's exact content, once finished. */
   film_digest: string | null;
   denoised: Denoised | null;
@@ -1420,6 +1425,11 @@ export interface ProgressEvent {
   statistics: Statistics;
   /** Number of changes of the image. */
   revision: number;
+  /**
+   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
+   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
+   */
+  available: ('image' | 'denoised' | 'meter')[];
   denoised: Denoised | null;
 }
 
@@ -1466,6 +1476,11 @@ export interface EndEvent {
   film_digest: string | null;
   /** Number of changes of the image. */
   revision: number;
+  /**
+   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
+   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
+   */
+  available: ('image' | 'denoised' | 'meter')[];
   error: ErrorEstimate;
   light_not_found: LightNotFound | null;
   failure: Problem | null;
@@ -1662,8 +1677,55 @@ export interface Meter {
   bias: 'none' | 'consistent' | 'biased';
   /** Confidence level of the intervals. */
   confidence: number;
+  /** Mean illuminance of the points. */
+  mean_lux: number | null;
+  /** Least illuminance divided by the mean (U0 of EN 12464-1). */
+  uniformity: number | null;
+  /**
+   * Illuminance of an upward surface under the open sky of the job's environment, with its sun;
+   * null: it has none.
+   */
+  outdoor_lux: number | null;
+  /**
+   * mean_lux / outdoor_lux, a share: the CIE's daylight factor if the environment is an overcast
+   * sky and the only light.
+   */
+  daylight_factor: number | null;
   /** The points, followed by the cells of the plane. */
   points: MeterReading[];
+}
+
+/** Figures of a job's meter; see Meter. */
+export interface MeterFigures {
+  /** UUID. */
+  job: string;
+  mean_lux: number;
+  uniformity: number | null;
+  daylight_factor: number | null;
+}
+
+/** A point of two meters. */
+export interface MeterPair {
+  /** World, metres. */
+  position: [number, number, number];
+  a_lux: number;
+  b_lux: number;
+  /** a - b. */
+  difference_lux: number;
+  /** End of the 95% interval of the difference. */
+  low: number;
+  /** End of the 95% interval of the difference. */
+  high: number;
+}
+
+/** The meters of two jobs compared point by point; b is the reference. */
+export interface MeterComparison {
+  a: MeterFigures;
+  b: MeterFigures;
+  /** Mean of a - b. */
+  difference_lux: number;
+  /** In the order of the meters. */
+  points: MeterPair[];
 }
 
 /** Statistics of (a-b) / standard error. */
@@ -1863,8 +1925,8 @@ export interface JobDefaults {
   background?: JobSpecBackground;
   /** Horizontal ground added to the scene. */
   ground?: JobSpecGround;
-  /** Size, filter and recorded layers. */
-  film: JobSpecFilm;
+  /** Size, filter and recorded layers; null: no image, only a meter. */
+  film: JobSpecFilm | null;
   /** How light paths are traced. */
   integrator: JobSpecIntegrator;
   /** How paths are sampled and combined. */

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -100,7 +101,31 @@ struct Kinds {
   Totals plain{"plain"};
   Totals calm{"set aside"};
   Totals denoised{"denoised"};
+  /// Per group: error of `mixed` over that of the better one of `full` and the plain image, which
+  /// is shown without fireflies.
+  std::vector<double> mixed;
+
+  void print() {
+    plain.print();
+    calm.print();
+    denoised.print();
+    std::sort(mixed.begin(), mixed.end());
+    std::printf("mixed      over the better of full and plain: %.2f in the median, %.2f at most\n",
+                mixed.empty() ? 0.0 : mixed[mixed.size() / 2], mixed.empty() ? 0.0 : mixed.back());
+  }
 };
+
+std::vector<core::Rgb> image_of(const core::ColorPlanes& planes) {
+  std::vector<core::Rgb> image;
+  for (std::size_t p = 0; p < planes[0].size(); ++p) {
+    image.emplace_back(planes[0][p], planes[1][p], planes[2][p]);
+  }
+  return image;
+}
+
+double sum_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
 
 core::View view_by(core::View view, std::string_view integrator) {
   const core::FilmSettings film = view.settings.film;
@@ -116,6 +141,7 @@ void measure(const std::string& name, core::View view, const test_support::Truth
   std::vector<double> plain;
   std::vector<double> calm;
   std::vector<double> clean;
+  std::vector<double> full;
   for (int i = 0; i < plan.renders; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(i) + 1;
     const test_support::Picture picture = test_support::render(view, samples, plan.threads);
@@ -131,12 +157,8 @@ void measure(const std::string& name, core::View view, const test_support::Truth
     const auto made =
         core::denoise(film, nullptr, core::StatisticalDenoiser(), core::parallel_for(plan.threads));
     CHECK(made);
-    std::vector<core::Rgb> image;
-    const core::ColorPlanes& planes = made->picture.mixed;
-    for (std::size_t p = 0; p < film.pixel_count(); ++p) {
-      image.emplace_back(planes[0][p], planes[1][p], planes[2][p]);
-    }
-    clean.push_back(test_support::defined_error(image, truth));
+    clean.push_back(test_support::defined_error(image_of(made->picture.mixed), truth));
+    full.push_back(test_support::defined_error(image_of(made->picture.full), truth));
     seen_clean.push_back(made->picture.interval(core::DenoiseMode::kMixed, 0.95));
   }
   const std::string group =
@@ -145,6 +167,10 @@ void measure(const std::string& name, core::View view, const test_support::Truth
   kinds.plain.add(group, seen, plain);
   kinds.calm.add(group, seen, calm);
   kinds.denoised.add(group, seen_clean, clean);
+  if (!clean.empty()) {
+    kinds.mixed.push_back(sum_of(clean) / std::min(sum_of(full), sum_of(calm)));
+    std::printf("  mixed %.2f", kinds.mixed.back());
+  }
   std::printf("\n");
   std::fflush(stdout);
 }
@@ -188,9 +214,7 @@ bool measure_asset_coverage(const AssetPlan& plan) {
       }
     }
   }
-  kinds.plain.print();
-  kinds.calm.print();
-  kinds.denoised.print();
+  kinds.print();
   return true;
 }
 

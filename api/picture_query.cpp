@@ -274,8 +274,9 @@ const auto& image_table() {
               "channels LAYER.CHANNEL."),
           flag(
               "stream", [](auto& s) -> auto& { return s.query.stream; },
-              "1, or Accept: multipart/x-mixed-replace: every new image until the end, for "
-              "<img>."),
+              "1, or Accept: multipart/x-mixed-replace without an image type: every new image "
+              "until "
+              "the end, for <img>."),
           ticket_row<ImageReading>(),
       });
   return kTable;

@@ -104,8 +104,13 @@ bool wants_stream(const Request& request, const api::ImageQuery& query) {
   }
   const auto accept = request.headers.joined("Accept").value_or("");
   const auto types = split_list(accept);
-  return std::any_of(types.begin(), types.end(),
-                     [](std::string_view type) { return media_type(type) == kMultipart; });
+  const auto names = [&types](const auto& fits) {
+    return std::any_of(types.begin(), types.end(),
+                       [&](std::string_view type) { return fits(media_type(type)); });
+  };
+  // Generated clients accept all types that the operation documents, and expect one image.
+  return names([](const std::string& type) { return type == kMultipart; }) &&
+         !names([](const std::string& type) { return type.starts_with("image/"); });
 }
 
 std::shared_ptr<const core::DenoisedPicture> planes_of(const DenoiseService::Pointer& made) {

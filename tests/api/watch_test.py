@@ -126,6 +126,12 @@ class Watch(ApiTest):
         self.assertEqual(png_size(parts[0][1])[:2], (48, 32))
         self.assertEqual(parts[0][1], self.server.get(f"/v1/jobs/{job}/image.png").body)
 
+    def test_clients_that_accept_everything_get_one_image(self):
+        job = self.server.render(job_body())["id"]
+        answer = self.server.get(f"/v1/jobs/{job}/image.png", {
+            "Accept": "multipart/x-mixed-replace, image/png, application/problem+json"})
+        self.assertEqual(answer.headers["Content-Type"], "image/png")
+
     def test_checks_an_image_stream_like_an_image(self):
         job = self.server.render(job_body())["id"]
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/image?stream=2"), 422, "/stream")

@@ -48,13 +48,35 @@ Setup setup_of(std::string_view experiment, std::string_view estimator,
 }
 
 TEST(Lab, HasTheDocumentedExperiments) {
-  for (const char* name :
-       {"pi", "quadrature-d", "strategies", "mis-gamma", "optimal-mis", "rr-threshold", "splitting",
-        "expected-values", "control-variate", "regression", "antithetic", "samplers-2d",
-        "samplers-4d", "ris-m", "reservoir-chi2", "restir-1d", "ppm-1d", "stopping-bias",
-        "inversion", "mse", "infinite-variance", "discrepancy", "rendering-equation",
-        "path-integral", "metropolis", "density-estimation", "irradiance-cache", "reservoir-merge",
-        "roulette-efficiency"}) {
+  for (const char* name : {"pi",
+                           "quadrature-d",
+                           "strategies",
+                           "mis-gamma",
+                           "optimal-mis",
+                           "rr-threshold",
+                           "splitting",
+                           "expected-values",
+                           "control-variate",
+                           "regression",
+                           "antithetic",
+                           "samplers-2d",
+                           "samplers-4d",
+                           "ris-m",
+                           "reservoir-chi2",
+                           "restir-1d",
+                           "ppm-1d",
+                           "stopping-bias",
+                           "inversion",
+                           "mse",
+                           "infinite-variance",
+                           "discrepancy",
+                           "rendering-equation",
+                           "path-integral",
+                           "metropolis",
+                           "density-estimation",
+                           "irradiance-cache",
+                           "reservoir-merge",
+                           "roulette-efficiency"}) {
     EXPECT_NE(find_experiment(name), nullptr) << name;
   }
   EXPECT_EQ(experiments().size(), 29U);

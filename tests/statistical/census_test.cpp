@@ -119,11 +119,11 @@ constexpr LightRoute kFolded = {LightRoute::kCaustic, true, false};
 constexpr double kFoldedLuminance = static_cast<double>(kAlbedo) / std::numbers::pi;
 
 TEST(Census, CoversTheLightThatAMirrorFoldsOntoAFloor) {
-  EXPECT_GE(covered(folded_sun(1), kFoldedLuminance, {kFolded}, 4096), kCoveredLeast);
+  EXPECT_GE(covered(folded_sun(1), kFoldedLuminance, {kFolded}, 8192), kCoveredLeast);
 }
 
 TEST(Census, SeesParticlesThatWeighAFifthTooMuch) {
-  EXPECT_LT(covered(folded_sun(1.2F), kFoldedLuminance, {kFolded}, 4096), kCoveredLeast);
+  EXPECT_LT(covered(folded_sun(1.2F), kFoldedLuminance, {kFolded}, 8192), kCoveredLeast);
 }
 
 TEST(Census, SeesRoutesThatAreMixedUp) {
@@ -136,13 +136,13 @@ TEST(Census, SeesRoutesThatAreMixedUp) {
 TEST(Census, CoversTheLightOfAClosedSphere) {
   const std::vector<LightRoute> routes = {{LightRoute::kDirect, false, false},
                                           {LightRoute::kIndirect, false, false}};
-  EXPECT_GE(covered(closed_sphere(), 0.875, routes, 2048), kCoveredLeast);
+  EXPECT_GE(covered(closed_sphere(), 0.875, routes, 8192), kCoveredLeast);
 }
 
 TEST(Census, SeesALostScatteringInAClosedSphere) {
   core::View view = closed_sphere();
   view.settings.max_depth = 2;
-  EXPECT_LT(covered(view, 0.875, {{LightRoute::kDirect}, {LightRoute::kIndirect}}, 2048),
+  EXPECT_LT(covered(view, 0.875, {{LightRoute::kDirect}, {LightRoute::kIndirect}}, 8192),
             kCoveredLeast);
 }
 
@@ -204,7 +204,7 @@ TEST(Census, WeightsOfAnalogChoicesAreAtMostOne) {
   }
 }
 
-core::LightNotFound judged(const core::View& view, int samples, int particles = 1 << 14) {
+core::LightNotFound judged(const core::View& view, int samples, int particles = 1 << 16) {
   const auto picture = test_support::render(view, samples);
   const core::Camera camera = camera_of(view);
   const auto census = census_of(view, camera, particles);
@@ -247,8 +247,8 @@ TEST(LightNotFound, IsDetectedInAPictureThatIsTooDark) {
       test_support::scene_of({lamp}, {test_support::sphere({}, 1, 48, true, 0)}));
   const auto picture = test_support::render(dark, 8);
   const core::Camera camera = camera_of(view);
-  const auto census = census_of(view, camera, 1 << 14);
-  const auto light = core::light_not_found(*census, 1 << 14, *picture.film, view, 0.95);
+  const auto census = census_of(view, camera, 1 << 16);
+  const auto light = core::light_not_found(*census, 1 << 16, *picture.film, view, 0.95);
   EXPECT_NEAR(light.detected, (0.875 - 0.5) / 0.5, 0.15);
 }
 
@@ -256,7 +256,7 @@ TEST(LightNotFound, ShrinksWithTheNumberOfParticles) {
   const core::View view = under_sky("bdpt");
   const double few = judged(view, 8, 1 << 12).at_most;
   const double many = judged(view, 8, 1 << 16).at_most;
-  EXPECT_LT(many, few / 8);
+  EXPECT_LT(many, few / 4);
   EXPECT_GT(many, 0);
 }
 

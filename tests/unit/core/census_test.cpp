@@ -1,4 +1,6 @@
 // Light that was not found is a function of the job, tested over threads, restarts and places.
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "core/base/statistics.h"

@@ -104,7 +104,7 @@ std::optional<LightNotFound> RenderTask::Impl::count_particles(const Due& due, d
     MutexLock lock(mutex);
     census.parts_out = now.parts_out;
   }
-  if (now.parts_out == 0) {
+  if (now.parts_out == 0 || now.census->picture_unit() == 0) {
     return std::nullopt;
   }
   return core::light_not_found(*now.census, now.parts_out * kCensusPart, *film, renderer->view(),

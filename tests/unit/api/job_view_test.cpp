@@ -28,12 +28,28 @@ std::vector<std::string> keys(const Json& object) {
 
 TEST(JobView, HasTheDocumentedMembers) {
   const Json job = parsed(api::job_json(api::example_job()));
-  EXPECT_EQ(keys(job),
-            (std::vector<std::string>{
-                "id",          "state",          "pause_reason", "stop_reason",     "created_at",
-                "started_at",  "finished_at",    "spec",         "progress",        "error",
-                "failure",     "queue_position", "statistics",   "revision",        "available",
-                "film_digest", "denoised",       "warnings",     "warning_details", "links"}));
+  EXPECT_EQ(keys(job), (std::vector<std::string>{"id",
+                                                 "state",
+                                                 "pause_reason",
+                                                 "stop_reason",
+                                                 "created_at",
+                                                 "started_at",
+                                                 "finished_at",
+                                                 "spec",
+                                                 "progress",
+                                                 "error",
+                                                 "light_not_found",
+                                                 "failure",
+                                                 "queue_position",
+                                                 "statistics",
+                                                 "revision",
+                                                 "available",
+                                                 "film_digest",
+                                                 "denoised",
+                                                 "denoising",
+                                                 "warnings",
+                                                 "warning_details",
+                                                 "links"}));
   EXPECT_EQ(keys(job["progress"]),
             (std::vector<std::string>{"fraction", "samples_per_pixel", "elapsed_seconds",
                                       "cpu_seconds", "eta_seconds", "eta_interval_seconds"}));
@@ -82,8 +98,8 @@ TEST(JobView, ShowsTheReasonOfAPause) {
 
 // The halves of a biased image do not show its error; comparison with unbiased images does.
 TEST(JobView, InvalidErrorHasNoInterval) {
-  api::JobView job = api::example_job();
   for (const bool valid : {true, false}) {
+    api::JobView job = api::example_job();
     job.spec.render.integrator = valid ? "path" : "sppm";
     EXPECT_EQ(parsed(api::job_json(job))["error"]["valid"], valid);
     job.spec.render.integrator = "sppm";

@@ -1166,7 +1166,10 @@ export interface ErrorEstimate {
   low: number | null;
   /** Upper end of the interval. */
   high: number | null;
-  /** Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). */
+  /**
+   * Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By comparison: 0.8 times the mean
+   * root of (I - U)(I - V), relative, for two unbiased images U and V; `relative` is then the same.
+   */
   grain: number | null;
   /**
    * Light that only one half has found: mean over squares of 16 pixels of sum (|A - B| r) / sum

@@ -13,6 +13,7 @@ struct Window {
   std::size_t tile = 0;
   double pixels = 0;  ///< counted ones
   double mean = 0;    ///< of m
+  double noise = 0;   ///< standard deviation of mean, from its two colours
 };
 
 /// Returns R / (1 + R / 2).
@@ -80,7 +81,7 @@ ErrorRoots SquaredErrors::roots() const {
           noise += count * apart * apart;
           sum += energies_.sum(of);
           pixels += count;
-          windows.push_back({t, count, energies_.sum(of) / count});
+          windows.push_back({t, count, energies_.sum(of) / count, std::fabs(apart)});
         }
       }
     }
@@ -98,7 +99,8 @@ ErrorRoots SquaredErrors::roots() const {
   }
   const double kept = spread > 0 ? std::max(0.0, 1 - noise / spread) : 0;
   for (const Window& window : windows) {
-    const double drawn = mean + kept * (window.mean - mean);
+    const double drawn = std::clamp(mean + kept * (window.mean - mean), window.mean - window.noise,
+                                    window.mean + window.noise);
     out.tiles[window.tile] += window.pixels * root_of(drawn);
   }
   // One window says nothing about the spread between windows: its two colours do.

@@ -14,7 +14,8 @@
 /// taken. Noise would make the mean root of these averages too large, so they are drawn towards the
 /// mean of the image, by the share of their variance that is noise. That share is measured by the
 /// difference between the two colours of a chessboard within the windows. Source: Efron and Morris
-/// 1973 (Stein's estimator).
+/// 1973 (Stein's estimator). No window is drawn further than its own standard deviation, so that
+/// those without noise stay as they are (Efron and Morris 1972, limited translation).
 ///
 /// The error of an image is relative to the larger of it and mu, which in half of the pixels is mu,
 /// 1 + R times s: its root is R / (1 + R / 2), at most 1.

@@ -32,6 +32,8 @@ class Submitting(ApiTest):
                 "finished_at",
                 "spec",
                 "progress",
+                "light_not_found",
+                "available",
                 "error",
                 "failure",
                 "queue_position",

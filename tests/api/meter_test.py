@@ -16,7 +16,7 @@ PLANE = {"origin": [0, 0, 0], "edge_u": [0, 0, 1], "edge_v": [1, 0, 0], "columns
 BOX = {"points": [{"position": [0, 0.001, 0], "normal": [0, 1, 0]}],
        "plane": {**PLANE, "origin": [-0.5, 0.5, -0.5]}}
 # Above the blocks of the box, under its lamp.
-LIT = {"plane": {"origin": [-0.2, 0.4, 0.25], "edge_u": [0.4, 0, 0], "edge_v": [0, 0, -0.3],
+LIT = {"plane": {"origin": [0, 0.4, 0.25], "edge_u": [0.2, 0, 0], "edge_v": [0, 0, -0.3],
                  "columns": 2, "rows": 2}}
 
 
@@ -205,7 +205,7 @@ class Meter(ApiTest):
         self.assert_problem(self.server.get(f"/v1/jobs/{merged.json()['id']}/meter"), 404)
 
     def test_error_target_of_the_meter_ends_the_job(self):
-        wanted = body(BOX, stop={"meter_error": 0.2, "samples_per_pixel": 4096})
+        wanted = body(LIT, stop={"meter_error": 0.2, "samples_per_pixel": 4096})
         job = self.server.render(wanted)
         self.assertEqual(job["stop_reason"], "meter_error")
         for point in self.server.get(f"/v1/jobs/{job['id']}/meter").json()["points"]:

@@ -67,26 +67,24 @@ class EveryIntegrator(RestartTest):
     FLAGS = ("--checkpoint", "0.05", "--log-level", "debug")
 
     def test_films_are_unchanged_after_repeated_kills(self):
-        calm = [self.server.submit(wanted)["id"] for wanted in KINDS]
-        calm = [self.server.wait(job)["film_digest"] for job in calm]
-        jobs = [self.server.submit(wanted)["id"] for wanted in KINDS]
-        for threads in (1, 3):
-            for job in jobs:
+        for kind_of_job in KINDS:
+            # Long enough for a few checkpoints before each kill.
+            samples = 4 * kind_of_job["stop"]["samples_per_pixel"]
+            wanted = kind_of_job | {"stop": {"samples_per_pixel": samples}}
+            calm = self.server.render(wanted)["film_digest"]
+            job = self.server.submit(wanted)["id"]
+            for threads in (1, 3):
                 self.server.wait_for_samples(job)  # A prepass may come before them.
-            # The checkpoint after the next holds samples: it began after them.
-            counts = [self.checkpoints(job) + 2 for job in jobs]
-            for job, count in zip(jobs, counts):
-                self.wait_for_checkpoint(job, count)
-            self.server.kill()
-            self.server.start(threads)
-            for job in jobs:
+                # The checkpoint after the next holds samples: it began after them.
+                self.wait_for_checkpoint(job, self.checkpoints(job) + 2)
+                self.server.kill()
+                self.server.start(threads)
                 after = self.server.job(job)
                 if threads == 1:
                     self.assertNotEqual(after["state"], "finished", after["spec"])
                 self.assertGreater(after["progress"]["samples_per_pixel"]["max"], 0, after["spec"])
-        for job, digest in zip(jobs, calm):
             done = self.server.wait(job)
-            self.assertEqual(done["film_digest"], digest, done["spec"])
+            self.assertEqual(done["film_digest"], calm, done["spec"])
 
 
 class Restart(RestartTest):

@@ -27,8 +27,8 @@ after(async () => {
 
 /** Above the blocks, under the lamp. */
 const plane = {
-  origin: [-0.2, 0.4, 0.25],
-  edge_u: [0.4, 0, 0],
+  origin: [0, 0.4, 0.25],
+  edge_u: [0.2, 0, 0],
   edge_v: [0, 0, -0.3],
   columns: 4,
   rows: 3,

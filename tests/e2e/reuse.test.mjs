@@ -100,6 +100,7 @@ const requests = {
       shadow: { color: 'physical', strength: 0.75, softness: 0.25 },
     },
     units: 'photometric',
+    stop: { ...common.stop, meter_error: 0.5 },
     meter: {
       points: [{ position: [0, 1, 0], normal: [0, 1, 0] }],
       plane: { origin: [0, 0, 0], edge_u: [1, 0, 0], edge_v: [0, 0, -1], columns: 2, rows: 3 },
@@ -249,7 +250,7 @@ test('changing a setting in the form does not change others', {
       const text = await page.textContent('[data-testid=reused]');
       return !/visible true/.test(text) && text;
     });
-    for (const name of ['ground height -0.25', 'camera focus distance 2.5', 'labels shop north'])
+    for (const name of ['ground height -0.25', 'film filter radius 2', 'labels shop north'])
       assert.ok(kept.includes(name), `${name} in ${kept}`);
     assert.ok(!kept.includes('reflection'), kept);
     const { spec } = job;

@@ -83,7 +83,7 @@ std::vector<LightPaths> light_path_scenes() {
   caustic.settings.film.width = caustic.settings.film.height = kLightSide;
   return {{"box", test_support::box(kLightSide), 64, 128},
           {"glossy things", glossy, 512, 128},
-          {"half clear pane", test_support::pane(kLightSide), 64, 128},
+          {"half clear pane", test_support::pane(kLightSide), 128, 256},
           {"caustic", caustic, 64, 768},
           {"instances", test_support::instances(kLightSide), 256, 256}};
 }

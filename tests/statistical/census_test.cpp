@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -188,20 +189,28 @@ TEST(Census, SharesNoRandomNumbersWithThePicture) {
   EXPECT_GT(shared_noise(core::kCensusStream), limit);
 }
 
-// Otherwise a particle would count more than once.
-TEST(Census, WeightsOfAnalogChoicesAreAtMostOne) {
+// Otherwise a particle counts more than once, and the bound is approximate, as at plastics, metals
+// and rough glass, whose lobes are not sampled in exact proportion.
+TEST(Census, WeightsAtDiffuseAndClearSurfacesAreAtMostOne) {
+  const std::set<std::string> exact = {"Lambert", "LambertColoured", "SmoothSolidGlass",
+                                       "IndexMatched", "DimmedSmoothSolidGlass"};
+  std::size_t found = 0;
   for (const test_support::BsdfCase& c : test_support::bsdf_cases()) {
+    if (!exact.contains(c.name)) {
+      continue;
+    }
+    ++found;
     test_support::Random random(7);
-    double mean_excess = 0;
+    float most = 0;
     constexpr int kSamples = 4000;
     for (int i = 0; i < kSamples; ++i) {
       const core::Bsdf bsdf = c.seen_from(test_support::random_hemisphere(random));
       const core::BsdfSample sample = bsdf.sample(random.uniform(), random.uniform_2d());
-      mean_excess +=
-          std::max(0.0, static_cast<double>(core::max_component(sample.weight)) - 1) / kSamples;
+      most = std::max(most, core::max_component(sample.weight));
     }
-    EXPECT_LT(mean_excess, 0.05) << c.name;
+    EXPECT_LE(most, 1 + 1e-5F) << c.name;
   }
+  EXPECT_EQ(found, exact.size());
 }
 
 core::LightNotFound judged(const core::View& view, int samples, int particles = 1 << 16) {

@@ -25,10 +25,19 @@ export interface Member {
   description?: string;
   minimum?: number;
   maximum?: number;
+  'x-default'?: unknown;
   properties?: Record<string, Member>;
+  /** The address of a named part; `anyOf` has one and null. */
+  $ref?: string;
+  anyOf?: Member[];
 }
-interface Description {
+export interface Description {
   components: { schemas: Record<string, Member> };
+}
+/** The member itself, or the named part that it refers to. */
+export function resolved(member: Member, { components: { schemas } }: Description): Member {
+  const name = (member.anyOf?.[0] ?? member).$ref?.split('/').at(-1);
+  return (name && schemas[name]) || member;
 }
 
 /** The server refused the request. */

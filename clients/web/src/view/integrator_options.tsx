@@ -1,5 +1,5 @@
 import { useEffect, useState } from 'preact/hooks';
-import { api, type Member } from '../api/client';
+import { api, resolved, type Member } from '../api/client';
 import type { Server } from '../api/types';
 import { Store, useStore } from '../ui/store';
 import { Field, NumberInput } from './field';
@@ -24,8 +24,10 @@ export function IntegratorOptions({ info }: { info: Server | null }) {
   useEffect(() => {
     if (!asks) return;
     api.description().then(
-      ({ components }) =>
-        described.set(components.schemas.JobRequest?.properties?.integrator?.properties ?? {}),
+      (d) => {
+        const member = d.components.schemas.JobRequest?.properties?.integrator ?? {};
+        described.set(resolved(member, d).properties ?? {});
+      },
       () => described.set({}), // The fields work without it.
     );
   }, [asks]);

@@ -1,21 +1,18 @@
 import { useEffect, useState } from 'preact/hooks';
+import { api, resolved, type Description, type Member } from '../api/client';
 import type { Server } from '../api/types';
 import { useStore } from '../ui/store';
 import { change, form, formRequest, requestOf } from './form_model';
 import { hiddenSettings } from './reused_settings';
 
-interface Schema {
-  properties?: Record<string, Schema>;
-  'x-default'?: unknown;
-}
-
 /** The defaults of a schema's members: "ground.color", "[0.8,0.8,0.8]". */
-function defaultsOf({ properties }: Schema, prefix = ''): [string, string][] {
-  return Object.entries(properties ?? {}).flatMap(([key, schema]) =>
-    schema.properties
-      ? defaultsOf(schema, `${prefix}${key}.`)
-      : [[prefix + key, textOf(schema['x-default'])]],
-  );
+function defaultsOf(schema: Member, all: Description, prefix = ''): [string, string][] {
+  return Object.entries(schema.properties ?? {}).flatMap(([key, member]) => {
+    const part = resolved(member, all);
+    return part.properties
+      ? defaultsOf(part, all, `${prefix}${key}.`)
+      : [[prefix + key, textOf(member['x-default'])]];
+  });
 }
 
 const textOf = (value: unknown): string =>
@@ -26,9 +23,9 @@ function useDefaults(active: boolean): Map<string, string> {
   const [defaults, setDefaults] = useState(new Map<string, string>());
   useEffect(() => {
     if (!active) return;
-    fetch('openapi.json')
-      .then((answer) => answer.json())
-      .then((d) => setDefaults(new Map(defaultsOf(d.components.schemas.JobRequest))))
+    api
+      .description()
+      .then((d) => setDefaults(new Map(defaultsOf(d.components.schemas.JobRequest ?? {}, d))))
       .catch(() => undefined); // In that case settings with default values are listed, too.
   }, [active]);
   return defaults;

@@ -145,7 +145,8 @@ bool jpeg_is_whole(Span file) noexcept {
     return false;
   }
   constexpr std::array kEnd = {std::byte{0xFF}, std::byte{0xD9}};
-  return !std::ranges::search(file.subspan(*scan), kEnd).empty();
+  return std::search(file.begin() + static_cast<std::ptrdiff_t>(*scan), file.end(), kEnd.begin(),
+                     kEnd.end()) != file.end();
 }
 
 bool tiff_is_whole(Span file) noexcept {

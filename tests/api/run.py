@@ -45,6 +45,10 @@ class Report(unittest.TextTestResult):
         super(unittest.TextTestResult, self).addFailure(test, err)
         self.line("FAIL", test)
 
+    def addSkip(self, test, reason):
+        super(unittest.TextTestResult, self).addSkip(test, reason)
+        self.stream.writeln(f"skip           {test.id()}: {reason}")
+
 
 def chosen(suite, patterns):
     for test in suite:

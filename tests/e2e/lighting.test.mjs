@@ -1,29 +1,9 @@
 // Lighting studies: meters without an image, their map, and two designs compared in lux.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import {
-  accessibilityFaults,
-  ask,
-  desktop,
-  launch,
-  Server,
-  settles,
-  until,
-  withPageOf,
-} from './harness.mjs';
+import { test } from 'node:test';
+import { accessibilityFaults, ask, desktop, serverAndBrowser, settles } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, withPage } = serverAndBrowser();
 
 /** Above the blocks, under the lamp. */
 const plane = {
@@ -63,7 +43,7 @@ test(
     const mean = lux.reduce((sum, v) => sum + v, 0) / lux.length;
     assert.ok(Math.abs(uniformity - Math.min(...lux) / mean) < 1e-9);
     const refused = [];
-    await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+    await withPage(desktop, `#/jobs/${job.id}`, async (page) => {
       page.on('response', (response) => response.status() >= 400 && refused.push(response.url()));
       await page.reload();
       await page.getByTestId('meter-map').waitFor();
@@ -90,7 +70,7 @@ test('two designs are compared in lux', { timeout: 300_000 }, async () => {
   assert.ok(Math.abs(difference_lux - (a.mean_lux - b.mean_lux)) < 1e-9 * a.mean_lux);
   assert.equal(points.length, 12);
   for (const p of points) assert.ok(p.low <= p.difference_lux && p.difference_lux <= p.high);
-  await withPageOf(browser, server, desktop, `#/compare/${bright.id}/${dark.id}`, async (page) => {
+  await withPage(desktop, `#/compare/${bright.id}/${dark.id}`, async (page) => {
     const table = page.getByTestId('meter-compare');
     await table.waitFor();
     assert.equal(await page.getByTestId('meter-map').count(), 3);

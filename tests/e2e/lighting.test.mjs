@@ -1,7 +1,16 @@
 // Lighting studies: meters without an image, their map, and two designs compared in lux.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { accessibilityFaults, ask, desktop, serverAndBrowser, settles } from './harness.mjs';
+import {
+  accessibilityFaults,
+  ask,
+  desktop,
+  phone,
+  sceneOf,
+  serverAndBrowser,
+  settles,
+  until,
+} from './harness.mjs';
 
 const { server, withPage } = serverAndBrowser();
 
@@ -78,3 +87,47 @@ test('two designs are compared in lux', { timeout: 300_000 }, async () => {
     assert.deepEqual(await accessibilityFaults(page), []);
   });
 });
+
+for (const [name, device] of [
+  ['desktop', desktop],
+  ['phone', phone],
+])
+  test(`a room is measured without an image from the form on a ${name}`, { timeout: 300_000 }, () =>
+    withPage(device, '#/jobs', async (page) => {
+      await until('scenes in the list', () => sceneOf(page));
+      await page.selectOption('[data-testid=scene]', 'cornell-box');
+      await page.selectOption('[data-testid=output]', 'meter');
+      // Half of the height of a room below 1.5 m, and a quarter from the walls of one below 2 m.
+      const { bounds } = await (await ask(`${server.url}/v1/scenes/cornell-box`)).json();
+      const middle = (bounds.min[1] + bounds.max[1]) / 2;
+      const height = page.getByTestId('meter-height');
+      await until('the plane', async () => Math.abs((await height.inputValue()) - middle) < 1e-6);
+      assert.equal(await page.getByTestId('size').count(), 0);
+      const plane = { left: 0, right: 0.25, back: 0.3, front: 0, height: 0.4, columns: 2, rows: 3 };
+      for (const [name, value] of Object.entries(plane))
+        await page.fill(`[data-testid=meter-${name}]`, String(value));
+      await page.fill('[data-testid=meter-points]', '0 0.4');
+      await page.fill('[data-testid=stop-meter-error]', '60');
+      await page.click('[data-testid=submit]');
+      await page.getByText('Give three or six numbers in each line.').waitFor();
+      await page.getByText('front greater than back').waitFor();
+      await page.fill('[data-testid=meter-back]', '-0.3');
+      await page.fill('[data-testid=meter-points]', '0 0.4 0\n0, 0.4, 0.1; 1 0 0');
+      assert.deepEqual(await accessibilityFaults(page), []);
+      await page.click('[data-testid=submit]');
+      await page.waitForURL(/#\/jobs\/./);
+      const id = page.url().split('/').at(-1).split('?')[0];
+      const { spec } = await (await ask(`${server.url}/v1/jobs/${id}`)).json();
+      assert.equal(spec.film, null);
+      assert.deepEqual(spec.meter, {
+        points: [
+          { position: [0, 0.4, 0], normal: [0, 1, 0] },
+          { position: [0, 0.4, 0.1], normal: [1, 0, 0] },
+        ],
+        plane: { origin: [0, 0.4, 0], edge_u: [0.25, 0, 0], edge_v: [0, 0, -0.3], columns: 2, rows: 3 },
+      });
+      assert.equal(spec.stop.meter_error, 0.6);
+      await page.getByTestId('meter-map').waitFor();
+      await settles('rows of readings', () => page.locator('.meter-table tbody tr').count(), 8);
+    }),
+  );

@@ -366,3 +366,52 @@ test('readings of a meter are shown next to the image, as the server reports the
     assert.deepEqual(await accessibilityFaults(page), []);
   });
 });
+
+test('tiles that lack light are marked, and the integrator that finds it is offered', {
+  timeout: 300_000,
+}, async () => {
+  const id = await finished({ film: { width: 96, height: 64 } });
+  const address = `${server.url}/v1/jobs/${id}`;
+  const job = await (await ask(address)).json();
+  // Tiles have 32 pixels: the last one of the second row, and the first of all.
+  const lacking = { detected: 0.123, tiles: 2, lacking: [0, 5] };
+  const reason = "The image lacks light of 'lamp' by way of 'path'; bdpt or sppm finds it.";
+  job.light_not_found = { ...job.light_not_found, ...lacking, reason };
+  await withPage(desktop, '', async (page) => {
+    await page.route('**/v1/jobs?*', (route) => route.fulfill({ json: { jobs: [], next: null } }));
+    await page.route(address, (route) => route.fulfill({ json: job }));
+    await page.route(`${address}/events`, (route) => route.fulfill({ status: 204 }));
+    await page.goto(`${server.url}/#/jobs/${id}`);
+    const words = await page.textContent('[data-testid=light-not-found]');
+    assert.ok(words.startsWith(reason), words);
+    assert.match(words, /12% of what the image shows is missing, on 2 tiles\.$/);
+    const frames = page.getByTestId('lacking-tiles');
+    const drawn = () =>
+      frames.evaluate((canvas) => {
+        const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        const tiles = new Set();
+        for (let i = 3; i < data.length; i += 4) {
+          const [x, y] = [((i - 3) / 4) % canvas.width, Math.floor((i - 3) / 4 / canvas.width)];
+          if (data[i]) tiles.add(3 * Math.floor(y / 32) + Math.floor(x / 32));
+        }
+        return [...tiles].sort();
+      });
+    await settles('the marks', drawn, [0, 5]);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.uncheck('[data-testid=show-lacking]');
+    await settles('no marks', () => frames.count(), 0);
+
+    // The lamp and the surface may be called anything.
+    assert.equal(await page.getByTestId('render-with-path').count(), 0);
+    await page.getByTestId('render-with-sppm').waitFor();
+    await page.click('[data-testid=render-with-bdpt]');
+    await page.getByText('The form has the settings of this render, changed.').waitFor();
+    const sent = page.waitForRequest(
+      (r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()) && !r.postDataJSON().class,
+    );
+    await page.click('[data-testid=submit]');
+    const { spec } = await (await (await sent).response()).json();
+    assert.deepEqual(spec.integrator.type, 'bdpt');
+    assert.deepEqual([spec.scene, spec.film, spec.stop], [job.spec.scene, job.spec.film, job.spec.stop]);
+  });
+});

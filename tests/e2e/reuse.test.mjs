@@ -85,6 +85,21 @@ const requests = {
       plane: { origin: [0, 0, 0], edge_u: [1, 0, 0], edge_v: [0, 0, -1], columns: 2, rows: 3 },
     },
   },
+  'a meter without an image': {
+    scene: 'cornell-box',
+    film: null,
+    meter: {
+      points: [{ position: [0, 0.4, 0], normal: [0, 0, 1] }],
+      plane: {
+        origin: [0, 0.4, 0.25],
+        edge_u: [0.2, 0, 0],
+        edge_v: [0, 0, -0.3],
+        columns: 4,
+        rows: 3,
+      },
+    },
+    stop: { samples_per_pixel: 4, meter_error: 0.25 },
+  },
   'an orthographic view of fog': {
     ...common,
     scene: 'glass',

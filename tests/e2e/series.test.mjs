@@ -8,6 +8,7 @@ import {
   drop,
   movingGlb,
   phone,
+  pictureNow,
   sceneOf,
   serverAndBrowser,
   settles,
@@ -379,11 +380,24 @@ test('a scene is selected by its image, and a render is shown before its tiles a
     await page.click('[data-scene="many-lights"]');
     await settles('the scene', () => sceneOf(page), 'many-lights');
     await settles('the list', () => page.locator('dialog[open]').count(), 0);
+    // The server's image is withheld: it has been asked for before the tiles, which wait for it.
+    const asked = [];
+    let withheld = null;
+    page.on('request', (r) => /\/(image\.jpg|tiles)\?/.test(r.url()) && asked.push(r.url()));
+    await page.route(/\/image\.jpg/, (way) => void (withheld = way), { times: 1 });
+    const tiles = page.waitForResponse(/\/tiles/);
+    await page.goto(`${server.url}/#/jobs/${id}`);
+    await (await tiles).finished();
+    await page.waitForTimeout(500);
+    assert.match(asked[0], /image\.jpg/);
+    assert.equal(await pictureNow(page), null);
+    await withheld.continue();
+    await until('the tiles', () => pictureNow(page));
     // Tiles are withheld: the server's image is shown all the same.
     const held = [];
     let holds = true;
     await page.route(/\/tiles/, (way) => (holds ? void held.push(way) : way.continue()));
-    await page.goto(`${server.url}/#/jobs/${id}`);
+    await page.reload();
     const look = page.getByTestId('first-look');
     await look.waitFor();
     assert.equal(await look.evaluate((image) => image.decode().then(() => image.naturalWidth)), 48);

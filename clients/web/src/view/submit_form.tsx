@@ -457,7 +457,11 @@ export function SubmitForm() {
           disabled={busy || !!uploading || link === 'locked'}
           type="submit"
         >
-          {busy ? 'Submitting…' : pictures > 1 ? `Render ${pictures} images` : verbOf[values.output]}
+          {busy
+            ? 'Submitting…'
+            : pictures > 1
+              ? `Render ${pictures} images`
+              : verbOf[values.output]}
         </button>
         <Cost active={near} images={Math.max(1, pictures)} />
       </div>

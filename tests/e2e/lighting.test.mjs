@@ -124,7 +124,13 @@ for (const [name, device] of [
           { position: [0, 0.4, 0], normal: [0, 1, 0] },
           { position: [0, 0.4, 0.1], normal: [1, 0, 0] },
         ],
-        plane: { origin: [0, 0.4, 0], edge_u: [0.25, 0, 0], edge_v: [0, 0, -0.3], columns: 2, rows: 3 },
+        plane: {
+          origin: [0, 0.4, 0],
+          edge_u: [0.25, 0, 0],
+          edge_v: [0, 0, -0.3],
+          columns: 2,
+          rows: 3,
+        },
       });
       assert.equal(spec.stop.meter_error, 0.6);
       await page.getByTestId('meter-map').waitFor();

@@ -412,6 +412,7 @@ test('tiles that lack light are marked, and the integrator that finds it is offe
     await page.click('[data-testid=submit]');
     const { spec } = await (await (await sent).response()).json();
     assert.deepEqual(spec.integrator.type, 'bdpt');
-    assert.deepEqual([spec.scene, spec.film, spec.stop], [job.spec.scene, job.spec.film, job.spec.stop]);
+    const { scene, film, stop } = job.spec;
+    assert.deepEqual([spec.scene, spec.film, spec.stop], [scene, film, stop]);
   });
 });

@@ -71,7 +71,7 @@ export function ErrorRuler({
           <span class="ruler-label">
             {value == null ? unknownLabel : isNoise ? 'Noise' : 'The average pixel is'}
           </span>{' '}
-          <strong>
+          <strong class={value == null ? 'ruler-unknown' : undefined}>
             {value != null && denoised && isOpen(denoised) && 'below '}
             {value != null ? percent(value) : 'not known'}
           </strong>

@@ -49,7 +49,7 @@ export function MeterFields() {
         )}
       </Field>
       {measures && (
-        <fieldset class="stop meter-fields">
+        <fieldset class="stop">
           <legend>Measured points</legend>
           <label class="check">
             <input
@@ -108,13 +108,16 @@ function PlaneFields() {
       {!isLevel(place) && (
         <p class="hint">The plane is tilted, turned or faces down, and is measured as it is.</p>
       )}
-      <div class="meter-grid">
-        {isLevel(place) &&
-          edges.map(([edge, label]) =>
+      {isLevel(place) && (
+        <div class="pair">
+          {edges.map(([edge, label]) =>
             field(edge, label, place[edge], (value) =>
               change({ plane: { ...plane, place: { ...place, [edge]: value } } }),
             ),
           )}
+        </div>
+      )}
+      <div class="pair">
         {field('columns', 'Columns', plane.columns, (v) =>
           change({ plane: { ...plane, columns: Math.round(v) } }),
         )}

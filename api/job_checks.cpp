@@ -8,6 +8,7 @@
 #include "api/limits.h"
 #include "api/values.h"
 #include "core/math/vec.h"
+#include "core/render/light_not_found.h"
 #include "core/sampling/shared_samples.h"
 #include "core/settings/registry.h"
 
@@ -296,7 +297,14 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     if (stop.denoised_error) {
       faults.add("/stop/denoised_error", kNone);
     }
+    if (stop.light_not_found) {
+      faults.add("/stop/light_not_found", kNone);
+    }
     return;
+  }
+  // Whether the scene has media is checked against it.
+  if (const core::Status fits = core::check_light_rule(stop, spec.render, false); !fits) {
+    faults.add(fits.error().where, fits.error().message);
   }
   if (!stop.denoised_error) {
     return;

@@ -210,11 +210,9 @@ Rgb PhotonTracer::direct_light(TracedPath& path, const PathVertex& vertex,
                         : path.beta * direct.value * open * (1 / direct.light.pdf_solid_angle);
 }
 
-/// Returns the light of the particles that the surface scatters along the path. Ignores particles
-/// on neighbouring surfaces rotated by more than 45 degrees.
+/// Returns the light of the particles that the surface scatters along the path.
 Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                            const Photons& photons, Kept kept) const noexcept {
-  constexpr float kTurned = 0.7071068F;
   // Minimum cosine of a particle's direction; 1e-6 of diffuse light is below it.
   constexpr float kCosLeast = 1e-3F;
   const int least = kept == Kept::kAll ? 0 : 1;
@@ -225,7 +223,7 @@ Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, con
     const int scatterings = photon.scatterings;
     if (scatterings < least || scatterings > most ||
         (kept == Kept::kCaustic && !photon.is_caustic) ||
-        std::fabs(dot(photon.normal.unpacked(), n)) < kTurned) {
+        !faces_alike(photon.normal.unpacked(), n)) {
       return;
     }
     const Vec3 wi = photon.wi_world.unpacked();

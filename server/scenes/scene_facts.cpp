@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/render/check_view.h"
+#include "core/render/light_not_found.h"
 #include "core/settings/registry.h"
 #include "server/http/text.h"
 
@@ -184,6 +185,12 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
   const core::RenderSettings& render = spec.render;
   if (const core::Status fits =
           core::check_matter(render, facts, core::find_integrator(render.integrator));
+      !fits) {
+    faults.push_back({fits.error().where, fits.error().message});
+  }
+  // Fog and motion are refused without the scene.
+  if (const core::Status fits =
+          core::check_light_rule(spec.stop, core::RenderSettings(), facts.has_scattering);
       !fits) {
     faults.push_back({fits.error().where, fits.error().message});
   }

@@ -113,7 +113,7 @@ function shownAs(job: Job, denoised: DenoisedError): Job {
 /** Whether only the choice of the sample count makes the job's image consistent. */
 const isOwnStop = (job: Job): boolean => {
   const row = serverInfo.get()?.integrators.find((i) => i.type === job.spec.integrator.type);
-  return row?.bias === 'none' && /_error$/.test(job.stop_reason ?? '');
+  return row?.bias === 'none' && /_error$|^light_not_found$/.test(job.stop_reason ?? '');
 };
 
 /** Whether the error includes the bias; for progressive photon mapping also how fast that falls. */

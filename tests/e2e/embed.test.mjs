@@ -1,12 +1,12 @@
 // The view of one job inside another page's frame.
 import assert from 'node:assert/strict';
 import http from 'node:http';
-import { after, before, test } from 'node:test';
+import { after, test } from 'node:test';
 import { accessibilityFaults, ask, desktop, serverAndBrowser, until } from './harness.mjs';
 
 let shop;
 
-before(async () => {
+async function openShop() {
   // A page of another origin; the server may be started with any port, so it is known first.
   shop = http.createServer((request, response) => {
     response.writeHead(200, { 'content-type': 'text/html' });
@@ -15,9 +15,9 @@ before(async () => {
   });
   await new Promise((resolve) => shop.listen(0, '127.0.0.1', resolve));
   process.env.TESSERA_EMBED_ORIGINS = `http://localhost:${shop.address().port}`;
-});
+}
 
-const { server, newContext } = serverAndBrowser();
+const { server, newContext } = serverAndBrowser({ beforeStart: openShop });
 
 after(() => {
   delete process.env.TESSERA_EMBED_ORIGINS;

@@ -3,7 +3,7 @@ import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   accessibilityFaults,
   ask,
@@ -23,7 +23,7 @@ const binary = process.env.TESSERA_BINARY && path.resolve(process.env.TESSERA_BI
  */
 const chapters = new Map();
 
-before(async () => {
+async function readChapters() {
   const page = await openPage(desktop);
   for (const name of names) {
     await open(page, name);
@@ -42,7 +42,7 @@ before(async () => {
     );
   }
   await page.context().close();
-});
+}
 
 async function open(page, name, section = '') {
   await page.goto(`${server.url}/#/guide/${name}${section && `/${section}`}`);
@@ -177,7 +177,7 @@ const flagsIn = (text) => text.match(/(?<![\w-])--[a-z][a-z-]+/g) ?? [];
 
 // With a server elsewhere (TESSERA_URL) there is no program to run.
 const skip = binary ? false : 'TESSERA_BINARY does not name a program';
-const { server, openPage, withPage: withPageOf } = serverAndBrowser();
+const { server, openPage, withPage: withPageOf } = serverAndBrowser({ afterStart: readChapters });
 
 test('every flag in the guide exists', { skip }, () => {
   const known = new Map();

@@ -156,17 +156,27 @@ async function withPageOf(browser, server, device, hash, use) {
   }
 }
 
+const nothing = async () => {};
+
 /**
  * Starts a server and a browser before the tests of a file, unless they are skipped, and stops both
- * afterwards. options: of the server. Returns the server and the functions that open pages of it.
+ * afterwards. beforeStart, afterStart: further preparations, since hooks of a file do not wait for
+ * each other; options: of the server. Returns the server and the functions that open pages of it.
  */
-export function serverAndBrowser({ skip = false, ...options } = {}) {
+export function serverAndBrowser({
+  skip = false,
+  beforeStart = nothing,
+  afterStart = nothing,
+  ...options
+} = {}) {
   const server = new Server(options);
   let browser;
   before(async () => {
     if (skip) return;
+    await beforeStart();
     await server.start();
     browser = await launch();
+    await afterStart();
   });
   after(async () => {
     await browser?.close();

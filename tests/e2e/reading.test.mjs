@@ -1,13 +1,13 @@
 // Readable text: nothing in any view is smaller than 13 px, on a desktop and on a phone.
 // With TESSERA_SHOTS, a folder, each view is also saved as an image.
 import assert from 'node:assert/strict';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import { ask, desktop, phone, serverAndBrowser, until } from './harness.mjs';
 
 let job, other, batch;
 // The mock server has no laboratory.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
-const { server, openPage } = serverAndBrowser({ skip });
+const { server, openPage } = serverAndBrowser({ skip, afterStart: renderAll });
 const smallestPx = 13;
 
 const post = async (path, body) =>
@@ -19,8 +19,7 @@ const post = async (path, body) =>
     })
   ).json();
 
-before(async () => {
-  if (skip) return;
+async function renderAll() {
   const film = { width: 96, height: 64 };
   const body = (seed) => ({ scene: 'glass', name: `glass ${seed}`, seed, film });
   job = await post('/v1/jobs', { ...body(1), stop: { samples_per_pixel: 32 } });
@@ -30,7 +29,7 @@ before(async () => {
     template,
     matrix: { 'camera.orbit.theta_degrees': [0, 90, 180, 270] },
   });
-});
+}
 
 /** Displayed text as "11.2 px: the text", without superscripts and subscripts. */
 const smallTexts = (page) =>

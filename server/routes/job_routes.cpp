@@ -261,7 +261,7 @@ Response list(const RouteContext& context, Request& request) {
   }
   const auto next =
       page->next ? std::optional<std::string>(std::to_string(*page->next)) : std::nullopt;
-  return list_answer(request, api::job_list_json(page->jobs, next), next);
+  return list_answer(request, api::job_list_json(page->jobs, page->damaged, next), next);
 }
 
 Response look(const RouteContext& context, Request& request) {

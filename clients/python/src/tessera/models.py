@@ -782,6 +782,7 @@ class JobList(TypedDict):
     """A page of jobs."""
 
     jobs: list[Job]
+    damaged: list[str]
     next: str | None
 
 
@@ -1620,6 +1621,7 @@ class Batch(TypedDict):
     created_at: str
     progress: BatchProgress
     counts: BatchCounts
+    damaged: list[str]
     links: dict[str, str]
     jobs: list[BatchJob]
 
@@ -1633,6 +1635,7 @@ class BatchSummary(TypedDict):
     created_at: str
     progress: BatchProgress
     counts: BatchCounts
+    damaged: list[str]
     links: dict[str, str]
 
 

@@ -141,7 +141,8 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
     return;
   }
   const std::string path = data.film_path(row.id);
-  const bool is_finished = row.state == "finished" && row.film == FilmPlace::kOnDisk;
+  const bool is_finished =
+      record->view.state == api::JobState::kFinished && record->film == FilmPlace::kOnDisk;
   std::error_code code;
   if (!std::filesystem::exists(path, code)) {
     if (is_finished) {
@@ -155,7 +156,7 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
   const auto restored = file ? file->restore(*film) : core::Result<FilmRecord>(file.error());
   if (!restored) {
     findings.damages.push_back("job " + row.id + ": " + restored.error().message);
-  } else if (is_finished && film->digest() != row.film_digest) {
+  } else if (is_finished && film->digest() != record->view.film_digest) {
     findings.damages.push_back("job " + row.id + ": its film does not match its digest");
   }
 }

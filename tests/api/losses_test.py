@@ -132,8 +132,11 @@ class LossesTest(unittest.TestCase):
             self.server.wait(job["id"])
         self.server.stop()
         with sqlite3.connect(self.server.data + "/tessera.db") as database:
-            database.executemany("UPDATE jobs SET spec = '{' WHERE id = ?",
-                                 [(bad,), (batch["jobs"][0]["id"],)])
+            changed = database.executemany(
+                "UPDATE jobs SET record = replace(record, ?, ?) WHERE id = ?",
+                [('"samples_max":2', '"samples_max":3', job)
+                 for job in (bad, batch["jobs"][0]["id"])])
+            self.assertEqual(changed.rowcount, 2)
         database.close()
         self.server.start()
         listed = self.server.get("/v1/jobs?limit=2").json()

@@ -89,11 +89,11 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
     return problem_answer(request, checked.problem());
   }
   const auto cost =
-      context.jobs.estimate(checked->spec, request.access.tenant, request.stop_token());
+      context.jobs.estimate(checked->job.spec, request.access.tenant, request.stop_token());
   if (!cost) {
     return error_answer(request, cost.error());
   }
-  return json_response(200, dry_run_json(*checked, *cost));
+  return json_response(200, dry_run_json(checked->job, *cost));
 }
 
 std::optional<Response> refuse_webhook(const RouteContext& context, const Request& request,

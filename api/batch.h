@@ -72,6 +72,8 @@ struct BatchView {
   std::string name;
   double created_at_unix_seconds = 0;
   std::vector<BatchMember> jobs;  ///< not empty
+  std::vector<std::string> damaged =
+      {};  ///< those whose records cannot be read; among `jobs` failed
 };
 
 /// Returns queued if no job has begun; rendering while some have not ended; paused if all

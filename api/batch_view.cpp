@@ -97,13 +97,14 @@ std::vector<ViewRow<BatchView>> common_rows() {
            [](const BatchView& b) -> Json { return b.name; }},
           {"state",
            shape::one_of({"queued", "rendering", "paused", "failed", "cancelled", "finished"},
-                         "Once all jobs have ended: failed if any failed, otherwise cancelled if "
-                         "any was cancelled."),
+                         "Once all jobs have ended: failed if any failed or is damaged, otherwise "
+                         "cancelled if any was cancelled."),
            [](const BatchView& b) -> Json { return batch_state(b); }},
           {"created_at", shape::time(),
            [](const BatchView& b) -> Json { return rfc3339(b.created_at_unix_seconds); }},
           {"progress", progress_shape(), &progress_json},
           {"counts", counts_shape(), &counts_json},
+          {"damaged", damaged_shape(), [](const BatchView& b) -> Json { return b.damaged; }},
           {"links", shape::map(shape::text(), "Paths of related resources."), &links_json}};
 }
 

@@ -55,19 +55,31 @@ std::string ticket_json(std::string_view ticket, double ends_unix_seconds,
   return dump(ticket_view().print({ticket, ends_unix_seconds, jobs}));
 }
 
+Json damaged_shape() {
+  return shape::texts(
+      "Ids of jobs whose stored records are damaged: nothing is known of them, and they can only "
+      "be "
+      "deleted.");
+}
+
 const View<JobListView>& job_list_view() {
   static const View<JobListView> kView = {
       "JobList",
       "A page of jobs.",
       {{"jobs", shape::list(job_view().shape(), "Newest first."),
         [](const JobListView& l) { return print_list(job_view(), l.jobs); }},
+       {"damaged", damaged_shape(),
+        [](const JobListView& l) -> Json {
+          return std::vector<std::string>(l.damaged.begin(), l.damaged.end());
+        }},
        {"next", shape::nullable(shape::text("Cursor of the next page; null: the last one.")),
         [](const JobListView& l) { return or_null(l.next); }}}};
   return kView;
 }
 
-std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next) {
-  return dump(job_list_view().print({jobs, next}));
+std::string job_list_json(std::span<const JobView> jobs, std::span<const std::string> damaged,
+                          const std::optional<std::string>& next) {
+  return dump(job_list_view().print({jobs, damaged, next}));
 }
 
 }  // namespace api

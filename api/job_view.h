@@ -110,8 +110,10 @@ std::string job_etag(const JobView& job);
 /// text.
 std::optional<std::uint32_t> etag_spec_version(std::string_view etag);
 
-/// next: cursor of the next page; empty: this is the last one.
-std::string job_list_json(std::span<const JobView> jobs, const std::optional<std::string>& next);
+/// damaged: ids of jobs whose records cannot be read. next: cursor of the next page; empty: this is
+/// the last one.
+std::string job_list_json(std::span<const JobView> jobs, std::span<const std::string> damaged,
+                          const std::optional<std::string>& next);
 
 std::string scene_json(std::string_view id, const core::SceneSummary& summary);
 /// scenes: texts of scene_json().

@@ -23,6 +23,7 @@ namespace api {
 
 struct JobListView {
   std::span<const JobView> jobs;
+  std::span<const std::string> damaged;
   const std::optional<std::string>& next;
 };
 struct TicketView {
@@ -92,6 +93,8 @@ const View<DenoisedView>& denoised_view();
 const View<core::LightNotFound>& light_not_found_view();
 const View<JobView>& job_view();
 const View<JobListView>& job_list_view();
+/// Of lists of jobs: the ids of those that cannot be read.
+Json damaged_shape();
 /// Rows shared by the events and the job.
 const ViewRow<JobView>& state_row();
 const ViewRow<JobView>& pause_reason_row();

@@ -370,10 +370,9 @@ class App {
       return secret.error();
     }
     if (!webhook_key(*secret)) {
-      return core::Error{
-          core::ErrorCode::kInvalidArgument,
-          "expected whsec_ followed by the base64 of at least 16 bytes",
-          config_.webhook_secret.empty() ? data_.path() + "/webhook.secret" : "--webhook-secret"};
+      return core::Error{core::ErrorCode::kInvalidArgument,
+                         "expected whsec_ followed by the base64 of at least 16 bytes",
+                         "--webhook-secret"};
     }
     webhook_secrets_ =
         std::make_unique<WebhookSecrets>(deliveries_, *std::move(secret), config_.shared);

@@ -167,9 +167,11 @@ core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   if (const Status copied = copy_files(); !copied) {
     return copied.error();
   }
-  if (const Status copied = copy_file(from + "/webhook.secret", to + "/webhook.secret");
-      !copied && copied.error().code != ErrorCode::kNotFound) {
-    return copied.error();
+  for (const char* name : {"/webhook.secret", "/webhook.secret-mark"}) {
+    if (const Status copied = copy_file(from + name, to + name);
+        !copied && copied.error().code != ErrorCode::kNotFound) {
+      return copied.error();
+    }
   }
   auto database = Database::open(data->database_path());
   if (!database) {

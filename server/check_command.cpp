@@ -26,6 +26,7 @@
 #include "server/store/film_file.h"
 #include "server/store/job_table.h"
 #include "server/store/scene_table.h"
+#include "server/webhook_secrets.h"
 
 namespace server {
 namespace {
@@ -33,7 +34,7 @@ namespace {
 constexpr const char* kText =
     "Verifies a data directory: the pages and references of the database, the hash of every asset, "
     "the files of every scene, the checksums and digest of every film, the maps of every "
-    "comparison. Changes nothing without "
+    "comparison, the hash of webhook.secret. Changes nothing without "
     "--repair; the directory may be read-only, such as a backup. Exit code 1 if something is "
     "damaged; orphaned files are reported but do not count "
     "as damage.";
@@ -140,7 +141,8 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
     return;
   }
   const std::string path = data.film_path(row.id);
-  const bool is_finished = row.state == "finished" && row.film == FilmPlace::kOnDisk;
+  const bool is_finished =
+      record->view.state == api::JobState::kFinished && record->film == FilmPlace::kOnDisk;
   std::error_code code;
   if (!std::filesystem::exists(path, code)) {
     if (is_finished) {
@@ -154,7 +156,7 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
   const auto restored = file ? file->restore(*film) : core::Result<FilmRecord>(file.error());
   if (!restored) {
     findings.damages.push_back("job " + row.id + ": " + restored.error().message);
-  } else if (is_finished && film->digest() != row.film_digest) {
+  } else if (is_finished && film->digest() != record->view.film_digest) {
     findings.damages.push_back("job " + row.id + ": its film does not match its digest");
   }
 }
@@ -359,6 +361,9 @@ int check(const std::string& data_dir, bool with_repair, bool as_json) {
   check_assets(**database, *data, findings);
   check_jobs(**database, *data, findings);
   check_comparisons(**database, *data, findings);
+  if (const auto secret = read_webhook_secret(*directory); !secret) {
+    findings.damages.push_back("webhook.secret: " + secret.error().message);
+  }
   if (with_repair) {
     repair(*data, findings);
   }

@@ -15,8 +15,10 @@ namespace server {
 
 /// Parses "whsec_" and base64 of at least 16 bytes; empty if it is invalid.
 std::optional<std::string> webhook_key(std::string_view secret);
-/// Returns the secret of a data directory, from its file webhook.secret, which is created if
-/// missing.
+/// Returns the secret in the file webhook.secret of a data directory. Empty: there is none. Errors:
+/// kInvalidArgument if it is not the one whose hash is in webhook.secret-mark.
+core::Result<std::optional<std::string>> read_webhook_secret(const std::string& directory);
+/// The same; creates the files that are missing.
 core::Result<std::string> stored_webhook_secret(const std::string& directory);
 /// Returns "v1," and base64 of the HMAC-SHA256 of "id.timestamp.body". key: from webhook_key().
 std::string webhook_signature(std::string_view key, std::string_view id, std::int64_t timestamp,

@@ -48,6 +48,7 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
     return complain("jobs", client.error());
   }
   Json all = Json::array();
+  Json damaged = Json::array();
   std::string cursor;
   do {
     const int left = flags.limit - static_cast<int>(all.size());
@@ -69,14 +70,21 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
     for (Json& job : page["jobs"]) {
       all.push_back(std::move(job));
     }
+    for (Json& id : page["damaged"]) {
+      damaged.push_back(std::move(id));
+    }
     cursor = text_at(page, "next");
   } while (!cursor.empty() && static_cast<int>(all.size()) < flags.limit);
   if (flags.json) {
-    std::printf("%s\n", Json{{"jobs", all}}.dump(2).c_str());
+    std::printf("%s\n", Json{{"jobs", all}, {"damaged", damaged}}.dump(2).c_str());
   } else if (all.empty()) {
     std::fprintf(stderr, "no jobs\n");
   } else {
     print_table(all);
+  }
+  for (const Json& id : damaged) {
+    std::fprintf(stderr, "tessera jobs: the record of %s is damaged; `tessera delete` removes it\n",
+                 shown(id.get<std::string>()).c_str());
   }
   return kDone;
 }

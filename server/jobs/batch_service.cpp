@@ -123,11 +123,8 @@ core::Result<std::vector<JobPointer>> BatchService::jobs_of(const BatchRow& batc
   }
   std::vector<JobPointer> jobs;
   for (const BatchJobRow& row : *rows) {
-    auto job = jobs_.index().find(row.id);
-    if (job) {
+    if (auto job = jobs_.index().find(row.id)) {  // Otherwise it was deleted, or is damaged.
       jobs.push_back(*std::move(job));
-    } else if (job.error().code != ErrorCode::kNotFound) {  // Deleted in the meantime.
-      return job.error();
     }
   }
   return jobs;
@@ -145,8 +142,14 @@ core::Result<api::BatchView> BatchService::view_of(const BatchRow& batch) {
     if (!job && job.error().code == ErrorCode::kNotFound) {
       continue;  // Deleted in the meantime.
     }
-    if (!job) {
+    if (!job && job.error().code != ErrorCode::kInternal) {
       return job.error();
+    }
+    if (!job) {
+      view.damaged.push_back(row.id);
+      view.jobs.push_back(
+          {.id = row.id, .name = "", .values = row.values, .state = api::JobState::kFailed});
+      continue;
     }
     const api::JobView now = jobs_.view(**job);
     view.jobs.push_back({.id = row.id,

@@ -57,6 +57,7 @@ class BatchService {
   Verdict remove(std::string_view id, const Access& access);
 
  private:
+  /// Leaves out those whose records are damaged, which view_of() names.
   core::Result<std::vector<JobPointer>> jobs_of(const BatchRow& batch);
   core::Result<api::BatchView> view_of(const BatchRow& batch);
   core::Result<std::optional<BatchRow>> find_replay(const std::string& key,

@@ -94,7 +94,8 @@ std::vector<JobPointer> JobBook::all() const {
   return jobs;
 }
 
-bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& tenant) const {
+bool JobBook::has_room(const Admission& admission, const std::string& tenant) const {
+  const Rank rank = admission.rank;
   const core::MutexLock lock(mutex_);
   const auto waiting_previews = std::count_if(
       queue_.begin(), queue_.end(), [](const Waiting& waiting) { return waiting.rank.is_preview; });
@@ -107,7 +108,7 @@ bool JobBook::has_room(Rank rank, const JobMemory& memory, const std::string& te
   // If a slot is free, a job starts at once and needs no room in the queue.
   const auto waiting = static_cast<int>(queue_.size()) - static_cast<int>(waiting_previews);
   return waiting < limits_.queue_max ||
-         (waiting == 0 && may_start(rank, tenant) && fits(rank, tenant, memory));
+         (waiting == 0 && may_start(rank, tenant) && fits(rank, tenant, admission.memory));
 }
 
 bool JobBook::has_room_for(int jobs) const {
@@ -130,16 +131,13 @@ bool JobBook::has_its_previews(const std::string& tenant) const {
   return waiting + held >= limits_.previews_of_tenant_max;
 }
 
-void JobBook::enqueue(const JobPointer& job, Rank rank, JobMemory memory) {
-  enqueue({Entry{.job = job, .rank = rank, .memory = std::move(memory)}});
-}
-
 void JobBook::enqueue(std::vector<Entry> entries) {
   const core::MutexLock lock(mutex_);
   for (Entry& entry : entries) {
     std::erase(final_, entry.job->id());
-    queue_.push_back(
-        {.job = std::move(entry.job), .rank = entry.rank, .memory = std::move(entry.memory)});
+    queue_.push_back({.job = std::move(entry.job),
+                      .rank = entry.admission.rank,
+                      .memory = std::move(entry.admission.memory)});
   }
   arrange();
 }
@@ -273,13 +271,11 @@ std::shared_ptr<JobBook::Place> JobBook::try_admit(MemoryGate::Fit& fit) {
   if (queue_.empty() || !may_start(queue_.front())) {
     return nullptr;
   }
-  if (Waiting& front = queue_.front(); is_too_large(front.rank, front.memory)) {
-    front.memory = {};
-  }
-  MemoryUse use = use_of_holders();
-  add_use(use, queue_.front().memory);
   const Waiting& front = queue_.front();
-  const std::uint64_t most = most_with(front.rank, front.job->tenant(), front.memory);
+  const JobMemory held = is_too_large(front.rank, front.memory) ? JobMemory{} : front.memory;
+  MemoryUse use = use_of_holders();
+  add_use(use, held);
+  const std::uint64_t most = most_with(front.rank, front.job->tenant(), held);
   fit = memory_.try_change(held_, use, most);
   if (fit != MemoryGate::Fit::kYes) {
     return nullptr;
@@ -287,9 +283,9 @@ std::shared_ptr<JobBook::Place> JobBook::try_admit(MemoryGate::Fit& fit) {
   Waiting next = std::move(queue_.front());
   queue_.erase(queue_.begin());
   const std::uint64_t number = ++places_given_;
-  holders_[number] = Holder{.job = next.job, .rank = next.rank, .memory = std::move(next.memory)};
+  holders_[number] = Holder{.job = next.job, .rank = next.rank, .memory = held};
   arrange();
-  return std::make_shared<Place>(*this, number, std::move(next.job));
+  return std::make_shared<Place>(*this, number, std::move(next.job), std::move(next.memory));
 }
 
 std::vector<JobPointer> JobBook::take_parkable() {

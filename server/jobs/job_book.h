@@ -47,6 +47,13 @@ struct JobMemory {
   std::uint64_t bytes() const;
 };
 
+/// What a job needs to start, computed once when it is queued.
+struct Admission {
+  Rank rank = {};
+  JobMemory memory = {};
+  std::uint64_t film_file_bytes = 0;  ///< The largest size of its film file.
+};
+
 class JobBook {
  public:
   /// memory: the gate that accounts for the jobs' memory; must outlive this. on_leave: called
@@ -57,17 +64,20 @@ class JobBook {
   /// renderer of the job; released when the work ends in any way. Must not outlive the book.
   class Place {
    public:
-    Place(JobBook& book, std::uint64_t number, JobPointer job)
-        : book_(book), number_(number), job_(std::move(job)) {}
+    /// needed: by the job, even if it is more than it can ever have.
+    Place(JobBook& book, std::uint64_t number, JobPointer job, JobMemory needed)
+        : book_(book), number_(number), job_(std::move(job)), needed_(std::move(needed)) {}
     ~Place() { book_.leave(number_); }
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
     const JobPointer& job() const { return job_; }
+    const JobMemory& needed() const { return needed_; }
 
    private:
     JobBook& book_;
     const std::uint64_t number_;
     const JobPointer job_;
+    const JobMemory needed_;
   };
 
   void add(const JobPointer& job);
@@ -80,16 +90,17 @@ class JobBook {
   std::vector<JobPointer> all() const;
 
   /// Returns false when the queue is full and the job could not start at once.
-  bool has_room(Rank rank, const JobMemory& memory = {}, const std::string& tenant = {}) const;
+  bool has_room(const Admission& admission, const std::string& tenant = {}) const;
   /// Returns whether `jobs` more jobs of class normal fit into the queue.
   bool has_room_for(int jobs) const;
   /// Explains why a job of this rank has no room, and what to do.
   std::string full_text(Rank rank) const;
-  void enqueue(const JobPointer& job, Rank rank, JobMemory memory = {});
+  void enqueue(const JobPointer& job, Admission admission) {
+    enqueue({Entry{.job = job, .admission = std::move(admission)}});
+  }
   struct Entry {
     JobPointer job;
-    Rank rank;
-    JobMemory memory;
+    Admission admission;
   };
   void enqueue(std::vector<Entry> entries);
   void dequeue(const Job& job);

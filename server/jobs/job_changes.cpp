@@ -146,9 +146,9 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
   if (environment && !scenes_.check_environment(*environment, Access::operators())) {
     return api::make_problem(ErrorCode::kConflict, "the job's environment no longer exists");
   }
-  const Rank rank = rank_of(view.spec);
-  if (!book_.has_room(rank, builder_.memory_of(view.spec))) {
-    return api::make_problem(api::kTooManyRequests, book_.full_text(rank));
+  const Admission admission = builder_.admission_of(view.spec);
+  if (!book_.has_room(admission)) {
+    return api::make_problem(api::kTooManyRequests, book_.full_text(admission.rank));
   }
   const auto counted = take_quota(job->tenant());
   if (!counted) {

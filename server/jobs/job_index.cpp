@@ -115,13 +115,20 @@ core::Result<JobIndex::Page> JobIndex::list(JobQuery query, const Access& access
   if (!rows) {
     return rows.error();
   }
-  std::vector<std::pair<std::int64_t, api::JobView>> found;
+  struct Found {
+    std::int64_t sequence = 0;
+    std::string id;
+    std::optional<api::JobView> view;  ///< Empty: its record is damaged.
+  };
+  std::vector<Found> found;
   for (const JobRow& row : *rows) {
     if (const auto job = book_.find(row.id)) {
-      found.emplace_back(row.sequence, view(*job));
+      found.push_back({row.sequence, row.id, view(*job)});
     } else if (auto record = to_record(row)) {
       record->view.film_is_evicted = record->film == FilmPlace::kEvicted;
-      found.emplace_back(row.sequence, std::move(record->view));
+      found.push_back({row.sequence, row.id, std::move(record->view)});
+    } else {
+      found.push_back({row.sequence, row.id, std::nullopt});
     }
   }
   for (const JobPointer& job : book_.all()) {
@@ -129,22 +136,23 @@ core::Result<JobIndex::Page> JobIndex::list(JobQuery query, const Access& access
         (!query.before || job->sequence() < *query.before)) {
       api::JobView preview = view(*job);
       if (matches(preview, query)) {
-        found.emplace_back(job->sequence(), std::move(preview));
+        found.push_back({job->sequence(), job->id(), std::move(preview)});
       }
     }
   }
   std::sort(found.begin(), found.end(),
-            [](const auto& a, const auto& b) { return a.first > b.first; });
+            [](const auto& a, const auto& b) { return a.sequence > b.sequence; });
   Page page;
-  for (auto& [sequence, view] : found) {
-    if (static_cast<int>(page.jobs.size()) == query.limit) {
-      break;
-    }
-    page.jobs.push_back(std::move(view));
-    page.next = sequence;
+  if (static_cast<int>(found.size()) > query.limit) {
+    found.resize(static_cast<std::size_t>(query.limit));
+    page.next = found.back().sequence;
   }
-  if (found.size() <= page.jobs.size()) {
-    page.next.reset();
+  for (Found& each : found) {
+    if (each.view) {
+      page.jobs.push_back(*std::move(each.view));
+    } else {
+      page.damaged.push_back(std::move(each.id));
+    }
   }
   return page;
 }

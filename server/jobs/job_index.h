@@ -30,6 +30,7 @@ class JobIndex {
 
   struct Page {
     std::vector<api::JobView> jobs;
+    std::vector<std::string> damaged;  ///< Ids of jobs of the page whose records cannot be read.
     std::optional<std::int64_t> next;  ///< Sequence before which the next page starts.
   };
   /// Lists the jobs that `access` sees.

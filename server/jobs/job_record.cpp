@@ -2,9 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include <nlohmann/json.hpp>
 
 #include "api/errors.h"
 #include "api/film_view.h"
+#include "api/json.h"
 #include "api/values.h"
 #include "core/settings/registry.h"
 
@@ -12,10 +18,7 @@ namespace server {
 namespace {
 
 using api::JobState;
-
-std::optional<double> known(double value) {
-  return std::isnan(value) ? std::nullopt : std::optional<double>(value);
-}
+using api::Json;
 
 }  // namespace
 
@@ -111,127 +114,202 @@ void read_warning_lines(const std::vector<std::string>& lines, api::JobView& vie
   }
 }
 
+/// Calls visit(name, member) for each plain member of a stored job. One list writes and reads it:
+/// a member that an older document lacks keeps its default.
+template <typename Record, typename Visit>
+void visit_members(Record& record, Visit&& visit) {
+  auto& view = record.view;
+  auto& progress = view.progress;
+  visit("state", view.state);
+  visit("pause_reason", view.pause_reason);
+  visit("stop_reason", view.stop_reason);
+  visit("created_at", view.created_at_unix_seconds);
+  visit("started_at", view.started_at_unix_seconds);
+  visit("finished_at", view.finished_at_unix_seconds);
+  visit("spec_version", view.spec_version);
+  visit("film", record.film);
+  visit("film_bytes", record.film_bytes);
+  visit("film_digest", view.film_digest);
+  visit("peak_bytes", view.peak_bytes);
+  visit("samples_by_error", view.samples_by_error);
+  visit("split_count", view.split_count);
+  visit("revision", progress.revision);
+  visit("fraction", progress.fraction);
+  visit("samples_min", progress.samples_min);
+  visit("samples_mean", progress.samples_mean);
+  visit("samples_max", progress.samples_max);
+  visit("elapsed_seconds", progress.elapsed_seconds);
+  visit("cpu_seconds", progress.cpu_seconds);
+  visit("rays", progress.rays);
+  visit("rejected_samples", progress.rejected_samples);
+  visit("error_grain", progress.error.grain);
+  visit("error_doubt", progress.error.doubt);
+  visit("error_reach", progress.error.reach);
+}
+
+template <typename Value>
+Json plain(const Value& value) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    return value ? Json(*value) : Json(nullptr);
+  } else {
+    return value;
+  }
+}
+Json plain(JobState value) { return api::to_text(value); }
+Json plain(api::PauseReason value) { return api::to_text(value); }
+Json plain(core::StopReason value) { return api::to_text(value); }
+
+/// The reverse of plain(); unknown words change nothing. Throws Json::exception for other types.
+template <typename Value>
+void read(const Json& from, Value& value) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    value = from.is_null() ? std::nullopt : std::optional(from.get<double>());
+  } else {
+    from.get_to(value);
+  }
+}
+void read(const Json& from, double& value) {  // What is not a number was written as null.
+  value = from.is_null() ? std::numeric_limits<double>::quiet_NaN() : from.get<double>();
+}
+void read(const Json& from, JobState& value) {
+  value = api::job_state_from_text(from.get<std::string>()).value_or(value);
+}
+void read(const Json& from, api::PauseReason& value) {
+  value = api::pause_reason_from_text(from.get<std::string>()).value_or(value);
+}
+void read(const Json& from, core::StopReason& value) {
+  value = api::stop_reason_from_text(from.get<std::string>()).value_or(value);
+}
+
+/// The value of a JSON text; null for none.
+Json parsed_text(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json::parse(text, nullptr, false);
+}
+
+std::string text_of(const Json& document, const char* name) {
+  const auto found = document.find(name);
+  const bool is_none = found == document.end() || found->is_null() || *found == "";
+  return is_none ? std::string() : api::dump(*found);
+}
+
+std::string document_of(const JobRecord& record) {
+  Json document;
+  visit_members(record,
+                [&](const char* name, const auto& value) { document[name] = plain(value); });
+  document["spec"] = api::to_json(record.view.spec);
+  document["warnings"] = warning_lines(record.view);
+  document["failure"] = record.failure ? Json{{"code", static_cast<int>(record.failure->code)},
+                                              {"message", record.failure->message},
+                                              {"where", record.failure->where}}
+                                       : Json(nullptr);
+  document["build"] = parsed_text(record.view.build);
+  document["ledger"] = parsed_text(api::ledger_json(record.view.ledger));
+  document["light_not_found"] =
+      parsed_text(api::light_not_found_json(record.view.progress.light_not_found));
+  return api::dump(document);
+}
+
+/// The form of a job's stored errors.
+core::ErrorForm form_of(const core::RenderSettings& settings) {
+  return core::halves_show_error(settings) ? core::ErrorForm::kHalves : core::ErrorForm::kSquares;
+}
+
+/// Sets what follows from the members that are stored.
+void complete(api::JobView& view) {
+  core::Progress& progress = view.progress;
+  const core::ErrorInterval error = progress.error;
+  const bool is_known =
+      !std::isnan(error.grain) && !std::isnan(error.doubt) && !std::isnan(error.reach);
+  progress.error = is_known ? core::error_interval(error.grain, error.doubt, error.reach,
+                                                   form_of(view.spec.render))
+                            : core::unknown_error();
+  // A job that was cut short in its first pass may have points without a sample.
+  progress.has_meter_readings = !view.spec.render.meter.empty() &&
+                                (view.state == JobState::kFinished || progress.samples_min > 1);
+  if (progress.elapsed_seconds > 0) {
+    progress.rays_per_second = static_cast<double>(progress.rays) / progress.elapsed_seconds;
+  }
+}
+
+/// Reads a document into the record. Returns the fault; empty: none. Throws Json::exception for a
+/// member of another type.
+std::string read_document(const Json& document, JobRecord& record) {
+  visit_members(record, [&](const char* name, auto& value) {
+    if (const auto found = document.find(name); found != document.end()) {
+      read(*found, value);
+    }
+  });
+  if (const std::string state = document.value("state", "queued");
+      !api::job_state_from_text(state)) {
+    return "state " + state;
+  }
+  api::JobView& view = record.view;
+  auto parsed = api::parse_job(text_of(document, "spec"));
+  if (!parsed) {
+    return parsed.problem().detail;
+  }
+  view.spec = std::move(parsed->spec);
+  const auto ledger = api::parse_ledger(text_of(document, "ledger"));
+  if (!ledger) {
+    return "its ledger: " + ledger.problem().detail;
+  }
+  view.ledger = *ledger;
+  view.build = text_of(document, "build");
+  view.progress.light_not_found = api::parse_light_not_found(text_of(document, "light_not_found"));
+  read_warning_lines(document.value("warnings", std::vector<std::string>()), view);
+  if (const auto failure = document.find("failure");
+      failure != document.end() && failure->is_object()) {
+    record.failure = core::Error{static_cast<core::ErrorCode>(failure->value("code", 0)),
+                                 failure->value("message", ""), failure->value("where", "")};
+    view.failure = api::from_error(*record.failure);
+  }
+  complete(view);
+  return {};
+}
+
 }  // namespace
 
 JobRow to_row(const JobRecord& record) {
   const api::JobView& view = record.view;
-  JobRow row;
-  row.sequence = record.sequence;
-  row.id = view.id;
-  row.spec_json = api::dump(api::to_json(view.spec));
-  row.spec_version = view.spec_version;
-  row.scene = view.spec.scene;
-  row.name = view.spec.name;
-  row.environment_asset = view.spec.environment_asset.value_or("");
-  row.labels = view.spec.labels;
-  row.priority = view.spec.priority;
-  row.state = api::to_text(view.state);
-  row.pause_reason = api::to_text(view.pause_reason);
-  row.stop_reason = api::to_text(view.stop_reason);
-  row.created_at = view.created_at_unix_seconds;
-  row.started_at = view.started_at_unix_seconds;
-  row.finished_at = view.finished_at_unix_seconds;
-  row.warnings = warning_lines(view);
-  if (record.failure) {
-    row.failure = *record.failure;
-  }
-  row.tenant = record.tenant;
-  row.film = record.film;
-  row.film_bytes = record.film_bytes;
-  row.film_digest = view.film_digest;
-  row.revision = view.progress.revision;
-  row.fraction = view.progress.fraction;
-  row.samples_min = view.progress.samples_min;
-  row.samples_mean = view.progress.samples_mean;
-  row.samples_max = view.progress.samples_max;
-  row.elapsed_seconds = view.progress.elapsed_seconds;
-  row.cpu_seconds = view.progress.cpu_seconds;
-  row.rays = view.progress.rays;
-  row.rejected_samples = view.progress.rejected_samples;
-  row.peak_bytes = view.peak_bytes;
-  row.error_grain = known(view.progress.error.grain);
-  row.error_doubt = known(view.progress.error.doubt);
-  row.error_reach = known(view.progress.error.reach);
+  JobRow row{.sequence = record.sequence,
+             .id = view.id,
+             .state = std::string(api::to_text(view.state)),
+             .scene = view.spec.scene,
+             .environment_asset = view.spec.environment_asset.value_or(""),
+             .finished_at = view.finished_at_unix_seconds,
+             .film = record.film,
+             .film_bytes = record.film_bytes,
+             .cpu_seconds = view.progress.cpu_seconds,
+             .record = document_of(record),
+             .tenant = record.tenant,
+             .name = view.spec.name,
+             .labels = view.spec.labels};
   if (view.spec.retention_seconds && view.finished_at_unix_seconds) {
     row.delete_at = *view.finished_at_unix_seconds + *view.spec.retention_seconds;
   }
-  row.build = view.build;
-  row.ledger = api::ledger_json(view.ledger);
-  row.samples_by_error = view.samples_by_error;
-  row.split_count = view.split_count;
-  row.light_not_found = api::light_not_found_json(view.progress.light_not_found);
   return row;
 }
 
-/// The form of a job's stored errors.
-static core::ErrorForm form_of(const core::RenderSettings& settings) {
-  return core::halves_show_error(settings) ? core::ErrorForm::kHalves : core::ErrorForm::kSquares;
-}
-
 core::Result<JobRecord> to_record(const JobRow& row) {
-  auto parsed = api::parse_job(row.spec_json);
-  const auto state = api::job_state_from_text(row.state);
-  const auto ledger = api::parse_ledger(row.ledger);
-  if (!ledger) {
-    return core::Error{core::ErrorCode::kInternal,
-                       "the stored job's ledger cannot be read: " + ledger.problem().detail,
-                       row.id};
+  const auto fail = [&](const std::string& why) {
+    return core::Error{core::ErrorCode::kInternal, "the stored job cannot be read: " + why, row.id};
+  };
+  if (row.is_damaged) {
+    return fail("its checksum does not match");
   }
-  if (!parsed || !state) {
-    return core::Error{core::ErrorCode::kInternal,
-                       "the stored job cannot be read: " +
-                           (parsed ? "state " + row.state : parsed.problem().detail),
-                       row.id};
+  const Json document = Json::parse(row.record, nullptr, false);
+  if (!document.is_object()) {
+    return fail("it is not JSON");
   }
   JobRecord record;
   record.sequence = row.sequence;
   record.tenant = row.tenant;
-  record.film = row.film;
-  record.film_bytes = row.film_bytes;
-  api::JobView& view = record.view;
-  view.id = row.id;
-  view.state = *state;
-  view.pause_reason =
-      api::pause_reason_from_text(row.pause_reason).value_or(api::PauseReason::kNone);
-  view.stop_reason = api::stop_reason_from_text(row.stop_reason).value_or(core::StopReason::kNone);
-  view.created_at_unix_seconds = row.created_at;
-  view.started_at_unix_seconds = row.started_at;
-  view.finished_at_unix_seconds = row.finished_at;
-  view.spec = std::move(parsed->spec);
-  view.spec_version = static_cast<std::uint32_t>(row.spec_version);
-  read_warning_lines(row.warnings, view);
-  view.film_digest = row.film_digest;
-  view.peak_bytes = row.peak_bytes;
-  view.build = row.build;
-  view.ledger = *ledger;
-  view.samples_by_error = row.samples_by_error;
-  view.split_count = row.split_count;
-  if (!row.failure.message.empty()) {
-    record.failure = row.failure;
-    view.failure = api::from_error(row.failure);
+  record.view.id = row.id;
+  try {
+    const std::string fault = read_document(document, record);
+    return fault.empty() ? core::Result<JobRecord>(std::move(record)) : fail(fault);
+  } catch (const Json::exception& error) {
+    return fail(error.what());
   }
-  core::Progress& progress = view.progress;
-  progress.revision = row.revision;
-  progress.fraction = row.fraction;
-  progress.samples_min = row.samples_min;
-  progress.samples_mean = row.samples_mean;
-  progress.samples_max = row.samples_max;
-  progress.elapsed_seconds = row.elapsed_seconds;
-  progress.cpu_seconds = row.cpu_seconds;
-  progress.rays = row.rays;
-  progress.rejected_samples = row.rejected_samples;
-  // A job that was cut short in its first pass may have points without a sample.
-  progress.has_meter_readings = !view.spec.render.meter.empty() &&
-                                (*state == api::JobState::kFinished || row.samples_min > 1);
-  progress.error = row.error_grain && row.error_doubt && row.error_reach
-                       ? core::error_interval(*row.error_grain, *row.error_doubt, *row.error_reach,
-                                              form_of(view.spec.render))
-                       : core::unknown_error();
-  progress.light_not_found = api::parse_light_not_found(row.light_not_found);
-  if (row.elapsed_seconds > 0) {
-    progress.rays_per_second = static_cast<double>(row.rays) / row.elapsed_seconds;
-  }
-  return record;
 }
-
 }  // namespace server

@@ -103,9 +103,7 @@ Status JobService::resume() {
     JobRecord after = *std::move(record);
     after.view.state = JobState::kQueued;
     after.view.pause_reason = api::PauseReason::kNone;
-    entries.push_back({.job = job,
-                       .rank = rank_of(after.view.spec),
-                       .memory = builder_.memory_of(after.view.spec)});
+    entries.push_back({.job = job, .admission = builder_.admission_of(after.view.spec)});
     changes.emplace_back(job, std::move(after));
   }
   journal_.change_together(std::move(changes));
@@ -128,7 +126,7 @@ void JobService::stop() {
   life_.finish_stop();
 }
 
-api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Access& access) {
+api::Parsed<JobService::Checked> JobService::check(api::ParsedJob request, const Access& access) {
   auto facts = scenes_.facts(request.spec.scene, access);
   if (!facts) {
     Error error = facts.error();
@@ -137,9 +135,6 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Acce
   }
   if (auto faults = faults_against_scene(request.spec, *facts); !faults.empty()) {
     return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
-  }
-  if (auto fault = builder_.too_large(request.spec)) {
-    return api::make_problem(ErrorCode::kInvalidArgument, {std::move(*fault)});
   }
   if (request.spec.environment_asset) {
     if (const auto usable = scenes_.check_environment(*request.spec.environment_asset, access);
@@ -158,7 +153,11 @@ api::Parsed<api::ParsedJob> JobService::check(api::ParsedJob request, const Acce
   }
   const std::vector<std::string> more = api::adaptive_warnings(request.spec);
   request.warnings.insert(request.warnings.end(), more.begin(), more.end());
-  return request;
+  Admission admission = builder_.admission_of(request.spec);
+  if (auto fault = builder_.too_large(request.spec, admission.memory)) {
+    return api::make_problem(ErrorCode::kInvalidArgument, {std::move(*fault)});
+  }
+  return Checked{.job = std::move(request), .admission = std::move(admission)};
 }
 
 void JobService::upkeep(const std::stop_token& stop) {
@@ -243,7 +242,7 @@ core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec, const 
   if (!renderer) {
     return renderer.error();
   }
-  const JobMemory memory = builder_.memory_of(spec);
+  const JobMemory memory = builder_.admission_of(spec).memory;
   const auto held = memory_.note({.shared = memory.shared_bytes}, MemoryGate::Kind::kNeeded);
   const auto pilot = std::make_shared<Pilot>(*renderer);
   scheduler_.add(pilot, Rank{.is_preview = true, .priority = 0}, tenant);

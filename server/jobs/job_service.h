@@ -94,9 +94,13 @@ class JobService {
   void set_draining(bool is_draining) { life_.set_draining(is_draining); }
   api::DrainView drain() const;
 
+  struct Checked {
+    api::ParsedJob job;
+    Admission admission;
+  };
   /// Checks the request against the scene and the assets that `access` sees, as dry_run and
   /// submit() do, and resolves settings that depend on the scene. Problems: 404 scene, 422.
-  api::Parsed<api::ParsedJob> check(api::ParsedJob request, const Access& access);
+  api::Parsed<Checked> check(api::ParsedJob request, const Access& access);
 
   /// Origin of a submission.
   struct Submission {
@@ -199,13 +203,14 @@ class JobService {
   core::Status remove_record(const std::string& id);
   /// Returns the reason why new work is refused; empty if it is accepted.
   std::optional<core::Error> refused_work() const;
-  core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission);
+  core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission,
+                                  std::uint64_t film_file_bytes);
   core::Result<JobPointer> find_replay(const Submission& submission);
   core::Result<JobPointer> find_own_id(const Submission& submission);
   /// Locks the count of the tenant's unfinished jobs until the new jobs are added, or returns why
   /// the quota does not allow them.
   api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant, int jobs = 1);
-  core::Result<std::vector<JobPointer>> insert_together(std::vector<api::ParsedJob> requests,
+  core::Result<std::vector<JobPointer>> insert_together(std::vector<Checked>& requests,
                                                         const Together& together);
   /// Cancels earlier previews with the same key as `by`.
   void supersede(const std::string& preview_key, const Job& by, const Access& access);

@@ -153,24 +153,22 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   if (!checked) {
     return checked.problem();
   }
-  const Rank rank = rank_of(checked->spec);
-  JobMemory memory = builder_.memory_of(checked->spec);
-  if (!book_.has_room(rank, memory, submission.access.tenant)) {
-    return api::make_problem(api::kTooManyRequests, book_.full_text(rank));
+  if (!book_.has_room(checked->admission, submission.access.tenant)) {
+    return api::make_problem(api::kTooManyRequests, book_.full_text(checked->admission.rank));
   }
   const auto counted = take_quota(submission.access.tenant);
   if (!counted) {
     return counted.problem();
   }
-  const std::optional<std::string> preview_key = checked->spec.preview_key;
-  auto job = insert(std::move(*checked), submission);
+  const std::optional<std::string> preview_key = checked->job.spec.preview_key;
+  auto job = insert(std::move(checked->job), submission, checked->admission.film_file_bytes);
   if (!job) {
     return api::from_error(job.error());
   }
   if (preview_key) {
     supersede(*preview_key, **job, submission.access);
   }
-  book_.enqueue(*job, rank, std::move(memory));
+  book_.enqueue(*job, std::move(checked->admission));
   life_.admit();
   return Submitted{.job = std::move(*job), .is_replay = false};
 }
@@ -181,6 +179,7 @@ api::Parsed<std::vector<JobPointer>> JobService::submit_together(
     return api::from_error(*refused);
   }
   const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  std::vector<Checked> all;
   for (api::ParsedJob& request : requests) {
     if (const Verdict allowed = priority_allowed(request.spec.priority, together.access);
         !allowed) {
@@ -190,9 +189,9 @@ api::Parsed<std::vector<JobPointer>> JobService::submit_together(
     if (!checked) {
       return checked.problem();
     }
-    request = *std::move(checked);
+    all.push_back(*std::move(checked));
   }
-  const auto jobs = static_cast<int>(requests.size());
+  const auto jobs = static_cast<int>(all.size());
   if (!book_.has_room_for(jobs)) {
     return api::make_problem(api::kTooManyRequests,
                              "the queue has no room for " + std::to_string(jobs) + " more jobs");
@@ -201,27 +200,26 @@ api::Parsed<std::vector<JobPointer>> JobService::submit_together(
   if (!counted) {
     return counted.problem();
   }
-  auto made = insert_together(std::move(requests), together);
+  auto made = insert_together(all, together);
   if (!made) {
     return api::from_error(made.error());
   }
   std::vector<JobBook::Entry> entries;
-  for (const JobPointer& job : *made) {
-    const api::JobSpec spec = job->record().view.spec;
-    entries.push_back({.job = job, .rank = rank_of(spec), .memory = builder_.memory_of(spec)});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    entries.push_back({.job = (*made)[i], .admission = std::move(all[i].admission)});
   }
   book_.enqueue(std::move(entries));
   life_.admit();
   return *std::move(made);
 }
 
-core::Result<std::vector<JobPointer>> JobService::insert_together(
-    std::vector<api::ParsedJob> requests, const Together& together) {
+core::Result<std::vector<JobPointer>> JobService::insert_together(std::vector<Checked>& requests,
+                                                                  const Together& together) {
   std::vector<JobPointer> jobs;
   std::vector<std::int64_t> sequences;
   std::vector<std::uint64_t> reserved;
   std::uint64_t reserved_in_all = 0;
-  for (api::ParsedJob& request : requests) {
+  for (auto& [request, admission] : requests) {
     JobRecord record;
     record.sequence = ++last_sequence_;
     record.tenant = together.access.tenant;
@@ -229,8 +227,7 @@ core::Result<std::vector<JobPointer>> JobService::insert_together(
     record.view.created_at_unix_seconds = unix_now();
     record.view.spec = std::move(request.spec);
     record.view.warnings = std::move(request.warnings);
-    const bool counts = !record.tenant.empty();
-    reserved.push_back(counts ? FilmFile::disk_bytes_max(*blank_film(record.view)) : 0);
+    reserved.push_back(record.tenant.empty() ? 0 : admission.film_file_bytes);
     reserved_in_all += reserved.back();
     sequences.push_back(record.sequence);
     jobs.push_back(std::make_shared<Job>(std::move(record), Job::History::kInLog));
@@ -255,7 +252,8 @@ core::Result<std::vector<JobPointer>> JobService::insert_together(
   return jobs;
 }
 
-core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission) {
+core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission,
+                                            std::uint64_t film_file_bytes) {
   JobRecord record;
   record.sequence = ++last_sequence_;
   record.tenant = submission.access.tenant;
@@ -275,7 +273,7 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
   }
   StorageQuota::Room room = quota_.room(record.tenant, StorageQuota::Kind::kFilm);
   if (!record.tenant.empty() && !job->memory_only()) {
-    beside.reserved_bytes = FilmFile::disk_bytes_max(*blank_film(record.view));
+    beside.reserved_bytes = film_file_bytes;
     if (const Status fits = room.grow_to(beside.reserved_bytes); !fits) {
       return Error{fits.error().code, fits.error().message, "/film"};
     }

@@ -385,7 +385,7 @@ void LifeCycle::follow_state(const JobPointer& job, JobState before, const JobRe
     run->task().set_paused(false);
     parts_.scheduler.add(run, rank, job->tenant());
   } else if (after.view.state == JobState::kQueued) {
-    parts_.book.enqueue(job, rank, parts_.builder.memory_of(after.view.spec));
+    parts_.book.enqueue(job, parts_.builder.admission_of(after.view.spec));
   }
 }
 

@@ -93,13 +93,20 @@ Rank rank_of(const api::JobSpec& spec) {
   return Rank{.is_preview = spec.job_class == api::JobClass::kPreview, .priority = spec.priority};
 }
 
-JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
-                                std::optional<core::Vec3> view_direction) const {
+Admission RunBuilder::admission_of(const api::JobSpec& spec) const {
   const core::Film film(spec.render);
-  JobMemory memory{.film_bytes = film.bytes(),
-                   .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
-                                 core::reference_bytes(largest_settings(spec)) +
-                                 core::made_environment_bytes(spec.environment)};
+  Admission admission{.rank = rank_of(spec),
+                      .memory = {.film_bytes = film.bytes(),
+                                 .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
+                                               core::reference_bytes(largest_settings(spec)) +
+                                               core::made_environment_bytes(spec.environment)},
+                      .film_file_bytes = FilmFile::disk_bytes_max(film)};
+  add_shared(spec, {}, admission.memory);
+  return admission;
+}
+
+void RunBuilder::add_shared(const api::JobSpec& spec, std::optional<core::Vec3> view_direction,
+                            JobMemory& memory) const {
   const auto hold = [&memory](const SceneService::Memory& needed) {
     memory.shared_bytes.emplace(needed.name, needed.bytes);
     memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
@@ -118,28 +125,27 @@ JobMemory RunBuilder::memory_of(const api::JobSpec& spec,
   if (spec.environment_choice == api::EnvironmentChoice::kGiven && spec.environment_asset) {
     hold(parts_.scenes.memory_of_environment(*spec.environment_asset, spec.environment));
   }
-  return memory;
 }
 
-std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec) const {
+std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec,
+                                                     const JobMemory& needed) const {
   const std::uint64_t most = parts_.book.memory_bytes_of(rank_of(spec));
   if (most == 0) {
     return std::nullopt;
   }
-  const JobMemory memory = memory_of(spec);
-  if (memory.bytes() <= most) {
+  if (needed.bytes() <= most) {
     return std::nullopt;
   }
   const MemoryPart prepass = prepass_part(spec);
-  const std::uint64_t film = memory.film_bytes + memory.work_bytes - prepass.bytes -
+  const std::uint64_t film = needed.film_bytes + needed.work_bytes - prepass.bytes -
                              core::made_environment_bytes(spec.environment);
   const MemoryPart largest = std::max(
       {MemoryPart{film, "/film", "film", "Reduce its pixels, replicates or layers"}, prepass,
-       MemoryPart{memory.bytes() - std::min(memory.bytes(), film + prepass.bytes), "/scene",
+       MemoryPart{needed.bytes() - std::min(needed.bytes(), film + prepass.bytes), "/scene",
                   "scene and environment", "They are too large"}},
       [](const MemoryPart& a, const MemoryPart& b) { return a.bytes < b.bytes; });
   return api::FieldError{largest.pointer,
-                         "the job would take " + memory_words(memory.bytes()) + " of memory, " +
+                         "the job would take " + memory_words(needed.bytes()) + " of memory, " +
                              memory_words(largest.bytes) + " of it for its " + largest.name +
                              "; a job on this server may use " + memory_words(most) +
                              " (--memory). " + largest.remedy};
@@ -270,7 +276,11 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
     const std::shared_ptr<JobBook::Place>& place, RenderRun::Owner& owner,
     const std::stop_token& stop) {
   const JobPointer& job = place->job();
-  if (auto fault = too_large(job->record().view.spec)) {
+  const api::JobSpec queued = job->record().view.spec;
+  JobMemory needed = place->needed();
+  needed.shared_bytes.clear();  // More may be known of the scene than when the job was queued.
+  add_shared(queued, {}, needed);
+  if (auto fault = too_large(queued, needed)) {
     return Error{ErrorCode::kUnavailable, std::move(fault->detail), ""};
   }
   auto renderer = settled_renderer(*job, stop);
@@ -293,7 +303,9 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
       return warned.error();
     }
   }
-  parts_.book.end_load(*job, memory_of(spec, camera->forward()).shared_bytes);
+  JobMemory shared;
+  add_shared(spec, camera->forward(), shared);
+  parts_.book.end_load(*job, std::move(shared.shared_bytes));
   RenderRun::Parts parts;
   parts.job = job;
   parts.place = place;

@@ -40,12 +40,12 @@ class RunBuilder {
         arithmetic_(std::move(arithmetic)),
         build_(std::move(build)) {}
 
-  /// Returns the upper bound of the memory used from loading on, as admission and dry_run use it.
-  /// view_direction: of the resolved camera, when everything is loaded.
-  JobMemory memory_of(const api::JobSpec& spec,
-                      std::optional<core::Vec3> view_direction = {}) const;
-  /// Returns empty if the job fits into the memory that one job may hold.
-  std::optional<api::FieldError> too_large(const api::JobSpec& spec) const;
+  /// Returns the rank of a job, and the upper bounds of its film file and of the memory used from
+  /// loading on.
+  Admission admission_of(const api::JobSpec& spec) const;
+  /// Returns empty if the job fits into the memory that one job may hold. needed: by
+  /// admission_of().
+  std::optional<api::FieldError> too_large(const api::JobSpec& spec, const JobMemory& needed) const;
   /// Loads the scene and the environment. Errors: of loading.
   core::Result<core::View> view(const api::JobSpec& spec, const LoadTerms& terms) const;
   /// Also renders the pilots of the job's settings. Errors: of loading; of core::settle().
@@ -70,6 +70,10 @@ class RunBuilder {
   void set_denoised_bound(DenoisedBound bound) { denoised_bound_ = std::move(bound); }
 
  private:
+  /// Adds the scenes and environments that the job shares. view_direction: of the resolved camera,
+  /// when everything is loaded.
+  void add_shared(const api::JobSpec& spec, std::optional<core::Vec3> view_direction,
+                  JobMemory& memory) const;
   core::Result<core::View> admitted_view(const api::JobSpec& spec,
                                          const std::stop_token& stop) const;
   /// Adds the warnings about the scene's file to the job's.

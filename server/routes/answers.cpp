@@ -1,7 +1,6 @@
 #include "server/routes/answers.h"
 
 #include "api/errors.h"
-#include "api/requests.h"
 #include "server/http/problem.h"
 #include "server/http/text.h"
 
@@ -44,27 +43,16 @@ Response error_answer(const Request& request, core::ErrorCode code, std::string 
   return problem_answer(request, api::make_problem(code, std::move(detail)));
 }
 
-std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& request) {
+api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, bool needs_image) {
   auto job = jobs.find(std::string(request.path_param("id")), request.access);
   if (!job) {
-    return error_answer(request, job.error());
+    return api::from_error(job.error());
   }
-  return std::move(*job);
-}
-
-std::variant<JobPointer, Response> find_job_with_image(JobService& jobs, const Request& request) {
-  auto found = find_job(jobs, request);
-  if (const auto* job = std::get_if<JobPointer>(&found);
-      job != nullptr && !(*job)->record().view.spec.has_image) {
-    return error_answer(request, core::ErrorCode::kNotFound,
-                        "the job renders no image: its film is null");
+  if (needs_image && !(*job)->record().view.spec.has_image) {
+    return api::make_problem(core::ErrorCode::kNotFound,
+                             "the job renders no image: its film is null");
   }
-  return found;
-}
-
-std::optional<Response> refuse_query(const Request& request) {
-  const auto parsed = api::parse_no_query(request.query_params);
-  return parsed ? std::nullopt : std::optional<Response>(problem_answer(request, parsed.problem()));
+  return *std::move(job);
 }
 
 std::optional<std::int64_t> cursor_sequence(const std::string& cursor) {

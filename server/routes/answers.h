@@ -1,10 +1,9 @@
-/// Responses shared by many routes: problems, failed lookups, list pages.
+/// Responses shared by many routes: problems, list pages.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <variant>
 
 #include "api/problem.h"
 #include "core/base/result.h"
@@ -18,14 +17,10 @@ Response problem_answer(const Request& request, const api::Problem& problem);
 Response error_answer(const Request& request, const core::Error& error);
 Response error_answer(const Request& request, core::ErrorCode code, std::string detail);
 
-/// Returns the job named by `{id}`, or a 404 when the request may see no such job.
-std::variant<JobPointer, Response> find_job(JobService& jobs, const Request& request);
-
-/// The same for requests of its image: a 404 too if the job renders none.
-std::variant<JobPointer, Response> find_job_with_image(JobService& jobs, const Request& request);
-
-/// Returns 422 if the query has any parameter.
-std::optional<Response> refuse_query(const Request& request);
+/// Returns the job `{id}`. Problems: 404 if the request may see no such job; with needs_image also
+/// if the job renders none.
+api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request,
+                                 bool needs_image = false);
 
 /// Returns the sequence before which the next page starts. Empty: not a valid cursor.
 std::optional<std::int64_t> cursor_sequence(const std::string& cursor);

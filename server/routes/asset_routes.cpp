@@ -24,9 +24,6 @@ using core::Error;
 using core::ErrorCode;
 
 Response upload(const RouteContext& context, Request& request, const std::string& expected_id) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   if (media_type(request.header("Content-Type").value_or("")).starts_with("multipart/")) {
     return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "the body is a form, not a file; send the file itself, as with curl "
@@ -81,6 +78,10 @@ Response upload(const RouteContext& context, Request& request, const std::string
   return response;
 }
 
+Response create(const RouteContext& context, Request& request) {
+  return upload(context, request, {});
+}
+
 Response put(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (!api::is_sha256(id)) {
@@ -92,9 +93,6 @@ Response put(const RouteContext& context, Request& request) {
 }
 
 Response get(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("sha256"));
   if (const auto found = context.assets.find(id, request.access); !found) {
     return error_answer(request, found.error());
@@ -119,9 +117,6 @@ Response get(const RouteContext& context, Request& request) {
 }
 
 Response remove(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("sha256"));
   if (const auto found = context.assets.find(id, request.access); !found) {
     return error_answer(request, found.error());
@@ -144,14 +139,10 @@ Response remove(const RouteContext& context, Request& request) {
 
 void add_asset_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy body = BodyPolicy::stream(context.config.upload_bytes_max);
-  table["createAsset"] = {
-      .handler = [context](Request& request) { return upload(context, request, {}); },
-      .body = body};
-  table["putAsset"] = {.handler = [context](Request& request) { return put(context, request); },
-                       .body = body};
-  table["getAsset"] = {.handler = [context](Request& request) { return get(context, request); }};
-  table["deleteAsset"] = {
-      .handler = [context](Request& request) { return remove(context, request); }};
+  table["createAsset"] = {.handler = &create, .body = body};
+  table["putAsset"] = {.handler = &put, .body = body};
+  table["getAsset"] = {.handler = &get};
+  table["deleteAsset"] = {.handler = &remove};
 }
 
 }  // namespace server

@@ -104,26 +104,17 @@ Response list(const RouteContext& context, Request& request) {
 }
 
 Response look(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   return view_answer(context, request, 200);
 }
 
 /// Returns the batch after the requested change.
 Response changed(const RouteContext& context, Request& request, int status,
                  Verdict (BatchService::*change)(std::string_view, const Access&)) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const Verdict done = (context.batches.*change)(id_of(request), request.access);
   return done ? view_answer(context, request, status) : problem_answer(request, done.problem());
 }
 
 Response remove(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const Verdict done = context.batches.remove(id_of(request), request.access);
   return done ? empty_response() : problem_answer(request, done.problem());
 }
@@ -268,25 +259,21 @@ Response sheet(const RouteContext& context, Request& request) {
 
 }  // namespace
 
-void add_batch_handlers(const RouteContext& context, HandlerTable& table) {
+void add_batch_handlers(HandlerTable& table) {
   table["createBatch"] = {
-      .handler = [context](Request& request) { return create(context, request); },
+      .handler = &create,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["listBatches"] = {
-      .handler = [context](Request& request) { return list(context, request); }};
-  table["getBatch"] = {.handler = [context](Request& request) { return look(context, request); }};
-  table["cancelBatch"] = {.handler = [context](Request& request) {
+  table["listBatches"] = {.handler = &list};
+  table["getBatch"] = {.handler = &look};
+  table["cancelBatch"] = {.handler = [](const RouteContext& context, Request& request) {
     return changed(context, request, 200, &BatchService::cancel);
   }};
-  table["retryBatch"] = {.handler = [context](Request& request) {
+  table["retryBatch"] = {.handler = [](const RouteContext& context, Request& request) {
     return changed(context, request, 202, &BatchService::retry);
   }};
-  table["deleteBatch"] = {
-      .handler = [context](Request& request) { return remove(context, request); }};
-  table["getBatchArchive"] = {
-      .handler = [context](Request& request) { return archive(context, request); }};
-  table["getBatchSheet"] = {
-      .handler = [context](Request& request) { return sheet(context, request); }};
+  table["deleteBatch"] = {.handler = &remove};
+  table["getBatchArchive"] = {.handler = &archive};
+  table["getBatchSheet"] = {.handler = &sheet};
 }
 
 }  // namespace server

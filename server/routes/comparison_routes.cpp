@@ -211,9 +211,6 @@ core::Status check_memory(const RouteContext& context, const std::vector<std::st
 }
 
 Response create(const RouteContext& context, Turns& turns, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto parsed = api::parse_comparison(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -273,17 +270,11 @@ Response create(const RouteContext& context, Turns& turns, Request& request) {
 }
 
 Response look(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   auto body = context.comparisons.find(request.path_param("id"), request.access);
   return body ? json_response(200, std::move(*body)) : error_answer(request, body.error());
 }
 
 Response map(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("id"));
   const std::string name(request.path_param("map"));
   if (const auto body = context.comparisons.find(id, request.access); !body) {
@@ -308,15 +299,14 @@ Response map(const RouteContext& context, Request& request) {
 
 }  // namespace
 
-void add_comparison_handlers(const RouteContext& context, HandlerTable& table) {
+void add_comparison_handlers(HandlerTable& table) {
   const auto turns = std::make_shared<Turns>(1);
   table["createComparison"] = {
-      .handler = [context, turns](Request& request) { return create(context, *turns, request); },
+      .handler = [turns](const RouteContext& context,
+                         Request& request) { return create(context, *turns, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["getComparison"] = {
-      .handler = [context](Request& request) { return look(context, request); }};
-  table["getComparisonMap"] = {
-      .handler = [context](Request& request) { return map(context, request); }};
+  table["getComparison"] = {.handler = &look};
+  table["getComparisonMap"] = {.handler = &map};
 }
 
 }  // namespace server

@@ -60,9 +60,12 @@ struct RouteContext {
   std::function<HttpServer::Stats()> http_stats;
 };
 
-/// A handler without its path, which comes from api::operations().
+/// A handler without its path and parameters, which come from api::operations().
 struct RouteHandler {
-  Handler handler;
+  std::function<Response(const RouteContext&, Request&)> handler = {};
+  /// Instead, for an operation without query on the job `{id}`: called if the request may see it.
+  std::function<Response(const RouteContext&, Request&, const JobPointer&)> of_job = {};
+  bool needs_image = false;  ///< of_job is called for jobs that render an image.
   BodyPolicy body = {};
   bool is_probe = false;
 };
@@ -73,16 +76,16 @@ void add_system_handlers(const RouteContext& context, HandlerTable& table);
 void add_asset_handlers(const RouteContext& context, HandlerTable& table);
 void add_scene_handlers(const RouteContext& context, HandlerTable& table);
 void add_job_handlers(const RouteContext& context, HandlerTable& table);
-void add_batch_handlers(const RouteContext& context, HandlerTable& table);
-void add_result_handlers(const RouteContext& context, HandlerTable& table);
-void add_meter_handlers(const RouteContext& context, HandlerTable& table);
-void add_film_handlers(const RouteContext& context, HandlerTable& table);
-void add_comparison_handlers(const RouteContext& context, HandlerTable& table);
-void add_stream_handlers(const RouteContext& context, HandlerTable& table);
+void add_batch_handlers(HandlerTable& table);
+void add_result_handlers(HandlerTable& table);
+void add_meter_handlers(HandlerTable& table);
+void add_film_handlers(HandlerTable& table);
+void add_comparison_handlers(HandlerTable& table);
+void add_stream_handlers(HandlerTable& table);
 void add_lab_handlers(const RouteContext& context, HandlerTable& table);
-void add_webhook_handlers(const RouteContext& context, HandlerTable& table);
-void add_key_handlers(const RouteContext& context, HandlerTable& table);
-void add_work_handlers(const RouteContext& context, HandlerTable& table);
+void add_webhook_handlers(HandlerTable& table);
+void add_key_handlers(HandlerTable& table);
+void add_work_handlers(HandlerTable& table);
 
 /// Returns all routes: one for each available row of api::operations(), and the files of the page.
 /// Aborts (CHECK) when a row has no handler, or a handler no row.

@@ -149,20 +149,12 @@ core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::s
   return fits ? core::Result<std::uint64_t>(*bytes) : core::Result<std::uint64_t>(fits.error());
 }
 
-Response film(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const Job& job = **std::get_if<JobPointer>(&found);
-  const auto film = context.jobs.films().final_film(job, request.stop_token());
+Response film(const RouteContext& context, Request& request, const JobPointer& job) {
+  const auto film = context.jobs.films().final_film(*job, request.stop_token());
   if (!film) {
     return error_answer(request, film.error());
   }
-  const api::JobView view = context.jobs.view(job);
+  const api::JobView view = context.jobs.view(*job);
   const core::FilmPart part = {.film = *film, .ledger = ledger_of(view, **film)};
   const std::string digest = view.film_digest.empty() ? part.film->digest() : view.film_digest;
   const std::string text = api::film_text(view, part.ledger, digest);
@@ -300,9 +292,6 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
 }
 
 Response merge(const RouteContext& context, Turns& turns, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto parsed = api::parse_merge(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -354,11 +343,12 @@ Response merge(const RouteContext& context, Turns& turns, Request& request) {
 
 }  // namespace
 
-void add_film_handlers(const RouteContext& context, HandlerTable& table) {
+void add_film_handlers(HandlerTable& table) {
   const auto turns = std::make_shared<Turns>(1);
-  table["getFilm"] = {.handler = [context](Request& request) { return film(context, request); }};
+  table["getFilm"] = {.of_job = &film};
   table["mergeFilms"] = {
-      .handler = [context, turns](Request& request) { return merge(context, *turns, request); },
+      .handler = [turns](const RouteContext& context,
+                         Request& request) { return merge(context, *turns, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
 }
 

@@ -89,11 +89,11 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
     return problem_answer(request, checked.problem());
   }
   const auto cost =
-      context.jobs.estimate(checked->spec, request.access.tenant, request.stop_token());
+      context.jobs.estimate(checked->job.spec, request.access.tenant, request.stop_token());
   if (!cost) {
     return error_answer(request, cost.error());
   }
-  return json_response(200, dry_run_json(*checked, *cost));
+  return json_response(200, dry_run_json(checked->job, *cost));
 }
 
 std::optional<Response> refuse_webhook(const RouteContext& context, const Request& request,
@@ -135,9 +135,6 @@ Response submitted_answer(const RouteContext& context, const Request& request,
 
 /// PUT: the client chooses the id, so that a repeated request creates one job.
 Response put(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   std::string id(request.path_param("id"));
   if (!api::is_uuid(id)) {
     return error_answer(request,
@@ -261,7 +258,7 @@ Response list(const RouteContext& context, Request& request) {
   }
   const auto next =
       page->next ? std::optional<std::string>(std::to_string(*page->next)) : std::nullopt;
-  return list_answer(request, api::job_list_json(page->jobs, next), next);
+  return list_answer(request, api::job_list_json(page->jobs, page->damaged, next), next);
 }
 
 Response look(const RouteContext& context, Request& request) {
@@ -269,11 +266,11 @@ Response look(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
+  const auto found = find_job(context.jobs, request);
+  if (!found) {
+    return problem_answer(request, found.problem());
   }
-  const Job& job = **std::get_if<JobPointer>(&found);
+  const JobPointer& job = *found;
   const auto known = request.headers.joined("If-None-Match");
   if (query->wait_seconds > 0) {
     if (!take_stream_place(context, request)) {
@@ -281,15 +278,15 @@ Response look(const RouteContext& context, Request& request) {
     }
     const auto deadline = deadline_in(honoured_wait(context, query->wait_seconds));
     if (known) {
-      wait_for_change(context.jobs, job, *known, deadline, request.stop_token());
+      wait_for_change(context.jobs, *job, *known, deadline, request.stop_token());
     } else {
-      wait_for_end(job, deadline, request.stop_token());
+      wait_for_end(*job, deadline, request.stop_token());
     }
   }
-  const api::JobView view = context.jobs.view(job);
+  const api::JobView view = context.jobs.view(*job);
   const std::string etag = api::job_etag(view);
   Response response =
-      is_not_modified(request, etag) ? not_modified(etag) : job_answer(200, job, view);
+      is_not_modified(request, etag) ? not_modified(etag) : job_answer(200, *job, view);
   if (honoured_wait(context, query->wait_seconds) < query->wait_seconds) {
     response.headers.set("Preference-Applied",
                          "wait=" + api::number_text(context.config.wait_max_seconds));
@@ -297,15 +294,7 @@ Response look(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response patch(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const JobPointer job = *std::get_if<JobPointer>(&found);
+Response patch(const RouteContext& context, Request& request, const JobPointer& job) {
   std::optional<std::vector<std::uint32_t>> versions;
   if (const auto if_match = request.headers.joined("If-Match");
       if_match && trim(*if_match) != "*") {
@@ -327,45 +316,21 @@ Response patch(const RouteContext& context, Request& request) {
   return job_answer(200, *job, context.jobs.view(*job));
 }
 
-Response cancel(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const JobPointer job = *std::get_if<JobPointer>(&found);
+Response cancel(const RouteContext& context, Request& request, const JobPointer& job) {
   if (const auto cancelled = context.jobs.cancel(job); !cancelled) {
     return problem_answer(request, cancelled.problem());
   }
   return job_answer(200, *job, context.jobs.view(*job));
 }
 
-Response retry(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const JobPointer job = *std::get_if<JobPointer>(&found);
+Response retry(const RouteContext& context, Request& request, const JobPointer& job) {
   if (const auto retried = context.jobs.retry(job); !retried) {
     return problem_answer(request, retried.problem());
   }
   return job_answer(202, *job, context.jobs.view(*job));
 }
 
-Response extend(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const JobPointer job = *std::get_if<JobPointer>(&found);
+Response extend(const RouteContext& context, Request& request, const JobPointer& job) {
   const auto extended = context.jobs.extend(job, request.body);
   if (!extended) {
     return problem_answer(request, extended.problem());
@@ -374,9 +339,6 @@ Response extend(const RouteContext& context, Request& request) {
 }
 
 Response remove(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("id"));
   const auto removed = context.jobs.remove(id, request.access);
   return removed ? empty_response() : problem_answer(request, removed.problem());
@@ -387,21 +349,16 @@ Response remove(const RouteContext& context, Request& request) {
 void add_job_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
   table["createJob"] = {
-      .handler = [context](Request& request) { return create(context, request); },
+      .handler = &create,
       .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
-  table["putJob"] = {.handler = [context](Request& request) { return put(context, request); },
-                     .body = json};
-  table["listJobs"] = {.handler = [context](Request& request) { return list(context, request); }};
-  table["getJob"] = {.handler = [context](Request& request) { return look(context, request); }};
-  table["patchJob"] = {.handler = [context](Request& request) { return patch(context, request); },
-                       .body = json};
-  table["cancelJob"] = {
-      .handler = [context](Request& request) { return cancel(context, request); }};
-  table["retryJob"] = {.handler = [context](Request& request) { return retry(context, request); }};
-  table["extendJob"] = {.handler = [context](Request& request) { return extend(context, request); },
-                        .body = json};
-  table["deleteJob"] = {
-      .handler = [context](Request& request) { return remove(context, request); }};
+  table["putJob"] = {.handler = &put, .body = json};
+  table["listJobs"] = {.handler = &list};
+  table["getJob"] = {.handler = &look};
+  table["patchJob"] = {.of_job = &patch, .body = json};
+  table["cancelJob"] = {.of_job = &cancel};
+  table["retryJob"] = {.of_job = &retry};
+  table["extendJob"] = {.of_job = &extend, .body = json};
+  table["deleteJob"] = {.handler = &remove};
 }
 
 }  // namespace server

@@ -21,9 +21,6 @@ using core::ErrorCode;
 constexpr double kDaySeconds = 24 * 3600;
 
 Response list(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto rows = context.keys.list();
   if (!rows) {
     return error_answer(request, rows.error());
@@ -53,9 +50,6 @@ MadeKey made_key(const api::KeyRequest& asked) {
 }
 
 Response create(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto asked = api::parse_key_request(request.body);
   if (!asked) {
     return problem_answer(request, asked.problem());
@@ -75,9 +69,6 @@ Response create(const RouteContext& context, Request& request) {
 }
 
 Response remove(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("id"));
   const auto removed = context.keys.remove(id);
   if (!removed) {
@@ -90,9 +81,6 @@ Response remove(const RouteContext& context, Request& request) {
 }
 
 Response usage(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto rows = context.usage.list(request.access);
   if (!rows) {
     return error_answer(request, rows.error());
@@ -123,14 +111,13 @@ Response usage(const RouteContext& context, Request& request) {
 
 }  // namespace
 
-void add_key_handlers(const RouteContext& context, HandlerTable& table) {
-  table["listKeys"] = {.handler = [context](Request& request) { return list(context, request); }};
+void add_key_handlers(HandlerTable& table) {
+  table["listKeys"] = {.handler = &list};
   table["createKey"] = {
-      .handler = [context](Request& request) { return create(context, request); },
+      .handler = &create,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["deleteKey"] = {
-      .handler = [context](Request& request) { return remove(context, request); }};
-  table["getUsage"] = {.handler = [context](Request& request) { return usage(context, request); }};
+  table["deleteKey"] = {.handler = &remove};
+  table["getUsage"] = {.handler = &usage};
 }
 
 }  // namespace server

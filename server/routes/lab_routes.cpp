@@ -24,9 +24,6 @@ core::Error no_place(const StreamGate& places, const std::string& tenant) {
 }
 
 Response run_experiment(const std::shared_ptr<StreamGate>& places, const Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   auto parsed = api::parse_lab_request(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -48,7 +45,8 @@ void add_lab_handlers(const RouteContext& context, HandlerTable& table) {
   const auto places =
       std::make_shared<StreamGate>(context.config.lab_runs_max, context.config.quota_lab_runs);
   table["runExperiment"] = {
-      .handler = [places](Request& request) { return run_experiment(places, request); },
+      .handler = [places](const RouteContext&,
+                          Request& request) { return run_experiment(places, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
 }
 

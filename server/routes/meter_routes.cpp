@@ -45,20 +45,15 @@ core::Result<api::MeterOfJob> meter_of(const RouteContext& context, const Job& j
   return out;
 }
 
-Response meter(const RouteContext& context, Request& request, bool as_table) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const auto meter = meter_of(context, **std::get_if<JobPointer>(&found));
-  if (!meter) {
-    return error_answer(request, meter.error());
-  }
-  return as_table ? text_response(200, "text/csv; charset=utf-8", api::meter_csv(meter->readings))
-                  : json_response(200, api::meter_json(*meter));
+Response meter(const RouteContext& context, Request& request, const JobPointer& job) {
+  const auto found = meter_of(context, *job);
+  return found ? json_response(200, api::meter_json(*found)) : error_answer(request, found.error());
+}
+
+Response meter_table(const RouteContext& context, Request& request, const JobPointer& job) {
+  const auto found = meter_of(context, *job);
+  return found ? text_response(200, "text/csv; charset=utf-8", api::meter_csv(found->readings))
+               : error_answer(request, found.error());
 }
 
 bool has_same_place(const core::MeterReading& a, const core::MeterReading& b) {
@@ -90,13 +85,10 @@ Response compare(const RouteContext& context, Request& request) {
 
 }  // namespace
 
-void add_meter_handlers(const RouteContext& context, HandlerTable& table) {
-  table["getMeter"] = {
-      .handler = [context](Request& request) { return meter(context, request, false); }};
-  table["getMeterTable"] = {
-      .handler = [context](Request& request) { return meter(context, request, true); }};
-  table["compareMeters"] = {
-      .handler = [context](Request& request) { return compare(context, request); }};
+void add_meter_handlers(HandlerTable& table) {
+  table["getMeter"] = {.of_job = &meter};
+  table["getMeterTable"] = {.of_job = &meter_table};
+  table["compareMeters"] = {.handler = &compare};
 }
 
 }  // namespace server

@@ -264,14 +264,14 @@ Response image(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto found = find_job_with_image(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
+  const auto found = find_job(context.jobs, request, true);
+  if (!found) {
+    return problem_answer(request, found.problem());
   }
-  const Job& job = **std::get_if<JobPointer>(&found);
+  const JobPointer& job = *found;
   const core::ImageFormat* format = choose_format(request);
   if (wants_stream(request, *query)) {
-    return stream_pictures(context, request, *std::get_if<JobPointer>(&found), *query);
+    return stream_pictures(context, request, job, *query);
   }
   if (format == nullptr) {
     return error_answer(request, unknown_format());
@@ -279,14 +279,13 @@ Response image(const RouteContext& context, Request& request) {
   if (const auto refused = refused_look(*format, *query)) {
     return error_answer(request, *refused);
   }
-  const auto film = context.jobs.films().film(job);
+  const auto film = context.jobs.films().film(*job);
   if (!film) {
     return error_answer(request, film.error());
   }
   DenoiseService::Pointer denoised;
   if (wants_denoised(*query)) {
-    auto made = context.denoising.get(*std::get_if<JobPointer>(&found), **film, query->revision,
-                                      MemoryGate::kPatience);
+    auto made = context.denoising.get(job, **film, query->revision, MemoryGate::kPatience);
     if (!made) {
       return error_answer(request, made.error());
     }
@@ -301,14 +300,14 @@ Response image(const RouteContext& context, Request& request) {
                               "/revision"});
   }
   const core::PixelRect crop = (*film)->crop();
-  const api::JobView view = context.jobs.view(job);
+  const api::JobView view = context.jobs.view(*job);
   const Picture picture{.format = *format,
                         .query = *query,
                         .view = view,
                         .rect = query->rect.value_or(crop),
                         .denoised = planes_of(denoised),
                         .denoised_view = view_of(denoised, view),
-                        .scene = scene_for_names(context.jobs, job, *format),
+                        .scene = scene_for_names(context.jobs, *job, *format),
                         .tenant = request.access.tenant};
   if (const auto refused = refused_part(picture.rect, crop)) {
     return error_answer(request, *refused);
@@ -367,16 +366,8 @@ Response image(const RouteContext& context, Request& request) {
   return ranged(request, std::move(response));
 }
 
-Response pixel(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job_with_image(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const Job& job = **std::get_if<JobPointer>(&found);
-  const auto film = context.jobs.films().film(job);
+Response pixel(const RouteContext& context, Request& request, const JobPointer& job) {
+  const auto film = context.jobs.films().film(*job);
   if (!film) {
     return error_answer(request, film.error());
   }
@@ -402,20 +393,12 @@ Response pixel(const RouteContext& context, Request& request) {
   window.width = std::min(crop.x + crop.width, x + core::kErrorWindow + 1) - window.x;
   window.height = std::min(crop.y + crop.height, y + core::kErrorWindow + 1) - window.y;
   return json_response(
-      200, api::pixel_json(pixel_view((*film)->snapshot(window), job.record().view.spec, x, y)));
+      200, api::pixel_json(pixel_view((*film)->snapshot(window), job->record().view.spec, x, y)));
 }
 
-Response convergence(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const Job& job = **std::get_if<JobPointer>(&found);
-  auto points = context.jobs.films().points(job);
-  const core::RenderSettings render = job.record().view.spec.render;
+Response convergence(const RouteContext& context, Request& /*request*/, const JobPointer& job) {
+  auto points = context.jobs.films().points(*job);
+  const core::RenderSettings render = job->record().view.spec.render;
   for (core::ConvergencePoint& point : points) {
     if (!core::error_is_valid(point.error, render)) {
       point.error = core::unknown_error();
@@ -424,38 +407,31 @@ Response convergence(const RouteContext& context, Request& request) {
   return json_response(200, api::convergence_json(points));
 }
 
-Response job_objects(const RouteContext& context, ObjectsMaker& maker, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto found = find_job_with_image(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
-  }
-  const Job& job = **std::get_if<JobPointer>(&found);
-  const auto film = context.jobs.films().film(job);
+Response job_objects(const RouteContext& context, ObjectsMaker& maker, Request& request,
+                     const JobPointer& job) {
+  const auto film = context.jobs.films().film(*job);
   if (!film) {
     return error_answer(request, film.error());
   }
-  const auto view = context.jobs.scene_view(job);
+  const auto view = context.jobs.scene_view(*job);
   if (!view) {
     return error_answer(request, view.error());
   }
-  const auto made = maker.make(**film, *view, job.record().view.spec);
+  const auto made = maker.make(**film, *view, job->record().view.spec);
   return made ? json_response(200, api::objects_json(*made)) : error_answer(request, made.error());
 }
 
 }  // namespace
 
-void add_result_handlers(const RouteContext& context, HandlerTable& table) {
-  table["getImage"] = {.handler = [context](Request& request) { return image(context, request); }};
-  table["getPixel"] = {.handler = [context](Request& request) { return pixel(context, request); }};
+void add_result_handlers(HandlerTable& table) {
+  table["getImage"] = {.handler = &image};
+  table["getPixel"] = {.of_job = &pixel, .needs_image = true};
   table["getObjects"] = {
-      .handler = [context, maker = std::make_shared<ObjectsMaker>()](Request& request) {
-        return job_objects(context, *maker, request);
-      }};
-  table["getConvergence"] = {
-      .handler = [context](Request& request) { return convergence(context, request); }};
+      .of_job = [maker = std::make_shared<ObjectsMaker>()](
+                    const RouteContext& context, Request& request,
+                    const JobPointer& job) { return job_objects(context, *maker, request, job); },
+      .needs_image = true};
+  table["getConvergence"] = {.of_job = &convergence};
 }
 
 }  // namespace server

@@ -166,9 +166,6 @@ Response list(const RouteContext& context, Request& request) {
 }
 
 Response describe(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   auto description =
       context.scenes.description(std::string(request.path_param("id")), request.access);
   if (!description) {
@@ -180,9 +177,6 @@ Response describe(const RouteContext& context, Request& request) {
 }
 
 Response remove(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("id"));
   if (context.scenes.builtin_glb(id) != nullptr) {
     return error_answer(request, ErrorCode::kConflict, "a built-in scene cannot be deleted");
@@ -199,9 +193,6 @@ Response remove(const RouteContext& context, Request& request) {
 }
 
 Response gltf(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string id(request.path_param("id"));
   const auto glb = context.scenes.builtin_glb(id);
   if (!glb) {
@@ -224,16 +215,12 @@ Response gltf(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_scene_handlers(const RouteContext& context, HandlerTable& table) {
-  table["createScene"] = {
-      .handler = [context](Request& request) { return create(context, request); },
-      .body = BodyPolicy::stream(context.config.upload_bytes_max)};
-  table["listScenes"] = {.handler = [context](Request& request) { return list(context, request); }};
-  table["getScene"] = {
-      .handler = [context](Request& request) { return describe(context, request); }};
-  table["deleteScene"] = {
-      .handler = [context](Request& request) { return remove(context, request); }};
-  table["getSceneGltf"] = {
-      .handler = [context](Request& request) { return gltf(context, request); }};
+  table["createScene"] = {.handler = &create,
+                          .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+  table["listScenes"] = {.handler = &list};
+  table["getScene"] = {.handler = &describe};
+  table["deleteScene"] = {.handler = &remove};
+  table["getSceneGltf"] = {.handler = &gltf};
 }
 
 }  // namespace server

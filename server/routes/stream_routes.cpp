@@ -43,13 +43,13 @@ Response events(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
+  const auto found = find_job(context.jobs, request);
+  if (!found) {
+    return problem_answer(request, found.problem());
   }
-  auto stream = std::make_shared<EventStream>(context.jobs, *std::get_if<JobPointer>(&found),
-                                              last_event_id(request), context.streams,
-                                              EventStream::Options{});
+  const JobPointer& job = *found;
+  auto stream = std::make_shared<EventStream>(context.jobs, job, last_event_id(request),
+                                              context.streams, EventStream::Options{});
   if (stream->is_over()) {
     return empty_response();
   }
@@ -67,11 +67,11 @@ Response tiles(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto found = find_job(context.jobs, request);
-  if (auto* answer = std::get_if<Response>(&found)) {
-    return std::move(*answer);
+  const auto found = find_job(context.jobs, request);
+  if (!found) {
+    return problem_answer(request, found.problem());
   }
-  const JobPointer job = *std::get_if<JobPointer>(&found);
+  const JobPointer& job = *found;
   if (!job->record().view.spec.has_image) {
     return empty_response();
   }
@@ -128,9 +128,6 @@ Response watch(const RouteContext& context, Request& request) {
 }
 
 Response create_ticket(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto parsed = api::parse_ticket(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -153,15 +150,13 @@ Response create_ticket(const RouteContext& context, Request& request) {
 
 }  // namespace
 
-void add_stream_handlers(const RouteContext& context, HandlerTable& table) {
-  table["streamEvents"] = {
-      .handler = [context](Request& request) { return events(context, request); }};
-  table["watchJobs"] = {.handler = [context](Request& request) { return watch(context, request); }};
+void add_stream_handlers(HandlerTable& table) {
+  table["streamEvents"] = {.handler = &events};
+  table["watchJobs"] = {.handler = &watch};
   table["createStreamTicket"] = {
-      .handler = [context](Request& request) { return create_ticket(context, request); },
+      .handler = &create_ticket,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["streamTiles"] = {
-      .handler = [context](Request& request) { return tiles(context, request); }};
+  table["streamTiles"] = {.handler = &tiles};
 }
 
 }  // namespace server

@@ -17,8 +17,10 @@
 namespace server {
 namespace {
 
-Handler file_handler(PageFile file) {
-  return [file = std::move(file)](Request& request) { return page_answer(request, file); };
+auto file_handler(PageFile file) {
+  return [file = std::move(file)](const RouteContext&, Request& request) {
+    return page_answer(request, file);
+  };
 }
 
 /// Space needed for a job's record, its events and their journal: 16 pages of the database.
@@ -27,6 +29,28 @@ constexpr std::uint64_t kRecordBytes = std::uint64_t{16} * 4096;
 bool is_disk_full(const RouteContext& context) {
   const auto space = disk_space(context.data.path());
   return context.quota.is_disk_full() || (space && space->free_bytes < kRecordBytes);
+}
+
+Response liveness(const RouteContext& /*context*/, Request& /*request*/) {
+  return text_response(200, "text/plain; charset=utf-8", "alive\n");
+}
+
+Response metrics(const RouteContext& context, Request& /*request*/) {
+  return text_response(200, "text/plain; version=0.0.4; charset=utf-8", metrics_text(context));
+}
+
+Response start_session(const RouteContext& context, Request& request) {
+  return context.guard.start_session(request);
+}
+
+Response end_session(const RouteContext& context, Request& request) {
+  return context.guard.end_session(request);
+}
+
+Response describe(const RouteContext& context, Request& /*request*/) {
+  Response response = json_response(200, api::server_json(context.about));
+  response.compressible = true;
+  return response;
 }
 
 Response readiness(const RouteContext& context, const Request& request) {
@@ -49,9 +73,6 @@ Response readiness(const RouteContext& context, const Request& request) {
 }
 
 Response drain(const RouteContext& context, const Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   if (request.method == "PUT" || request.method == "DELETE") {
     context.jobs.set_draining(request.method == "PUT");
   }
@@ -61,22 +82,9 @@ Response drain(const RouteContext& context, const Request& request) {
 }  // namespace
 
 void add_system_handlers(const RouteContext& context, HandlerTable& table) {
-  table["getLiveness"] = {
-      .handler =
-          [](Request&) { return text_response(200, "text/plain; charset=utf-8", "alive\n"); },
-      .body = {},
-      .is_probe = true};
-  table["getReadiness"] = {
-      .handler = [context](Request& request) { return readiness(context, request); },
-      .body = {},
-      .is_probe = true};
-  table["getMetrics"] = {.handler =
-                             [context](Request&) {
-                               return text_response(200, "text/plain; version=0.0.4; charset=utf-8",
-                                                    metrics_text(context));
-                             },
-                         .body = {},
-                         .is_probe = true};
+  table["getLiveness"] = {.handler = &liveness, .is_probe = true};
+  table["getReadiness"] = {.handler = &readiness, .is_probe = true};
+  table["getMetrics"] = {.handler = &metrics, .is_probe = true};
   std::string openapi = api::openapi_json(context.about.capabilities, context.about.version);
   std::string etag = make_etag(core::sha256_hex(openapi.data(), openapi.size()).substr(0, 32));
   table["getOpenApi"] = {
@@ -84,21 +92,12 @@ void add_system_handlers(const RouteContext& context, HandlerTable& table) {
                                .content_type = "application/json",
                                .content = std::make_shared<const std::string>(std::move(openapi)),
                                .etag = std::move(etag)})};
-  table["createSession"] = {
-      .handler = [context](Request& request) { return context.guard.start_session(request); }};
-  table["deleteSession"] = {
-      .handler = [context](Request& request) { return context.guard.end_session(request); }};
+  table["createSession"] = {.handler = &start_session};
+  table["deleteSession"] = {.handler = &end_session};
   for (const char* id : {"getDrain", "startDrain", "endDrain"}) {
-    table[id] = {.handler = [context](Request& request) { return drain(context, request); }};
+    table[id] = {.handler = &drain};
   }
-  table["getServer"] = {.handler = [context](Request& request) {
-    if (auto refused = refuse_query(request)) {
-      return std::move(*refused);
-    }
-    Response response = json_response(200, api::server_json(context.about));
-    response.compressible = true;
-    return response;
-  }};
+  table["getServer"] = {.handler = &describe};
   for (const PageFile& file : page_files()) {
     if (file.path == "/" || file.path == "/docs") {
       table[file.path == "/" ? "getPage" : "getDocs"] = {.handler = file_handler(file)};

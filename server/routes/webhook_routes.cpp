@@ -75,16 +75,10 @@ Response list(const RouteContext& context, Request& request) {
 }
 
 Response look(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   return delivery_answer(context, request, 200, request.path_param("id"));
 }
 
 Response redeliver(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const std::string_view id = request.path_param("id");
   if (const auto sent = context.deliveries.send_again(id, request.access, unix_now()); !sent) {
     return error_answer(request, sent.error());
@@ -93,9 +87,6 @@ Response redeliver(const RouteContext& context, Request& request) {
 }
 
 Response test(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto url = api::parse_webhook_test(request.body);
   if (!url) {
     return problem_answer(request, url.problem());
@@ -128,25 +119,18 @@ Response secret(const Request& request, const core::Result<std::string>& made) {
 
 }  // namespace
 
-void add_webhook_handlers(const RouteContext& context, HandlerTable& table) {
-  table["listDeliveries"] = {
-      .handler = [context](Request& request) { return list(context, request); }};
-  table["getDelivery"] = {
-      .handler = [context](Request& request) { return look(context, request); }};
-  table["redeliver"] = {
-      .handler = [context](Request& request) { return redeliver(context, request); }};
+void add_webhook_handlers(HandlerTable& table) {
+  table["listDeliveries"] = {.handler = &list};
+  table["getDelivery"] = {.handler = &look};
+  table["redeliver"] = {.handler = &redeliver};
   table["testWebhook"] = {
-      .handler = [context](Request& request) { return test(context, request); },
+      .handler = &test,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["getWebhookSecret"] = {.handler = [context](Request& request) {
-    auto refused = refuse_query(request);
-    return refused ? std::move(*refused)
-                   : secret(request, context.webhook_secrets.of(request.access.tenant));
+  table["getWebhookSecret"] = {.handler = [](const RouteContext& context, Request& request) {
+    return secret(request, context.webhook_secrets.of(request.access.tenant));
   }};
-  table["replaceWebhookSecret"] = {.handler = [context](Request& request) {
-    auto refused = refuse_query(request);
-    return refused ? std::move(*refused)
-                   : secret(request, context.webhook_secrets.replace(request.access.tenant));
+  table["replaceWebhookSecret"] = {.handler = [](const RouteContext& context, Request& request) {
+    return secret(request, context.webhook_secrets.replace(request.access.tenant));
   }};
 }
 

@@ -25,9 +25,6 @@ Response without_queue(const Request& request) {
 }
 
 Response list(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const WorkBoard* board = context.jobs.board();
   auto workers = board == nullptr ? std::vector<api::WorkerView>() : board->workers();
   for (api::WorkerView& worker : workers) {
@@ -38,24 +35,13 @@ Response list(const RouteContext& context, Request& request) {
   return json_response(200, api::worker_list_json(workers));
 }
 
-Response tiles(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
-  auto job = find_job(context.jobs, request);
-  if (auto* refused = std::get_if<Response>(&job)) {
-    return std::move(*refused);
-  }
+Response tiles(const RouteContext& context, Request& /*request*/, const JobPointer& job) {
   const WorkBoard* board = context.jobs.board();
-  return json_response(
-      200, api::worker_tiles_json(board == nullptr ? std::vector<api::WorkerTile>()
-                                                   : board->tiles_of(*std::get<JobPointer>(job))));
+  return json_response(200, api::worker_tiles_json(board == nullptr ? std::vector<api::WorkerTile>()
+                                                                    : board->tiles_of(*job)));
 }
 
 Response report(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto told = api::parse_worker_report(request.body);
   if (!told) {
     return problem_answer(request, told.problem());
@@ -90,18 +76,12 @@ core::Result<api::WorkInputs> inputs_of(const RouteContext& context, const Reque
 }
 
 Response inputs(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto found = inputs_of(context, request);
   return found ? json_response(200, api::work_inputs_json(*found))
                : error_answer(request, found.error());
 }
 
 Response file(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto found = inputs_of(context, request);
   if (!found) {
     return error_answer(request, found.error());
@@ -122,9 +102,6 @@ Response file(const RouteContext& context, Request& request) {
 /// Calls work(board, unit, sender, parsed body).
 template <typename Work>
 Response on_unit(const RouteContext& context, Request& request, Work&& work) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   const auto asked = api::parse_unit_request(request.body);
   if (!asked) {
     return problem_answer(request, asked.problem());
@@ -165,9 +142,6 @@ Response hand_back(const RouteContext& context, Request& request) {
 }
 
 Response result(const RouteContext& context, Request& request) {
-  if (auto refused = refuse_query(request)) {
-    return std::move(*refused);
-  }
   WorkBoard* board = context.jobs.board();
   if (board == nullptr) {
     return without_queue(request);
@@ -219,20 +193,16 @@ Response result(const RouteContext& context, Request& request) {
 
 }  // namespace
 
-void add_work_handlers(const RouteContext& context, HandlerTable& table) {
+void add_work_handlers(HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
-  table["listWorkers"] = {.handler = [context](Request& r) { return list(context, r); }};
-  table["listWorkerTiles"] = {.handler = [context](Request& r) { return tiles(context, r); }};
-  table["reportWorker"] = {.handler = [context](Request& r) { return report(context, r); },
-                           .body = json};
-  table["getWorkInputs"] = {.handler = [context](Request& r) { return inputs(context, r); }};
-  table["getWorkFile"] = {.handler = [context](Request& r) { return file(context, r); }};
-  table["leaseUnit"] = {.handler = [context](Request& r) { return lease(context, r); },
-                        .body = json};
-  table["putUnitResult"] = {.handler = [context](Request& r) { return result(context, r); },
-                            .body = BodyPolicy::stream(kResultBytesMax)};
-  table["handBackUnit"] = {.handler = [context](Request& r) { return hand_back(context, r); },
-                           .body = json};
+  table["listWorkers"] = {.handler = &list};
+  table["listWorkerTiles"] = {.of_job = &tiles};
+  table["reportWorker"] = {.handler = &report, .body = json};
+  table["getWorkInputs"] = {.handler = &inputs};
+  table["getWorkFile"] = {.handler = &file};
+  table["leaseUnit"] = {.handler = &lease, .body = json};
+  table["putUnitResult"] = {.handler = &result, .body = BodyPolicy::stream(kResultBytesMax)};
+  table["handBackUnit"] = {.handler = &hand_back, .body = json};
 }
 
 }  // namespace server

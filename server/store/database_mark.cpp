@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <fcntl.h>
-#include <zlib.h>
 
 #include "core/base/sha256.h"
 #include "server/store/files.h"
@@ -24,12 +23,6 @@ namespace {
 constexpr std::size_t kMarkBytes = 128;
 constexpr std::size_t kLogHeadBytes = 32;
 constexpr std::size_t kPageHeadBytes = 24;
-
-std::string seal(const std::string& words) {
-  const auto sum =
-      ::crc32(0, reinterpret_cast<const Bytef*>(words.data()), static_cast<uInt>(words.size()));
-  return words + " " + std::to_string(sum);
-}
 
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset, bool is_big = true) {
   std::uint32_t value = 0;
@@ -183,12 +176,12 @@ core::Result<std::optional<std::string>> DatabaseMark::find_loss() const {
     return std::optional<std::string>();
   }
   const std::string line = text->substr(0, text->find_last_not_of(" \n") + 1);
-  const std::string words = line.substr(0, line.rfind(' '));
-  if (line.empty() || seal(words) != line) {
+  const auto words = unseal(line);
+  if (!words) {
     return std::optional<std::string>(
         "The file that tells what was committed is damaged, so losses cannot be noticed.");
   }
-  std::istringstream in(words);
+  std::istringstream in(*words);
   std::string kind;
   in >> kind;
   if (kind == "log") {

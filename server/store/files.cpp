@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
+#include <zlib.h>
 
 namespace server {
 
@@ -119,6 +120,16 @@ Status remove_file(const std::string& path) {
     return file_error("cannot remove", path, errno);
   }
   return core::ok_status();
+}
+
+std::string seal(const std::string& words) {
+  const auto sum = crc32_z(0, reinterpret_cast<const Bytef*>(words.data()), words.size());
+  return words + " " + std::to_string(sum);
+}
+
+std::optional<std::string> unseal(const std::string& line) {
+  const std::string words = line.substr(0, line.rfind(' '));
+  return seal(words) == line ? std::optional(words) : std::nullopt;
 }
 
 core::Result<DiskSpace> disk_space(const std::string& path) {

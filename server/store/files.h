@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -54,6 +55,11 @@ core::Status make_directories(const std::string& path);
 core::Status rename_file(const std::string& from, const std::string& to);
 /// Succeeds if the file does not exist.
 core::Status remove_file(const std::string& path);
+
+/// Returns the words, a space and their checksum.
+std::string seal(const std::string& words);
+/// Returns the words of a sealed line. Empty: a bit of it was changed.
+std::optional<std::string> unseal(const std::string& line);
 
 struct DiskSpace {
   std::uint64_t total_bytes = 0;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <zlib.h>
+
 #include "server/store/job_page.h"
 
 namespace server {
@@ -11,33 +13,25 @@ using core::Status;
 namespace {
 
 constexpr const char* kInsert =
-    "INSERT INTO jobs(id, spec, spec_version, scene, environment_asset, priority, state, "
-    "stop_reason,"
-    " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where,"
-    " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"
-    " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_grain, error_doubt,"
-    " error_reach, build, ledger, samples_by_error, split_count, pause_reason, "
-    "light_not_found, sequence) "
-    "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    "INSERT INTO jobs(id, state, scene, environment_asset, finished_at, film, film_bytes,"
+    " cpu_seconds, record, record_crc, sequence) VALUES(?,?,?,?,?,?,?,?,?,?,?)";
 
 constexpr const char* kUpdate =
-    "UPDATE jobs SET id=?, spec=?, spec_version=?, scene=?, environment_asset=?, priority=?, "
-    "state=?,"
-    " stop_reason=?, created_at=?, started_at=?, finished_at=?, warnings=?, failure_code=?,"
-    " failure_message=?, failure_where=?, film=?, film_bytes=?, film_digest=?, revision=?,"
-    " fraction=?, samples_min=?, samples_mean=?, samples_max=?, elapsed_seconds=?, cpu_seconds=?,"
-    " rays=?, rejected_samples=?, peak_bytes=?, error_grain=?, error_doubt=?, error_reach=?,"
-    " build=?, ledger=?, samples_by_error=?, split_count=?, pause_reason=?, light_not_found=? "
-    "WHERE sequence=?";
+    "UPDATE jobs SET id=?, state=?, scene=?, environment_asset=?, finished_at=?, film=?,"
+    " film_bytes=?, cpu_seconds=?, record=?, record_crc=? WHERE sequence=?";
 
-/// The columns in the order of kInsert, except the sequence.
-#define TESSERA_JOB_COLUMNS                                                                       \
-  "sequence, id, spec, spec_version, scene, environment_asset, priority, state, stop_reason,"     \
-  " created_at, started_at, finished_at, warnings, failure_code, failure_message, failure_where," \
-  " film, film_bytes, film_digest, revision, fraction, samples_min, samples_mean, samples_max,"   \
-  " elapsed_seconds, cpu_seconds, rays, rejected_samples, peak_bytes, error_grain, error_doubt,"  \
-  " error_reach, build, ledger, samples_by_error, split_count, pause_reason, light_not_found,"    \
+#define TESSERA_JOB_COLUMNS                                                                    \
+  "sequence, id, state, scene, environment_asset, finished_at, film, film_bytes, cpu_seconds," \
+  " record, record_crc,"                                                                       \
   " COALESCE((SELECT owner FROM job_owners WHERE job_owners.job=sequence), '')"
+
+/// Of records of older schemas, until they change.
+constexpr std::int64_t kNoCrc = -1;
+
+std::int64_t crc_of(std::string_view text) {
+  return static_cast<std::int64_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size()));
+}
 
 /// Jobs that render or may render again: a finished job with its film can be extended.
 constexpr const char* kNeedsInputs =
@@ -46,85 +40,27 @@ constexpr const char* kNeedsInputs =
 std::int64_t signed_of(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 std::uint64_t unsigned_of(std::int64_t value) { return static_cast<std::uint64_t>(value); }
 
-std::string join_lines(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) {
-    text += line;
-    text += '\n';
-  }
-  return text;
-}
-
-std::vector<std::string> split_lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::size_t start = 0;
-  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', start)) {
-    lines.push_back(text.substr(start, end - start));
-    start = end + 1;
-  }
-  return lines;
-}
-
 void bind_row(Statement& statement, const JobRow& row) {
-  statement.bind(row.id).bind(row.spec_json).bind(row.spec_version).bind(row.scene);
-  statement.bind(row.environment_asset).bind(std::int64_t{row.priority}).bind(row.state);
-  statement.bind(row.stop_reason).bind(row.created_at).bind(row.started_at).bind(row.finished_at);
-  statement.bind(join_lines(row.warnings)).bind(static_cast<std::int64_t>(row.failure.code));
-  statement.bind(row.failure.message).bind(row.failure.where);
-  statement.bind(static_cast<std::int64_t>(row.film)).bind(signed_of(row.film_bytes));
-  statement.bind(row.film_digest).bind(std::int64_t{row.revision}).bind(row.fraction);
-  statement.bind(std::int64_t{row.samples_min}).bind(row.samples_mean);
-  statement.bind(std::int64_t{row.samples_max}).bind(row.elapsed_seconds).bind(row.cpu_seconds);
-  statement.bind(signed_of(row.rays)).bind(signed_of(row.rejected_samples));
-  statement.bind(signed_of(row.peak_bytes));
-  statement.bind(row.error_grain).bind(row.error_doubt).bind(row.error_reach);
-  statement.bind(row.build).bind(row.ledger);
-  statement.bind(std::int64_t{row.samples_by_error}).bind(std::int64_t{row.split_count});
-  statement.bind(row.pause_reason).bind(row.light_not_found);
+  statement.bind(row.id).bind(row.state).bind(row.scene).bind(row.environment_asset);
+  statement.bind(row.finished_at).bind(static_cast<std::int64_t>(row.film));
+  statement.bind(signed_of(row.film_bytes)).bind(row.cpu_seconds);
+  statement.bind(row.record).bind(crc_of(row.record));
 }
 
 JobRow read_row(const Statement& from) {
-  JobRow row;
-  int column = 0;
-  row.sequence = from.integer(column++);
-  row.id = from.text(column++);
-  row.spec_json = from.text(column++);
-  row.spec_version = from.integer(column++);
-  row.scene = from.text(column++);
-  row.environment_asset = from.text(column++);
-  row.priority = static_cast<int>(from.integer(column++));
-  row.state = from.text(column++);
-  row.stop_reason = from.text(column++);
-  row.created_at = from.real(column++);
-  row.started_at = from.optional_real(column++);
-  row.finished_at = from.optional_real(column++);
-  row.warnings = split_lines(from.text(column++));
-  row.failure.code = static_cast<core::ErrorCode>(from.integer(column++));
-  row.failure.message = from.text(column++);
-  row.failure.where = from.text(column++);
-  row.film = static_cast<FilmPlace>(from.integer(column++));
-  row.film_bytes = unsigned_of(from.integer(column++));
-  row.film_digest = from.text(column++);
-  row.revision = static_cast<std::uint32_t>(from.integer(column++));
-  row.fraction = from.real(column++);
-  row.samples_min = static_cast<int>(from.integer(column++));
-  row.samples_mean = from.real(column++);
-  row.samples_max = static_cast<int>(from.integer(column++));
-  row.elapsed_seconds = from.real(column++);
-  row.cpu_seconds = from.real(column++);
-  row.rays = unsigned_of(from.integer(column++));
-  row.rejected_samples = unsigned_of(from.integer(column++));
-  row.peak_bytes = unsigned_of(from.integer(column++));
-  row.error_grain = from.optional_real(column++);
-  row.error_doubt = from.optional_real(column++);
-  row.error_reach = from.optional_real(column++);
-  row.build = from.text(column++);
-  row.ledger = from.text(column++);
-  row.samples_by_error = static_cast<int>(from.integer(column++));
-  row.split_count = static_cast<int>(from.integer(column++));
-  row.pause_reason = from.text(column++);
-  row.light_not_found = from.text(column++);
-  row.tenant = from.text(column++);
+  JobRow row{.sequence = from.integer(0),
+             .id = from.text(1),
+             .state = from.text(2),
+             .scene = from.text(3),
+             .environment_asset = from.text(4),
+             .finished_at = from.optional_real(5),
+             .film = static_cast<FilmPlace>(from.integer(6)),
+             .film_bytes = unsigned_of(from.integer(7)),
+             .cpu_seconds = from.real(8),
+             .record = from.text(9),
+             .tenant = from.text(11)};
+  const std::int64_t crc = from.integer(10);
+  row.is_damaged = crc != kNoCrc && crc != crc_of(row.record);
   return row;
 }
 

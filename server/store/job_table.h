@@ -19,52 +19,25 @@ namespace server {
 /// Location of a job's film.
 enum class FilmPlace { kNone = 0, kOnDisk = 1, kEvicted = 2 };
 
-/// A job as stored in the database. Times are seconds since 1970; states and reasons are the words
-/// of the API.
+/// A job as stored in the database: what queries need in columns of their own, and all of it in one
+/// document. Times are seconds since 1970; states are the words of the API.
 struct JobRow {
   std::int64_t sequence = 0;  ///< The newest has the highest.
   std::string id;
-  std::string spec_json;
-  std::int64_t spec_version = 1;
-  std::string scene;
-  std::string name = {};  ///< Title for searches; not read back, since it follows from the spec.
-  std::string environment_asset;              ///< Empty: none.
-  std::map<std::string, std::string> labels;  ///< Not read back, like the title.
-  int priority = 0;
   std::string state;
-  std::string pause_reason = {};  ///< Empty: not paused.
-  std::string stop_reason;        ///< Empty: none yet.
-  double created_at = 0;
-  std::optional<double> started_at;
-  std::optional<double> finished_at;
-  std::vector<std::string> warnings;                            ///< One line each.
-  core::Error failure = {core::ErrorCode::kCancelled, "", ""};  ///< Empty message: none.
-
+  std::string scene = {};
+  std::string environment_asset = {};  ///< Empty: none.
+  std::optional<double> finished_at = {};
   FilmPlace film = FilmPlace::kNone;
   std::uint64_t film_bytes = 0;
-  std::string film_digest;
-  std::uint32_t revision = 0;
-  double fraction = 0;
-  int samples_min = 0;
-  double samples_mean = 0;
-  int samples_max = 0;
-  double elapsed_seconds = 0;
   double cpu_seconds = 0;
-  std::uint64_t rays = 0;
-  std::uint64_t rejected_samples = 0;
-  std::uint64_t peak_bytes = 0;
-  std::optional<double> error_grain;  ///< As core::error_interval(). Empty: unknown.
-  std::optional<double> error_doubt;
-  std::optional<double> error_reach;
-  std::string build = {};   ///< JSON text; empty: unknown.
-  std::string ledger = {};  ///< JSON text; empty: follows from the spec.
-  int samples_by_error = 0;
-  int split_count = 0;
-  std::string light_not_found = {};  ///< JSON text; empty: unknown.
-
+  std::string record = {};  ///< JSON text, by job_record.h.
+  bool is_damaged = false;  ///< A bit of the record was changed since it was written.
   std::string tenant = {};  ///< The owner; empty: the operator. Never changes.
 
-  // Written by insert() and update(), not read back: they follow from the spec and the request.
+  // Written by insert() and update(), not read back: they follow from the record and the request.
+  std::string name = {};  ///< Title for searches.
+  std::map<std::string, std::string> labels = {};
   std::uint64_t reserved_bytes = 0;      ///< The largest size of its film file. insert() only.
   std::optional<double> delete_at = {};  ///< When it expires.
 };

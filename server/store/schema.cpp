@@ -324,6 +324,79 @@ UPDATE jobs SET error_grain=NULL, error_doubt=NULL, error_reach=NULL
     IN ('sppm', 'photon-map', 'irradiance-cache');
 )sql",
     "ALTER TABLE jobs ADD COLUMN light_not_found TEXT NOT NULL DEFAULT '';",
+    // A job's record as one document with its checksum (-1: not written since); columns are what
+    // queries need. Lines of warnings are separated by U+001E on their way into an
+    // array; texts that are not JSON stay what they are.
+    R"sql(
+ALTER TABLE jobs ADD COLUMN record TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN record_crc INTEGER NOT NULL DEFAULT -1;
+UPDATE jobs SET record=json_object(
+  'state', state,
+  'pause_reason', pause_reason,
+  'stop_reason', stop_reason,
+  'created_at', CASE WHEN abs(created_at)<9e999 THEN json(printf('%!.17g', created_at)) END,
+  'started_at', CASE WHEN abs(started_at)<9e999 THEN json(printf('%!.17g', started_at)) END,
+  'finished_at', CASE WHEN abs(finished_at)<9e999 THEN json(printf('%!.17g', finished_at)) END,
+  'spec_version', spec_version,
+  'film', film,
+  'film_bytes', film_bytes,
+  'film_digest', film_digest,
+  'peak_bytes', peak_bytes,
+  'samples_by_error', samples_by_error,
+  'split_count', split_count,
+  'revision', revision,
+  'fraction', CASE WHEN abs(fraction)<9e999 THEN json(printf('%!.17g', fraction)) END,
+  'samples_min', samples_min,
+  'samples_mean', CASE WHEN abs(samples_mean)<9e999 THEN json(printf('%!.17g', samples_mean)) END,
+  'samples_max', samples_max,
+  'elapsed_seconds', CASE WHEN abs(elapsed_seconds)<9e999 THEN json(printf('%!.17g',
+    elapsed_seconds)) END,
+  'cpu_seconds', CASE WHEN abs(cpu_seconds)<9e999 THEN json(printf('%!.17g', cpu_seconds)) END,
+  'rays', rays,
+  'rejected_samples', rejected_samples,
+  'error_grain', CASE WHEN abs(error_grain)<9e999 THEN json(printf('%!.17g', error_grain)) END,
+  'error_doubt', CASE WHEN abs(error_doubt)<9e999 THEN json(printf('%!.17g', error_doubt)) END,
+  'error_reach', CASE WHEN abs(error_reach)<9e999 THEN json(printf('%!.17g', error_reach)) END,
+  'spec', CASE WHEN json_valid(spec) THEN json(spec) ELSE spec END,
+  'warnings', json('[' || CASE WHEN warnings='' THEN '' ELSE
+    replace(json_quote(replace(rtrim(warnings, char(10)), char(10), char(30))), '\u001e', '","')
+    END || ']'),
+  'failure', CASE WHEN failure_message='' THEN NULL ELSE json_object('code', failure_code,
+    'message', failure_message, 'where', failure_where) END,
+  'build', CASE WHEN json_valid(build) THEN json(build) ELSE build END,
+  'ledger', CASE WHEN json_valid(ledger) THEN json(ledger) ELSE ledger END,
+  'light_not_found', CASE WHEN json_valid(light_not_found) THEN json(light_not_found) ELSE
+    light_not_found END);
+ALTER TABLE jobs DROP COLUMN spec;
+ALTER TABLE jobs DROP COLUMN spec_version;
+ALTER TABLE jobs DROP COLUMN priority;
+ALTER TABLE jobs DROP COLUMN stop_reason;
+ALTER TABLE jobs DROP COLUMN created_at;
+ALTER TABLE jobs DROP COLUMN started_at;
+ALTER TABLE jobs DROP COLUMN warnings;
+ALTER TABLE jobs DROP COLUMN failure_code;
+ALTER TABLE jobs DROP COLUMN failure_message;
+ALTER TABLE jobs DROP COLUMN failure_where;
+ALTER TABLE jobs DROP COLUMN film_digest;
+ALTER TABLE jobs DROP COLUMN revision;
+ALTER TABLE jobs DROP COLUMN fraction;
+ALTER TABLE jobs DROP COLUMN samples_min;
+ALTER TABLE jobs DROP COLUMN samples_mean;
+ALTER TABLE jobs DROP COLUMN samples_max;
+ALTER TABLE jobs DROP COLUMN elapsed_seconds;
+ALTER TABLE jobs DROP COLUMN rays;
+ALTER TABLE jobs DROP COLUMN rejected_samples;
+ALTER TABLE jobs DROP COLUMN peak_bytes;
+ALTER TABLE jobs DROP COLUMN error_grain;
+ALTER TABLE jobs DROP COLUMN error_doubt;
+ALTER TABLE jobs DROP COLUMN error_reach;
+ALTER TABLE jobs DROP COLUMN build;
+ALTER TABLE jobs DROP COLUMN ledger;
+ALTER TABLE jobs DROP COLUMN samples_by_error;
+ALTER TABLE jobs DROP COLUMN split_count;
+ALTER TABLE jobs DROP COLUMN pause_reason;
+ALTER TABLE jobs DROP COLUMN light_not_found;
+)sql",
 };
 
 }  // namespace

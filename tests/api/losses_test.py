@@ -132,10 +132,30 @@ class LossesTest(unittest.TestCase):
             self.server.wait(job["id"])
         self.server.stop()
         with sqlite3.connect(self.server.data + "/tessera.db") as database:
-            database.executemany("UPDATE jobs SET spec = '{' WHERE id = ?",
-                                 [(bad,), (batch["jobs"][0]["id"],)])
+            changed = database.executemany(
+                "UPDATE jobs SET record = replace(record, ?, ?) WHERE id = ?",
+                [('"samples_max":2', '"samples_max":3', job)
+                 for job in (bad, batch["jobs"][0]["id"])])
+            self.assertEqual(changed.rowcount, 2)
         database.close()
         self.server.start()
+        listed = self.server.get("/v1/jobs?limit=2").json()
+        self.assertEqual([job["id"] for job in listed["jobs"]], [batch["jobs"][1]["id"]])
+        self.assertEqual(listed["damaged"], [batch["jobs"][0]["id"]])
+        listed = self.server.get("/v1/jobs?limit=2&cursor=" + listed["next"]).json()
+        self.assertEqual([job["id"] for job in listed["jobs"]], [good])
+        self.assertEqual((listed["damaged"], listed["next"]), ([bad], None))
+        _, _, said = tessera("jobs", "--server", f"http://127.0.0.1:{self.server.port}")
+        self.assertIn(f"the record of {bad} is damaged", said)
+        seen = self.server.get("/v1/batches/" + batch["id"])
+        self.assertEqual(seen.status, 200, seen)
+        self.assertEqual(seen.json()["damaged"], [batch["jobs"][0]["id"]])
+        self.assertEqual([job["state"] for job in seen.json()["jobs"]], ["failed", "finished"])
+        self.assertEqual([job["values"]["seed"] for job in seen.json()["jobs"]], [1, 2])
+        self.assertEqual(seen.json()["state"], "failed")
+        self.assertEqual(self.server.get("/v1/batches").json()["batches"][0]["damaged"],
+                         seen.json()["damaged"])
+        self.assertEqual(self.server.get(f"/v1/batches/{batch['id']}/sheet.png").status, 200)
         lost = self.server.get("/v1/jobs/" + bad)
         self.assertEqual(lost.status, 500, lost)
         self.assertIn("cannot be read", lost.json()["detail"])
@@ -146,6 +166,29 @@ class LossesTest(unittest.TestCase):
         self.assertEqual(self.films(), [good + ".film"])
         self.server.stop()
         self.assertNotIn("job ", self.check()[1].split("jobs")[0])
+
+    def test_a_flipped_bit_of_the_secret_of_webhooks_is_told(self):
+        self.server.stop()
+        path = self.server.data + "/webhook.secret"
+        self.assertEqual(self.check()[0], 0)
+        for name in (path, path + "-mark"):
+            for at in (0, 2, 9, os.path.getsize(name) - 1):
+                flip(name, at)
+                code, said, _ = self.check()
+                self.assertEqual(code, 1, (name, at))
+                self.assertIn("webhook.secret: is damaged", said)
+                flip(name, at)
+        flip(path, 9)
+        code, _, said = tessera("serve", "--data", self.server.data, "--port", "0")
+        self.assertNotEqual(code, 0)
+        self.assertIn("remove webhook.secret-mark", said)
+        flip(path, 9)
+        os.remove(path + "-mark")  # As of earlier versions, or of an operator's own secret.
+        self.server.start()
+        self.server.stop()
+        self.assertEqual(self.check()[0], 0)
+        flip(path, 9)
+        self.assertEqual(self.check()[0], 1)
 
     def test_a_form_is_no_asset(self):
         form = b'--x\r\nContent-Disposition: form-data; name="file"\r\n\r\nabc\r\n--x--\r\n'

@@ -6,6 +6,7 @@ usage: traffic_bench.py BINARY HTTP_LOAD
 """
 
 import http.client
+import json
 import os
 import pathlib
 import selectors
@@ -165,7 +166,10 @@ def listing(binary):
     store = sqlite3.connect(database)
     columns = [row[1] for row in store.execute("PRAGMA table_info(jobs)")]
     row = list(store.execute("SELECT * FROM jobs").fetchone())
-    for name, value in (("sequence", None), ("film", 0), ("film_bytes", 0), ("film_digest", "")):
+    record = json.loads(row[columns.index("record")])
+    record |= {"film": 0, "film_bytes": 0, "film_digest": ""}
+    for name, value in (("sequence", None), ("film", 0), ("film_bytes", 0),
+                        ("record", json.dumps(record)), ("record_crc", -1)):
         row[columns.index(name)] = value
     key = columns.index("id")
 

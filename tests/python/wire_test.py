@@ -246,6 +246,11 @@ class Requests(unittest.TestCase):
         self.assertEqual(len(list(script.client().jobs(limit=2))), 2)
         self.assertEqual((len(script.requests), script.requests[0].url.params["limit"]), (1, "2"))
 
+    def test_warns_of_jobs_whose_records_are_damaged(self):
+        script = Script((200, {"jobs": [JOB], "damaged": ["j2"], "next": None}, {}))
+        with self.assertWarnsRegex(UserWarning, "job j2 is damaged"):
+            self.assertEqual(len(list(script.client().jobs())), 1)
+
     def test_requests_pages_only_when_needed(self):
         script = Script((200, {"jobs": [JOB], "next": "more"}, {}))
         next(script.client().jobs())

@@ -187,10 +187,10 @@ TEST(JobEtag, ReturnsTheSpecVersion) {
 
 TEST(JobList, ContainsTheCursor) {
   const std::vector<api::JobView> jobs = {api::example_job()};
-  const Json list = parsed(api::job_list_json(jobs, "abc"));
+  const Json list = parsed(api::job_list_json(jobs, {}, "abc"));
   EXPECT_EQ(list["jobs"].size(), 1U);
   EXPECT_EQ(list["next"], "abc");
-  EXPECT_TRUE(parsed(api::job_list_json({}, std::nullopt))["next"].is_null());
+  EXPECT_TRUE(parsed(api::job_list_json({}, {}, std::nullopt))["next"].is_null());
 }
 
 TEST(StateNames, RoundTrip) {

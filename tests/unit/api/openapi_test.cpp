@@ -179,7 +179,7 @@ TEST(OpenApi, AnswersAreValidInEveryState) {
     }
   }
   const std::vector<api::JobView> jobs = {api::example_job(), api::JobView{}};
-  EXPECT_EQ(fault_of(api::job_list_json({&jobs[0], 1}, std::nullopt), "JobList"), "");
+  EXPECT_EQ(fault_of(api::job_list_json({&jobs[0], 1}, {}, std::nullopt), "JobList"), "");
   EXPECT_EQ(fault_of(api::scene_json("id", core::SceneSummary{}), "Scene"), "");
   EXPECT_EQ(fault_of(api::convergence_json({}), "Convergence"), "");
   EXPECT_EQ(fault_of(api::pixel_json({}), "Pixel"), "");

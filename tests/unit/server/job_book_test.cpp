@@ -43,8 +43,8 @@ TEST(JobBook, OrdersTheQueueByClassPriorityAndAge) {
   const auto preview = made_job(4, true);
   book.enqueue(fresh, {});
   book.enqueue(old, {});
-  book.enqueue(urgent, {.priority = 5});
-  book.enqueue(preview, {.is_preview = true, .priority = -5});
+  book.enqueue(urgent, {.rank = {.priority = 5}});
+  book.enqueue(preview, {.rank = {.is_preview = true, .priority = -5}});
   EXPECT_EQ(book.position(*preview), 0);
   EXPECT_EQ(book.position(*fresh), 3);
   std::vector<std::shared_ptr<JobBook::Place>> places;
@@ -119,10 +119,10 @@ TEST(JobBook, HigherPriorityNeedNotWaitForALowerOneToEnd) {
   book.enqueue(made_job(1), {});
   const auto low = book.admit();
   ASSERT_NE(low, nullptr);
-  book.enqueue(made_job(2), {.priority = 1});
+  book.enqueue(made_job(2), {.rank = {.priority = 1}});
   const auto high = book.admit();
   EXPECT_NE(high, nullptr);
-  book.enqueue(made_job(3), {.priority = 2});
+  book.enqueue(made_job(3), {.rank = {.priority = 2}});
   EXPECT_EQ(book.admit(), nullptr);  // at most twice the slots
 }
 
@@ -131,7 +131,7 @@ TEST(JobBook, PreviewsNeedNoSlot) {
   book.enqueue(made_job(1), {});
   const auto place = book.admit();
   ASSERT_NE(place, nullptr);
-  book.enqueue(made_job(2, true), {.is_preview = true});
+  book.enqueue(made_job(2, true), {.rank = {.is_preview = true}});
   EXPECT_NE(book.admit(), nullptr);
 }
 
@@ -155,7 +155,7 @@ TEST(JobBook, FullQueueHasNoRoom) {
   book.enqueue(second, {});
   book.enqueue(made_job(3), {});
   EXPECT_FALSE(book.has_room({}));
-  EXPECT_TRUE(book.has_room({.is_preview = true}));
+  EXPECT_TRUE(book.has_room({.rank = {.is_preview = true}}));
   book.dequeue(*second);
   EXPECT_TRUE(book.has_room({}));
 }
@@ -259,7 +259,7 @@ class JobBookMemory : public testing::Test {
   void wait(JobBook& book, int number, Rank rank, const JobMemory& needed = {},
             const std::string& tenant = "") {
     jobs_[number] = made_job(number, rank.is_preview, tenant);
-    book.enqueue(jobs_[number], rank, needed);
+    book.enqueue(jobs_[number], {.rank = rank, .memory = needed});
   }
   bool admit(JobBook& book) {
     auto place = book.admit();
@@ -447,26 +447,26 @@ TEST_F(JobBookMemory, CountsPausedPreviewsAsPreviews) {
   JobBook& book = make_book(BookLimits{.previews_max = 1});
   ASSERT_TRUE(start(book, 1, kPreview));
   book.pause(job(1));
-  EXPECT_FALSE(book.has_room(kPreview));
+  EXPECT_FALSE(book.has_room({.rank = kPreview}));
 }
 
 TEST_F(JobBookMemory, AcceptsOnlyStartableJobsWithoutAQueue) {
   JobBook& book = make_book(BookLimits{.queue_max = 0}, kMost);
   ASSERT_TRUE(start(book, 1, kNormal, memory(900)));
-  EXPECT_TRUE(book.has_room(kNormal, memory(500)));
-  EXPECT_FALSE(book.has_room(kNormal, memory(501)));
+  EXPECT_TRUE(book.has_room({.rank = kNormal, .memory = memory(500)}));
+  EXPECT_FALSE(book.has_room({.rank = kNormal, .memory = memory(501)}));
 }
 
 TEST_F(JobBookMemory, LeavesPreviewsForOtherTenants) {
   JobBook& book = make_book(BookLimits{.previews_max = 3, .previews_of_tenant_max = 2});
   ASSERT_TRUE(start(book, 1, kPreview, {}, "a"));
-  EXPECT_TRUE(book.has_room(kPreview, {}, "a"));
+  EXPECT_TRUE(book.has_room({.rank = kPreview}, "a"));
   wait(book, 2, kPreview, {}, "a");
-  EXPECT_FALSE(book.has_room(kPreview, {}, "a"));
-  EXPECT_TRUE(book.has_room(kPreview, {}, "b"));
-  EXPECT_TRUE(book.has_room(kPreview));
+  EXPECT_FALSE(book.has_room({.rank = kPreview}, "a"));
+  EXPECT_TRUE(book.has_room({.rank = kPreview}, "b"));
+  EXPECT_TRUE(book.has_room({.rank = kPreview}));
   leave(1);
-  EXPECT_TRUE(book.has_room(kPreview, {}, "a"));
+  EXPECT_TRUE(book.has_room({.rank = kPreview}, "a"));
 }
 
 }  // namespace

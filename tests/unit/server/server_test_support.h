@@ -48,7 +48,47 @@ std::string make_zip(const std::vector<ZipFile>& files);
 std::string triangle_gltf(std::string_view uri);
 std::string triangle_buffer();
 
-/// Reverts the tables of a store to the schema before there were tenants.
+/// Reverts the jobs of a store to the schema with a column for each member. Of those that are not
+/// columns today, keeps spec, stop_reason and samples_mean.
+inline constexpr const char* kBackToSchema15 = R"sql(
+ALTER TABLE jobs ADD COLUMN spec_version INTEGER NOT NULL DEFAULT 1;
+ALTER TABLE jobs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN created_at REAL NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN started_at REAL;
+ALTER TABLE jobs ADD COLUMN warnings TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN failure_code INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN failure_message TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN failure_where TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN film_digest TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN revision INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN fraction REAL NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN samples_min INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN samples_max INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN elapsed_seconds REAL NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN rays INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN rejected_samples INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN peak_bytes INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN error_grain REAL;
+ALTER TABLE jobs ADD COLUMN error_doubt REAL;
+ALTER TABLE jobs ADD COLUMN error_reach REAL;
+ALTER TABLE jobs ADD COLUMN build TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN ledger TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN samples_by_error INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN split_count INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN pause_reason TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN light_not_found TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN spec TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN stop_reason TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN samples_mean REAL NOT NULL DEFAULT 0;
+UPDATE jobs SET spec=json_extract(record, '$.spec'),
+  stop_reason=json_extract(record, '$.stop_reason'),
+  samples_mean=json_extract(record, '$.samples_mean');
+ALTER TABLE jobs DROP COLUMN record;
+ALTER TABLE jobs DROP COLUMN record_crc;
+PRAGMA user_version=15;
+)sql";
+
+/// The same from there to the schema before there were tenants.
 inline constexpr const char* kBackToSchema7 = R"sql(
 ALTER TABLE jobs DROP COLUMN light_not_found;
 DROP TABLE batch_jobs; DROP TABLE batches;

@@ -36,6 +36,7 @@ class Quota : public testing::Test {
     row.sequence = 1;
     row.id = "j";
     row.state = "rendering";
+    row.record = R"({"spec": {}, "stop_reason": "", "samples_mean": 0})";
     row.tenant = tenant;
     row.reserved_bytes = 70;
     return row;
@@ -121,6 +122,7 @@ TEST_F(Quota, FilmsOfAnOlderStoreCountForTheirOwners) {
   row.film_bytes = 20;
   ASSERT_TRUE(jobs->insert(row, {}, {}));
   // The schema before there were storage quotas.
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema15));
   ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
   constexpr const char* kBack = R"sql(
     ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;

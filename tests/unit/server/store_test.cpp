@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "server/jobs/job_record.h"
 #include "server/store/assets.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
@@ -28,10 +29,9 @@ JobRow made_job(std::int64_t sequence, std::string id) {
   JobRow row;
   row.sequence = sequence;
   row.id = std::move(id);
-  row.spec_json = "{\"scene\":\"cornell-box\"}";
+  row.record = R"({"spec": {"scene": "cornell-box"}, "stop_reason": "", "samples_mean": 0})";
   row.scene = "cornell-box";
   row.state = "queued";
-  row.created_at = 1000.0 + static_cast<double>(sequence);
   return row;
 }
 
@@ -74,59 +74,38 @@ class Store : public testing::Test {
 
 TEST_F(Store, RestoresAJobWithEveryMember) {
   JobRow row = made_job(1, "a");
-  row.spec_version = 3;
   row.environment_asset = "e";
-  row.priority = -7;
   row.state = "failed";
-  row.stop_reason = "failed";
-  row.started_at = 1001.5;
   row.finished_at = 1002.25;
-  row.warnings = {"one", "two"};
-  row.failure = {core::ErrorCode::kNoSpace, "the disk is full", "/data"};
   row.film = server::FilmPlace::kOnDisk;
   row.film_bytes = 1ULL << 40U;
-  row.film_digest = "d";
-  row.revision = 4'000'000'000U;
-  row.fraction = 0.5;
-  row.samples_min = 1;
-  row.samples_mean = 1.5;
-  row.samples_max = 2;
-  row.elapsed_seconds = 3.5;
-  row.cpu_seconds = 7;
-  row.rays = 12;
-  row.rejected_samples = 13;
-  row.peak_bytes = 14;
-  row.error_grain = 0.125;
-  row.error_reach = 0.25;
-  row.samples_by_error = 15;
-  row.split_count = 16;
-  row.pause_reason = "storage_full";
-  row.light_not_found = "{}";
+  row.cpu_seconds = 7.5;
+  row.tenant = "me";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   reopen();
   const auto found = jobs->find("a");
   ASSERT_TRUE(found && *found);
   const JobRow& back = **found;
-  EXPECT_EQ(back.spec_json, row.spec_json);
-  EXPECT_EQ(back.spec_version, 3);
-  EXPECT_EQ(back.samples_by_error, 15);
-  EXPECT_EQ(back.split_count, 16);
-  EXPECT_EQ(back.pause_reason, "storage_full");
-  EXPECT_EQ(back.light_not_found, "{}");
-  EXPECT_EQ(back.priority, -7);
-  EXPECT_EQ(back.started_at, row.started_at);
+  EXPECT_EQ(back.record, row.record);
+  EXPECT_FALSE(back.is_damaged);
+  EXPECT_EQ(back.state, "failed");
+  EXPECT_EQ(back.scene, "cornell-box");
+  EXPECT_EQ(back.environment_asset, "e");
   EXPECT_EQ(back.finished_at, row.finished_at);
-  EXPECT_EQ(back.warnings, row.warnings);
-  EXPECT_EQ(back.failure.code, core::ErrorCode::kNoSpace);
-  EXPECT_EQ(back.failure.where, "/data");
   EXPECT_EQ(back.film, server::FilmPlace::kOnDisk);
   EXPECT_EQ(back.film_bytes, row.film_bytes);
-  EXPECT_EQ(back.revision, row.revision);
-  EXPECT_EQ(back.samples_mean, 1.5);
-  EXPECT_EQ(back.rays, 12U);
-  EXPECT_EQ(back.error_grain, 0.125);
-  EXPECT_FALSE(back.error_doubt);
-  EXPECT_EQ(back.error_reach, 0.25);
+  EXPECT_EQ(back.cpu_seconds, 7.5);
+  EXPECT_EQ(back.tenant, "me");
+}
+
+TEST_F(Store, ARecordThatWasChangedByOthersIsDamaged) {
+  ASSERT_TRUE(jobs->insert(made_job(1, "a"), {}, std::nullopt));
+  ASSERT_TRUE(database->session().execute(
+      "UPDATE jobs SET record=replace(record, 'cornell-box', 'cornell-bow')"));
+  EXPECT_TRUE((**jobs->find("a")).is_damaged);
+  EXPECT_TRUE(jobs->list({})->front().is_damaged);
+  ASSERT_TRUE(jobs->update(made_job(1, "a"), {}));
+  EXPECT_FALSE((**jobs->find("a")).is_damaged);
 }
 
 TEST_F(Store, ListsAreNewestFirstAndPaged) {
@@ -196,9 +175,11 @@ TEST_F(Store, ListsFindPartsOfNamesAndScenesOfUnnamedJobs) {
 
 TEST_F(Store, FindsJobsOfAnOlderStoreByTheirNames) {
   JobRow row = made_job(1, "job1");
-  row.spec_json = R"({"scene": "cornell-box", "name": "Red Sofa"})";
+  row.record = R"({"spec": {"scene": "cornell-box", "name": "Red Sofa"}, "stop_reason": "",
+                   "samples_mean": 0})";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   ASSERT_TRUE(jobs->insert(made_job(2, "job2"), {}, std::nullopt));
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema15));
   ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
   ASSERT_TRUE(database->session().execute(
       "ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs DROP COLUMN split_count;"
@@ -213,17 +194,18 @@ TEST_F(Store, FindsJobsOfAnOlderStoreByTheirNames) {
 
 TEST_F(Store, RecognisesJobsOfAnOlderStoreThatAnErrorEnded) {
   JobRow row = made_job(1, "a");
-  row.stop_reason = "relative_error";
-  row.samples_mean = 96.25;
+  row.record = R"({"spec": {"scene": "cornell-box"}, "stop_reason": "relative_error",
+                   "samples_mean": 96.25})";
   ASSERT_TRUE(jobs->insert(row, {}, std::nullopt));
   ASSERT_TRUE(jobs->insert(made_job(2, "b"), {}, std::nullopt));
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema15));
   ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
   ASSERT_TRUE(
       database->session().execute("ALTER TABLE jobs DROP COLUMN samples_by_error; ALTER TABLE jobs "
                                   "DROP COLUMN split_count; PRAGMA user_version=6;"));
   reopen();
-  EXPECT_EQ((*jobs->find("a"))->samples_by_error, 96);
-  EXPECT_EQ((*jobs->find("b"))->samples_by_error, 0);
+  EXPECT_EQ(server::to_record(**jobs->find("a"))->view.samples_by_error, 96);
+  EXPECT_EQ(server::to_record(**jobs->find("b"))->view.samples_by_error, 0);
 }
 
 TEST_F(Store, OrdersEventsByStreamThenNumber) {
@@ -360,6 +342,7 @@ TEST_F(Store, OlderStoreBelongsToTheKeysThatMadeItElseToTheOperator) {
     row.tenant = tenant;
     ASSERT_TRUE(jobs->insert(row, {}, {}));
   }
+  ASSERT_TRUE(database->session().execute(test_support::kBackToSchema15));
   ASSERT_TRUE(database->session().execute(test_support::kBackToSchema7));
   ASSERT_TRUE(database->session().execute(kOfTwoKeys));
   reopen();
@@ -451,7 +434,7 @@ TEST(StoreFile, TruncatedDatabaseIsRefusedOrReadsAsItWas) {
     JobTable table(**opened);
     for (int i = 1; i <= 50; ++i) {
       JobRow row = made_job(i, "job" + std::to_string(i));
-      row.spec_json = std::string(500, 's');
+      row.record = std::string(500, 's');
       ASSERT_TRUE(table.insert(row, {}, std::nullopt));
     }
   }
@@ -468,7 +451,7 @@ TEST(StoreFile, TruncatedDatabaseIsRefusedOrReadsAsItWas) {
     JobTable table(**opened);
     const auto rows = table.list(JobQuery{.states = {}, .labels = {}, .before = {}, .limit = 100});
     for (const JobRow& row : rows ? *rows : std::vector<JobRow>()) {
-      EXPECT_EQ(row.spec_json.size(), 500U) << size;
+      EXPECT_EQ(row.record.size(), 500U) << size;
     }
   }
 }

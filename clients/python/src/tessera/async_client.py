@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+import warnings
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from os import PathLike
@@ -335,6 +336,9 @@ class AsyncClient:
             if cursor:
                 page["cursor"] = cursor
             data = await self.ask(Call("GET", path, params=page))
+            for job_id in data.get("damaged", ()):
+                text = f"the stored record of job {job_id} is damaged; it can only be deleted"
+                warnings.warn(text, stacklevel=3)
             for item in data[member]:
                 yield item
             left = None if left is None else left - len(data[member])

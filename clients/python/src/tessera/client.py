@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
@@ -334,6 +335,9 @@ class Client:
             if cursor:
                 page["cursor"] = cursor
             data = self.ask(Call("GET", path, params=page))
+            for job_id in data.get("damaged", ()):
+                text = f"the stored record of job {job_id} is damaged; it can only be deleted"
+                warnings.warn(text, stacklevel=3)
             yield from data[member]
             left = None if left is None else left - len(data[member])
             cursor = data.get("next") or ""

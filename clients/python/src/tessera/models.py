@@ -787,6 +787,7 @@ class JobList(TypedDict):
     """A page of jobs."""
 
     jobs: list[Job]
+    damaged: list[str]
     next: str | None
 
 
@@ -1627,6 +1628,7 @@ class Batch(TypedDict):
     created_at: str
     progress: BatchProgress
     counts: BatchCounts
+    damaged: list[str]
     links: dict[str, str]
     jobs: list[BatchJob]
 
@@ -1640,6 +1642,7 @@ class BatchSummary(TypedDict):
     created_at: str
     progress: BatchProgress
     counts: BatchCounts
+    damaged: list[str]
     links: dict[str, str]
 
 

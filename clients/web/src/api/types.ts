@@ -1373,6 +1373,11 @@ export interface Job {
 export interface JobList {
   /** Newest first. */
   jobs: Job[];
+  /**
+   * Ids of jobs whose stored records are damaged: nothing is known of them, and they can only be
+   * deleted.
+   */
+  damaged: string[];
   /** Cursor of the next page; null: the last one. */
   next: string | null;
 }
@@ -2494,13 +2499,21 @@ export interface Batch {
   id: string;
   /** The pattern of the jobs' names. */
   name: string;
-  /** Once all jobs have ended: failed if any failed, otherwise cancelled if any was cancelled. */
+  /**
+   * Once all jobs have ended: failed if any failed or is damaged, otherwise cancelled if any was
+   * cancelled.
+   */
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
   /** Progress of all jobs together. */
   progress: BatchProgress;
   /** Jobs in each state. */
   counts: BatchCounts;
+  /**
+   * Ids of jobs whose stored records are damaged: nothing is known of them, and they can only be
+   * deleted.
+   */
+  damaged: string[];
   /** Paths of related resources. */
   links: Record<string, string>;
   /** In the order of the matrix. */
@@ -2512,13 +2525,21 @@ export interface BatchSummary {
   id: string;
   /** The pattern of the jobs' names. */
   name: string;
-  /** Once all jobs have ended: failed if any failed, otherwise cancelled if any was cancelled. */
+  /**
+   * Once all jobs have ended: failed if any failed or is damaged, otherwise cancelled if any was
+   * cancelled.
+   */
   state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
   /** Progress of all jobs together. */
   progress: BatchProgress;
   /** Jobs in each state. */
   counts: BatchCounts;
+  /**
+   * Ids of jobs whose stored records are damaged: nothing is known of them, and they can only be
+   * deleted.
+   */
+  damaged: string[];
   /** Paths of related resources. */
   links: Record<string, string>;
 }

@@ -1,11 +1,13 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { api, RequestError } from '../api/client';
-import type { Job, JobList as Page, JobState } from '../api/types';
+import type { Job, JobList as Listed, JobState } from '../api/types';
 import { jobs, jobsNext, pageSize, sayError } from '../ui/server_state';
 import { useStore } from '../ui/store';
 
 const typingMs = 250;
 const isId = (text: string): boolean => /^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$/i.test(text);
+
+type Page = Pick<Listed, 'jobs' | 'next'>;
 
 /** One page of the server's results. A complete id finds that job, whatever its name. */
 async function ask(

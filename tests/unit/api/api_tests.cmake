@@ -19,4 +19,5 @@ set(API_TEST_SOURCES
   schema_check.cpp
   server_view_test.cpp
   tile_frame_test.cpp
-  time_text_test.cpp)
+  time_text_test.cpp
+  view_of_test.cpp)

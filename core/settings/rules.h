@@ -1,6 +1,6 @@
-/// Rules on what goes together: values of a job, its integrator and its scene. Whoever takes a job
-/// walks them: the parser of requests without a scene, the server with the facts of a scene, and
-/// the renderer with the scene itself.
+/// Rules on what goes together: values of a job, its integrator and its scene. The parser of
+/// requests walks them without a scene, the server with the facts of a scene, and the renderer with
+/// the scene itself.
 #pragma once
 
 #include <cstddef>

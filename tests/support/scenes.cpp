@@ -238,7 +238,7 @@ core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(core::View 
 }
 
 Picture render(const core::View& view, const core::StopRules& stop, int threads) {
-  auto renderer = settled_renderer(view);
+  auto renderer = test_support::settled_renderer(view);
   CHECK(renderer);
   Picture picture;
   picture.film = std::make_shared<core::Film>(view.settings);

@@ -7,6 +7,7 @@
 #include "api/limits.h"
 #include "core/camera/camera_choice.h"
 #include "core/math/vec.h"
+#include "core/render/light_not_found.h"
 #include "core/settings/registry.h"
 
 namespace api {
@@ -129,7 +130,14 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     if (stop.denoised_error) {
       faults.add("/stop/denoised_error", kNone);
     }
+    if (stop.light_not_found) {
+      faults.add("/stop/light_not_found", kNone);
+    }
     return;
+  }
+  // Whether the scene has media is checked against it.
+  if (const core::Status fits = core::check_light_rule(stop, spec.render, false); !fits) {
+    faults.add(fits.error().where, fits.error().message);
   }
   if (!stop.denoised_error) {
     return;

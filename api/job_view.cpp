@@ -19,9 +19,18 @@ namespace {
 constexpr std::array<std::string_view, 7> kStates = {"queued",   "loading", "rendering", "paused",
                                                      "finished", "failed",  "cancelled"};
 constexpr std::array<std::string_view, 3> kPauseReasons = {"", "requested", "storage_full"};
-constexpr std::array<std::string_view, 11> kReasons = {
-    "",         "samples_per_pixel", "relative_error", "denoised_error", "seconds", "cpu_seconds",
-    "deadline", "meter_error",       "limit",          "cancelled",      "failed"};
+constexpr std::array<std::string_view, 12> kReasons = {"",
+                                                       "samples_per_pixel",
+                                                       "relative_error",
+                                                       "denoised_error",
+                                                       "seconds",
+                                                       "cpu_seconds",
+                                                       "deadline",
+                                                       "meter_error",
+                                                       "light_not_found",
+                                                       "limit",
+                                                       "cancelled",
+                                                       "failed"};
 
 Json time_json(const std::optional<double>& unix_seconds) {
   return unix_seconds ? Json(rfc3339(*unix_seconds)) : Json(nullptr);

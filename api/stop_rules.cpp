@@ -60,11 +60,13 @@ const auto& table() {
               "`confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.")),
       shown_if(
           [](const StopRules& s) {
-            return s.relative_error || s.denoised_error || s.confidence != kConfidence;
+            return s.relative_error || s.denoised_error || s.light_not_found ||
+                   s.confidence != kConfidence;
           },
           number(
               "confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
-              "Confidence of relative_error, of denoised_error and of the interval in `error`.")),
+              "Confidence of relative_error, denoised_error, light_not_found and of the interval "
+              "in `error`.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                when([](const StopRules& s) { return s.relative_error.has_value(); },
                     "applies only to relative_error",
@@ -88,6 +90,13 @@ const auto& table() {
               {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
               "Stop when (high - low) / illuminance_lux of every point of the meter is at most "
               "this.")),
+      shown_if([](const StopRules& s) { return s.light_not_found.has_value(); },
+               number(
+                   "light_not_found", [](auto& s) -> auto& { return s.light_not_found; },
+                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+                   "Stop when `light_not_found.at_most` is at most this, with `confidence`. "
+                   "Beside relative_error, denoised_error or meter_error: these end the job only "
+                   "then.")),
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {
@@ -116,10 +125,11 @@ StopRules read_stop(const Json& value, const std::string& pointer, Faults& fault
     return rules;
   }
   if (!rules.samples_per_pixel && !rules.relative_error && !rules.denoised_error &&
-      !rules.seconds && !rules.cpu_seconds && !rules.deadline_unix_seconds && !rules.meter_error) {
+      !rules.light_not_found && !rules.seconds && !rules.cpu_seconds &&
+      !rules.deadline_unix_seconds && !rules.meter_error) {
     faults.add(pointer,
                "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
-               "seconds, cpu_seconds or deadline");
+               "light_not_found, seconds, cpu_seconds or deadline");
   }
   return rules;
 }

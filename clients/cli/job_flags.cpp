@@ -337,6 +337,11 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
                  "Stop when the interval of every meter point is at most E of its reading wide")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
+  app.add_option("--light-not-found", flags.light_not_found,
+                 "Stop when at most this fraction of the light may be missing: 0.02, or 2%; "
+                 "error targets end the job only then")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("F");
   app.add_option("--seconds", flags.seconds, "Stop after S seconds of rendering")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");
@@ -443,6 +448,9 @@ core::Result<Json> make_request(const JobFlags& flags) {
   }
   if (flags.meter_error) {
     object_at(request, "stop")["meter_error"] = *flags.meter_error;
+  }
+  if (flags.light_not_found) {
+    object_at(request, "stop")["light_not_found"] = *flags.light_not_found;
   }
   if (flags.seconds) {
     object_at(request, "stop")["seconds"] = *flags.seconds;

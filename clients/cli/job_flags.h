@@ -27,6 +27,7 @@ struct JobFlags {
   std::optional<double> relative_error;
   std::optional<double> denoised_error;
   std::optional<double> meter_error;
+  std::optional<double> light_not_found;
   std::optional<double> seconds;
   std::optional<double> cpu_seconds;
   std::optional<std::string> size;  ///< "640x360", checked by the parser

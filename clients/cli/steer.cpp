@@ -134,6 +134,7 @@ struct ExtendFlags {
   std::optional<double> relative_error;
   std::optional<double> denoised_error;
   std::optional<double> meter_error;
+  std::optional<double> light_not_found;
   std::optional<double> seconds;
   std::optional<double> cpu_seconds;
 };
@@ -152,6 +153,9 @@ int extend_job(const ExtendFlags& flags) {
   if (flags.meter_error) {
     stop["meter_error"] = *flags.meter_error;
   }
+  if (flags.light_not_found) {
+    stop["light_not_found"] = *flags.light_not_found;
+  }
   if (flags.seconds) {
     stop["seconds"] = *flags.seconds;
   }
@@ -161,7 +165,7 @@ int extend_job(const ExtendFlags& flags) {
   if (stop.empty()) {
     complain("extend", Error{ErrorCode::kInvalidArgument,
                              "give at least one of --samples, --relative-error, --denoised-error, "
-                             "--meter-error, --seconds or --cpu-seconds",
+                             "--meter-error, --light-not-found, --seconds or --cpu-seconds",
                              ""});
     return kWrongUsage;
   }
@@ -222,6 +226,10 @@ int extend(const Args& args) {
                  "Width of the interval of every meter point, relative to its reading")
       ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
       ->type_name("E");
+  app.add_option("--light-not-found", flags.light_not_found,
+                 "Fraction of the light that may be missing: 0.02, or 2%")
+      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
+      ->type_name("F");
   app.add_option("--seconds", flags.seconds, "Seconds of rendering in total")
       ->check(above_zero(limits::kStopSeconds))
       ->type_name("S");

@@ -84,12 +84,18 @@ ColorSum scale_of(const Pixel& p, double floor) {
   return out;
 }
 
-/// Returns m of the image with the fraction w of the plain one.
-double energy_of(const Pixel& p, double floor, double w) {
+/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of the
+/// denoised one: d of the mixed image would vanish where it is the plain one.
+struct Measured {
+  double m = 0;
+  double square = 0;
+};
+Measured measure(const Pixel& p, double floor, double w) {
   const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
   const ColorSum xb = mix(p.filtered_b, p.shown_b, w);
   const ColorSum scale = scale_of(p, floor);
-  return relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale);
+  return {relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale),
+          relative_square(mix(p.filtered_a, p.filtered_b, 0.5), mix(p.a, p.b, 0.5), scale)};
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -144,12 +150,13 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
   for_pixels(rect, [&](std::size_t i, int x, int y) {
     const auto [a, b] = error_halves(film, i);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
-    squares.set(x, y, energy_of(pixel_at(of, i), of.floor, w), !is_empty(a, b));
+    const Measured seen = measure(pixel_at(of, i), of.floor, w);
+    squares.set(x, y, seen.m, seen.square, !is_empty(a, b));
   });
   Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {
     const PixelRect window = window_around(x, y, kDenoisedWindow, rect.width, rect.height);
-    out.plane[i] = static_cast<float>(kMeanOfRoot * squares.root(window));
+    out.plane[i] = static_cast<float>(squares.error(window));
   });
   return out;
 }

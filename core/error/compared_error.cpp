@@ -39,7 +39,8 @@ ErrorRoots roots_of(const FilmSnapshot& image, const FilmSnapshot& references, S
       }
       const ColorSum a = side == Side::kMean ? mean : color_of(fa);
       const ColorSum b = side == Side::kMean ? mean : color_of(fb);
-      squares.set(x, y, relative_product(a, color_of(u), b, color_of(v), scale), !is_empty(u, v));
+      squares.set(x, y, relative_product(a, color_of(u), b, color_of(v), scale),
+                  relative_square(mean, color_of(pixel_value(u, v)), scale), !is_empty(u, v));
     }
   }
   return squares.roots();
@@ -62,7 +63,7 @@ double compared_bias(const FilmSnapshot& image, const FilmSnapshot& references) 
   const std::vector<double> roots = roots_of(image, references, Side::kHalves).tiles;
   const double pixels = std::accumulate(sums.begin(), sums.end(), 0.0,
                                         [](double n, const TileSums& t) { return n + t.pixels; });
-  return pixels > 0 ? kMeanOfRoot * std::accumulate(roots.begin(), roots.end(), 0.0) / pixels : 0;
+  return pixels > 0 ? std::accumulate(roots.begin(), roots.end(), 0.0) / pixels : 0;
 }
 
 }  // namespace core

@@ -70,10 +70,12 @@ ErrorInterval error_of_roots(std::span<const TileSums> references, const ErrorRo
   if (!sums.has_halves) {
     return unknown_error();
   }
-  const double root = mean_over(sums, std::accumulate(roots.tiles.begin(), roots.tiles.end(), 0.0));
+  const double grain =
+      mean_over(sums, std::accumulate(roots.tiles.begin(), roots.tiles.end(), 0.0));
+  const double root = grain / kMeanOfRoot;
   const double quantile = normal_quantile(0.5 + 0.5 * confidence);
   const double reach = std::sqrt(root * root + quantile * roots.deviation) - root;
-  return error_interval(kMeanOfRoot * root, mean_over(sums, sums.doubt),
+  return error_interval(grain, mean_over(sums, sums.doubt),
                         reach_of(sums, errors, confidence) + reach, ErrorForm::kSquares);
 }
 

@@ -54,22 +54,22 @@ inline constexpr double kMeanOfRoot = 0.8;
 
 /// Returns the error from its parts. kSquares: with R = grain / 0.8
 ///   error = 0.8 R,   low = 0.4 R (1 - doubt) - z,   high = R + doubt + z.
-/// R is a root mean square, which is never below the mean (Jensen). 0.8 is kMeanOfRoot; if all
-/// errors of a window are on a quarter of its pixels, as along a blurred edge, the mean is half of
-/// that.
+/// 0.8 is kMeanOfRoot: R is the root mean square of Gaussian errors with this mean, which errors
+/// that are all alike reach (Jensen). If they are on half as many pixels as seems, the mean is half
+/// of that.
 ErrorInterval error_interval(double grain, double doubt, double reach,
                              ErrorForm form = ErrorForm::kHalves);
 
-/// Roots of the squared error m over the windows of an image (core/error/squared_error.h).
+/// Errors from the roots of m over the windows of an image (core/error/squared_error.h).
 struct ErrorRoots {
-  /// Per tile: sum over its windows of n times their root, n the window's counted pixels.
+  /// Per tile: sum over its windows of n times their mean error, n the window's counted pixels.
   std::vector<double> tiles;
   double deviation = 0;  ///< standard error of the mean of m over the image
 };
 
 /// Returns an error of form kSquares. references: sums of the independent images that m was
-/// measured with. R is the mean of the roots; z is that of the references, plus the reach of R:
-/// sqrt(R^2 + q deviation) - R.
+/// measured with. grain is the mean of the errors; z is that of the references, plus the reach of
+/// R: sqrt(R^2 + q deviation) - R.
 ErrorInterval error_of_roots(std::span<const TileSums> references, const ErrorRoots& roots,
                              PixelErrors errors, double confidence);
 

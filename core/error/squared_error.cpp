@@ -14,12 +14,13 @@ struct Window {
   double pixels = 0;  ///< counted ones
   double mean = 0;    ///< of m
   double noise = 0;   ///< standard deviation of mean, from its two colours
+  double evenness = 0;
 };
 
-/// Returns R / (1 + R / 2).
-double root_of(double mean) {
-  const double root = std::sqrt(std::max(mean, 0.0));
-  return root / (1 + root / 2);
+/// Returns the mean error, from the mean m and k.
+double error_of(double mean, double evenness) {
+  const double peak = std::sqrt(std::max(mean, 0.0)) / evenness;
+  return evenness * evenness * peak / (1 + peak / 2);
 }
 
 }  // namespace
@@ -43,18 +44,30 @@ SquaredErrors::SquaredErrors(const PixelRect& rect)
     : rect_(rect),
       energies_(rect.width, rect.height),
       chessboard_(rect.width, rect.height),
+      sizes_(rect.width, rect.height),
+      squares_(rect.width, rect.height),
       counts_(rect.width, rect.height) {}
 
-void SquaredErrors::set(int x, int y, double m, bool counts) {
+void SquaredErrors::set(int x, int y, double m, double square, bool counts) {
   const double value = counts ? m : 0;
   energies_.set(x, y, value);
   chessboard_.set(x, y, (x + y) % 2 == 0 ? value : -value);
+  sizes_.set(x, y, counts ? std::sqrt(square) : 0);
+  squares_.set(x, y, counts ? square : 0);
   counts_.set(x, y, counts ? 1 : 0);
 }
 
-double SquaredErrors::root(const PixelRect& window) const {
+double SquaredErrors::evenness(const PixelRect& window, double pixels) const {
+  const double size = sizes_.sum(window) / pixels;
+  const double square = squares_.sum(window) / pixels;
+  // Cauchy's inequality, but for rounding; at least as if all were on one pixel.
+  return square > 0 ? std::clamp(size / std::sqrt(square), 1 / std::sqrt(pixels), 1.0)
+                    : kMeanOfRoot;
+}
+
+double SquaredErrors::error(const PixelRect& window) const {
   const double pixels = counts_.sum(window);
-  return pixels > 0 ? root_of(energies_.sum(window) / pixels) : 0;
+  return pixels > 0 ? error_of(energies_.sum(window) / pixels, evenness(window, pixels)) : 0;
 }
 
 ErrorRoots SquaredErrors::roots() const {
@@ -81,7 +94,8 @@ ErrorRoots SquaredErrors::roots() const {
           noise += count * apart * apart;
           sum += energies_.sum(of);
           pixels += count;
-          windows.push_back({t, count, energies_.sum(of) / count, std::fabs(apart)});
+          windows.push_back(
+              {t, count, energies_.sum(of) / count, std::fabs(apart), evenness(of, count)});
         }
       }
     }
@@ -101,7 +115,7 @@ ErrorRoots SquaredErrors::roots() const {
   for (const Window& window : windows) {
     const double drawn = std::clamp(mean + kept * (window.mean - mean), window.mean - window.noise,
                                     window.mean + window.noise);
-    out.tiles[window.tile] += window.pixels * root_of(drawn);
+    out.tiles[window.tile] += window.pixels * error_of(drawn, window.evenness);
   }
   // One window says nothing about the spread between windows: its two colours do.
   out.deviation = std::max(std::sqrt(squares) / pixels,

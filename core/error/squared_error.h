@@ -17,8 +17,13 @@
 /// 1973 (Stein's estimator). No window is drawn further than its own standard deviation, so that
 /// those without noise stay as they are (Efron and Morris 1972, limited translation).
 ///
+/// The mean error of a window is below R where the error is on few of its pixels. It is taken to be
+/// spread as unevenly as the difference d of x, y and their references u, v, which consists of that
+/// error and of noise: with k = (mean |d|) / (root mean square of d), as R / k on a fraction k^2 of
+/// the pixels, which has both moments. k is kMeanOfRoot for Gaussian errors, and where d is 0.
+///
 /// The error of an image is relative to the larger of it and mu, which in half of the pixels is mu,
-/// 1 + R times s: its root is R / (1 + R / 2), at most 1.
+/// 1 + R / k times s. The mean error is thus k^2 (R / k) / (1 + R / (2 k)).
 #pragma once
 
 #include <array>
@@ -51,19 +56,24 @@ class SquaredErrors {
  public:
   explicit SquaredErrors(const PixelRect& rect);
 
-  /// x, y: from the corner of the rectangle; call with increasing rows and columns. counts: whether
-  /// the pixel counts (a sample has seen something).
-  void set(int x, int y, double m, bool counts);
+  /// x, y: from the corner of the rectangle; call with increasing rows and columns. square: d^2, as
+  /// relative_square(). counts: whether the pixel counts (a sample has seen something).
+  void set(int x, int y, double m, double square, bool counts);
 
-  /// Returns the root of the window's mean m as above; 0 if no pixel counts or it is negative.
-  double root(const PixelRect& window) const;
-  /// Returns the roots of the windows (ErrorRoots), drawn towards the mean of the image.
+  /// Returns the mean error of the window; 0 if no pixel counts or its mean m is negative.
+  double error(const PixelRect& window) const;
+  /// Returns the errors of the windows (ErrorRoots), their mean m drawn towards that of the image.
   ErrorRoots roots() const;
 
  private:
+  /// Returns k of the window, of which `pixels` count.
+  double evenness(const PixelRect& window, double pixels) const;
+
   PixelRect rect_;
   SummedArea energies_;
   SummedArea chessboard_;  ///< m with the sign of the chessboard's colours
+  SummedArea sizes_;       ///< |d|
+  SummedArea squares_;     ///< d^2
   SummedArea counts_;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/integrators/photon_map.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
 #include "core/settings/registry.h"
@@ -22,11 +23,14 @@ PathSampler sampler_of(const RenderSettings& settings, std::uint64_t stream, Par
   return {SamplerType::kIndependent, 1, settings.seed | stream, part};
 }
 
-/// Paths from the lights that are sampled for the largest weight.
+/// Paths from the lights that are sampled for the largest weight: with 95% confidence at most
+/// -log(0.05) / 4096 of the particles, 0.07%, are heavier. These count more than once.
 constexpr int kStartCount = 4096;
 
-/// Camera rays, of pictures that are not small: no more than some hundredths of a second take.
+/// Camera rays. Each takes as much as 1.5 samples (callgrind on cornell-box): together 5% of one
+/// sample of each of two million pixels.
 constexpr double kRaysMost = 1 << 16;
+/// Disks no smaller than the reach of the film's filter, 1.5 pixels.
 constexpr int kSpacingLeast = 2;
 
 /// Cells of a level are at least as wide as its disks: these overlap at most two on each axis.
@@ -183,11 +187,9 @@ void LightCensus::build_grid() {
   }
 }
 
-/// Visits the points within whose disks the position lies, on surfaces that face alike: particles
-/// on neighbouring surfaces that are turned by more than 45 degrees do not count.
+/// Visits the points within whose disks the position lies, on surfaces that face alike.
 template <typename Visit>
 void LightCensus::each_near(Vec3 position, Vec3 normal, Visit&& visit) const {
-  constexpr float kTurned = 0.7071068F;
   for (const int level : levels_) {
     Point at;
     at.level = level;
@@ -198,7 +200,7 @@ void LightCensus::each_near(Vec3 position, Vec3 normal, Visit&& visit) const {
       const Vec3 d = point.position - position;
       // Buckets may hold other levels, and the same point once for each.
       if (point.level == level && dot(d, d) <= square(point.radius_m) &&
-          std::fabs(dot(point.normal, normal)) >= kTurned) {
+          faces_alike(point.normal, normal)) {
         visit(point);
       }
     }

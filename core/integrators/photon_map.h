@@ -30,6 +30,13 @@ class PackedDirection {
   std::int16_t y_ = 0;
 };
 
+/// Returns whether a particle at a surface of one normal counts at a nearby point of the other:
+/// those turned by more than 45 degrees are other surfaces, as beyond the edge of a box.
+inline bool faces_alike(Vec3 normal, Vec3 other) noexcept {
+  constexpr float kCosTurned = 0.7071068F;
+  return std::fabs(dot(normal, other)) >= kCosTurned;
+}
+
 /// A particle on a surface.
 struct Photon {
   Vec3 position;                  ///< world [m]

@@ -13,6 +13,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/integrators/first_surfaces.h"
 #include "core/integrators/path_tracer.h"
 #include "core/integrators/photon_map.h"
 #include "core/integrators/registry.h"
@@ -68,6 +69,15 @@ enum class Kept {
   kCaustic  ///< caustics only: indirect, by smooth surfaces alone
 };
 
+/// Returns three pixels at the distance of the first surfaces.
+float usual_radius_m(const SceneData& scene, const FirstSurfaces& seen) {
+  constexpr float kPixels = 3;
+  if (seen.pixel_m > 0) {
+    return kPixels * seen.pixel_m;
+  }
+  return (scene.radius_m > 0 ? scene.radius_m : 1.0F) / 100;
+}
+
 class PhotonTracer final : public Integrator {
  public:
   explicit PhotonTracer(const IntegratorInput& input)
@@ -77,10 +87,12 @@ class PhotonTracer final : public Integrator {
         lights_(input.scene, input.environment, LightSamplerType::kTree),
         camera_paths_(input),
         paths_(photon_paths(settings_)),
-        is_progressive_(radius_shrinks(settings_)),
-        first_radius_m_(settings_.photons.radius_m > 0
-                            ? settings_.photons.radius_m
-                            : usual_photon_radius_m(input.scene, *input.camera, settings_.film)) {}
+        is_progressive_(radius_shrinks(settings_)) {
+    const FirstSurfaces seen = first_surfaces(scene_, *input.camera, settings_.film);
+    first_radius_m_ =
+        settings_.photons.radius_m > 0 ? settings_.photons.radius_m : usual_radius_m(scene_, seen);
+    emission_.aim(seen.eye, seen.distance_m);
+  }
 
   PathSample trace(const Camera::CameraRay&, const PathSampler&,
                    std::uint64_t&) const noexcept override {
@@ -109,7 +121,7 @@ class PhotonTracer final : public Integrator {
   PathTracer<DefaultOptions> camera_paths_;
   int paths_;
   bool is_progressive_;
-  float first_radius_m_;
+  float first_radius_m_ = 0;
 };
 
 std::unique_ptr<Prepass> PhotonTracer::start_prepass(int sample) const {
@@ -210,11 +222,9 @@ Rgb PhotonTracer::direct_light(TracedPath& path, const PathVertex& vertex,
                         : path.beta * direct.value * open * (1 / direct.light.pdf_solid_angle);
 }
 
-/// Returns the light of the particles that the surface scatters along the path. Ignores particles
-/// on neighbouring surfaces rotated by more than 45 degrees.
+/// Returns the light of the particles that the surface scatters along the path.
 Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                            const Photons& photons, Kept kept) const noexcept {
-  constexpr float kTurned = 0.7071068F;
   // Minimum cosine of a particle's direction; 1e-6 of diffuse light is below it.
   constexpr float kCosLeast = 1e-3F;
   const int least = kept == Kept::kAll ? 0 : 1;
@@ -225,7 +235,7 @@ Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, con
     const int scatterings = photon.scatterings;
     if (scatterings < least || scatterings > most ||
         (kept == Kept::kCaustic && !photon.is_caustic) ||
-        std::fabs(dot(photon.normal.unpacked(), n)) < kTurned) {
+        !faces_alike(photon.normal.unpacked(), n)) {
       return;
     }
     const Vec3 wi = photon.wi_world.unpacked();
@@ -299,32 +309,9 @@ void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) co
 
 }  // namespace
 
-/// Returns three pixels at the distance of the first surfaces: the median over a grid of 16 x 16
-/// rays.
 float usual_photon_radius_m(const SceneData& scene, const Camera& camera,
                             const FilmSettings& film) {
-  constexpr int kRays = 16;
-  constexpr float kPixels = 3;
-  std::vector<float> widths;
-  for (int i = 0; i < kRays * kRays; ++i) {
-    const auto at = [](int k, int size) {
-      return (static_cast<float>(k) + 0.5F) / kRays * static_cast<float>(size);
-    };
-    const Camera::CameraRay from =
-        camera.ray({at(i % kRays, film.width), at(i / kRays, film.height)}, {0.5F, 0.5F});
-    RawHit hit;
-    if (scene.accel->intersect(from.ray, hit)) {
-      const float distance_m =
-          length(scene.surface_point(hit, from.ray).position - from.ray.origin);
-      widths.push_back(from.width_m + from.spread_rad * distance_m);
-    }
-  }
-  if (widths.empty()) {
-    return (scene.radius_m > 0 ? scene.radius_m : 1.0F) / 100;
-  }
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
-  return kPixels * *middle;
+  return usual_radius_m(scene, first_surfaces(scene, camera, film));
 }
 
 std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input) {

@@ -81,7 +81,11 @@ EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
   EmissionSample s = light < triangles_ ? from_triangle(light, u_position, u_direction)
                                         : from_other(light, u_position, u_direction);
   s.light = light;
+  const float pdf_disk = s.pdf.pdf_area;
   s.pdf = pdf(light, s.ray.direction);
+  if (pdf_disk > 0) {
+    s.pdf.pdf_area = pdf_disk;
+  }
   const std::size_t place =
       light < triangles_ ? 2 * std::size_t{light} +
                                (dot(s.normal, scene_.triangle_lights[light].normal) < 0 ? 1 : 0)
@@ -130,10 +134,41 @@ EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_position,
     s.ray.direction = -sky.wi_world;
     s.radiance = sky.radiance;
   }
-  const Frame frame = frame_from_normal(s.ray.direction);
-  const Vec2 d = concentric_disk(u_position);
-  s.ray.origin = scene_.center + frame.to_world({d.x, d.y, -1}) * radius_m_;
+  s.pdf.pdf_area = sample_disk(u_position, s.ray);
   return s;
+}
+
+void EmissionSampler::aim(Vec3 eye, float near_m) noexcept {
+  eye_ = eye;
+  disks_ = 1;
+  for (float radius = radius_m_; radius > 2 * near_m && near_m > 0; radius /= 2) {
+    ++disks_;
+  }
+}
+
+/// Moves the origin of the ray to a point of one of the disks, on the plane that touches the
+/// scene's bounding sphere from behind. Returns its density [1/m^2].
+float EmissionSampler::sample_disk(Vec2 u, Ray& ray) const noexcept {
+  const auto count = static_cast<float>(disks_);
+  const float scaled = u.x * count;
+  const int chosen = std::min(static_cast<int>(scaled), disks_ - 1);
+  u.x = std::min(scaled - static_cast<float>(chosen), kOneMinusEpsilon);
+  const Frame frame = frame_from_normal(ray.direction);
+  const Vec3 eye = frame.to_local(eye_ - scene_.center) * (1 / radius_m_);
+  const Vec2 d = concentric_disk(u);
+  const float width = std::ldexp(1.0F, -chosen);
+  Vec2 at = {d.x * width, d.y * width};
+  if (chosen > 0) {
+    at = {eye.x + at.x, eye.y + at.y};
+  }
+  ray.origin = scene_.center + frame.to_world({at.x, at.y, -1}) * radius_m_;
+  float density = square(at.x) + square(at.y) <= 1 || chosen == 0 ? 1.0F : 0.0F;
+  const float from_eye = square(at.x - eye.x) + square(at.y - eye.y);
+  for (int i = 1; i < disks_; ++i) {
+    const float radius2 = std::ldexp(1.0F, -2 * i);
+    density += from_eye <= radius2 || i == chosen ? 1 / radius2 : 0.0F;
+  }
+  return density / (count * kPi * square(radius_m_));
 }
 
 /// Returns null for triangles and the environment.

@@ -51,6 +51,12 @@ class EmissionSampler {
   /// of the light. Delta positions and directions as in EmissionPdf; the caller has to leave them
   /// out.
   EmissionPdf pdf(std::uint32_t light, Vec3 direction_world) const noexcept;
+  /// Makes distant lights shine towards the eye: over disks around it besides the scene's, each
+  /// half as wide as the one before and as likely, down to near_m. Their density falls with the
+  /// squared distance from the eye, as the pixels of a unit of area do, and is at least that of the
+  /// scene's disk over the number of disks, which bounds weights. pdf() does not know of it: for
+  /// particles that no other strategy competes with. Source: defensive mixtures, Hesterberg 1995.
+  void aim(Vec3 eye, float near_m) noexcept;
   /// Returns the fraction of a particle's power that remains at this distance: KHR_lights_punctual
   /// limits lights with a range. 1 for all other lights.
   float range_factor(std::uint32_t light, float distance_m) const noexcept;
@@ -61,6 +67,7 @@ class EmissionSampler {
   EmissionSample from_other(std::uint32_t light, Vec2 u_position, Vec2 u_direction) const noexcept;
   const PunctualLight* punctual(std::uint32_t light) const noexcept;
 
+  float sample_disk(Vec2 u, Ray& ray) const noexcept;
   void find_starts();
   std::uint32_t start_at(std::span<const Vec3> points);
 
@@ -68,6 +75,8 @@ class EmissionSampler {
   const Environment* environment_;  ///< null if black
   std::uint32_t triangles_ = 0;
   float radius_m_ = 0;  ///< of the disk through which distant lights shine
+  int disks_ = 1;       ///< the scene's, and those around the eye
+  Vec3 eye_;
   Distribution1D powers_;
   /// By light, and by side of triangles: front 2 i, back 2 i + 1. Empty: no light is in a solid.
   std::vector<std::uint32_t> start_of_;  ///< indices into starts_; 0: in no solid

@@ -65,9 +65,13 @@ View pilot_view(const View& view, std::string_view integrator) {
   return small;
 }
 
+struct Rendered {
+  std::shared_ptr<Film> film;
+  double lacks = 0;  ///< LightNotFound::detected
+};
+
 /// Renders a pilot on this thread.
-Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples,
-                                           const std::stop_token& stop) {
+Result<Rendered> render_pilot(const View& view, int samples, const std::stop_token& stop) {
   auto renderer = settled_renderer(view, {}, stop);
   if (!renderer) {
     return renderer.error();
@@ -76,6 +80,7 @@ Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples,
   TaskOptions options;
   options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
   options.compares = false;
+  options.counts_particles = true;
   NullSink sink;
   RenderTask task(*std::move(renderer), film, std::move(options), sink);
   const std::stop_callback cancel(stop, [&task] { task.cancel(); });
@@ -87,7 +92,8 @@ Result<std::shared_ptr<Film>> render_pilot(const View& view, int samples,
   if (task.stop_reason() == StopReason::kCancelled) {
     return Error{ErrorCode::kCancelled, "stopped while choosing the integrator", ""};
   }
-  return film;
+  const auto light = task.progress().light_not_found;
+  return Rendered{film, light ? light->detected : 0};
 }
 
 /// Sums of squares over the pixels and channels of a tile.
@@ -211,6 +217,21 @@ std::vector<double> pilot_errors(std::span<const PilotImage> images) {
   return errors;
 }
 
+std::size_t best_of(std::span<const PilotFigures> pilots) {
+  const auto is_complete = [](const PilotFigures& pilot) { return !(pilot.lacks > kLackMost); };
+  const bool some_are = std::any_of(pilots.begin(), pilots.end(), is_complete);
+  std::size_t out = 0;
+  double best = 0;
+  for (std::size_t k = 0; k < pilots.size(); ++k) {
+    const double score = pilots[k].efficiency / kCandidates[k].advantage;
+    if (score > best && (is_complete(pilots[k]) || !some_are)) {
+      best = score;
+      out = k;
+    }
+  }
+  return out;
+}
+
 namespace {
 
 /// Renders the pilot of a candidate, and one with half the radius if it is biased.
@@ -230,23 +251,24 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
     radius_m = usual_photon_radius_m(view.scene->data(), *camera, film);
     small.settings.photons.radius_m = radius_m;
   }
-  auto film = render_pilot(small, candidate.samples, stop);
-  if (!film) {
-    return film.error();
+  auto seen = render_pilot(small, candidate.samples, stop);
+  if (!seen) {
+    return seen.error();
   }
-  image.film = (*film)->snapshot();
-  const auto samples = static_cast<double>((*film)->sample_counts().sum);
-  PilotFigures figures{
-      .integrator = candidate.integrator,
-      .samples = (*film)->sample_counts().mean,
-      .work = static_cast<double>((*film)->rays()) / samples * candidate.ray_weight};
+  const Film& film = *seen->film;
+  image.film = film.snapshot();
+  const auto samples = static_cast<double>(film.sample_counts().sum);
+  PilotFigures figures{.integrator = candidate.integrator,
+                       .samples = film.sample_counts().mean,
+                       .work = static_cast<double>(film.rays()) / samples * candidate.ray_weight,
+                       .lacks = seen->lacks};
   if (is_biased) {
     small.settings.photons.radius_m = radius_m / 2;
-    film = render_pilot(small, candidate.samples, stop);
-    if (!film) {
-      return film.error();
+    seen = render_pilot(small, candidate.samples, stop);
+    if (!seen) {
+      return seen.error();
     }
-    image.finer = (*film)->snapshot();
+    image.finer = seen->film->snapshot();
   }
   return figures;
 }
@@ -258,17 +280,22 @@ bool may_be_biased(const View& view, bool has_error_target) {
 std::string text_of(const IntegratorChoice& choice) {
   std::string efficiencies;
   std::string advantages;
+  std::string lacking;
   for (std::size_t k = 0; k < choice.pilots.size(); ++k) {
     const PilotFigures& pilot = choice.pilots[k];
     const std::string name(pilot.integrator);
     const char* comma = k + 1 < choice.pilots.size() ? ", " : "";
+    if (pilot.lacks > kLackMost) {
+      lacking += "; that of " + name + " lacks " + in_words(100 * pilot.lacks) + "% of the light";
+    }
     efficiencies += in_words(pilot.efficiency) + " (" + name + ")" + comma;
     if (k > 0) {
       advantages += in_words(kCandidates[k].advantage) + " for " + name + comma;
     }
   }
   return "'" + std::string(choice.integrator) + "', since small pilot images have efficiencies " +
-         "1 / (V T) of " + efficiencies + ", and the required advantage over path is " + advantages;
+         "1 / (V T) of " + efficiencies + ", and the required advantage over path is " +
+         advantages + lacking;
 }
 
 }  // namespace
@@ -290,18 +317,14 @@ Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_targ
     choice.pilots.push_back(*figures);
   }
   const std::vector<double> errors = pilot_errors(images);
-  double best = 0;
   for (std::size_t k = 0; k < images.size(); ++k) {
     PilotFigures& pilot = choice.pilots[k];
     pilot.variance = errors[k] * pilot.samples;
     const double cost = pilot.variance * pilot.work;
     pilot.efficiency = cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity();
-    if (const double score = pilot.efficiency / kCandidates[k].advantage; score > best) {
-      best = score;
-      choice.integrator = pilot.integrator;
-    }
   }
-  choice.reason = std::isinf(choice.pilots[0].efficiency)
+  choice.integrator = choice.pilots[best_of(choice.pilots)].integrator;
+  choice.reason = std::isinf(choice.pilots[0].efficiency) && !(choice.pilots[0].lacks > kLackMost)
                       ? "'path', since its pilot image has no noise and misses no light"
                       : text_of(choice);
   return choice;

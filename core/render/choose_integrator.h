@@ -11,6 +11,9 @@
 ///   differ by more than their errors, the difference counts as error of the darker one.
 /// - The bias of sppm is proportional to its squared radius, so an image with half the radius has a
 ///   quarter of it, and the difference of the two images shows the rest.
+/// A candidate whose pilot lacks more than kLackMost of the light, as the census of its particles
+/// finds (core/render/light_not_found.h), is left out if another does not: no number of samples
+/// brings that light.
 /// Sources: efficiency, Hammersley and Handscomb 1964; Veach 1997, 2.4. Bias: Knaus and Zwicker
 /// 2011.
 #pragma once
@@ -28,12 +31,16 @@
 
 namespace core {
 
+/// An error of 1% is hardly visible in a clean image.
+inline constexpr double kLackMost = 0.01;
+
 struct PilotFigures {
   std::string_view integrator;
   double samples = 0;     ///< per pixel
   double variance = 0;    ///< relative squared error of a sample
   double work = 0;        ///< per sample of a pixel, in rays of `path`
   double efficiency = 0;  ///< 1 / (variance work); infinite if there is no error
+  double lacks = 0;       ///< LightNotFound::detected
 };
 
 struct IntegratorChoice {
@@ -58,6 +65,9 @@ struct PilotImage {
   FilmSnapshot film;
   std::optional<FilmSnapshot> finer{};  ///< with half the radius, if the image is biased
 };
+
+/// Returns the index of the best of the candidates: path, bdpt and perhaps sppm.
+std::size_t best_of(std::span<const PilotFigures> pilots);
 
 /// Returns the relative squared errors of the pixels of images of the same size.
 std::vector<double> pilot_errors(std::span<const PilotImage> images);

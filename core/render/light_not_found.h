@@ -14,6 +14,9 @@
 /// come from a brighter neighbour is allowed for.
 #pragma once
 
+#include <string_view>
+
+#include "core/base/result.h"
 #include "core/error/light_not_found.h"
 #include "core/film/film.h"
 #include "core/integrators/census.h"
@@ -26,9 +29,13 @@ namespace core {
 int census_particles(const RenderSettings& settings, int samples);
 inline constexpr int kCensusPart = 4096;
 
-/// Returns whether particles can follow all light of the view: no media that scatter, and no
-/// motion.
+/// Returns why particles cannot follow all light: "with fog", in media that scatter, or of motion;
+/// empty if they can. has_scattering: SceneSummary::has_scattering.
+std::string_view census_obstacle(const RenderSettings& settings, bool has_scattering);
 bool has_census(const View& view);
+/// Refuses stop.light_not_found where there is no census.
+Status check_light_rule(const StopRules& rules, const RenderSettings& settings,
+                        bool has_scattering);
 
 /// Compares the census with the picture. particles: all that it traced.
 LightNotFound light_not_found(const LightCensus& census, int particles, const Film& film,

@@ -56,7 +56,7 @@ int PassPolicy::far_target(const Pass& pass) const {
     return next_target(pass);
   }
   const int near = barrier(pass);
-  if (stop_.relative_error || stop_.denoised_error || stop_.meter_error) {
+  if (stop_.has_error_target() || stop_.meter_error || stop_.light_not_found) {
     return near;
   }
   // The first image should come as early as without other machines.
@@ -96,13 +96,17 @@ bool PassPolicy::denoises_at(int samples) const {
           next_look(samples - 1, replicates_, unit_, kDenoisedLooks) == samples);
 }
 
-StopReason PassPolicy::decide(int samples, double bound, double denoised_bound) const {
-  const bool may_stop = may_stop_at(samples);
+StopReason PassPolicy::decide(int samples, double bound, double denoised_bound,
+                              double at_most) const {
+  const bool may_stop = may_stop_at(samples) && allows_missing(at_most);
   if (stop_.relative_error && may_stop && bound <= *stop_.relative_error) {
     return StopReason::kRelativeError;
   }
   if (stop_.denoised_error && may_stop && denoised_bound <= *stop_.denoised_error) {
     return StopReason::kDenoisedError;
+  }
+  if (stop_.light_not_found && may_stop && !stop_.has_error_target() && !stop_.meter_error) {
+    return StopReason::kLightNotFound;
   }
   if (samples >= samples_max_) {
     return asked_ ? StopReason::kSamples : StopReason::kLimit;

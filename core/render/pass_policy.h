@@ -47,6 +47,11 @@ class PassPolicy {
 
   /// Returns the upper end that is compared with the error target; NaN if unknown.
   double error_bound(const ErrorEstimate& look) const;
+  /// Returns whether so little light may be missing that an error target may end the job.
+  /// at_most: LightNotFound::at_most.
+  bool allows_missing(double at_most) const {
+    return !stop_.light_not_found || at_most <= *stop_.light_not_found;
+  }
   /// Returns whether the meter's error ends the job after this pass. error: meter_error().
   bool ends_by_meter(int samples, double error) const {
     return stop_.meter_error && may_stop_at(samples) && error <= *stop_.meter_error;
@@ -54,10 +59,11 @@ class PassPolicy {
   /// Returns whether the image is denoised at this look to test the stop rule.
   bool denoises_at(int samples) const;
   /// Decides after a complete pass of `samples`. bound: error_bound() of the look at that count,
-  /// infinite if there was none. denoised_bound: that of the denoised image. Returns kNone to
-  /// continue.
+  /// infinite if there was none. denoised_bound: that of the denoised image. at_most: as of
+  /// allows_missing(). Returns kNone to continue.
   StopReason decide(int samples, double bound,
-                    double denoised_bound = std::numeric_limits<double>::infinity()) const;
+                    double denoised_bound = std::numeric_limits<double>::infinity(),
+                    double at_most = std::numeric_limits<double>::infinity()) const;
 
  private:
   bool may_stop_at(int samples) const;

@@ -75,10 +75,10 @@ void ProgressMeter::tell(const PassPolicy& policy, double samples, int base, boo
   const Remaining end = samples_at_end(policy, base);
   double share = samples / end.expected;
   std::optional<Remaining> left;
-  // Before the first estimate any count may meet a target; the convergence of the denoised error is
+  // Before the first estimate any count may meet a target; the convergence of the other errors is
   // unknown.
-  const bool has_target =
-      stop.denoised_error || stop.meter_error || (stop.relative_error && !(e > 0));
+  const bool has_target = stop.denoised_error || stop.meter_error || stop.light_not_found ||
+                          (stop.relative_error && !(e > 0));
   const bool unknown = has_target && !stop.samples_per_pixel;
   const auto rate = seconds_for(pace_, 1.0);
   if (!unknown && rate) {

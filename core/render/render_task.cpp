@@ -259,10 +259,13 @@ RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
   if (due.looks && by.denoises_at(due.samples) && denoised_bound) {
     seen.denoised_bound = denoised_bound(*film, by.stop().confidence);
   }
-  if (due.looks && by.stop().meter_error && by.ends_by_meter(due.samples, meter_error_now())) {
+  const double at_most = seen.light_not_found ? seen.light_not_found->at_most
+                                              : std::numeric_limits<double>::infinity();
+  if (due.looks && by.stop().meter_error && by.allows_missing(at_most) &&
+      by.ends_by_meter(due.samples, meter_error_now())) {
     return settle(due.samples, StopReason::kMeterError);
   }
-  return settle(due.samples, by.decide(due.samples, seen.bound, seen.denoised_bound));
+  return settle(due.samples, by.decide(due.samples, seen.bound, seen.denoised_bound, at_most));
 }
 
 /// Plans the epoch that begins at the current samples.

@@ -5,6 +5,7 @@
 
 #include "core/integrators/registry.h"
 #include "core/render/choose_integrator.h"
+#include "core/render/light_not_found.h"
 #include "core/render/split_pilot.h"
 #include "core/scene/scene_data.h"
 
@@ -43,6 +44,11 @@ Status measure(View& view, const std::stop_token& stop) {
 
 Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop) {
   if (const Status fits = check_rules(view); !fits) {
+    return fits.error();
+  }
+  if (const Status fits =
+          check_light_rule(rules, view.settings, view.scene->summary().has_scattering);
+      !fits) {
     return fits.error();
   }
   auto chosen = settle_integrator(view, rules, stop);

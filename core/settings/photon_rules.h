@@ -9,7 +9,7 @@
 
 namespace core {
 
-inline constexpr int kPhotonPathsLeast = 1 << 10;
+inline constexpr int kPhotonPathsLeast = 1 << 12;
 /// Default number of photon paths.
 inline constexpr int kPhotonPathsUsual = 1 << 18;
 /// Bytes of one Photon.

@@ -261,7 +261,8 @@ struct RenderSettings {
   std::uint64_t seed = 0;
 };
 
-/// Stop rules; the first one met ends the job.
+/// Stop rules; the first one met ends the job. Error targets are met only where light_not_found,
+/// if given, is met too.
 struct StopRules {
   std::optional<int> samples_per_pixel;
   std::optional<double> relative_error;
@@ -271,7 +272,8 @@ struct StopRules {
   std::optional<double> seconds;         ///< rendering time, without pauses and downtime
   std::optional<double> cpu_seconds;     ///< summed over all threads
   std::optional<double> deadline_unix_seconds;
-  std::optional<double> meter_error = {};  ///< of the meter's worst point: meter_error()
+  std::optional<double> meter_error = {};      ///< of the meter's worst point: meter_error()
+  std::optional<double> light_not_found = {};  ///< LightNotFound::at_most
   bool has_error_target() const noexcept {
     return relative_error.has_value() || denoised_error.has_value();
   }
@@ -286,6 +288,7 @@ enum class StopReason {
   kCpuSeconds,
   kDeadline,
   kMeterError,
+  kLightNotFound,
   kLimit,
   kCancelled,
   kFailed
@@ -293,7 +296,7 @@ enum class StopReason {
 
 constexpr bool is_by_error(StopReason reason) {
   return reason == StopReason::kRelativeError || reason == StopReason::kDenoisedError ||
-         reason == StopReason::kMeterError;
+         reason == StopReason::kMeterError || reason == StopReason::kLightNotFound;
 }
 
 enum class EnvironmentPreset { kStudio, kTent, kRim };

@@ -101,7 +101,8 @@ class Job {
     return {nullptr, [this](void*) { --denoisings_; }};
   }
   bool is_denoising() const { return denoisings_ > 0; }
-  /// True if the job was deleted: nothing of it is stored, and its id may be reused.
+  /// True if the job was deleted: it is no longer found, and its id may be reused once its film has
+  /// been removed.
   bool is_removed() const { return is_removed_; }
   std::optional<EndMark> end_mark() const {
     const core::MutexLock lock(mutex_);
@@ -134,7 +135,7 @@ class Job {
   }
 
   /// With change_mutex() held.
-  void set_removed() { is_removed_ = true; }
+  void set_removed(bool removed = true) { is_removed_ = removed; }
 
   /// Loading is slow, and the job may be paused and resumed in the meantime: only the latest load
   /// counts, and earlier ones are stopped. Call with change_mutex() held.

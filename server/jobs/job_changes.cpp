@@ -281,12 +281,15 @@ Verdict JobService::remove(const JobPointer& job) {
     return Error{ErrorCode::kConflict,
                  "the job is " + std::string(api::to_text(state)) + "; cancel it first", ""};
   }
+  // Before the record goes: a job that lists lack is not found either. Removing its film takes
+  // long.
+  job->set_removed();
   if (!job->memory_only()) {
     if (const Status removed = remove_record(job->id()); !removed) {
+      job->set_removed(false);
       return removed.error();
     }
   }
-  job->set_removed();
   book_.forget(*job);
   films_.drop(*job);
   return {};

@@ -42,7 +42,8 @@ core::Result<JobPointer> JobIndex::find(const std::string& id, const Access& acc
     const bool is_seen = !row || !*row || access.sees((*row)->tenant);
     return is_seen ? job : core::Result<JobPointer>(unknown_job(id));
   }
-  return job && !access.sees((*job)->tenant()) ? core::Result<JobPointer>(unknown_job(id)) : job;
+  const bool is_hidden = job && ((*job)->is_removed() || !access.sees((*job)->tenant()));
+  return is_hidden ? core::Result<JobPointer>(unknown_job(id)) : job;
 }
 
 core::Result<JobPointer> JobIndex::find(const std::string& id) {

@@ -4,6 +4,7 @@
 
 #include "api/job_checks.h"
 #include "core/camera/camera_choice.h"
+#include "core/render/light_not_found.h"
 #include "core/render/view.h"
 #include "server/http/text.h"
 
@@ -155,6 +156,12 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
     traits.light_groups.reset();  // absent in facts stored by an older build
   }
   api::check_rules(spec, &traits, faults);
+  // Fog and motion are refused without the scene.
+  if (const core::Status fits =
+          core::check_light_rule(spec.stop, core::RenderSettings(), facts.has_scattering);
+      !fits) {
+    faults.add(fits.error().where, fits.error().message);
+  }
   return faults.empty() ? std::vector<api::FieldError>() : faults.problem().errors;
 }
 

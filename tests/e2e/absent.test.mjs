@@ -1,23 +1,12 @@
 // Messages of the page for renders that do not exist or have been deleted, and for invalid
 // addresses.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { ask, desktop, launch, pictureNow, Server, submit, until, withPageOf } from './harness.mjs';
+import { test } from 'node:test';
+import { ask, desktop, pictureNow, serverAndBrowser, submit, until } from './harness.mjs';
 
-const server = new Server();
-let browser;
+const { server, withPage: withPageOf } = serverAndBrowser();
 
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
-
-const withPage = (hash, use) => withPageOf(browser, server, desktop, hash, use);
+const withPage = (hash, use) => withPageOf(desktop, hash, use);
 
 async function renderOf(page) {
   await submit(page, { scene: 'furnace', samples: 8 });
@@ -68,5 +57,41 @@ test('a render deleted elsewhere offers no actions', { timeout: 120_000 }, () =>
       for (const action of ['extend', 'download', 'more'])
         assert.equal(await page.getByTestId(action).count(), 0, action);
     }
+  }),
+);
+
+test('a render whose record is answered after the list lacks it is asked for again', () =>
+  withPage('', async (page) => {
+    const id = await renderOf(page);
+    const address = `${server.url}/v1/jobs/${id}`;
+    const body = await (await ask(address)).text();
+    let answers = 0;
+    await page.route(address, (route) =>
+      answers++ ? route.continue() : route.fulfill({ body, contentType: 'application/json' }),
+    );
+    assert.ok((await ask(address, { method: 'DELETE' })).ok);
+    await until('the message', () => {
+      // Whoever comes back to the page has the list read again.
+      void page.evaluate(() => document.dispatchEvent(new Event('visibilitychange')));
+      return page.getByText('This render no longer exists.').count();
+    });
+    assert.equal(answers, 2);
+  }),
+);
+
+test('the denoised image of a deleted render is asked for once', () =>
+  withPage('', async (page) => {
+    const id = await renderOf(page);
+    await page.getByTestId('denoised').waitFor();
+    await page.goto('about:blank');
+    let asked = 0;
+    await page.route('**/image.png?denoise=*', (route) => {
+      asked += 1;
+      return route.fulfill({ status: 404, body: '{}', contentType: 'application/problem+json' });
+    });
+    await page.goto(`${server.url}/#/jobs/${id}`);
+    await until('the request', () => asked);
+    await page.waitForTimeout(1500);
+    assert.equal(asked, 1);
   }),
 );

@@ -1,35 +1,21 @@
 // The view in which a camera is placed: its content, its address, and its behaviour after reloads
 // and lost connections.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   desktop,
   drop,
   isOther,
-  launch,
-  openPage,
   pictureNow,
   sceneOf,
-  Server,
+  serverAndBrowser,
   triangleFiles,
   until,
-  withPageOf,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
+const { server, openPage, withPage: withPageOf } = serverAndBrowser();
 
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
-
-const withPage = (hash, use) => withPageOf(browser, server, desktop, hash, use);
+const withPage = (hash, use) => withPageOf(desktop, hash, use);
 const hashOf = (page) => new URL(page.url()).hash;
 const rest = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
@@ -177,7 +163,7 @@ test(
     skip: server.canRestart ? false : 'a server elsewhere (TESSERA_URL) cannot be restarted from here',
   },
   async () => {
-    const page = await openPage(browser, server, desktop, '#/compose/cornell-box');
+    const page = await openPage(desktop, '#/compose/cornell-box');
     const first = await until('the preview', () => pictureNow(page));
     await canTurn(page);
     await server.kill();

@@ -1,21 +1,10 @@
 // Nothing that the page does during the life of a job is an error to whoever opens the browser's
 // tools: it asks for images when the server says that there are some.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { ask, desktop, launch, Server, submit, until, withPageOf } from './harness.mjs';
+import { test } from 'node:test';
+import { ask, desktop, serverAndBrowser, submit, until } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, withPage } = serverAndBrowser();
 
 /** Adds refused requests and messages of the console to page.faults. */
 function listen(page) {
@@ -32,7 +21,7 @@ const isShown = (page, state) => async () =>
   (await page.textContent('[data-testid=state]')).startsWith(state);
 
 test('a job is followed from its start to its end and opened again', { timeout: 300_000 }, () =>
-  withPageOf(browser, server, desktop, '', async (page) => {
+  withPage(desktop, '', async (page) => {
     listen(page);
     await submit(page, { scene: 'still-life', samples: 16 });
     await until('the denoised image', () => page.$('[data-testid=denoised]'));
@@ -45,7 +34,7 @@ test('a job is followed from its start to its end and opened again', { timeout: 
 );
 
 test('a job that ended before it could be denoised is shown without', { timeout: 300_000 }, () =>
-  withPageOf(browser, server, desktop, '', async (page) => {
+  withPage(desktop, '', async (page) => {
     listen(page);
     await submit(page, { scene: 'furnace', samples: 1 });
     await until('its end', isShown(page, 'Finished'));

@@ -1,36 +1,16 @@
 // The API reference at /docs lists operations and schemas; requests can be tried, problems have
 // anchors.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import {
-  accessibilityFaults,
-  accessKey,
-  desktop,
-  launch,
-  openPage,
-  phone,
-  Server,
-} from './harness.mjs';
+import { test } from 'node:test';
+import { accessibilityFaults, accessKey, desktop, phone, serverAndBrowser } from './harness.mjs';
 
 // The mock server has no reference.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
 const key = accessKey || 'tessera-key-of-the-reference-test';
-const server = new Server({ key: accessKey ? '' : key });
-let browser;
-
-before(async () => {
-  if (skip) return;
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, openPage } = serverAndBrowser({ skip, key: accessKey ? '' : key });
 
 async function withDocs(hash, use, device = desktop) {
-  const page = await openPage(browser, server, device, `docs${hash}`, async (opened) =>
+  const page = await openPage(device, `docs${hash}`, async (opened) =>
     opened.on('console', (message) => {
       if (message.type() === 'error') opened.faults.push(message.text());
     }),
@@ -103,7 +83,7 @@ test(
   'the theme chosen on the page holds in the reference',
   { skip, timeout: 300_000 },
   async () => {
-    const page = await openPage(browser, server, desktop, 'docs');
+    const page = await openPage(desktop, 'docs');
     await page.evaluate(() => localStorage.setItem('tessera.theme', '"light"'));
     await page.reload();
     await page.waitForSelector('html[data-theme=light] .opblock');

@@ -1,13 +1,12 @@
 // The view of one job inside another page's frame.
 import assert from 'node:assert/strict';
 import http from 'node:http';
-import { after, before, test } from 'node:test';
-import { accessibilityFaults, ask, desktop, launch, Server, until } from './harness.mjs';
+import { after, test } from 'node:test';
+import { accessibilityFaults, ask, desktop, serverAndBrowser, until } from './harness.mjs';
 
-const server = new Server();
-let browser, shop;
+let shop;
 
-before(async () => {
+async function openShop() {
   // A page of another origin; the server may be started with any port, so it is known first.
   shop = http.createServer((request, response) => {
     response.writeHead(200, { 'content-type': 'text/html' });
@@ -16,14 +15,12 @@ before(async () => {
   });
   await new Promise((resolve) => shop.listen(0, '127.0.0.1', resolve));
   process.env.TESSERA_EMBED_ORIGINS = `http://localhost:${shop.address().port}`;
-  await server.start();
-  browser = await launch();
-});
+}
 
-after(async () => {
+const { server, newContext } = serverAndBrowser({ beforeStart: openShop });
+
+after(() => {
   delete process.env.TESSERA_EMBED_ORIGINS;
-  await browser?.close();
-  await server.stop();
   shop.close();
 });
 
@@ -49,7 +46,7 @@ test(
     const policy = (await ask(`${server.url}/embed/${id}`)).headers.get('content-security-policy');
     const { port } = shop.address();
     assert.match(policy, new RegExp(`frame-ancestors 'self' http://localhost:${port}$`));
-    const page = await browser.newPage();
+    const page = await (await newContext()).newPage();
     const framed = async (host) => {
       await page.goto(
         `http://${host}:${port}/?frame=${encodeURIComponent(`${server.url}/embed/${id}`)}`,
@@ -72,7 +69,7 @@ test(
 
 test('the view alone is readable and has no faults', { timeout: 120_000 }, async () => {
   const id = await render();
-  const page = await (await browser.newContext(desktop)).newPage();
+  const page = await (await newContext(desktop)).newPage();
   const faults = [];
   page.on('pageerror', (error) => faults.push(String(error)));
   page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));

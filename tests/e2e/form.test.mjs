@@ -1,34 +1,21 @@
 // What the form keeps and sends: presets, environment maps sent earlier, the lens, local times.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   ask,
   desktop,
   drop,
-  launch,
   panorama,
   sceneOf,
-  Server,
+  serverAndBrowser,
   settles,
   until,
-  withPageOf,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, withPage: withPageOf } = serverAndBrowser();
 
 const withPage = (use, device = desktop, hash = '') =>
-  withPageOf(browser, server, device, hash, async (page) => {
+  withPageOf(device, hash, async (page) => {
     if (!hash) await until('the form', () => sceneOf(page));
     await use(page);
   });

@@ -3,35 +3,28 @@ import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   accessibilityFaults,
   ask,
   desktop,
-  launch,
-  openPage,
   phone,
-  Server,
+  serverAndBrowser,
   settles,
   until,
   weigh,
-  withPageOf,
 } from './harness.mjs';
 
 const names = ['start', 'concepts', 'api', 'integrator', 'operations', 'course'];
 const binary = process.env.TESSERA_BINARY && path.resolve(process.env.TESSERA_BINARY);
-const server = new Server();
-let browser;
 /**
  * For each chapter: title, anchors of its sections, targets of its links, its commands, and its
  * words in code.
  */
 const chapters = new Map();
 
-before(async () => {
-  await server.start();
-  browser = await launch();
-  const page = await openPage(browser, server, desktop);
+async function readChapters() {
+  const page = await openPage(desktop);
   for (const name of names) {
     await open(page, name);
     chapters.set(
@@ -49,12 +42,7 @@ before(async () => {
     );
   }
   await page.context().close();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+}
 
 async function open(page, name, section = '') {
   await page.goto(`${server.url}/#/guide/${name}${section && `/${section}`}`);
@@ -62,7 +50,7 @@ async function open(page, name, section = '') {
   await page.locator('.guide-text[aria-busy=false]').waitFor();
 }
 
-const withPage = (device, use) => withPageOf(browser, server, device, '', use);
+const withPage = (device, use) => withPageOf(device, '', use);
 
 for (const [size, device] of [
   ['desktop', desktop],
@@ -189,6 +177,7 @@ const flagsIn = (text) => text.match(/(?<![\w-])--[a-z][a-z-]+/g) ?? [];
 
 // With a server elsewhere (TESSERA_URL) there is no program to run.
 const skip = binary ? false : 'TESSERA_BINARY does not name a program';
+const { server, openPage, withPage: withPageOf } = serverAndBrowser({ afterStart: readChapters });
 
 test('every flag in the guide exists', { skip }, () => {
   const known = new Map();

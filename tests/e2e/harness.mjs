@@ -11,6 +11,7 @@ import http from 'node:http';
 import { createRequire } from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
+import { after, before } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { inspect, isDeepStrictEqual } from 'node:util';
 import { chromium } from 'playwright-core';
@@ -42,6 +43,8 @@ export class Server {
   #drawn = 0;
   #key = '';
   url = null;
+  /** From the start of the program until it responds. */
+  startMs = 0;
 
   /**
    * drawn: tiles per second of the mock server, which is then used regardless of the variables; 0:
@@ -71,6 +74,7 @@ export class Server {
         ];
     const env = { TESSERA_LOG_LEVEL: 'warning', ...process.env, TESSERA_KEY: this.#key };
     if (!this.#key) delete env.TESSERA_KEY;
+    const begin = Date.now();
     this.#process = spawn(command, args, { stdio: ['ignore', 'pipe', 'inherit'], env });
     this.url = await new Promise((resolve, reject) => {
       let text = '';
@@ -84,6 +88,7 @@ export class Server {
       );
       this.#process.on('error', reject);
     });
+    this.startMs = Date.now() - begin;
   }
 
   async kill(signal = 'SIGKILL') {
@@ -100,7 +105,7 @@ export class Server {
   }
 }
 
-export function launch() {
+function launch() {
   return chromium.launch({
     executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
     args: ['--no-sandbox', '--disable-dev-shm-usage'],
@@ -120,7 +125,7 @@ export const phone = {
  * A page that records faults: script errors, requests to other hosts, and violations of the
  * server's policy. prepare: called before it opens its address.
  */
-export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
+async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
   if (accessKey) await context.request.post(`${server.url}/v1/session`, { headers: bearer });
   const page = await context.newPage();
@@ -141,7 +146,7 @@ export async function openPage(browser, server, device, hash = '', prepare = asy
 }
 
 /** Opens a page for `use` and closes it; it must have recorded no faults. */
-export async function withPageOf(browser, server, device, hash, use) {
+async function withPageOf(browser, server, device, hash, use) {
   const page = await openPage(browser, server, device, hash);
   try {
     await use(page);
@@ -149,6 +154,40 @@ export async function withPageOf(browser, server, device, hash, use) {
   } finally {
     await page.context().close();
   }
+}
+
+const nothing = async () => {};
+
+/**
+ * Starts a server and a browser before the tests of a file, unless they are skipped, and stops both
+ * afterwards. beforeStart, afterStart: further preparations, since hooks of a file do not wait for
+ * each other; options: of the server. Returns the server and the functions that open pages of it.
+ */
+export function serverAndBrowser({
+  skip = false,
+  beforeStart = nothing,
+  afterStart = nothing,
+  ...options
+} = {}) {
+  const server = new Server(options);
+  let browser;
+  before(async () => {
+    if (skip) return;
+    await beforeStart();
+    await server.start();
+    browser = await launch();
+    await afterStart();
+  });
+  after(async () => {
+    await browser?.close();
+    await server.stop();
+  });
+  return {
+    server,
+    newContext: (device) => browser.newContext(device),
+    openPage: (device, hash, prepare) => openPage(browser, server, device, hash, prepare),
+    withPage: (device, hash, use) => withPageOf(browser, server, device, hash, use),
+  };
 }
 
 /** Bytes of a response as transferred. */

@@ -1,31 +1,16 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   accessibilityFaults,
   desktop,
-  launch,
   phone,
-  Server,
+  serverAndBrowser,
   settles,
   until,
-  withPageOf,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
-
-const withPage = (device, hash, use) => withPageOf(browser, server, device, hash, use);
+const { withPage } = serverAndBrowser();
 
 const verdict = (page) => page.textContent('[data-testid=lab-verdict]');
 const download = async (page, button) => {

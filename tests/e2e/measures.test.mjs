@@ -1,30 +1,10 @@
 // Measurements in addition to an image: shares of the light, irradiance, readings of a meter, and
 // what is known of a method's bias.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import {
-  accessibilityFaults,
-  ask,
-  desktop,
-  launch,
-  Server,
-  settles,
-  until,
-  withPageOf,
-} from './harness.mjs';
+import { test } from 'node:test';
+import { accessibilityFaults, ask, desktop, serverAndBrowser, settles, until } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, withPage } = serverAndBrowser();
 
 async function finished(request) {
   const answer = await ask(`${server.url}/v1/jobs`, {
@@ -95,7 +75,7 @@ test('irradiance is shown as luminance in lux', async () => {
       return (await (await ask(at)).json()).layers.irradiance.mean;
     }),
   );
-  await withPageOf(browser, server, desktop, `#/jobs/${id}?show=irradiance`, async (page) => {
+  await withPage(desktop, `#/jobs/${id}?show=irradiance`, async (page) => {
     const key = await keyOf(page, '.stage-frame');
     const told = Number(/maximum is ([\d.]+) lux/.exec(key.text)[1]);
     // RGBE has 8 bits for the largest channel: an error of up to 1/128 in the luminance.
@@ -146,7 +126,7 @@ test('a firefly does not set the scale of the irradiance', async () => {
     assert.ok(!isLike(colours[3], key.colourAt(170.75)), 'red counts in full');
     assert.ok(isLike(colours[5], key.colourAt(200)), `${colours[5]}`);
   };
-  await withPageOf(browser, server, desktop, '#/settings', use);
+  await withPage(desktop, '#/settings', use);
 });
 
 const mixOf = (page) =>
@@ -160,7 +140,7 @@ test('a mix starts as the image, with one complete family of shares', async () =
   const bounces = ['bounce:0', 'bounce:1', 'bounce:2-'];
   const lights = ['light:lamp', 'light:environment'];
   const id = await finished({ film: { ...film, layers: [...lights, ...bounces] }, stop });
-  await withPageOf(browser, server, desktop, `#/jobs/${id}?show=mix`, async (page) => {
+  await withPage(desktop, `#/jobs/${id}?show=mix`, async (page) => {
     await page.getByTestId('mixer').waitFor();
     assert.deepEqual(await mixOf(page), {
       'bounce:0': 1,
@@ -204,7 +184,7 @@ test('a mix starts as the image, with one complete family of shares', async () =
     [['bounce:1', 'light:lamp'], ['bounce:1']],
   ]) {
     const other = await finished({ film: { ...film, layers }, stop });
-    await withPageOf(browser, server, desktop, `#/jobs/${other}?show=mix`, async (page) => {
+    await withPage(desktop, `#/jobs/${other}?show=mix`, async (page) => {
       const expected = Object.fromEntries(
         layers.map((layer) => [layer, Number(first.includes(layer))]),
       );
@@ -218,7 +198,7 @@ test('the bias of a method is stated, with the denoised image too', async () => 
   const photons = { photons: 1024, radius_m: 0.05 };
   const sppm = await finished({ film, integrator: { type: 'sppm', ...photons, alpha: 0.5 } });
   const textOf = (page, id) => page.innerText(`[data-testid=${id}]`);
-  await withPageOf(browser, server, desktop, `#/jobs/${sppm}`, async (page) => {
+  await withPage(desktop, `#/jobs/${sppm}`, async (page) => {
     await page.getByTestId('denoised').waitFor({ state: 'attached' });
     await page.getByTestId('error-plain').waitFor();
     const bias = await textOf(page, 'bias');
@@ -244,11 +224,11 @@ test('the bias of a method is stated, with the denoised image too', async () => 
     assert.deepEqual(await accessibilityFaults(page), []);
   });
   const map = await finished({ film, integrator: { type: 'photon-map', ...photons } });
-  await withPageOf(browser, server, desktop, `#/jobs/${map}`, async (page) => {
+  await withPage(desktop, `#/jobs/${map}`, async (page) => {
     assert.match(await textOf(page, 'bias'), /^This method is biased.*do not remove it\.$/);
   });
   const path = await finished({ film });
-  await withPageOf(browser, server, desktop, `#/jobs/${path}`, async (page) => {
+  await withPage(desktop, `#/jobs/${path}`, async (page) => {
     await until('the error', async () => /^The average pixel is\s+[\d.]+% off/.test(await textOf(page, 'error')));
     assert.equal(await page.getByTestId('bias').count(), 0);
   });
@@ -265,7 +245,7 @@ test('the form has the options of each integrator, and shows where one is refuse
     'radius_m',
     'alpha',
   ]);
-  await withPageOf(browser, server, desktop, '#/', async (page) => {
+  await withPage(desktop, '#/', async (page) => {
     await page.click('.submit-form summary:text("Advanced settings")');
     const select = page.getByLabel('Integrator', { exact: true });
     const shown = () =>
@@ -302,7 +282,7 @@ test('strategies are arranged by path length, with and without weights', async (
     },
     integrator: { type: 'bdpt', max_depth: 3 },
   });
-  await withPageOf(browser, server, desktop, `#/jobs/${id}`, async (page) => {
+  await withPage(desktop, `#/jobs/${id}`, async (page) => {
     await page.waitForSelector('[data-testid=pyramid]');
     const rows = () =>
       page.$$eval('.pyramid-row', (all) =>
@@ -344,7 +324,7 @@ test('readings of a meter are shown next to the image, as the server reports the
   });
   const { points } = await (await ask(`${server.url}/v1/jobs/${id}/meter`)).json();
   assert.equal(points.length, 8);
-  await withPageOf(browser, server, desktop, `#/jobs/${id}`, async (page) => {
+  await withPage(desktop, `#/jobs/${id}`, async (page) => {
     const cells = await until('the table', async () => {
       const all = await page.$$eval('[data-testid=meter] tbody tr', (rows) =>
         rows.map((row) =>
@@ -384,5 +364,55 @@ test('readings of a meter are shown next to the image, as the server reports the
     const csv = await page.getAttribute('[data-testid=meter] a', 'href');
     assert.match(await (await ask(new URL(csv, `${server.url}/`))).text(), /illuminance_lux/);
     assert.deepEqual(await accessibilityFaults(page), []);
+  });
+});
+
+test('tiles that lack light are marked, and the integrator that finds it is offered', {
+  timeout: 300_000,
+}, async () => {
+  const id = await finished({ film: { width: 96, height: 64 } });
+  const address = `${server.url}/v1/jobs/${id}`;
+  const job = await (await ask(address)).json();
+  // Tiles have 32 pixels: the last one of the second row, and the first of all.
+  const lacking = { detected: 0.123, tiles: 2, lacking: [0, 5] };
+  const reason = "The image lacks light of 'lamp' by way of 'path'; bdpt or sppm finds it.";
+  job.light_not_found = { ...job.light_not_found, ...lacking, reason };
+  await withPage(desktop, '', async (page) => {
+    await page.route('**/v1/jobs?*', (route) => route.fulfill({ json: { jobs: [], next: null } }));
+    await page.route(address, (route) => route.fulfill({ json: job }));
+    await page.route(`${address}/events`, (route) => route.fulfill({ status: 204 }));
+    await page.goto(`${server.url}/#/jobs/${id}`);
+    const words = await page.textContent('[data-testid=light-not-found]');
+    assert.ok(words.startsWith(reason), words);
+    assert.match(words, /12% of what the image shows is missing, on 2 tiles\.$/);
+    const frames = page.getByTestId('lacking-tiles');
+    const drawn = () =>
+      frames.evaluate((canvas) => {
+        const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        const tiles = new Set();
+        for (let i = 3; i < data.length; i += 4) {
+          const [x, y] = [((i - 3) / 4) % canvas.width, Math.floor((i - 3) / 4 / canvas.width)];
+          if (data[i]) tiles.add(3 * Math.floor(y / 32) + Math.floor(x / 32));
+        }
+        return [...tiles].sort();
+      });
+    await settles('the marks', drawn, [0, 5]);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.uncheck('[data-testid=show-lacking]');
+    await settles('no marks', () => frames.count(), 0);
+
+    // The lamp and the surface may be called anything.
+    assert.equal(await page.getByTestId('render-with-path').count(), 0);
+    await page.getByTestId('render-with-sppm').waitFor();
+    await page.click('[data-testid=render-with-bdpt]');
+    await page.getByText('The form has the settings of this render, changed.').waitFor();
+    const sent = page.waitForRequest(
+      (r) => r.method() === 'POST' && /\/v1\/jobs$/.test(r.url()) && !r.postDataJSON().class,
+    );
+    await page.click('[data-testid=submit]');
+    const { spec } = await (await (await sent).response()).json();
+    assert.deepEqual(spec.integrator.type, 'bdpt');
+    const { scene, film, stop } = job.spec;
+    assert.deepEqual([spec.scene, spec.film, spec.stop], [scene, film, stop]);
   });
 });

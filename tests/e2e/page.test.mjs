@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   accessibilityFaults,
   accessKey,
@@ -9,40 +9,27 @@ import {
   drop,
   glowingGlb,
   isOther,
-  launch,
-  openPage,
   panorama,
   phone,
   pictureNow,
   sceneOf,
   Server,
+  serverAndBrowser,
   settles,
   submit,
   triangleFiles,
   triangleGlb,
   until,
-  withPageOf,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, newContext, openPage, withPage: withPageOf } = serverAndBrowser();
 
 const text = (page, id) => page.textContent(`[data-testid=${id}]`);
 const finished = (page) =>
   until('the render to finish', async () => /^Finished/.test(await text(page, 'state')), 240_000);
 const choose = (page, view) => page.check(`[data-testid=view-${view}]`, { force: true });
 
-const withPage = (device, use, hash) => withPageOf(browser, server, device, hash, use);
+const withPage = (device, use, hash) => withPageOf(device, hash, use);
 
 let shared = null;
 /** The address of a finished render that tests do not change; rendered once for all of them. */
@@ -394,7 +381,7 @@ test('clicking a pixel shows its value and interval', { timeout: 300_000 }, () =
     const link = new URL(page.url()).hash;
     await page.keyboard.press('Escape');
     await until('no pixel', async () => /Hover to read a pixel/.test(await text(page, 'inspector')));
-    const other = await openPage(browser, server, desktop, link);
+    const other = await openPage(desktop, link);
     await until('the same pixel', async () =>
       (await text(other, 'inspector')).includes(`${x + 1}, ${y}`),
     );
@@ -470,7 +457,7 @@ if (accessKey || process.env.TESSERA_BINARY)
     try {
       await locked.start();
       for (const way of ['typed', 'address']) {
-        const context = await browser.newContext(desktop);
+        const context = await newContext(desktop);
         const page = await context.newPage();
         const connected = () =>
           until('the way in', async () =>

@@ -1,14 +1,13 @@
 // Readable text: nothing in any view is smaller than 13 px, on a desktop and on a phone.
 // With TESSERA_SHOTS, a folder, each view is also saved as an image.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { ask, desktop, launch, openPage, phone, Server, until } from './harness.mjs';
+import { test } from 'node:test';
+import { ask, desktop, phone, serverAndBrowser, until } from './harness.mjs';
 
-const server = new Server();
-let browser;
 let job, other, batch;
 // The mock server has no laboratory.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
+const { server, openPage } = serverAndBrowser({ skip, afterStart: renderAll });
 const smallestPx = 13;
 
 const post = async (path, body) =>
@@ -20,10 +19,7 @@ const post = async (path, body) =>
     })
   ).json();
 
-before(async () => {
-  if (skip) return;
-  await server.start();
-  browser = await launch();
+async function renderAll() {
   const film = { width: 96, height: 64 };
   const body = (seed) => ({ scene: 'glass', name: `glass ${seed}`, seed, film });
   job = await post('/v1/jobs', { ...body(1), stop: { samples_per_pixel: 32 } });
@@ -33,12 +29,7 @@ before(async () => {
     template,
     matrix: { 'camera.orbit.theta_degrees': [0, 90, 180, 270] },
   });
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+}
 
 /** Displayed text as "11.2 px: the text", without superscripts and subscripts. */
 const smallTexts = (page) =>
@@ -78,7 +69,7 @@ for (const [name, device] of [
     skip,
     timeout: 300_000,
   }, async () => {
-    const page = await openPage(browser, server, device, '#/jobs');
+    const page = await openPage(device, '#/jobs');
     for (const [view, [hash, ready]] of Object.entries(views)) {
       await page.goto(`${server.url}/${typeof hash === 'function' ? hash() : hash}`);
       await page.waitForSelector(ready);

@@ -1,33 +1,12 @@
 // "Use again" and Render make the same job: every member of a job request, each with a value
 // other than its default, is restored.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import {
-  ask,
-  desktop,
-  launch,
-  movingGlb,
-  panorama,
-  Server,
-  until,
-  withPageOf,
-} from './harness.mjs';
+import { test } from 'node:test';
+import { ask, desktop, movingGlb, panorama, serverAndBrowser, until } from './harness.mjs';
 
-const server = new Server();
-let browser;
 // The mock server does not check requests.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
-
-before(async () => {
-  if (skip) return;
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, withPage } = serverAndBrowser({ skip });
 
 const film = { width: 24, height: 16 };
 const common = { name: 'again', film, stop: { samples_per_pixel: 2 } };
@@ -105,6 +84,21 @@ const requests = {
       points: [{ position: [0, 1, 0], normal: [0, 1, 0] }],
       plane: { origin: [0, 0, 0], edge_u: [1, 0, 0], edge_v: [0, 0, -1], columns: 2, rows: 3 },
     },
+  },
+  'a meter without an image': {
+    scene: 'cornell-box',
+    film: null,
+    meter: {
+      points: [{ position: [0, 0.4, 0], normal: [0, 0, 1] }],
+      plane: {
+        origin: [0, 0.4, 0.25],
+        edge_u: [0.2, 0, 0],
+        edge_v: [0, 0, -0.3],
+        columns: 4,
+        rows: 3,
+      },
+    },
+    stop: { samples_per_pixel: 4, meter_error: 0.25 },
   },
   'an orthographic view of fog': {
     ...common,
@@ -209,7 +203,7 @@ test('every member of a job request is in one of the jobs, with a value other th
 
 async function isMadeAgain(request) {
   const job = await post(request);
-  await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+  await withPage(desktop, `#/jobs/${job.id}`, async (page) => {
     await page.click('[data-testid=use-again]');
     await until('the form', async () =>
       /form has the settings/.test(await page.textContent('body')),
@@ -243,7 +237,7 @@ test('changing a setting in the form does not change others', {
   timeout: 120_000,
 }, async () => {
   const job = await post(requests['a polished sweep through a lens']);
-  await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+  await withPage(desktop, `#/jobs/${job.id}`, async (page) => {
     await page.click('[data-testid=use-again]');
     await page.waitForSelector('[data-testid=reused]');
     const kept = await until('no defaults in the list', async () => {

@@ -1,36 +1,23 @@
 // A series from the form to its archive.
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   accessibilityFaults,
   desktop,
   drop,
-  launch,
   movingGlb,
   phone,
+  pictureNow,
   sceneOf,
-  Server,
+  serverAndBrowser,
   settles,
   until,
-  withPageOf,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
 // The mock server makes no batches.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
-
-before(async () => {
-  if (skip) return;
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, withPage } = serverAndBrowser({ skip });
 
 const stateOf = (page) => page.textContent('[data-testid=series-state]');
 
@@ -55,7 +42,7 @@ for (const [name, device] of [
   ['phone', phone],
 ])
   test(`a turntable is rendered, downloaded and deleted on a ${name}`, { skip, timeout: 300_000 }, () =>
-    withPageOf(browser, server, device, '#/jobs', async (page) => {
+    withPage(device, '#/jobs', async (page) => {
       await submitSeries(page, 3);
       await until('the end', async () => /^Finished/.test(await stateOf(page)));
       const names = page.locator('.job-card strong');
@@ -103,7 +90,7 @@ test('the settings of a render are shown, used again and exported as commands', 
       body: JSON.stringify(body),
     }).then((r) => r.json());
   const job = await post(request);
-  await withPageOf(browser, server, desktop, `#/jobs/${job.id}`, async (page) => {
+  await withPage(desktop, `#/jobs/${job.id}`, async (page) => {
     const settings = page.getByTestId('settings');
     await settings.waitFor();
     assert.match(await settings.textContent(), /integrator max depth5/);
@@ -146,7 +133,7 @@ for (const [name, device] of [
     skip,
     timeout: 300_000,
   }, () =>
-    withPageOf(browser, server, device, '#/jobs', async (page) => {
+    withPage(device, '#/jobs', async (page) => {
       await until('scenes in the list', () => sceneOf(page));
       await drop(page, [{ name: 'moving.glb', bytes: movingGlb() }]);
       await until('the upload', async () => /^[0-9a-f]{64}$/.test(await sceneOf(page)));
@@ -200,7 +187,7 @@ for (const [name, device] of [
   );
 
 test('errors of a series are shown at their fields', { skip, timeout: 120_000 }, () =>
-  withPageOf(browser, server, desktop, '#/jobs', async (page) => {
+  withPage(desktop, '#/jobs', async (page) => {
     await until('scenes in the list', () => sceneOf(page));
     await page.click('[data-testid=series-fields] summary');
     await page.fill('[data-testid=views]', '2');
@@ -219,7 +206,7 @@ for (const [name, device] of [
     skip,
     timeout: 120_000,
   }, () =>
-    withPageOf(browser, server, device, '#/compose/glass', async (page) => {
+    withPage(device, '#/compose/glass', async (page) => {
       await page.waitForSelector('.compose .toolbar > .exposure input:enabled');
       await page.selectOption('[data-testid=size]', 'custom');
       await page.fill('[data-testid=width]', '48');
@@ -292,7 +279,7 @@ for (const [name, device] of [
     const job = (id) => fetch(`${server.url}/v1/jobs/${id}`).then((r) => r.json());
     for (const { id } of [a, b])
       await until('its end', async () => (await job(id)).state === 'finished');
-    await withPageOf(browser, server, device, `#/compare/${a.id}/${b.id}`, async (page) => {
+    await withPage(device, `#/compare/${a.id}/${b.id}`, async (page) => {
       const rows = page.locator('[data-testid=compare-settings] tbody tr');
       await settles('what differs', () => rows.allTextContents(), ['seed12']);
       assert.deepEqual(await accessibilityFaults(page), []);
@@ -358,7 +345,7 @@ test('every job of a series shows an image from its first pass on', {
     },
     matrix: { seed: [1, 2, 3] },
   });
-  await withPageOf(browser, server, desktop, `#/series/${id}`, async (page) => {
+  await withPage(desktop, `#/series/${id}`, async (page) => {
     const images = page.locator('.job-card img');
     await settles('an image each', () => images.count(), 3);
     for (const image of await images.all())
@@ -384,7 +371,7 @@ test('a scene is selected by its image, and a render is shown before its tiles a
   const { id } = await answer.json();
   const job = async () => (await fetch(`${server.url}/v1/jobs/${id}`)).json();
   await until('its end', async () => (await job()).state === 'finished');
-  await withPageOf(browser, server, desktop, '#/jobs', async (page) => {
+  await withPage(desktop, '#/jobs', async (page) => {
     const { scenes } = await (await fetch(`${server.url}/v1/server`)).json();
     await page.click('[data-testid=scene-gallery]');
     for (const { name } of scenes)
@@ -393,11 +380,24 @@ test('a scene is selected by its image, and a render is shown before its tiles a
     await page.click('[data-scene="many-lights"]');
     await settles('the scene', () => sceneOf(page), 'many-lights');
     await settles('the list', () => page.locator('dialog[open]').count(), 0);
+    // The server's image is withheld: it has been asked for before the tiles, which wait for it.
+    const asked = [];
+    let withheld = null;
+    page.on('request', (r) => /\/(image\.jpg|tiles)\?/.test(r.url()) && asked.push(r.url()));
+    await page.route(/\/image\.jpg/, (way) => void (withheld = way), { times: 1 });
+    const tiles = page.waitForResponse(/\/tiles/);
+    await page.goto(`${server.url}/#/jobs/${id}`);
+    await (await tiles).finished();
+    await page.waitForTimeout(500);
+    assert.match(asked[0], /image\.jpg/);
+    assert.equal(await pictureNow(page), null);
+    await withheld.continue();
+    await until('the tiles', () => pictureNow(page));
     // Tiles are withheld: the server's image is shown all the same.
     const held = [];
     let holds = true;
     await page.route(/\/tiles/, (way) => (holds ? void held.push(way) : way.continue()));
-    await page.goto(`${server.url}/#/jobs/${id}`);
+    await page.reload();
     const look = page.getByTestId('first-look');
     await look.waitFor();
     assert.equal(await look.evaluate((image) => image.decode().then(() => image.naturalWidth)), 48);

@@ -4,43 +4,25 @@
 // Both print how long it took, from the start of the server.
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   desktop,
   drop,
   glbOf,
-  launch,
-  openPage,
   phone,
   sceneOf,
-  Server,
+  serverAndBrowser,
   settles,
   until,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
-/** Seconds from the start of the program until it responds. */
-let startMs = 0;
 // The mock server makes no batches.
 const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'needs the server';
+const { server, openPage } = serverAndBrowser({ skip });
 const actionsMost = 12;
 const full = process.env.TESSERA_TOUR === 'full';
 const side = full ? 1200 : 16;
 const patienceMs = full ? 7_200_000 : 120_000;
-
-before(async () => {
-  if (skip) return;
-  const begin = Date.now();
-  await server.start();
-  startMs = Date.now() - begin;
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
 
 /** A box of half a metre, in red, green and blue. */
 function product() {
@@ -118,7 +100,7 @@ for (const [name, device] of [
     timeout: full ? 7_500_000 : 300_000,
   }, async (t) => {
     const begin = Date.now();
-    const page = await openPage(browser, server, device, '#/jobs', async (fresh) => {
+    const page = await openPage(device, '#/jobs', async (fresh) => {
       if (full) return;
       // The page's requests, but with small images.
       await fresh.route(/\/v1\/(jobs|batches)(\?dry_run=1)?$/, async (way) => {
@@ -191,8 +173,8 @@ for (const [name, device] of [
     );
     assert.ok(actions <= actionsMost, `${actions} actions`);
     t.diagnostic(
-      `${actions} actions, ${((startMs + Date.now() - begin) / 1000).toFixed(1)} s from the start of ` +
-        `the server, which took ${(startMs / 1000).toFixed(1)} s`,
+      `${actions} actions, ${((server.startMs + Date.now() - begin) / 1000).toFixed(1)} s from the start of ` +
+        `the server, which took ${(server.startMs / 1000).toFixed(1)} s`,
     );
     assert.deepEqual(page.faults, []);
     await page.context().close();

@@ -1,33 +1,19 @@
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
   accessibilityFaults,
   ask,
   desktop,
   isOther,
-  launch,
-  openPage,
   phone,
   pictureNow,
-  Server,
+  serverAndBrowser,
   settles,
   submit,
   until,
-  withPageOf,
 } from './harness.mjs';
 
-const server = new Server();
-let browser;
-
-before(async () => {
-  await server.start();
-  browser = await launch();
-});
-
-after(async () => {
-  await browser?.close();
-  await server.stop();
-});
+const { server, openPage, withPage } = serverAndBrowser();
 
 const state = (page) => page.textContent('[data-testid=state]');
 
@@ -36,8 +22,6 @@ async function renderOf(page, scene, samples = 16) {
   await until('the render to finish', async () => /^Finished/.test(await state(page)), 120_000);
   return new URL(page.url()).hash.split('/').pop();
 }
-
-const withPage = (device, hash, use) => withPageOf(browser, server, device, hash, use);
 
 test(
   'the camera is placed in a live preview, and the next render uses it',
@@ -401,7 +385,7 @@ test('every state of the server is reported accessibly', { timeout: 300_000 }, a
     id = new URL(page.url()).hash.split('/').pop();
   });
   for (const { name, hash, address, answer, says } of states) {
-    const page = await openPage(browser, server, light, hash?.(id) ?? '', (p) =>
+    const page = await openPage(light, hash?.(id) ?? '', (p) =>
       p.route(address, answer),
     );
     const [place, words] = says;
@@ -426,7 +410,7 @@ function refuseAtOnce() {
 }
 
 test('changes before the page listens are shown', { timeout: 300_000 }, async () => {
-  const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(refuseAtOnce));
+  const page = await openPage(desktop, '', (p) => p.addInitScript(refuseAtOnce));
   try {
     await until('offline', async () =>
       /The server is not responding/.test(await page.textContent('main')),
@@ -487,7 +471,7 @@ function countDraws() {
 
 // `tests/bench/run --page` measures the time.
 test('tiles are drawn in animation frames, each separately', { timeout: 300_000 }, async () => {
-  const page = await openPage(browser, server, desktop, '', (p) => p.addInitScript(countDraws));
+  const page = await openPage(desktop, '', (p) => p.addInitScript(countDraws));
   try {
     await submit(page, { scene: 'cornell-box', size: '3', samples: 4096 });
     const counts = () => page.evaluate(() => globalThis.counts);
@@ -507,7 +491,7 @@ test('tiles are drawn in animation frames, each separately', { timeout: 300_000 
 test('a page that is slower than the renderer gets no tiles until it has taken the last ones', {
   timeout: 300_000,
 }, async () => {
-  const page = await openPage(browser, server, desktop, '', async (p) => {
+  const page = await openPage(desktop, '', async (p) => {
     await p.addInitScript(countDraws);
     await p.addInitScript(() => (globalThis.keepsTiles = true));
   });

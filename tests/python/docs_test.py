@@ -21,6 +21,24 @@ EXAMPLES = Path(REPOSITORY, "clients/examples")
 README = Path(REPOSITORY, "clients/python/README.md")
 
 
+#: A client that remembers the verdicts of its runs.
+RECORDED = """
+import json
+import tessera
+
+
+class Recorded(tessera.Client):
+    verdicts = []
+
+    def lab(self, *arguments, **members):
+        run = super().lab(*arguments, **members)
+        self.verdicts.append(run.verdict)
+        return run
+
+
+"""
+
+
 class Documents(ServerTest):
     def setUp(self):
         super().setUp()
@@ -59,6 +77,35 @@ class Documents(ServerTest):
         self.assertEqual(png_size((self.folder / "cornell.png").read_bytes())[:2], (160, 90))
         self.assertTrue((self.folder / "cornell.exr").read_bytes().startswith(b"v/1\x01"))
         self.assertEqual(names["images"][0].shape, (64, 64, 3))
+
+    def test_notebooks_draw_their_figures_from_runs_that_agree_with_theory(self):
+        notebooks = sorted(Path(EXAMPLES, "notebooks").glob("*.ipynb"))
+        self.assertGreaterEqual(len(notebooks), 5)
+        for path in notebooks:
+            with self.subTest(path.name):
+                cells = [
+                    "".join(cell["source"]) for cell in json.loads(path.read_text())["cells"]
+                    if cell["cell_type"] == "code"
+                ]
+                code = (
+                    "\n".join(cells)
+                    .replace("client = Client()", "client = Recorded()")
+                )  # fmt: skip
+                program = Path(self.folder, path.stem + ".py")
+                program.write_text(RECORDED + code + "\nprint(json.dumps(Recorded.verdicts))\n")
+                done = subprocess.run(
+                    [sys.executable, program], cwd=self.folder, capture_output=True, text=True,
+                    env={**self.environment, "MPLBACKEND": "Agg"}, timeout=PATIENCE_S,
+                )  # fmt: skip
+                self.assertEqual(done.returncode, 0, done.stderr)
+                verdicts = json.loads(done.stdout)
+                self.assertGreater(len(verdicts), 3)
+                self.assertNotIn("differs", verdicts)
+                figure = Path(self.folder, path.stem + ".png").read_bytes()
+                self.assertGreater(png_size(figure)[0], 600)
+                pixels = np.asarray(png_pixels(figure))
+                self.assertGreater(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0).shape[0],
+                                   8, "an empty figure")
 
     def test_every_example_has_a_test(self):
         here = Path(__file__).read_text()

@@ -62,6 +62,19 @@ TEST(PilotErrors, CountTheBiasThatFallsWithTheRadius) {
   EXPECT_NEAR(v[1], 0.16 / scale, 1e-6);
 }
 
+// A pilot without noise may be without light: no number of samples brings what it cannot find.
+TEST(BestOfPilots, LacksNoLightIfAnotherHasIt) {
+  const auto pilots = [](double path_lacks, double bdpt_lacks) {
+    return std::array<core::PilotFigures, 2>{
+        {{.integrator = "path", .efficiency = 1000, .lacks = path_lacks},
+         {.integrator = "bdpt", .efficiency = 1, .lacks = bdpt_lacks}}};
+  };
+  EXPECT_EQ(core::best_of(pilots(0, 0)), 0U);
+  EXPECT_EQ(core::best_of(pilots(0.3, 0)), 1U);
+  EXPECT_EQ(core::best_of(pilots(0.001, 0)), 0U) << "less than is visible";
+  EXPECT_EQ(core::best_of(pilots(0.3, 0.2)), 0U) << "neither finds it";
+}
+
 core::View automatic(const char* scene) {
   auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
   core::View view = test_support::view_of(test_support::build(*std::move(description)), 48, 27);
@@ -103,6 +116,39 @@ TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
     EXPECT_EQ(bdpt.efficiency > 1.5 * path.efficiency, choice->integrator == "bdpt");
     EXPECT_NEAR(path.efficiency * path.variance * path.work, 1, 1e-9);
   }
+}
+
+/// A dim sky, and a horizontal sun that a mirror at 45 degrees folds down onto a floor: paths from
+/// the camera, which looks at the floor from below the mirror, cannot reach the sun.
+core::View folded_sun() {
+  core::MaterialDescription mirror;
+  mirror.metallic = 1;
+  mirror.roughness = 0;
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert(Rgb(0.6F)), mirror},
+      {test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0),
+       test_support::quad({-0.95F, 3.15F, 0.5F}, {0, 0, -1}, {1.9F, -1.9F, 0}, 1)});
+  core::PunctualLightDescription sun;
+  sun.type = core::PunctualType::kDirectional;
+  sun.to_world.x = {0, 0, 1};  // emits along -z of its own frame
+  sun.to_world.y = {0, 1, 0};
+  sun.to_world.z = {-1, 0, 0};
+  scene.lights.push_back(sun);
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 48, 48);
+  view.environment = test_support::constant_sky(Rgb(0.1F));
+  test_support::look_at(view, {0, 1, 0.1F}, {0, 0, 0}, 20);
+  view.settings.max_depth = 4;
+  view.settings.integrator = "auto";
+  return view;
+}
+
+TEST(ChooseIntegrator, TakesOneThatFindsTheLightThatParticlesFound) {
+  const auto choice = core::choose_integrator(folded_sun(), true);
+  ASSERT_TRUE(choice);
+  EXPECT_GT(choice->pilots[0].lacks, core::kLackMost);
+  EXPECT_LE(choice->pilots[1].lacks, core::kLackMost);
+  EXPECT_EQ(choice->integrator, "bdpt");
+  EXPECT_NE(choice->reason.find("that of path lacks"), std::string::npos) << choice->reason;
 }
 
 // Caustics under water, which no connection finds, and a scene in which sppm would only blur.

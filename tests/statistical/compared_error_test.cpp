@@ -123,8 +123,8 @@ Measured measure(const Scene& scene, std::string_view integrator, const Fault& f
   return out;
 }
 
-/// The estimate is 0.8 R, the mean size of Gaussian errors: right to a third.
-constexpr double kRatioMost = 4.0 / 3;
+/// The estimate is right to a quarter: what the spread of the errors over a window is taken to be.
+constexpr double kRatioMost = 1.25;
 
 // Of 20 intervals that hold with a probability of 0.95, fewer than 16 hold in 0.3% of cases
 // (binomial); the seeds are fixed. A bracket covers more.

@@ -328,9 +328,14 @@ test_support::Moments received_by_light_sampling(const core::LightSampler& light
   return sum;
 }
 
-double difference_z(const Lit& lit, const std::function<float(float)>& bend) {
+/// eye: particles are aimed at it.
+double difference_z(const Lit& lit, const std::function<float(float)>& bend,
+                    std::optional<Vec3> eye = {}) {
   const Receiver receiver = {{-0.3F, 0.1F, -0.4F}};
-  const EmissionSampler emission(lit.scene->data(), lit.sky.get());
+  EmissionSampler emission(lit.scene->data(), lit.sky.get());
+  if (eye) {
+    emission.aim(*eye, 0.1F);
+  }
   const core::LightSampler lights(lit.scene->data(), lit.sky.get(),
                                   core::LightSamplerType::kUniform);
   const auto a = received_from_particles(emission, receiver, bend);
@@ -350,6 +355,52 @@ TEST(Emission, DeliversTheIrradianceOfLightSampling) {
     const double z = difference_z(lit, [](float) { return 1.0F; });
     EXPECT_GT(test_support::two_sided_p(z), kLevel) << lit.name;
   }
+}
+
+// Beside the receiver and over it: its points lie in some of the disks. Radius and distance are
+// those of four disks.
+TEST(Emission, DeliversTheSameWhereItIsAimed) {
+  for (const Lit& lit : receivers_lights()) {
+    for (const Vec3 eye : {Vec3{0.5F, 0.3F, 0.2F}, Vec3{0, 0.2F, -0.1F}}) {
+      const double z = difference_z(
+          lit, [](float) { return 1.0F; }, eye);
+      EXPECT_GT(test_support::two_sided_p(z), kLevel) << lit.name;
+      const double bent = difference_z(
+          lit, [](float cosine) { return cosine; }, eye);
+      EXPECT_LT(test_support::two_sided_p(bent), kLevel) << lit.name;
+    }
+  }
+}
+
+// Weights of n disks are at most n times those of one; near the eye they are as small as the
+// smallest disk: 2^-2(n-1) of the scene's, n times. Half the radius around the eye gets a quarter
+// of the sun's power; with the density of one disk it would not.
+TEST(Emission, AimsDistantLightsWithBoundedWeights) {
+  const auto scene = test_support::build(punctual_scene(PunctualType::kDirectional));
+  EmissionSampler lights(scene->data(), nullptr);
+  const auto disk = static_cast<float>(kDisk);
+  const Vec3 eye = {0, 0.2F, 0};
+  lights.aim(eye, 0.1F);  // sqrt(2) / 2^3 = 0.18 is the least above 0.1
+  constexpr float kDisks = 4;
+  Random random(14);
+  float least = 1e9F;
+  float most = 0;
+  test_support::Moments within;
+  test_support::Moments wrong;
+  for (int i = 0; i < 100000; ++i) {
+    const EmissionSample s = draw(lights, random);
+    least = std::min(least, 1 / (s.pdf.pdf_area * disk));
+    most = std::max(most, 1 / (s.pdf.pdf_area * disk));
+    const Vec3 to = s.ray.origin - eye;
+    const Vec3 d = s.ray.direction;
+    const bool is_inside = core::length(to - d * core::dot(to, d)) <= std::sqrt(2.0F) / 2;
+    within.add(is_inside ? static_cast<double>(s.weight().g) : 0.0);
+    wrong.add(is_inside ? 3.0 * kDisk : 0.0);
+  }
+  EXPECT_LE(most, kDisks * 1.0001F);
+  EXPECT_NEAR(least, kDisks / (1 + 4 + 16 + 64), 1e-4F);
+  EXPECT_NEAR(within.mean, 3 * kDisk / 4, 4 * within.standard_error());
+  EXPECT_GT(std::fabs(wrong.mean - 3 * kDisk / 4), 20 * wrong.standard_error());
 }
 
 TEST(Emission, DetectsAnExtraCosineAtTheReceiver) {

@@ -397,13 +397,13 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{R"("stop":{})", "/stop",
              "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
-             "seconds, cpu_seconds or deadline"},
+             "light_not_found, seconds, cpu_seconds or deadline"},
         Case{R"("stop":{"samples_per_pixel":null})", "/stop",
              "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
-             "seconds, cpu_seconds or deadline"},
+             "light_not_found, seconds, cpu_seconds or deadline"},
         Case{R"("stop":{"confidence":0.9})", "/stop",
              "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
-             "seconds, cpu_seconds or deadline"},
+             "light_not_found, seconds, cpu_seconds or deadline"},
         Case{R"("stop":null)", "/stop", "expected an object, got null"},
         Case{R"("stop":{"samples_per_pixel":0})", "/stop/samples_per_pixel",
              "0 is outside [1, 65536]"},
@@ -420,6 +420,10 @@ INSTANTIATE_TEST_SUITE_P(
              "biased, and their halves show only the noise; give relative_error, samples_per_pixel "
              "or seconds"},
         Case{R"("stop":{"meter_error":0.1})", "/stop/meter_error", "the job has no meter"},
+        Case{R"("stop":{"light_not_found":0})", "/stop/light_not_found", "0 is outside [1e-05, 1]"},
+        Case{R"("stop":{"light_not_found":0.1},"shutter_seconds":0.1)", "/stop/light_not_found",
+             "light that was not found has no bound with motion blur; give relative_error, "
+             "samples_per_pixel or seconds"},
         Case{R"("stop":{"relative_error":0.1,"confidence":1})", "/stop/confidence",
              "1 is outside [0.5, 0.9999]"},
         Case{R"("stop":{"relative_error":0.1,"scope":"tile"})", "/stop/scope",

@@ -124,12 +124,13 @@ TEST(JobPatch, RefusesWithPointers) {
                                      spec)),
       (Errors{{"/stop",
                "has no rule; give samples_per_pixel, relative_error, denoised_error, meter_error, "
-               "seconds, cpu_seconds or deadline"}}));
-  EXPECT_EQ(errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
-            (Errors{{"/stop/spp",
-                     "Unknown field; expected one of: samples_per_pixel, relative_error, "
-                     "denoised_error, confidence, scope, seconds, cpu_seconds, meter_error, "
-                     "deadline; the number of samples is stop.samples_per_pixel"}}));
+               "light_not_found, seconds, cpu_seconds or deadline"}}));
+  EXPECT_EQ(
+      errors_of(api::parse_job_patch(R"({"stop":{"spp":null}})", spec)),
+      (Errors{{"/stop/spp",
+               "Unknown field; expected one of: samples_per_pixel, relative_error, "
+               "denoised_error, confidence, scope, seconds, cpu_seconds, meter_error, "
+               "light_not_found, deadline; the number of samples is stop.samples_per_pixel"}}));
   EXPECT_EQ(api::parse_job_patch("{", spec).problem().status, 400);
 }
 

@@ -107,6 +107,28 @@ TEST(PassPolicy, EndsAtTheRequestedSamplesOrAtTheServerLimit) {
   EXPECT_EQ(policy(samples(63)).samples_max(), 64) << "sobol requires even counts";
 }
 
+// Alone the rule ends a job; beside an error target it is a condition, and limits end it anyway.
+TEST(PassPolicy, LightThatIsMissingKeepsAJobFromEnding) {
+  StopRules alone = samples(1000);
+  alone.light_not_found = 0.02;
+  EXPECT_EQ(policy(alone).decide(8, kInfinity, kInfinity, 0.02), StopReason::kLightNotFound);
+  EXPECT_EQ(policy(alone).decide(8, kInfinity, kInfinity, 0.021), StopReason::kNone);
+  EXPECT_EQ(policy(alone).decide(8, kInfinity), StopReason::kNone) << "unknown";
+  EXPECT_EQ(policy(alone).decide(1000, kInfinity, kInfinity, 0.5), StopReason::kSamples);
+  StopRules both = error_target(0.1);
+  both.light_not_found = 0.02;
+  EXPECT_EQ(policy(both).decide(8, 0.05, kInfinity, 0.5), StopReason::kNone);
+  EXPECT_EQ(policy(both).decide(8, 0.5, kInfinity, 0.01), StopReason::kNone);
+  EXPECT_EQ(policy(both).decide(8, 0.05, kInfinity, 0.01), StopReason::kRelativeError);
+  StopRules denoised;
+  denoised.denoised_error = 0.1;
+  denoised.light_not_found = 0.02;
+  EXPECT_EQ(policy(denoised).decide(8, kInfinity, 0.05, 0.5), StopReason::kNone);
+  EXPECT_EQ(policy(denoised).decide(8, kInfinity, 0.05, 0.01), StopReason::kDenoisedError);
+  EXPECT_FALSE(policy(both).allows_missing(0.5));
+  EXPECT_TRUE(policy(samples(8)).allows_missing(kInfinity));
+}
+
 TEST(PassPolicy, ErrorTargetRequiresTheUpperEndBelowIt) {
   const PassPolicy by = policy(error_target(0.1));
   EXPECT_EQ(by.decide(64, 0.1), StopReason::kRelativeError);

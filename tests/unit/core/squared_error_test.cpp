@@ -54,7 +54,7 @@ core::SquaredErrors squares_of(const M& m, int side = kSide) {
   core::SquaredErrors out({8, 16, side, side});
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
-      out.set(x, y, m(x, y), true);
+      out.set(x, y, m(x, y), 1, true);
     }
   }
   return out;
@@ -73,14 +73,30 @@ TEST(SquaredErrors, KeepDifferencesBetweenWindows) {
   EXPECT_NEAR(mean_root(roots), share(0.2) / 2, 1e-3);
 }
 
+// A quarter of the pixels of each window is 80% off, a root mean square of 40%, and the others are
+// right: their mean is share(0.8) / 4. The errors are seen through d, as F - I shows them.
+TEST(SquaredErrors, OnFewPixelsCountOnThese) {
+  core::SquaredErrors squares({0, 0, 16, 16});
+  core::SquaredErrors blind({0, 0, 16, 16});
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 16; ++x) {
+      squares.set(x, y, 0.16, x % 4 == 0 ? 0.64 : 0, true);
+      blind.set(x, y, 0.16, 0.16, true);
+    }
+  }
+  EXPECT_NEAR(mean_root(squares.roots(), 256), share(0.8) / 4, 1e-9);
+  EXPECT_NEAR(squares.error({0, 0, 8, 8}), share(0.8) / 4, 1e-9);
+  EXPECT_NEAR(blind.error({0, 0, 8, 8}), share(0.4), 1e-9) << "an even d";
+}
+
 TEST(SquaredErrors, LeaveOutPixelsThatDoNotCount) {
   core::SquaredErrors squares({0, 0, 8, 8});
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
-      squares.set(x, y, x < 4 ? 0.09 : 7, x < 4);
+      squares.set(x, y, x < 4 ? 0.09 : 7, 1, x < 4);
     }
   }
-  EXPECT_NEAR(squares.root({0, 0, 8, 8}), share(0.3), 1e-9);
+  EXPECT_NEAR(squares.error({0, 0, 8, 8}), share(0.3), 1e-9);
   EXPECT_NEAR(mean_root(squares.roots(), 32), share(0.3), 1e-9);
 }
 
@@ -101,7 +117,7 @@ TEST(SquaredErrors, AreNotRaisedByNoise) {
     double alone = 0;
     for (int y = 0; y < kSide; y += core::kEnergyWindow) {
       for (int x = 0; x < kSide; x += core::kEnergyWindow) {
-        alone += squares.root({x, y, core::kEnergyWindow, core::kEnergyWindow}) / 144;
+        alone += squares.error({x, y, core::kEnergyWindow, core::kEnergyWindow}) / 144;
       }
     }
     raw.add(alone);

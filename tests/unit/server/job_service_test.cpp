@@ -312,6 +312,23 @@ TEST_F(Jobs, DeletesOnlyFinalJobs) {
   EXPECT_EQ(jobs->find(job->id(), Access::operators()).error().code, core::ErrorCode::kNotFound);
 }
 
+TEST_F(Jobs, AJobThatTheListLacksIsNotFound) {
+  const auto job = submit(8, R"(, "name": "listed")");
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  bool is_listed = true;
+  bool is_found = true;
+  std::thread reader([&] {  // Deleting removes the record first and the film last.
+    while (is_listed) {
+      const auto page = jobs->index().list({}, Access::operators());
+      is_listed = page && !page->jobs.empty();
+    }
+    is_found = bool(jobs->find(job->id(), Access::operators()));
+  });
+  EXPECT_TRUE(jobs->remove(job));
+  reader.join();
+  EXPECT_FALSE(is_found);
+}
+
 TEST_F(Jobs, RendersADamagedFilmAgainToTheSameEnd) {
   const auto whole = submit(64);
   ASSERT_TRUE(wait_for(whole, JobState::kFinished));

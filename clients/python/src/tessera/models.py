@@ -251,6 +251,7 @@ class JobRequestStop(TypedDict):
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
     meter_error: NotRequired[float | None]
+    light_not_found: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -315,6 +316,7 @@ class JobPatchStop(TypedDict):
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
     meter_error: NotRequired[float | None]
+    light_not_found: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -346,6 +348,7 @@ class ExtendRequestStop(TypedDict):
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
     meter_error: NotRequired[float | None]
+    light_not_found: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -600,6 +603,7 @@ class JobSpecStop(TypedDict):
     seconds: NotRequired[float | None]
     cpu_seconds: NotRequired[float | None]
     meter_error: NotRequired[float | None]
+    light_not_found: NotRequired[float | None]
     deadline: NotRequired[str | None]
 
 
@@ -753,6 +757,7 @@ class Job(TypedDict):
         "cpu_seconds",
         "deadline",
         "meter_error",
+        "light_not_found",
         "limit",
         "cancelled",
         "failed",
@@ -829,6 +834,7 @@ class StateEvent(TypedDict):
         "cpu_seconds",
         "deadline",
         "meter_error",
+        "light_not_found",
         "limit",
         "cancelled",
         "failed",
@@ -882,6 +888,7 @@ class EndEvent(TypedDict):
         "cpu_seconds",
         "deadline",
         "meter_error",
+        "light_not_found",
         "limit",
         "cancelled",
         "failed",

@@ -13,11 +13,11 @@ class JobOptions(TypedDict, total=False):
     """The options of `submit` besides the scene; omitted ones have the server's defaults.
 
     Short forms: size, crop, layers, samples_per_pixel, relative_error, denoised_error, meter_error,
-    confidence, scope, seconds, cpu_seconds and deadline go into `film` and `stop`; integrator,
-    sampler, light_sampler, adaptive, background and ground may be the name of a type, camera a name
-    or an index, environment the path of an .hdr or .exr file. All other members are those of the
-    request (described at the server's `/docs`). `request` is a whole request, which the options
-    override: use it for members that are not listed here.
+    light_not_found, confidence, scope, seconds, cpu_seconds and deadline go into `film` and `stop`;
+    integrator, sampler, light_sampler, adaptive, background and ground may be the name of a type,
+    camera a name or an index, environment the path of an .hdr or .exr file. All other members are
+    those of the request (described at the server's `/docs`). `request` is a whole request, which
+    the options override: use it for members that are not listed here.
     """
 
     name: str
@@ -51,6 +51,7 @@ class JobOptions(TypedDict, total=False):
     relative_error: float
     denoised_error: float
     meter_error: float
+    light_not_found: float
     confidence: float
     scope: str
     seconds: float
@@ -64,6 +65,7 @@ _STOP = (
     "relative_error",
     "denoised_error",
     "meter_error",
+    "light_not_found",
     "confidence",
     "scope",
     "seconds",

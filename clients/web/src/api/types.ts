@@ -407,7 +407,8 @@ export interface JobRequestStop {
    */
   denoised_error?: number | null;
   /**
-   * Confidence of relative_error, of denoised_error and of the interval in `error`. Default: 0.95.
+   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
+   * Default: 0.95.
    */
   confidence?: number;
   /** Region whose error must reach the target. Default: "image". */
@@ -418,6 +419,11 @@ export interface JobRequestStop {
   cpu_seconds?: number | null;
   /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
   meter_error?: number | null;
+  /**
+   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
+   * denoised_error or meter_error: these end the job only then.
+   */
+  light_not_found?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -541,7 +547,8 @@ export interface JobPatchStop {
    */
   denoised_error?: number | null;
   /**
-   * Confidence of relative_error, of denoised_error and of the interval in `error`. Default: 0.95.
+   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
+   * Default: 0.95.
    */
   confidence?: number;
   /** Region whose error must reach the target. Default: "image". */
@@ -552,6 +559,11 @@ export interface JobPatchStop {
   cpu_seconds?: number | null;
   /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
   meter_error?: number | null;
+  /**
+   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
+   * denoised_error or meter_error: these end the job only then.
+   */
+  light_not_found?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -593,7 +605,8 @@ export interface ExtendRequestStop {
    */
   denoised_error?: number | null;
   /**
-   * Confidence of relative_error, of denoised_error and of the interval in `error`. Default: 0.95.
+   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
+   * Default: 0.95.
    */
   confidence?: number;
   /** Region whose error must reach the target. Default: "image". */
@@ -604,6 +617,11 @@ export interface ExtendRequestStop {
   cpu_seconds?: number | null;
   /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
   meter_error?: number | null;
+  /**
+   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
+   * denoised_error or meter_error: these end the job only then.
+   */
+  light_not_found?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -1015,7 +1033,9 @@ export interface JobSpecStop {
    * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
    */
   denoised_error?: number | null;
-  /** Confidence of relative_error, of denoised_error and of the interval in `error`. */
+  /**
+   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
+   */
   confidence?: number;
   /** Region whose error must reach the target. */
   scope?: string;
@@ -1025,6 +1045,11 @@ export interface JobSpecStop {
   cpu_seconds?: number | null;
   /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
   meter_error?: number | null;
+  /**
+   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
+   * denoised_error or meter_error: these end the job only then.
+   */
+  light_not_found?: number | null;
   /** Stop at this time (RFC 3339). */
   deadline?: string | null;
 }
@@ -1308,6 +1333,7 @@ export interface Job {
     | 'cpu_seconds'
     | 'deadline'
     | 'meter_error'
+    | 'light_not_found'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1409,6 +1435,7 @@ export interface StateEvent {
     | 'cpu_seconds'
     | 'deadline'
     | 'meter_error'
+    | 'light_not_found'
     | 'limit'
     | 'cancelled'
     | 'failed'
@@ -1471,6 +1498,7 @@ export interface EndEvent {
     | 'cpu_seconds'
     | 'deadline'
     | 'meter_error'
+    | 'light_not_found'
     | 'limit'
     | 'cancelled'
     | 'failed'

@@ -32,6 +32,9 @@ export class JobFeed {
   private unsaid: (() => void) | null = null;
   /** Tiles that arrived before the record with the size of the film. */
   private early: TileFrame[] = [];
+  /** Tiles that wait, at most one batch of the worker. */
+  private held: TileFrame[] = [];
+  private holds = 0;
 
   constructor(
     readonly jobId: string,
@@ -64,6 +67,18 @@ export class JobFeed {
   onTile(listener: (rect: Rect) => void): () => void {
     this.tileListeners.add(listener);
     return () => this.tileListeners.delete(listener);
+  }
+
+  /** Tiles wait until the returned function is called. */
+  holdTiles(): () => void {
+    this.holds += 1;
+    let isHeld = true;
+    return () => {
+      if (!isHeld) return;
+      isHeld = false;
+      this.holds -= 1;
+      this.takeHeld();
+    };
   }
 
   /** After an operation that returned the job. An extended job streams again. */
@@ -108,6 +123,13 @@ export class JobFeed {
   private open(): void {
     const { jobId, planes } = this;
     this.send({ type: 'open', jobId, tiles: !this.state.tooLarge, planes });
+  }
+
+  private takeHeld(): void {
+    if (this.holds || !this.held.length) return;
+    for (const tile of this.held) this.receiveTile(tile);
+    this.held = [];
+    this.send({ type: 'taken' });
   }
 
   private receiveTile(tile: TileFrame): void {
@@ -176,8 +198,8 @@ export class JobFeed {
       case 'complete':
         return void this.check();
       case 'tiles':
-        for (const tile of message.tiles) this.receiveTile(tile);
-        return this.send({ type: 'taken' });
+        this.held.push(...message.tiles);
+        return this.takeHeld();
     }
   }
 

@@ -27,6 +27,8 @@ export interface Display {
   auto?: boolean;
   tone: ToneMap;
   showTiles: boolean;
+  /** Frames around tiles that lack light; not if false. */
+  showLacking?: boolean;
   /** Tiles that workers render, in the colours of the workers. */
   showWorkers?: boolean;
   /** The denoised image over the plain one, from the fraction `split` of the width on. */

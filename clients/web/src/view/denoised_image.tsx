@@ -94,7 +94,9 @@ export function DenoisedImage({ job, onError }: DenoisedImageProps) {
             setUrl(URL.createObjectURL(await response.blob()));
             onError(errorIn(response.headers));
           }
-          if (response.ok || response.status === 304) revision = now.revision ?? 0;
+          // Of a deleted job there is never one; other refusals are asked again.
+          if (response.ok || [304, 404, 410].includes(response.status))
+            revision = now.revision ?? 0;
         } catch {
           if (abort.signal.aborted) return;
         }

@@ -71,7 +71,7 @@ export function ErrorRuler({
           <span class="ruler-label">
             {value == null ? unknownLabel : isNoise ? 'Noise' : 'The average pixel is'}
           </span>{' '}
-          <strong>
+          <strong class={value == null ? 'ruler-unknown' : undefined}>
             {value != null && denoised && isOpen(denoised) && 'below '}
             {value != null ? percent(value) : 'not known'}
           </strong>
@@ -113,7 +113,7 @@ function shownAs(job: Job, denoised: DenoisedError): Job {
 /** Whether only the choice of the sample count makes the job's image consistent. */
 const isOwnStop = (job: Job): boolean => {
   const row = serverInfo.get()?.integrators.find((i) => i.type === job.spec.integrator.type);
-  return row?.bias === 'none' && /_error$/.test(job.stop_reason ?? '');
+  return row?.bias === 'none' && /_error$|^light_not_found$/.test(job.stop_reason ?? '');
 };
 
 /** Whether the error includes the bias; for progressive photon mapping also how fast that falls. */

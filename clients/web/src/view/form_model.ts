@@ -1,6 +1,7 @@
 import { RequestError } from '../api/client';
 import type { FieldError, Server } from '../api/types';
 import { Store } from '../ui/store';
+import { hasArea, planeOf, pointsIn, type MeterGrid } from './meter_model';
 import { withReused, type Reused } from './reused_settings';
 
 /** Presets that the server generates; the page builds the other modes' requests. */
@@ -11,6 +12,14 @@ export const isPreset = (mode: string): mode is Preset => presets.some((p) => p 
 export type Shadow = 'neutral' | 'physical';
 export type Background = 'environment' | 'transparent' | 'color' | 'blurred';
 export type Ground = 'none' | 'catcher' | 'sweep';
+
+/** What a job makes. */
+export const outputs = {
+  image: 'An image',
+  both: 'An image and a light meter',
+  meter: 'A light meter, no image',
+};
+export type Output = keyof typeof outputs;
 
 /** A camera placed by hand. */
 export interface Pose {
@@ -39,6 +48,11 @@ export interface PixelRect {
 export interface FormValues {
   scene: string;
   name: string;
+  output: Output;
+  /** Where the meter measures a grid; null: nowhere. */
+  plane: MeterGrid | null;
+  /** Single points of the meter, a line for each. */
+  points: string;
   width: number;
   height: number;
   useSamples: boolean;
@@ -47,6 +61,8 @@ export interface FormValues {
   errorPercent: number;
   useDenoisedError: boolean;
   denoisedErrorPercent: number;
+  useMeterError: boolean;
+  meterErrorPercent: number;
   useSeconds: boolean;
   useCpuSeconds: boolean;
   cpuSeconds: number;
@@ -110,6 +126,9 @@ export interface FormValues {
 export const initial: FormValues = {
   scene: '',
   name: '',
+  output: 'image',
+  plane: null,
+  points: '',
   width: 960,
   height: 540,
   useSamples: true,
@@ -118,6 +137,8 @@ export const initial: FormValues = {
   errorPercent: 1,
   useDenoisedError: false,
   denoisedErrorPercent: 2,
+  useMeterError: false,
+  meterErrorPercent: 10,
   useSeconds: false,
   seconds: 60,
   useCpuSeconds: false,
@@ -215,22 +236,24 @@ export function requestOf(v: FormValues, offered: Offered = []): Record<string, 
  * defaults apply.
  */
 export function formRequest(v: FormValues, offered: Offered = []): Record<string, unknown> {
-  const stop: Record<string, number> = {};
-  if (v.useSamples) stop.samples_per_pixel = v.samples;
-  if (v.useError) stop.relative_error = round(v.errorPercent / 100);
-  if (v.useDenoisedError) stop.denoised_error = round(v.denoisedErrorPercent / 100);
-  if (v.useSeconds) stop.seconds = v.seconds;
-  if (v.useCpuSeconds) stop.cpu_seconds = v.cpuSeconds;
   const request: Record<string, unknown> = {
     scene: v.scene,
-    film: {
-      width: v.width,
-      height: v.height,
-      ...(v.crop && { crop: cropPixels(v) }),
-      ...(v.filter && { filter: { type: v.filter } }),
-    },
-    stop,
+    film:
+      v.output === 'meter'
+        ? null
+        : {
+            width: v.width,
+            height: v.height,
+            ...(v.crop && { crop: cropPixels(v) }),
+            ...(v.filter && { filter: { type: v.filter } }),
+          },
+    stop: stopOf(v),
   };
+  if (v.output !== 'image')
+    request.meter = {
+      ...(v.points.trim() && { points: pointsIn(v.points) }),
+      ...(v.plane && { plane: planeOf(v.plane) }),
+    };
   if (v.name) request.name = v.name;
   if (v.seed) request.seed = v.seed;
   if (v.priority) request.priority = v.priority;
@@ -261,6 +284,19 @@ export function formRequest(v: FormValues, offered: Offered = []): Record<string
   const chosen = new Set(Object.values(v.options));
   for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
   return request;
+}
+
+/** The chosen rules that apply to what the job makes. */
+function stopOf(v: FormValues): Record<string, number> {
+  const [image, meter] = [v.output !== 'meter', v.output !== 'image'];
+  return {
+    ...(v.useSamples && { samples_per_pixel: v.samples }),
+    ...(image && v.useError && { relative_error: round(v.errorPercent / 100) }),
+    ...(image && v.useDenoisedError && { denoised_error: round(v.denoisedErrorPercent / 100) }),
+    ...(meter && v.useMeterError && { meter_error: round(v.meterErrorPercent / 100) }),
+    ...(v.useSeconds && { seconds: v.seconds }),
+    ...(v.useCpuSeconds && { cpu_seconds: v.cpuSeconds }),
+  };
 }
 
 /** The crop in pixels, at least one. */
@@ -408,9 +444,17 @@ const round = (v: number): number => Number(v.toPrecision(7));
 export function check(v: FormValues): FieldError[] {
   const out: FieldError[] = [];
   if (!v.scene) out.push({ pointer: '/scene', detail: 'Choose a scene or drop a model.' });
-  const rules = [v.useSamples, v.useError, v.useDenoisedError, v.useSeconds, v.useCpuSeconds];
-  if (!rules.includes(true))
+  if (!Object.keys(stopOf(v)).length)
     out.push({ pointer: '/stop', detail: 'Choose at least one stop condition.' });
+  if (v.output !== 'image' && !pointsIn(v.points))
+    out.push({ pointer: '/meter/points', detail: 'Give three or six numbers in each line.' });
+  if (v.output !== 'image' && v.plane && !hasArea(v.plane))
+    out.push({
+      pointer: '/meter/plane',
+      detail: 'Right must be greater than left, and front greater than back.',
+    });
+  if (v.output !== 'image' && !v.plane && !v.points.trim())
+    out.push({ pointer: '/meter/points', detail: 'Choose a plane or points.' });
   if (v.environment === 'file' && !v.environmentAsset)
     out.push({ pointer: '/environment', detail: 'Choose an .hdr or .exr file.' });
   if (v.environment === 'sun' && !v.sunTime)

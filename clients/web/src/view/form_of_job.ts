@@ -10,6 +10,7 @@ import {
   type FormValues,
   type Ground,
 } from './form_model';
+import { gridOf, textOfPoints } from './meter_model';
 import { holds, usualSettings } from './request_texts';
 
 /** "#rrggbb" of a colour in linear Rec.709, rounded to eight bits. */
@@ -103,6 +104,9 @@ export function formOf(job: Job, info: Server | null): FormValues {
     ...initial,
     scene: spec.scene,
     name: spec.name,
+    output: !film ? 'meter' : spec.meter ? 'both' : 'image',
+    plane: spec.meter?.plane ? gridOf(spec.meter.plane) : null,
+    points: textOfPoints(spec.meter?.points ?? []),
     ...(film && {
       width: film.width,
       height: film.height,
@@ -116,6 +120,9 @@ export function formOf(job: Job, info: Server | null): FormValues {
     denoisedErrorPercent:
       stop.denoised_error != null ? stop.denoised_error * 100 : initial.denoisedErrorPercent,
     errorPercent: stop.relative_error != null ? stop.relative_error * 100 : initial.errorPercent,
+    useMeterError: stop.meter_error != null,
+    meterErrorPercent:
+      stop.meter_error != null ? stop.meter_error * 100 : initial.meterErrorPercent,
     useSeconds: stop.seconds != null,
     seconds: stop.seconds ?? initial.seconds,
     useCpuSeconds: stop.cpu_seconds != null,

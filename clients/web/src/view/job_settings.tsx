@@ -4,7 +4,7 @@ import type { Job, Server } from '../api/types';
 import { say, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { formOf } from './form_of_job';
-import { change, formRequest, refusals } from './form_model';
+import { change, formRequest, refusals, type FormValues } from './form_model';
 import { poseOnOrbit } from './orbit';
 import { sceneName } from './scene_source';
 import { linesOf, requestFor, textKinds, textOf, type TextKind } from './request_texts';
@@ -39,7 +39,12 @@ export function JobSettings({ job }: { job: Job }) {
   );
 }
 
-async function reuse(job: Job, info: Server | null): Promise<void> {
+/** Fills in the form with the settings of a job, and then with `other` ones. */
+export async function reuse(
+  job: Job,
+  info: Server | null,
+  other: Partial<FormValues> = {},
+): Promise<void> {
   refusals.set([]);
   const values = formOf(job, info);
   if (job.spec.camera.orbit) {
@@ -51,8 +56,8 @@ async function reuse(job: Job, info: Server | null): Promise<void> {
   const stop = request.stop as { deadline?: string };
   // A deadline that has passed would end the new render before it begins.
   if (stop.deadline && Date.parse(stop.deadline) < Date.now()) delete stop.deadline;
-  change({ ...values, reused: { request, form: formRequest(values, info?.options) } });
-  say('The form has the settings of this render.');
+  change({ ...values, ...other, reused: { request, form: formRequest(values, info?.options) } });
+  say(`The form has the settings of this render${Object.keys(other).length ? ', changed' : ''}.`);
   // On a phone the form is below the image.
   if (matchMedia('(max-width: 799px)').matches)
     document.getElementById('new')?.scrollIntoView({ block: 'start' });

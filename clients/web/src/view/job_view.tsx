@@ -55,16 +55,16 @@ export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
 const shows = (job: Job): boolean =>
   job.spec.film !== null && (job.state !== 'failed' || (job.revision ?? 0) > 0);
 
-/** An ended job has no stream, but disappears from the list when it is deleted. */
+/**
+ * An ended job has no stream, but disappears from the list when it is deleted. The list also lacks
+ * old jobs, so each one that does is a reason to ask again, not an answer.
+ */
 function useListWatch(feed: JobFeed): void {
   const list = useStore(jobs);
-  const listed = useRef('');
   useEffect(() => {
-    if (list?.some((j) => j.id === feed.jobId)) listed.current = feed.jobId;
-    else if (list && listed.current === feed.jobId) {
-      listed.current = '';
-      void feed.check();
-    }
+    const { job, link } = feed.state;
+    const mayBeGone = job && isFinal(job.state) && link !== 'gone';
+    if (mayBeGone && list && !list.some((j) => j.id === feed.jobId)) void feed.check();
   }, [feed, list]);
 }
 

@@ -23,6 +23,7 @@ const reasons: Record<string, string> = {
   cpu_seconds: 'CPU time limit reached',
   deadline: 'deadline',
   meter_error: 'error target of the meter reached',
+  light_not_found: 'bound on missing light reached',
   limit: 'sample limit of the server',
 };
 

@@ -147,7 +147,8 @@ function leftOut(files: DroppedFile[], used: File[]): string {
 export function chooseScene(scene: string): void {
   const still = { timeSeconds: 0, frames: 1 };
   const reused = forAnotherScene(form.get().reused);
-  change({ scene, camera: '', pose: null, variant: '', allVariants: false, reused, ...still });
+  const places = { camera: '', pose: null, plane: null, points: '' };
+  change({ scene, ...places, variant: '', allVariants: false, reused, ...still });
   sendNote.set(null);
   refusals.set(refusals.get().filter((r) => r.pointer !== '/scene'));
 }

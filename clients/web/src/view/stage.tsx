@@ -118,7 +118,7 @@ export function Stage({ feed, state, mode, probe, onProbe, onDenoised = nobody }
           style={view.style}
         >
           {job && mode === 'picture' && !state.tooLarge && (
-            <FirstLook key={`look-${job.id}`} job={job} film={film} />
+            <FirstLook key={`look-${job.id}`} feed={feed} job={job} film={film} />
           )}
           <canvas
             ref={canvas}

@@ -5,6 +5,9 @@ import { bytes, count, duration, number } from '../ui/format';
 /** The lighting chosen by default: useful to know, but not a problem. */
 const isChoice = (text: string): boolean => text.startsWith('No environment was given');
 
+/** Name, value, explanation. */
+type Row = [string, string, string?];
+
 export function Statistics({ job }: { job: Job }) {
   const said = job.warnings;
   const choices = said.filter(isChoice);
@@ -17,8 +20,9 @@ export function Statistics({ job }: { job: Job }) {
     p?.elapsed_seconds && p.samples_per_pixel
       ? (p.samples_per_pixel.mean * pixels) / p.elapsed_seconds
       : null;
+  const ofImage = (row: Row): Row[] => (pixels ? [row] : []);
   const range = p?.samples_per_pixel;
-  const rows: [string, string, string?][] = [
+  const rows: Row[] = [
     [
       'Samples per pixel',
       range
@@ -27,17 +31,17 @@ export function Statistics({ job }: { job: Job }) {
           : `${count(range.mean)} (${count(range.min)}–${count(range.max)})`
         : '–',
     ],
-    ['Samples per second', count(perSecond)],
+    ...ofImage(['Samples per second', count(perSecond)]),
     ['Rays per second', count(s?.rays_per_second)],
     ['Render time', duration(p?.elapsed_seconds)],
     ['CPU time', duration(p?.cpu_seconds)],
-    [
+    ...ofImage([
       'Efficiency',
       s?.efficiency_low != null
         ? `${number(s.efficiency)} (${number(s.efficiency_low)}–${number(s.efficiency_high)})`
         : number(s?.efficiency),
       '1 / (error² × CPU seconds), with the interval of the error',
-    ],
+    ]),
     ['Peak memory', s?.peak_bytes ? bytes(s.peak_bytes) : '–'],
     ['Invalid samples', count(s?.rejected_samples), 'NaN or infinite; counted as zero'],
   ];

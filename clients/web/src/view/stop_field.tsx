@@ -51,30 +51,48 @@ export function StopField() {
   return (
     <fieldset class={`stop${wrong.length ? ' field-wrong' : ''}`}>
       <legend>Stop rendering when</legend>
-      <Rule
-        on={v.useError}
-        label="error is below"
-        unit="%"
-        value={v.errorPercent}
-        min={0.01}
-        max={100}
-        step="any"
-        testId="stop-error"
-        onToggle={(useError) => change({ useError })}
-        onValue={(errorPercent) => change({ errorPercent })}
-      />
-      <Rule
-        on={v.useDenoisedError}
-        label="denoised error is below"
-        unit="%"
-        value={v.denoisedErrorPercent}
-        min={0.01}
-        max={100}
-        step="any"
-        testId="stop-denoised-error"
-        onToggle={(useDenoisedError) => change({ useDenoisedError })}
-        onValue={(denoisedErrorPercent) => change({ denoisedErrorPercent })}
-      />
+      {v.output !== 'meter' && (
+        <>
+          <Rule
+            on={v.useError}
+            label="error is below"
+            unit="%"
+            value={v.errorPercent}
+            min={0.01}
+            max={100}
+            step="any"
+            testId="stop-error"
+            onToggle={(useError) => change({ useError })}
+            onValue={(errorPercent) => change({ errorPercent })}
+          />
+          <Rule
+            on={v.useDenoisedError}
+            label="denoised error is below"
+            unit="%"
+            value={v.denoisedErrorPercent}
+            min={0.01}
+            max={100}
+            step="any"
+            testId="stop-denoised-error"
+            onToggle={(useDenoisedError) => change({ useDenoisedError })}
+            onValue={(denoisedErrorPercent) => change({ denoisedErrorPercent })}
+          />
+        </>
+      )}
+      {v.output !== 'image' && (
+        <Rule
+          on={v.useMeterError}
+          label="meter’s intervals are below"
+          unit="%"
+          value={v.meterErrorPercent}
+          min={0.01}
+          max={100}
+          step="any"
+          testId="stop-meter-error"
+          onToggle={(useMeterError) => change({ useMeterError })}
+          onValue={(meterErrorPercent) => change({ meterErrorPercent })}
+        />
+      )}
       <Rule
         on={v.useSamples}
         label="samples per pixel reach"

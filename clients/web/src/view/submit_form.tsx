@@ -21,8 +21,10 @@ import {
   refusalsOf,
   requestOf,
   sizePresets,
+  type Output,
 } from './form_model';
 import { LookPresets } from './look_presets';
+import { MeterFields } from './meter_fields';
 import { ReusedNote } from './reused_note';
 import { SceneGallery } from './scene_gallery';
 import {
@@ -330,6 +332,8 @@ const knownPointers = [
   '/time_seconds',
   '/shutter_seconds',
   '/film',
+  '/meter/plane',
+  '/meter/points',
   '/stop',
   '/environment',
   '/background',
@@ -345,6 +349,12 @@ const knownPointers = [
   '/name',
   '/matrix',
 ];
+
+const verbOf: Record<Output, string> = {
+  image: 'Render',
+  both: 'Render and measure',
+  meter: 'Measure',
+};
 
 export function SubmitForm() {
   const info = useStore(serverInfo);
@@ -414,8 +424,13 @@ export function SubmitForm() {
           <EnvironmentField />
         </Later>
         <Later>
-          <SizeField />
+          <MeterFields />
         </Later>
+        {values.output !== 'meter' && (
+          <Later>
+            <SizeField />
+          </Later>
+        )}
         <Later>
           <StopField />
         </Later>
@@ -442,7 +457,11 @@ export function SubmitForm() {
           disabled={busy || !!uploading || link === 'locked'}
           type="submit"
         >
-          {busy ? 'Submitting…' : pictures > 1 ? `Render ${pictures} images` : 'Render'}
+          {busy
+            ? 'Submitting…'
+            : pictures > 1
+              ? `Render ${pictures} images`
+              : verbOf[values.output]}
         </button>
         <Cost active={near} images={Math.max(1, pictures)} />
       </div>

@@ -37,6 +37,8 @@ export function Thumbnail({ job, size = usualSize }: { job: Job; size?: number }
           loading="lazy"
           onError={() => setBroken(revision)}
         />
+      ) : job.spec.film === null ? (
+        <span class="thumb-meter">Light meter</span>
       ) : (
         <span class={`thumb-empty thumb-${job.state}`} />
       )}

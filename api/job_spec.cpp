@@ -380,7 +380,9 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     check_image(job.spec, faults);
     check_class(job.spec, faults);
     check_stage(*value, job.spec, faults);
-    check_options(job.spec, faults);
+    check_error_target(job.spec.stop, job.spec, faults);
+    check_shutter(job.spec, faults);
+    check_rules(job.spec, nullptr, faults);
     round_stop(job.spec.stop, job.spec.render, job.warnings);
     const int asked = job.spec.render.adaptive.min_samples;
     if (round_min_samples(job.spec.render) &&

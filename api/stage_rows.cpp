@@ -258,32 +258,6 @@ void check_environment(const JobSpec& spec, Faults& faults) {
   }
 }
 
-void check_catcher(const JobSpec& spec, Faults& faults) {
-  const core::RenderSettings& render = spec.render;
-  constexpr const char* kWith = " cannot be combined with ground 'catcher'";
-  if (render.integrator != "path") {
-    faults.add("/ground/type", "'catcher' requires integrator 'path'");
-    return;
-  }
-  if (render.estimator.strategy != core::Strategy::kMis) {
-    faults.add(
-        "/estimator/strategy",
-        shown(Json(core::row_of(core::strategies(), render.estimator.strategy).name)) + kWith);
-  }
-  if (render.light_sampler == core::LightSamplerType::kRestir) {
-    faults.add("/light_sampler/type", std::string("'restir'") + kWith);
-  }
-  if (render.fog) {
-    faults.add("/medium", std::string("a medium") + kWith);
-  }
-  if (render.spectral) {
-    faults.add("/spectral", std::string("true") + kWith);
-  }
-  if (!render.film.shares.empty()) {
-    faults.add(share_pointer(spec, 0), "'" + render.film.shares.front().layer + "'" + kWith);
-  }
-}
-
 }  // namespace
 
 void read_environment(const Json& value, JobSpec& spec, const std::string& pointer,
@@ -370,16 +344,6 @@ void check_stage(const Json& request, const JobSpec& spec, Faults& faults) {
       (request.at(visible) == false) != (request.at(type) == "transparent")) {
     faults.add("/environment/visible", dump(request.at(visible)) + " contradicts background type " +
                                            shown(request.at(type)) + "; give only one");
-  }
-  if (const auto* row = core::find_integrator(spec.render.integrator);
-      row != nullptr && spec.render.background.through_glass &&
-      !core::accepts(*row, core::kThroughGlass)) {
-    faults.add(std::string(core::kThroughGlass),
-               "true is not supported by integrator '" + spec.render.integrator +
-                   "', whose light paths end on clear surfaces; use path");
-  }
-  if (core::has_catcher(spec.render)) {
-    check_catcher(spec, faults);
   }
 }
 

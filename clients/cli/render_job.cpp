@@ -4,13 +4,12 @@
 #include <span>
 #include <utility>
 
+#include "api/view_of.h"
+#include "clients/cli/file_inputs.h"
 #include "clients/cli/files.h"
-#include "core/camera/camera.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/radiance.h"
-#include "core/lights/made_environment.h"
 #include "core/render/settle.h"
-#include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 
@@ -94,15 +93,8 @@ core::Result<core::SceneDescription> load_scene(const std::string& scene,
   return *file ? load_file(**file, options) : load_builtin(scene, options);
 }
 
-core::Result<std::shared_ptr<const core::Environment>> load_environment(
-    const api::JobSpec& spec, const std::string& path, std::vector<std::string>& warnings) {
-  using Pointer = std::shared_ptr<const core::Environment>;
-  if (spec.environment_choice == api::EnvironmentChoice::kBlack) {
-    return Pointer();
-  }
-  if (!spec.environment_asset) {
-    return core::make_environment(spec.environment);
-  }
+core::Result<core::Image> read_environment(const std::string& path,
+                                           std::vector<std::string>& warnings) {
   if (path.empty()) {
     return Error{ErrorCode::kInvalidArgument,
                  "a job file's environment asset is on a server; give the file with --environment",
@@ -112,32 +104,17 @@ core::Result<std::shared_ptr<const core::Environment>> load_environment(
   if (!file) {
     return file.error();
   }
-  const auto image = core::decode_image(bytes_of(*file), core::ImageLimits());
+  auto image = core::decode_image(bytes_of(*file), core::ImageLimits());
   if (!image) {
     return Error{image.error().code, image.error().message, path};
   }
   if (auto warning = core::radiance_warning(*image, "the environment"); !warning.empty()) {
     warnings.push_back(std::move(warning));
   }
-  return core::Environment::create(&*image, spec.environment);
+  return image;
 }
 
 }  // namespace
-
-core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& description) {
-  if (spec.render.ground.type == core::GroundType::kNone) {
-    return core::ok_status();
-  }
-  const core::Bounds bounds = core::bounds_of(description);
-  const core::FilmSettings& film = spec.render.film;
-  const auto camera = core::Camera::create(api::camera_in(spec, bounds, description.origin),
-                                           description.cameras, bounds, film.width, film.height);
-  if (!camera) {
-    return camera.error();
-  }
-  core::add_ground(description, spec.render.ground, camera->forward());
-  return core::ok_status();
-}
 
 core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
   auto request = make_request(flags);
@@ -166,23 +143,23 @@ core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
 core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob parsed,
                                          int threads) {
   LocalJob job{std::move(parsed.spec), std::move(parsed.warnings), {}, nullptr};
-  core::GltfOptions options;
-  options.time_seconds = job.spec.time_seconds;
-  options.shutter_seconds = job.spec.render.shutter_seconds;
-  options.variant = job.spec.variant;
-  options.is_strict = flags.strict;
-  auto description = load_scene(job.spec.scene, options);
-  if (!description) {
-    return description.error();
+  std::vector<std::string> image_warnings;
+  FileInputs inputs(
+      job.spec,
+      {.scene =
+           [&](core::GltfOptions options) {
+             options.is_strict = flags.strict;
+             return load_scene(job.spec.scene, options);
+           },
+       .environment =
+           [&](const std::string&) { return read_environment(flags.environment, image_warnings); }},
+      {.threads = threads});
+  auto made = api::view_of(job.spec, inputs);
+  if (!made) {
+    return made.error();
   }
-  if (const core::Status added = add_ground_of(job.spec, *description); !added) {
-    return added.error();
-  }
-  const auto scene = core::Scene::build(*std::move(description), threads);
-  if (!scene) {
-    return scene.error();
-  }
-  const core::SceneSummary& summary = (*scene)->summary();
+  core::View& view = *made;
+  const core::SceneSummary& summary = view.scene->summary();
   for (const core::Warning& warning : summary.warnings) {
     job.warnings.push_back(warning.text());
     job.warning_details.push_back(warning);
@@ -193,36 +170,14 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   if (const auto settled = api::settle_environment(job.spec, summary)) {
     job.warnings.push_back(*settled);
   }
-  const bool own = job.spec.environment_choice == api::EnvironmentChoice::kAutomatic;
-  const auto environment =
-      own ? core::Result<std::shared_ptr<const core::Environment>>((*scene)->environment())
-          : load_environment(job.spec, flags.environment, job.warnings);
-  if (!environment) {
-    return environment.error();
-  }
-  core::View view = {.scene = *scene,
-                     .environment = *environment,
-                     .camera = api::camera_in(job.spec, summary.bounds, summary.origin),
-                     .later = nullptr,
-                     .settings = job.spec.render};
-  if (const auto seconds = api::later_seconds(job.spec)) {
-    options.time_seconds = seconds;
-    options.shutter_seconds = 0;
-    options.geometry_only = true;
-    options.origin = summary.origin;
-    auto later = load_scene(job.spec.scene, options);
-    if (!later) {
-      return later.error();
-    }
-    view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
-  }
+  job.warnings.insert(job.warnings.end(), image_warnings.begin(), image_warnings.end());
   if (auto chosen = core::settle(view, job.spec.stop); !chosen) {
     return chosen.error();
   } else if (!chosen->empty()) {
     job.spec.render = view.settings;
     job.warnings.push_back(*std::move(chosen));
   }
-  auto renderer = core::Renderer::create(std::move(view));
+  auto renderer = core::Renderer::create(*std::move(made));
   if (!renderer) {
     return renderer.error();
   }

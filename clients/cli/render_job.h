@@ -8,7 +8,7 @@
 #include "api/job_spec.h"
 #include "clients/cli/job_flags.h"
 #include "core/base/result.h"
-#include "core/render/render_task.h"
+#include "core/render/renderer.h"
 
 namespace cli {
 
@@ -18,9 +18,6 @@ struct LocalJob {
   std::vector<core::Warning> warning_details;  ///< as in api::JobView
   std::shared_ptr<const core::Renderer> renderer;
 };
-
-/// Adds the ground that the job requests, placed for its camera. Errors: those of the camera.
-core::Status add_ground_of(const api::JobSpec& spec, core::SceneDescription& description);
 
 /// Parses and checks the request given by the flags and the job file.
 core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags);

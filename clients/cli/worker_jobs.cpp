@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
-#include <optional>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -12,11 +11,11 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job_spec.h"
+#include "api/view_of.h"
+#include "clients/cli/file_inputs.h"
 #include "clients/cli/files.h"
 #include "clients/cli/patience.h"
-#include "clients/cli/render_job.h"
 #include "core/image_io/image_io.h"
-#include "core/lights/made_environment.h"
 #include "core/render/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
@@ -147,64 +146,28 @@ core::Result<std::shared_ptr<core::UnitRenderer>> WorkerJobs::renderer(
   if (!files.contains("")) {
     return Error{ErrorCode::kInternal, "the server's job has no document", ""};
   }
-  core::GltfOptions options;
-  options.time_seconds = spec.time_seconds;
-  options.shutter_seconds = spec.render.shutter_seconds;
-  options.variant = spec.variant;
-  options.limits.admit = core::until_stopped(stop);
   const auto resolve = [&files](std::string_view uri) -> core::SharedBytes {
     const auto at = files.find(std::string(uri));
     return at == files.end() ? nullptr : at->second;
   };
-  auto description = core::load_gltf(*files[""], resolve, options);
-  if (!description) {
-    return description.error();
+  FileInputs from(spec,
+                  {.scene =
+                       [&](const core::GltfOptions& options) {
+                         return core::load_gltf(*files[""], resolve, options);
+                       },
+                   .environment = [&](const std::string& asset) -> core::Result<core::Image> {
+                     const auto content = file(job, asset, server, stop);
+                     if (!content) {
+                       return content.error();
+                     }
+                     return core::decode_image(bytes_of(*content), core::ImageLimits());
+                   }},
+                  {options_.threads, options_.isa, stop});
+  auto view = api::view_of(spec, from);
+  if (!view) {
+    return view.error();
   }
-  if (const core::Status added = add_ground_of(spec, *description); !added) {
-    return added.error();
-  }
-  auto scene = core::Scene::build(*std::move(description), options_.threads, options_.isa, stop);
-  if (!scene) {
-    return scene.error();
-  }
-  core::View view;
-  view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
-  view.settings = spec.render;
-  if (const auto seconds = api::later_seconds(spec)) {
-    options.time_seconds = seconds;
-    options.shutter_seconds = 0;
-    options.geometry_only = true;
-    options.origin = (*scene)->summary().origin;
-    auto later = core::load_gltf(*files[""], resolve, options);
-    if (!later) {
-      return later.error();
-    }
-    view.later = std::make_shared<const core::MotionTarget>(*std::move(later));
-  }
-  if (spec.environment_choice == api::EnvironmentChoice::kAutomatic) {
-    view.environment = (*scene)->environment();
-  } else if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
-    std::optional<core::Image> image;
-    if (spec.environment_asset) {
-      const auto content = file(job, *spec.environment_asset, server, stop);
-      if (!content) {
-        return content.error();
-      }
-      auto decoded = core::decode_image(bytes_of(*content), core::ImageLimits());
-      if (!decoded) {
-        return decoded.error();
-      }
-      image = *std::move(decoded);
-    }
-    auto environment = image ? core::Environment::create(&*image, spec.environment)
-                             : core::make_environment(spec.environment);
-    if (!environment) {
-      return environment.error();
-    }
-    view.environment = *std::move(environment);
-  }
-  auto made = core::settled_renderer(std::move(view), spec.stop, stop);
+  auto made = core::settled_renderer(*std::move(view), spec.stop, stop);
   if (!made) {
     return made.error();
   }

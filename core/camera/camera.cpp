@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
+#include "core/camera/camera_choice.h"
 #include "core/camera/orbit.h"
 #include "core/math/numbers.h"
 #include "core/sampling/warp.h"
@@ -13,65 +13,12 @@ namespace {
 
 constexpr float kDegree = kPi / 180;
 
-Result<const CameraDescription*> choose(const CameraSettings& settings,
-                                        const std::vector<CameraDescription>& cameras) {
-  if (settings.name && settings.index) {
-    return Error{ErrorCode::kInvalidArgument, "give a camera's name or its index, not both",
-                 "/camera/index"};
-  }
-  if (settings.name) {
-    for (const CameraDescription& camera : cameras) {
-      if (camera.name == *settings.name) {
-        return &camera;
-      }
-    }
-    std::string names;
-    for (const CameraDescription& camera : cameras) {
-      names += (names.empty() ? "" : ", ") + ("'" + camera.name + "'");
-    }
-    return Error{ErrorCode::kInvalidArgument,
-                 "the scene has no camera '" + *settings.name + "'; it has " +
-                     (names.empty() ? std::string("none") : names),
-                 "/camera/name"};
-  }
-  if (settings.index) {
-    if (*settings.index < 0 || *settings.index >= static_cast<int>(cameras.size())) {
-      return Error{ErrorCode::kInvalidArgument,
-                   std::to_string(*settings.index) + " is not one of the scene's " +
-                       std::to_string(cameras.size()) + " cameras",
-                   "/camera/index"};
-    }
-    return &cameras[static_cast<std::size_t>(*settings.index)];
-  }
-  return cameras.empty() ? nullptr : &cameras.front();
-}
-
-/// Refuses members that do not apply to the camera's type.
-Status check_type(const CameraSettings& settings, CameraType type) {
-  const auto refused = [](std::string message, std::string pointer) {
-    return Error{ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
-  };
-  if (type == CameraType::kOrthographic && settings.vertical_fov_degrees) {
-    return refused("an orthographic camera has no field of view", "/camera/vertical_fov_degrees");
-  }
-  if (type == CameraType::kPanorama && settings.vertical_fov_degrees) {
-    return refused("a panorama has no field of view", "/camera/vertical_fov_degrees");
-  }
-  if (type == CameraType::kPanorama && settings.aperture_radius_m.value_or(0) > 0) {
-    return refused("a panorama has no lens", "/camera/aperture_radius");
-  }
-  if (type != CameraType::kOrthographic && settings.orthographic_height_m) {
-    return refused("the camera is not orthographic", "/camera/orthographic_height");
-  }
-  return ok_status();
-}
-
 }  // namespace
 
 Result<Camera> Camera::create(const CameraSettings& settings,
                               const std::vector<CameraDescription>& cameras, const Bounds& bounds,
                               int width, int height) {
-  const auto chosen = choose(settings, cameras);
+  const auto chosen = chosen_camera(settings, cameras);
   if (!chosen) {
     return chosen.error();
   }
@@ -86,9 +33,8 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   const float aspect = camera.width_px_ / camera.height_px_;
   const bool posed = settings.position.has_value();
   const bool is_file_orthographic = !posed && file != nullptr && file->orthographic;
-  camera.type_ = settings.type.value_or(is_file_orthographic ? CameraType::kOrthographic
-                                                             : CameraType::kPerspective);
-  if (const Status fits = check_type(settings, camera.type_); !fits) {
+  camera.type_ = camera_type(settings, file, posed);
+  if (const Status fits = check_members(settings, camera.type_); !fits) {
     return fits.error();
   }
   float fov = 45 * kDegree;

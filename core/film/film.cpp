@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "core/base/sha256.h"
+#include "core/film/tile_planes.h"
 #include "core/math/numbers.h"
 #include "core/settings/registry.h"
 
 namespace core {
 namespace {
-
-static_assert(sizeof(ReplicatePixel) == 24);
-static_assert(sizeof(AuxPixel) == 32);
-static_assert(sizeof(PilotPixel) == 32);
-static_assert(sizeof(PixelPlan) == 8);
-static_assert(sizeof(ReplicateFit) == 48);
-static_assert(sizeof(LabelPixel) == 44);
-static_assert(sizeof(MattePixel) == 72);
 
 std::size_t area(const PixelRect& r) {
   return static_cast<std::size_t>(r.width) * static_cast<std::size_t>(r.height);
@@ -122,13 +116,10 @@ Film::Film(const RenderSettings& settings)
 TileState Film::tile(int tile) const {
   TileState state = *tile_state(tile);
   if (state.pixels.empty()) {
-    state.pixels.resize(area(state.rect) * static_cast<std::size_t>(replicates_));
-    if (has_aux_) {
-      state.aux.resize(area(state.rect));
-    }
-    state.shares.resize(state.pixels.size() * shares_.size());
-    state.labels.resize(has_labels_ ? area(state.rect) : 0);
-    state.mattes.resize(area(state.rect) * matte_kinds_.count());
+    const TileShape shape = shape_of(*this);
+    for_each_kept_plane([&](const auto& plane) {
+      (state.*plane.values).resize(area(state.rect) * plane.per_pixel(shape));
+    });
   }
   return state;
 }
@@ -429,17 +420,12 @@ double Film::cpu_seconds_beside() const {
   return cpu_seconds_beside_;
 }
 
-std::size_t Film::label_bytes() const noexcept {
-  return (has_labels_ ? sizeof(LabelPixel) : 0) + matte_kinds_.count() * sizeof(MattePixel);
-}
-
 std::size_t Film::bytes() const noexcept {
-  return area(crop_) * (static_cast<std::size_t>(replicates_) *
-                            (sizeof(ReplicatePixel) + (has_fit() ? sizeof(ReplicateFit) : 0) +
-                             (has_splats() ? (1 + shares_.size()) * sizeof(SplatPixel) : 0) +
-                             shares_.size() * sizeof(Rgb)) +
-                        (has_aux_ ? sizeof(AuxPixel) : 0) + (has_plan() ? sizeof(PixelPlan) : 0) +
-                        (has_pilot() ? sizeof(PilotPixel) : 0) + label_bytes()) +
+  const std::size_t splat_bytes = has_splats() ? static_cast<std::size_t>(replicates_) *
+                                                     (1 + shares_.size()) * sizeof(SplatPixel)
+                                               : 0;
+  const auto of_value = [](const auto& plane) { return value_bytes(plane); };
+  return area(crop_) * (pixel_bytes(shape_of(*this), of_value) + splat_bytes) +
          rects_.size() * (sizeof(Slot) + sizeof(PixelRect)) +
          meter_points_ * kMeterReplicates * sizeof(MeterSum);
 }
@@ -453,11 +439,10 @@ std::string Film::digest() const {
   for (const Slot& slot : tiles_) {
     const std::int32_t tile[] = {slot.state->rect.x, slot.state->rect.y, slot.state->samples};
     hash.add(tile, sizeof(tile));
-    hash.add(slot.state->pixels.data(), slot.state->pixels.size() * sizeof(ReplicatePixel));
-    hash.add(slot.state->aux.data(), slot.state->aux.size() * sizeof(AuxPixel));
-    hash.add(slot.state->shares.data(), slot.state->shares.size() * sizeof(Rgb));
-    hash.add(slot.state->labels.data(), slot.state->labels.size() * sizeof(LabelPixel));
-    hash.add(slot.state->mattes.data(), slot.state->mattes.size() * sizeof(MattePixel));
+    for_each_kept_plane([&](const auto& plane) {
+      const std::span values(*slot.state.*plane.values);
+      hash.add(values.data(), values.size_bytes());
+    });
   }
   hash.add(splats_.light_paths.data(), splats_.light_paths.size() * sizeof(std::uint64_t));
   for (std::size_t t = 0; t < splats_.tiles.size(); ++t) {

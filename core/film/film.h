@@ -155,7 +155,6 @@ class Film {
   const std::vector<LightShare>& shares() const noexcept { return shares_; }
   bool has_labels() const noexcept { return has_labels_; }
   MatteKinds matte_kinds() const noexcept { return matte_kinds_; }
-  std::size_t label_bytes() const noexcept;  ///< labels and mattes of one pixel
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
   /// Units of light samples; equal to the tiles if the film has no splats.

@@ -10,14 +10,13 @@
 
 #include "core/base/sha256.h"
 #include "core/film/sane_pixel.h"
+#include "core/film/tile_planes.h"
 
 namespace core {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
-static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(LabelPixel) == 44 &&
-              sizeof(MattePixel) == 72);
 
 constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
 constexpr std::uint64_t kHashBytes = 64;
@@ -95,17 +94,18 @@ std::uint64_t tile_count(const PixelRect& crop) {
 std::uint64_t all_bytes(const Head& head) {
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(head.crop.width) * static_cast<std::uint64_t>(head.crop.height);
-  const std::uint64_t pixel_bytes =
-      head.replicates *
-          (sizeof(ReplicatePixel) +
-           ((head.flags & kSplatsFlag) != 0 ? (1 + shares_of(head)) * sizeof(SplatPixel) : 0) +
-           shares_of(head) * sizeof(Rgb)) +
-      ((head.flags & kAuxFlag) != 0 ? sizeof(AuxPixel) : 0) +
-      ((head.flags & kLabelsFlag) != 0 ? sizeof(LabelPixel) : 0) +
-      ((head.flags & kObjectMattesFlag) != 0 ? sizeof(MattePixel) : 0) +
-      ((head.flags & kMaterialMattesFlag) != 0 ? sizeof(MattePixel) : 0);
+  const auto has = [&head](std::uint32_t flag) { return (head.flags & flag) != 0; };
+  const TileShape shape = {
+      .replicates = head.replicates,
+      .shares = shares_of(head),
+      .mattes = std::size_t{has(kObjectMattesFlag)} + std::size_t{has(kMaterialMattesFlag)},
+      .has_aux = has(kAuxFlag),
+      .has_labels = has(kLabelsFlag)};
+  const std::uint64_t splat_bytes =
+      has(kSplatsFlag) ? head.replicates * (1 + shares_of(head)) * sizeof(SplatPixel) : 0;
+  const auto of_value = [](const auto& plane) { return value_bytes(plane); };
   return head.head_bytes + splat_head_bytes(head) + tile_count(head.crop) * sizeof(TileHead) +
-         pixels * pixel_bytes + kHashBytes;
+         pixels * (pixel_bytes(shape, of_value) + splat_bytes) + kHashBytes;
 }
 
 Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
@@ -275,8 +275,8 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const auto head = reader.take<TileHead>();
     TileState state = film.tile(tile);
-    reader.take(state.pixels.data(), state.pixels.size());
-    reader.take(state.aux.data(), state.aux.size());
+    const auto take = [&](auto& values) { reader.take(values.data(), values.size()); };
+    visit_kept_arrays(state, false, take);
     if (film.has_splats()) {
       auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
       reader.take(sums.data(), sums.size());
@@ -284,9 +284,7 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
         return refused("tile " + std::to_string(tile) + " contains invalid values");
       }
     }
-    reader.take(state.shares.data(), state.shares.size());
-    reader.take(state.labels.data(), state.labels.size());
-    reader.take(state.mattes.data(), state.mattes.size());
+    visit_kept_arrays(state, true, take);
     state.samples = static_cast<int>(std::min(head.samples, kSamplesMax));
     state.rejected_samples = head.rejected_samples;
     state.rays = head.rays;
@@ -367,15 +365,15 @@ bool write_film(const FilmPart& part, const std::string& text, const ByteSink& s
                               state.rays,
                               state.cpu_seconds + beside};
     add(&written, sizeof written);
-    add(state.pixels.data(), state.pixels.size() * sizeof(ReplicatePixel));
-    add(state.aux.data(), state.aux.size() * sizeof(AuxPixel));
+    const auto add_array = [&](const auto& values) {
+      add(values.data(), std::span(values).size_bytes());
+    };
+    visit_kept_arrays(state, false, add_array);
     if (film.has_splats()) {
       const auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
       add(sums.data(), sums.size() * sizeof(SplatPixel));
     }
-    add(state.shares.data(), state.shares.size() * sizeof(Rgb));
-    add(state.labels.data(), state.labels.size() * sizeof(LabelPixel));
-    add(state.mattes.data(), state.mattes.size() * sizeof(MattePixel));
+    visit_kept_arrays(state, true, add_array);
     if (!flush()) {
       return false;
     }

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/film/film.h"
+#include "core/film/tile_planes.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -38,18 +38,16 @@ void copy_run(const std::vector<T>& from, std::vector<T>& to, const Run& run,
   }
 }
 
-void copy_tiles(const std::vector<std::shared_ptr<const TileState>>& states, FilmSnapshot& out) {
-  const auto r = static_cast<std::size_t>(out.replicates);
+void copy_tiles(const std::vector<std::shared_ptr<const TileState>>& states, const TileShape& shape,
+                FilmSnapshot& out) {
   for (const auto& state : states) {
     if (state->pixels.empty()) {
       continue;
     }
     for_each_run(state->rect, out.rect, [&](const Run& run) {
-      copy_run(state->pixels, out.pixels, run, r);
-      copy_run(state->aux, out.aux, run, 1);
-      copy_run(state->shares, out.shares, run, r * out.share_layers.size());
-      copy_run(state->labels, out.labels, run, 1);
-      copy_run(state->mattes, out.mattes, run, out.matte_kinds.count());
+      for_each_kept_plane([&](const auto& plane) {
+        copy_run((*state).*plane.values, out.*plane.in_snapshot, run, plane.per_pixel(shape));
+      });
     });
   }
 }
@@ -88,21 +86,14 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   out.has_splats = has_splats_;
   out.errors = errors_;
   out.errors_over_white = over_white_;
-  const auto r = static_cast<std::size_t>(replicates_);
-  out.pixels.resize(pixels * r);
-  if (has_aux_) {
-    out.aux.resize(pixels);
-  }
-  const std::size_t k = shares_.size();
-  out.shares.resize(out.pixels.size() * k);
+  const TileShape shape = shape_of(*this);
+  for_each_kept_plane(
+      [&](const auto& plane) { (out.*plane.in_snapshot).resize(pixels * plane.per_pixel(shape)); });
   for (const LightShare& share : shares_) {
     out.share_layers.push_back(share.layer);
   }
-  const std::size_t kinds = matte_kinds_.count();
   out.has_labels = has_labels_;
   out.matte_kinds = matte_kinds_;
-  out.labels.resize(has_labels_ ? pixels : 0);
-  out.mattes.resize(pixels * kinds);
   std::vector<std::shared_ptr<const TileState>> states;
   {
     MutexLock lock(mutex_);
@@ -111,14 +102,14 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
       states.push_back(slot.state);
     }
     if (has_splats_) {  // sums of the whole film change with every commit
-      copy_tiles(states, out);
+      copy_tiles(states, shape, out);
       for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
         add_folded_splats(tile, out);
       }
       return out;
     }
   }
-  copy_tiles(states, out);
+  copy_tiles(states, shape, out);
   return out;
 }
 

@@ -64,7 +64,6 @@ constexpr std::array kIntegrators = {
                     .error = ErrorValidity::kValid,
                     .make = &make_path_tracer,
                     .accepts = kPathOptions,
-                    .media = true,
                     .shares = true,
                     .set_defaults =
                         [](RenderSettings& settings) {
@@ -95,7 +94,6 @@ constexpr std::array kIntegrators = {
                     .make = &make_bdpt,
                     .accepts = kBdptOptions,
                     .splats = true,
-                    .media = true,
                     .shares = true,
                     .strategies = true},
     IntegratorEntry{
@@ -152,7 +150,6 @@ constexpr std::array kIntegrators = {
                     .make = &make_path_tracer,
                     .accepts = kAutomaticOptions,
                     .splats = true,
-                    .media = true,
                     .shares = true},
 };
 

@@ -1,3 +1,5 @@
+#include "core/render/renderer.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,11 +21,9 @@
 #include "core/labels/label.h"
 #include "core/labels/motion.h"
 #include "core/render/camera_start.h"
-#include "core/render/check_view.h"
 #include "core/render/filtered_splats.h"
 #include "core/render/meter.h"
 #include "core/render/pass_plan.h"
-#include "core/render/render_task.h"
 #include "core/render/tile_fill.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
@@ -391,7 +391,7 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
 
 Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
   CHECK(view.measured && view.settings.integrator != kAutomaticIntegrator);
-  auto camera = check_view(view);
+  auto camera = camera_of(view);
   if (!camera) {
     return camera.error();
   }

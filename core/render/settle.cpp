@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/integrators/registry.h"
-#include "core/render/check_view.h"
 #include "core/render/choose_integrator.h"
 #include "core/render/light_not_found.h"
 #include "core/render/split_pilot.h"
@@ -18,7 +17,7 @@ Error stopped() { return Error{ErrorCode::kCancelled, "stopped while measuring",
 }  // namespace
 
 Status measure(View& view, const std::stop_token& stop) {
-  const auto camera = check_view(view);
+  const auto camera = camera_of(view);
   if (!camera) {
     return camera.error();
   }
@@ -44,7 +43,7 @@ Status measure(View& view, const std::stop_token& stop) {
 }
 
 Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop) {
-  if (const Status fits = check_crop(view.settings.film); !fits) {
+  if (const Status fits = check_rules(view); !fits) {
     return fits.error();
   }
   if (const Status fits =

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/base/result.h"
-#include "core/render/render_task.h"
+#include "core/render/renderer.h"
 #include "core/render/view.h"
 
 namespace core {

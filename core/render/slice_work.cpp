@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstring>
 #include <string_view>
-#include <tuple>
 #include <utility>
 
 #include <zlib.h>
@@ -15,6 +14,7 @@
 #include "core/base/check.h"
 #include "core/base/sha256.h"
 #include "core/film/sane_pixel.h"
+#include "core/film/tile_planes.h"
 #include "core/render/pass_plan.h"
 #include "core/render/result_size.h"
 
@@ -26,18 +26,10 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr std::string_view kMagic = "TSRWORK4";
 
-/// References to a tile's arrays, in the order in which they are written.
-template <typename Tile>
-auto arrays_of(Tile& s) {
-  return std::tie(s.pixels, s.aux, s.plan, s.pilot, s.fit, s.shares, s.labels, s.mattes);
-}
-constexpr std::size_t kTileArrays =
-    std::tuple_size_v<decltype(arrays_of(std::declval<TileState&>()))>;
-
 /// Calls visit(array) for each array of a tile.
 template <typename Tile, typename Visit>
 void visit_arrays(Tile& tile, const Visit& visit) {
-  std::apply([&](auto&... values) { (visit(values), ...); }, arrays_of(tile));
+  for_each_plane([&](const auto& plane) { visit(tile.*plane.values); });
 }
 
 struct Head {
@@ -54,7 +46,7 @@ struct SliceHead {
   std::int32_t samples = 0;
   PlanSpan span;
   std::int32_t pilot_samples = 0;
-  std::array<std::uint32_t, kTileArrays> sizes{};
+  std::array<std::uint32_t, kTilePlaneCount> sizes{};
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -75,9 +67,7 @@ struct SliceHead {
   double meter_cpu_seconds = 0;
 };
 static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 200);
-static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
-              sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&
-              sizeof(LabelPixel) == 44 && sizeof(MattePixel) == 72 && sizeof(MeterSum) == 24);
+static_assert(sizeof(MeterSum) == 24);
 
 Error refused(std::string detail) {
   return Error{ErrorCode::kInvalidArgument, "not a valid work unit: " + std::move(detail), ""};
@@ -109,8 +99,8 @@ void visit_written(const TileState& s, WorkPart part, Visit&& visit) {
 }
 
 /// Returns the lengths of the tile's arrays, in their order.
-std::array<std::uint32_t, kTileArrays> array_sizes(const TileState& s, WorkPart part) {
-  std::array<std::uint32_t, kTileArrays> sizes{};
+std::array<std::uint32_t, kTilePlaneCount> array_sizes(const TileState& s, WorkPart part) {
+  std::array<std::uint32_t, kTilePlaneCount> sizes{};
   std::size_t i = 0;
   visit_written(s, part, [&](const auto&, std::size_t size) {
     sizes[i++] = static_cast<std::uint32_t>(size);
@@ -253,13 +243,19 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
   const std::size_t fits =
       is_pilot || fit_type(settings) == FitType::kNone ? before.fit.size() : before.pixels.size();
   const std::size_t pilots = is_pilot ? area : before.pilot.size();
-  if (!(after.rect == before.rect) || !(after.span == before.span) || !after.plan.empty() ||
+  bool has_lengths = true;
+  for_each_plane([&](const auto& plane) {
+    const auto& had = before.*plane.values;
+    const void* array = &had;
+    const std::size_t wanted = array == &before.plan    ? 0
+                               : array == &before.pilot ? pilots
+                               : array == &before.fit   ? fits
+                                                        : had.size();
+    has_lengths = has_lengths && (after.*plane.values).size() == wanted;
+  });
+  if (!has_lengths || !(after.rect == before.rect) || !(after.span == before.span) ||
       after.samples != (is_pilot ? before.samples : std::max(last, before.samples)) ||
-      after.pilot_samples != (is_pilot ? last : before.pilot_samples) ||
-      after.pixels.size() != before.pixels.size() || after.aux.size() != before.aux.size() ||
-      after.pilot.size() != pilots || after.fit.size() != fits ||
-      after.shares.size() != before.shares.size() || after.labels.size() != before.labels.size() ||
-      after.mattes.size() != before.mattes.size()) {
+      after.pilot_samples != (is_pilot ? last : before.pilot_samples)) {
     return refused("tile " + std::to_string(given.slice.tile) +
                    " does not match the requested slice");
   }

@@ -5,9 +5,11 @@
 #include <optional>
 
 #include "core/base/result.h"
+#include "core/camera/moving_camera.h"
 #include "core/labels/motion.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
+#include "core/settings/rules.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -30,5 +32,12 @@ struct View {
   int wave_width = 8;
   std::optional<Measured> measured = {};  ///< set by settle()
 };
+
+/// Returns what rules depend on in the scene, which must outlive the result.
+SceneTraits traits_of(const SceneSummary& scene);
+/// Errors: kInvalidArgument if the view breaks a rule (core/settings/rules.h); the first.
+Status check_rules(const View& view);
+/// Returns the view's camera. Errors: as above; kInvalidArgument at "/camera/...".
+Result<MovingCamera> camera_of(const View& view);
 
 }  // namespace core

@@ -20,11 +20,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/settings/sample_sets.h"
+
 namespace core {
 
 class SharedSamples {
  public:
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMost = kSharedPathsMost;
 
   SharedSamples() : densities_(kMost * kMost) {}
 

@@ -48,11 +48,11 @@ struct IntegratorEntry {
   std::string_view bias;  ///< "none", "consistent" or "biased"
   ErrorValidity error;
   std::unique_ptr<const Integrator> (*make)(const IntegratorInput& input);
-  /// The integrator_options() that it honours; it refuses non-default values of all others.
+  /// The integrator_options() that it honours; it refuses non-default values of all others. With
+  /// "/medium", also scenes with media that scatter.
   Options accepts;
   bool splats = false;      ///< light paths add to any pixel, so errors of pixels are correlated
   bool disperses = true;    ///< false: scenes with dispersion are refused
-  bool media = false;       ///< false: scenes with media that scatter are refused
   bool shares = false;      ///< records shares of the image's light as separate layers
   bool strategies = false;  ///< including shares by strategy
   /// Maximum memory of data from the prepass (core/integrators/prepass.h); null if there is no

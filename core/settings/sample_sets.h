@@ -1,4 +1,4 @@
-/// Sizes of sample sets, which determine each sampler's counts.
+/// Sizes of sample sets, which determine each sampler's counts, and of sets of paths.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,8 @@ inline constexpr std::uint32_t kStratifiedSide = 4;  ///< cells of a pair: 4 x 4
 inline constexpr std::uint32_t kLatinSize = 16;      ///< intervals of a dimension
 inline constexpr std::uint32_t kArrayPrime = 5;      ///< levels of a dimension; 5^2 points
 inline constexpr std::uint32_t kBlueNoiseSize = 8;   ///< points of a pixel; a power of two
+/// Maximum number of paths that share light samples with `restir`.
+inline constexpr int kSharedPathsMost = 64;
 
 /// Returns the samples of one set in one replicate. Further samples belong to further, independent
 /// sets; the size is fixed so that a longer job begins with the samples of a shorter one. An image

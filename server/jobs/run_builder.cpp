@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/film_view.h"
+#include "api/view_of.h"
 #include "core/camera/camera.h"
 #include "core/film/film.h"
 #include "core/lights/made_environment.h"
@@ -82,6 +83,39 @@ MemoryPart prepass_part(const api::JobSpec& spec) {
              : MemoryPart{bytes, "/integrator/records", "records", "Reduce records or replicates"};
 }
 
+/// The inputs of a job from the caches of the server.
+class CachedInputs final : public api::ViewInputs {
+ public:
+  CachedInputs(SceneService& scenes, const api::JobSpec& spec, const LoadTerms& terms)
+      : scenes_(scenes), spec_(spec), terms_(terms) {}
+
+  core::Result<Model> model() override {
+    const auto scene = scenes_.load(spec_.scene, spec_.time_seconds, spec_.variant, terms_);
+    if (!scene) {
+      return scene.error();
+    }
+    const core::SceneSummary& summary = (*scene)->summary();
+    return Model{summary.bounds, summary.origin, summary.cameras};
+  }
+  core::Result<std::shared_ptr<const core::Scene>> scene(core::Vec3 view_direction) override {
+    return scenes_.load(spec_.scene, spec_.time_seconds, spec_.variant, terms_,
+                        {spec_.render.ground, view_direction, spec_.render.shutter_seconds});
+  }
+  core::Result<std::shared_ptr<const core::MotionTarget>> later(double time_seconds,
+                                                                core::Place origin) override {
+    return scenes_.later(spec_.scene, time_seconds, spec_.variant, origin, terms_);
+  }
+  core::Result<std::shared_ptr<const core::Environment>> environment(
+      const std::optional<std::string>& asset, const core::EnvironmentSettings& settings) override {
+    return scenes_.environment(asset, settings, terms_);
+  }
+
+ private:
+  SceneService& scenes_;
+  const api::JobSpec& spec_;
+  const LoadTerms& terms_;
+};
+
 /// A restart may revert a film to its last checkpoint. Revisions are never reused: a client that
 /// has seen the lost ones would miss tiles. Fewer revisions than this occur between checkpoints.
 constexpr std::uint32_t kRevisionGap = 1U << 16U;
@@ -152,49 +186,8 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec,
 }
 
 core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTerms& terms) const {
-  SceneStand stand = {.ground = spec.render.ground, .shutter_seconds = spec.render.shutter_seconds};
-  if (stand.ground.type == core::GroundType::kSweep) {
-    // The wall's position depends on the camera, which may depend on the model.
-    const auto model = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, terms);
-    if (!model) {
-      return model.error();
-    }
-    const core::SceneSummary& summary = (*model)->summary();
-    const core::FilmSettings& film = spec.render.film;
-    const auto camera =
-        core::Camera::create(api::camera_in(spec, summary.bounds, summary.origin), summary.cameras,
-                             summary.bounds, film.width, film.height);
-    if (!camera) {
-      return camera.error();
-    }
-    stand.view_direction = camera->forward();
-  }
-  auto scene = parts_.scenes.load(spec.scene, spec.time_seconds, spec.variant, terms, stand);
-  if (!scene) {
-    return scene.error();
-  }
-  core::View view;
-  view.scene = *scene;
-  view.camera = api::camera_in(spec, (*scene)->summary().bounds, (*scene)->summary().origin);
-  view.settings = spec.render;
-  if (const auto seconds = api::later_seconds(spec)) {
-    auto later =
-        parts_.scenes.later(spec.scene, *seconds, spec.variant, (*scene)->summary().origin, terms);
-    if (!later) {
-      return later.error();
-    }
-    view.later = *std::move(later);
-  }
-  if (spec.environment_choice == api::EnvironmentChoice::kGiven) {
-    auto environment = parts_.scenes.environment(spec.environment_asset, spec.environment, terms);
-    if (!environment) {
-      return environment.error();
-    }
-    view.environment = std::move(*environment);
-  } else if (spec.environment_choice == api::EnvironmentChoice::kAutomatic) {
-    view.environment = (*scene)->environment();
-  }
-  return view;
+  CachedInputs inputs(parts_.scenes, spec, terms);
+  return api::view_of(spec, inputs);
 }
 
 core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 
-#include "core/render/check_view.h"
+#include "api/job_checks.h"
+#include "core/camera/camera_choice.h"
 #include "core/render/light_not_found.h"
-#include "core/settings/registry.h"
+#include "core/render/view.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -134,67 +135,34 @@ core::SceneSummary decode_facts(std::string_view text) {
 
 std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                                                   const core::SceneSummary& facts) {
-  std::vector<api::FieldError> faults;
-  std::vector<std::string> names;
-  for (const core::CameraDescription& camera : facts.cameras) {
-    names.push_back(camera.name);
-  }
-  std::size_t chosen = 0;
-  if (spec.camera.name) {
-    const auto found = std::find(names.begin(), names.end(), *spec.camera.name);
-    chosen = static_cast<std::size_t>(found - names.begin());
-    if (found == names.end()) {
-      faults.push_back({"/camera/name", "The scene has no camera named \"" + *spec.camera.name +
-                                            "\" (available: " + listed(names) + ")"});
+  api::Faults faults;
+  const auto chosen = core::chosen_camera(spec.camera, facts.cameras);
+  if (!chosen) {
+    faults.add(chosen.error().where, chosen.error().message);
+  } else if (!spec.camera.type) {
+    const bool is_posed = spec.camera.position || spec.orbit;
+    const core::CameraType type = core::camera_type(spec.camera, *chosen, is_posed);
+    if (const core::Status fits = core::check_members(spec.camera, type); !fits) {
+      faults.add(fits.error().where, fits.error().message);
     }
-  } else if (spec.camera.index) {
-    chosen = static_cast<std::size_t>(std::max(0, *spec.camera.index));
-    if (chosen >= names.size()) {
-      faults.push_back({"/camera/index", "The scene has no camera " +
-                                             std::to_string(*spec.camera.index) +
-                                             " (cameras: " + std::to_string(names.size()) + ")"});
-    }
-  }
-  const bool is_orthographic = chosen < facts.cameras.size() &&
-                               facts.cameras[chosen].orthographic && !spec.camera.position &&
-                               !spec.orbit;
-  if (!spec.camera.type && is_orthographic && spec.camera.vertical_fov_degrees) {
-    faults.push_back(
-        {"/camera/vertical_fov_degrees", "the camera is orthographic and has no field of view"});
-  }
-  if (!spec.camera.type && !is_orthographic && spec.camera.orthographic_height_m) {
-    faults.push_back({"/camera/orthographic_height", "the camera is not orthographic"});
   }
   if (spec.variant && std::find(facts.variants.begin(), facts.variants.end(), *spec.variant) ==
                           facts.variants.end()) {
-    faults.push_back(
-        {"/variant", '"' + *spec.variant +
-                         "\" is not a variant of the scene; available: " + listed(facts.variants)});
+    faults.add("/variant", '"' + *spec.variant + "\" is not a variant of the scene; available: " +
+                               listed(facts.variants));
   }
-  const auto& groups = facts.light_groups;  // absent in facts stored by an older build
-  const auto& shares = spec.render.film.shares;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    const core::LightShare& share = shares[i];
-    if (share.group && !groups.empty() &&
-        std::find(groups.begin(), groups.end(), *share.group) == groups.end()) {
-      faults.push_back({api::share_pointer(spec, i),
-                        '"' + *share.group +
-                            "\" is not a light group of the scene; available: " + listed(groups)});
-    }
+  core::SceneTraits traits = core::traits_of(facts);
+  if (facts.light_groups.empty()) {
+    traits.light_groups.reset();  // absent in facts stored by an older build
   }
-  const core::RenderSettings& render = spec.render;
-  if (const core::Status fits =
-          core::check_matter(render, facts, core::find_integrator(render.integrator));
-      !fits) {
-    faults.push_back({fits.error().where, fits.error().message});
-  }
+  api::check_rules(spec, &traits, faults);
   // Fog and motion are refused without the scene.
   if (const core::Status fits =
           core::check_light_rule(spec.stop, core::RenderSettings(), facts.has_scattering);
       !fits) {
-    faults.push_back({fits.error().where, fits.error().message});
+    faults.add(fits.error().where, fits.error().message);
   }
-  return faults;
+  return faults.empty() ? std::vector<api::FieldError>() : faults.problem().errors;
 }
 
 }  // namespace server

@@ -48,6 +48,29 @@ void take(std::span<const std::byte>& rest, Value* values, std::size_t count) {
   rest = rest.subspan(count * sizeof(Value));
 }
 
+template <typename Value>
+void append(std::vector<std::byte>& part, const std::vector<Value>& values) {
+  append(part, values.data(), values.size());
+}
+void append(std::vector<std::byte>& part, const std::vector<core::PixelPlan>& plans) {
+  for (const core::PixelPlan& plan : plans) {
+    const StoredPlan stored = {{plan.from, plan.from}, {plan.to, plan.to}};
+    append(part, &stored, 1);
+  }
+}
+
+template <typename Value>
+void take(std::span<const std::byte>& rest, std::vector<Value>& values) {
+  take(rest, values.data(), values.size());
+}
+void take(std::span<const std::byte>& rest, std::vector<core::PixelPlan>& plans) {
+  for (core::PixelPlan& plan : plans) {
+    StoredPlan stored;
+    take(rest, &stored, 1);
+    plan = {stored.from[0], stored.to[0]};
+  }
+}
+
 std::vector<core::ConvergencePoint> thinned(std::vector<core::ConvergencePoint> points) {
   while (points.size() > kPointsWritten) {
     std::vector<core::ConvergencePoint> every_second;
@@ -71,9 +94,7 @@ struct FilmFile::Layout {
   std::size_t pixel_bytes = 0;
 
   explicit Layout(const core::Film& film) {
-    pixel_bytes = replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
-                  (film.has_plan() ? sizeof(StoredPlan) : 0) +
-                  (film.has_pilot() ? sizeof(core::PilotPixel) : 0) + film.label_bytes();
+    pixel_bytes = stored_pixel_bytes(film, core::shape_of(film));
     // The size of the first version, so that slots keep their offsets: kPointsWritten leaves room
     // for later fields.
     head_bytes = align(kFirstHeadBytes + kPointsMax * sizeof(PointFields) +
@@ -210,32 +231,18 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     state.rejected_samples = fields.rejected_samples;
     state.rays = fields.rays;
     state.cpu_seconds = fields.cpu_seconds;
-    state.pixels.resize(pixels * static_cast<std::size_t>(film.replicates()));
-    state.aux.resize(film.has_aux() ? pixels : 0);
     state.span = {fields.span_from, fields.span_to};
-    state.plan.resize(fields.span_to != 0 ? pixels : 0);
     state.pilot_samples = fields.pilot_samples;
-    state.pilot.resize(fields.pilot_samples != 0 ? pixels : 0);
-    state.fit.resize(film.has_fit() ? state.pixels.size() : 0);
+    core::resize_planes(state, pixels, shape_of(film, fields));
     auto rest = std::span<const std::byte>(part).subspan(sizeof fields);
-    take(rest, state.pixels.data(), state.pixels.size());
-    take(rest, state.aux.data(), state.aux.size());
-    for (core::PixelPlan& plan : state.plan) {
-      StoredPlan stored;
-      take(rest, &stored, 1);
-      plan = {stored.from[0], stored.to[0]};
-    }
-    take(rest, state.pilot.data(), state.pilot.size());
-    take(rest, state.fit.data(), state.fit.size());
+    const auto take_array = [&](auto& values) { take(rest, values); };
+    core::visit_arrays(state, false, take_array);
     if (film.has_splats()) {
       auto& sums = checkpoint.splats.tiles[static_cast<std::size_t>(tile)];
       sums.resize(state.pixels.size() * (1 + film.shares().size()));
-      take(rest, sums.data(), sums.size());
+      take(rest, sums);
     }
-    state.shares.resize(state.pixels.size() * film.shares().size());
-    take(rest, state.shares.data(), state.shares.size());
-    size_labels(film, pixels, state);
-    visit_labels(state, [&](auto& values) { take(rest, values.data(), values.size()); });
+    core::visit_arrays(state, true, take_array);
     film.restore(tile, std::move(state), entry.revision);
   }
   if (film.has_splats()) {
@@ -353,20 +360,12 @@ Status FilmFile::write_tile(const core::Film& film, int tile, const Tile& before
   fields.cpu_seconds = state.cpu_seconds;
   buffer_.clear();
   append(buffer_, &fields, 1);
-  append(buffer_, state.pixels.data(), state.pixels.size());
-  append(buffer_, state.aux.data(), state.aux.size());
-  for (const core::PixelPlan& plan : state.plan) {
-    const StoredPlan stored = {{plan.from, plan.from}, {plan.to, plan.to}};
-    append(buffer_, &stored, 1);
-  }
-  append(buffer_, state.pilot.data(), state.pilot.size());
-  append(buffer_, state.fit.data(), state.fit.size());
+  const auto append_array = [&](const auto& values) { append(buffer_, values); };
+  core::visit_arrays(state, false, append_array);
   if (film.has_splats()) {
-    const auto& sums = splats.tiles[static_cast<std::size_t>(tile)];
-    append(buffer_, sums.data(), sums.size());
+    append(buffer_, splats.tiles[static_cast<std::size_t>(tile)]);
   }
-  append(buffer_, state.shares.data(), state.shares.size());
-  visit_labels(state, [&](auto& values) { append(buffer_, values.data(), values.size()); });
+  core::visit_arrays(state, true, append_array);
   const auto bytes = static_cast<std::uint32_t>(buffer_.size());
   std::memcpy(buffer_.data() + 8, &bytes, sizeof bytes);
   seal(buffer_);

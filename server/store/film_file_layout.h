@@ -4,8 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
-#include "core/film/film.h"
+#include "core/film/tile_planes.h"
 #include "core/render/progress.h"
 
 namespace server {
@@ -25,11 +26,6 @@ inline bool is_head(const std::array<char, 4>& magic) {
   return magic == kHeadMagic || magic == kSecondHeadMagic || magic == kFirstHeadMagic;
 }
 inline constexpr std::array<char, 4> kSlotMagic = {'T', 'S', 'S', '1'};
-
-static_assert(sizeof(core::ReplicatePixel) == 24 && sizeof(core::AuxPixel) == 32 &&
-                  sizeof(core::PilotPixel) == 32 && sizeof(core::ReplicateFit) == 48 &&
-                  sizeof(core::LabelPixel) == 44 && sizeof(core::MattePixel) == 72,
-              "the file holds these as they are in memory; a change needs a new magic");
 
 /// Format from when the two halves of a pixel could have different counts; now both are equal.
 struct StoredPlan {
@@ -148,11 +144,16 @@ inline std::size_t pixels_of(const core::PixelRect& rect) {
   return static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
 }
 
-inline std::size_t replicate_bytes(const core::Film& film) {
-  return static_cast<std::size_t>(film.replicates()) *
-         (sizeof(core::ReplicatePixel) + (film.has_fit() ? sizeof(core::ReplicateFit) : 0) +
-          (film.has_splats() ? (1 + film.shares().size()) * sizeof(core::SplatPixel) : 0) +
-          film.shares().size() * sizeof(core::Rgb));
+/// Returns the size of a value as it is stored.
+template <typename Value>
+constexpr std::size_t stored_bytes(const core::TilePlane<Value>&) {
+  return std::is_same_v<Value, core::PixelPlan> ? sizeof(StoredPlan) : sizeof(Value);
+}
+/// Returns the bytes of a pixel, with its splats.
+inline std::size_t stored_pixel_bytes(const core::Film& film, const core::TileShape& shape) {
+  const std::size_t splats = film.has_splats() ? shape.replicates * (1 + shape.shares) : 0;
+  return core::pixel_bytes(shape, [](const auto& plane) { return stored_bytes(plane); }) +
+         splats * sizeof(core::SplatPixel);
 }
 
 /// Returns the bytes in the head for light samples of each unit, light paths of each replicate,
@@ -173,25 +174,18 @@ inline std::size_t meter_size(const core::Film& film) {
              : 0;
 }
 
+/// Returns the arrays in a slot, according to its fields: plans and pilots may be absent.
+inline core::TileShape shape_of(const core::Film& film, const SlotFields& fields) {
+  core::TileShape shape = core::shape_of(film);
+  shape.has_plan = fields.span_to != 0;
+  shape.has_pilot = fields.pilot_samples != 0;
+  return shape;
+}
+
 /// Returns the size of a whole slot, according to its fields.
 inline std::size_t slot_size(const core::Film& film, const core::PixelRect& rect,
                              const SlotFields& fields) {
-  return sizeof fields +
-         pixels_of(rect) * (replicate_bytes(film) + (film.has_aux() ? sizeof(core::AuxPixel) : 0) +
-                            film.label_bytes() + (fields.span_to != 0 ? sizeof(StoredPlan) : 0) +
-                            (fields.pilot_samples != 0 ? sizeof(core::PilotPixel) : 0));
-}
-
-inline void size_labels(const core::Film& film, std::size_t pixels, core::TileState& state) {
-  state.labels.resize(film.has_labels() ? pixels : 0);
-  state.mattes.resize(pixels * film.matte_kinds().count());
-}
-
-/// Visits the arrays that come last, in their order.
-template <typename Visit>
-void visit_labels(core::TileState& state, const Visit& visit) {
-  visit(state.labels);
-  visit(state.mattes);
+  return sizeof fields + pixels_of(rect) * stored_pixel_bytes(film, shape_of(film, fields));
 }
 
 }  // namespace server

@@ -314,7 +314,7 @@ TEST(Fog, StrategiesAgreeOnAnEmitterInFog) {
 
 TEST(Media, AreRefusedByIntegratorsThatDoNotSupportThem) {
   const auto message = [](const core::View& view) {
-    const auto renderer = core::settled_renderer(view);
+    const auto renderer = test_support::settled_renderer(view);
     return renderer ? std::string() : renderer.error().message;
   };
   core::View view = ball(milk(0.9F, 1));
@@ -322,11 +322,11 @@ TEST(Media, AreRefusedByIntegratorsThatDoNotSupportThem) {
   for (const char* name :
        {"direct", "light-trace", "mlt", "sppm", "photon-map", "irradiance-cache"}) {
     view.settings.integrator = name;
-    EXPECT_NE(message(view).find("scattering media"), std::string::npos) << name;
+    EXPECT_NE(message(view).find("scattering in the scene"), std::string::npos) << name;
   }
   view.settings.integrator = "path";
   view.settings.estimator.control_variate = core::ControlVariateType::kAnalytic;
-  EXPECT_NE(message(view).find("scattering media"), std::string::npos);
+  EXPECT_NE(message(view).find("a medium that scatters"), std::string::npos);
 }
 
 TEST(Media, BitsDoNotDependOnThreads) {

@@ -380,7 +380,7 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
     view.settings.integrator = integrator;
     const std::string calm = test_support::render(view, 4, 1).film->digest();
     EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm) << integrator;
-    const auto renderer = core::settled_renderer(view);
+    const auto renderer = test_support::settled_renderer(view);
     ASSERT_TRUE(renderer);
     core::TaskOptions options;
     options.stop.samples_per_pixel = 4;

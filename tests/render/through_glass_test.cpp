@@ -149,7 +149,7 @@ TEST(ThroughGlass, IsRefusedByIntegratorsThatCannot) {
   for (const core::IntegratorEntry& row : core::integrators()) {
     core::View view = view_of(shop(0), row.name);
     view.settings.background = {BackgroundType::kTransparent, {}, true};
-    const auto renderer = core::settled_renderer(std::move(view));
+    const auto renderer = test_support::settled_renderer(std::move(view));
     EXPECT_EQ(static_cast<bool>(renderer), core::accepts(row, core::kThroughGlass)) << row.name;
     if (!renderer) {
       EXPECT_EQ(renderer.error().where, core::kThroughGlass);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <string_view>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/math/numbers.h"
@@ -194,8 +196,49 @@ Rgb Picture::standard_error() const {
           static_cast<float>(std::sqrt(sum[2]) / n)};
 }
 
+core::RenderSettings accepted(const core::RenderSettings& settings) {
+  core::RenderSettings out = settings;
+  const core::RenderSettings usual = core::default_settings(settings.integrator);
+  const core::IntegratorEntry& row = core::row_of(core::integrators(), settings.integrator);
+  const auto keep = [&](std::string_view option, auto member) {
+    if (!core::accepts(row, option)) {
+      member(out) = member(usual);
+    }
+  };
+  keep(
+      "/integrator/max_depth", [](auto& s) -> auto& { return s.max_depth; });
+  keep(
+      "/integrator/photons", [](auto& s) -> auto& { return s.photons.paths; });
+  keep(
+      "/integrator/radius_m", [](auto& s) -> auto& { return s.photons.radius_m; });
+  keep(
+      "/integrator/alpha", [](auto& s) -> auto& { return s.photons.alpha; });
+  keep(
+      "/integrator/final_gather", [](auto& s) -> auto& { return s.photons.final_gather; });
+  keep(
+      "/integrator/rays", [](auto& s) -> auto& { return s.cache; });
+  keep(
+      "/estimator/mis", [](auto& s) -> auto& { return s.estimator.mis; });
+  keep(
+      "/estimator/mis", [](auto& s) -> auto& { return s.estimator.mis_exponent; });
+  keep(
+      "/estimator/roulette", [](auto& s) -> auto& { return s.estimator.roulette; });
+  keep(
+      "/estimator/splitting", [](auto& s) -> auto& { return s.estimator.splitting; });
+  keep(
+      "/sampler/type", [](auto& s) -> auto& { return s.sampler; });
+  keep(
+      "/light_sampler", [](auto& s) -> auto& { return s.light_sampler; });
+  return out;
+}
+
+core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(core::View view) {
+  view.settings = accepted(view.settings);
+  return core::settled_renderer(std::move(view));
+}
+
 Picture render(const core::View& view, const core::StopRules& stop, int threads) {
-  auto renderer = core::settled_renderer(view);
+  auto renderer = test_support::settled_renderer(view);
   CHECK(renderer);
   Picture picture;
   picture.film = std::make_shared<core::Film>(view.settings);

@@ -53,7 +53,13 @@ struct Picture {
   core::Rgb standard_error() const;
 };
 
-/// Renders to the end on two threads; aborts the test program on errors.
+/// Returns the settings with defaults for options that the integrator does not accept, so that a
+/// test can render one view by several integrators.
+core::RenderSettings accepted(const core::RenderSettings& settings);
+/// As core::settled_renderer(), with accepted() settings.
+core::Result<std::shared_ptr<const core::Renderer>> settled_renderer(core::View view);
+
+/// Renders accepted() settings to the end on two threads; aborts the test program on errors.
 Picture render(const core::View& view, const core::StopRules& stop, int threads = 2);
 Picture render(const core::View& view, int samples_per_pixel, int threads = 2);
 

@@ -51,6 +51,7 @@ NEVER = {
 }
 # Only these files of the client may link the renderer: the others start without its libraries.
 RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cli/render.cpp",
+                   "clients/cli/file_inputs.cpp", "clients/cli/file_inputs.h",
                    "clients/cli/render_job.cpp", "clients/cli/render_job.h",
                    "clients/cli/worker.cpp", "clients/cli/worker_jobs.cpp",
                    "clients/cli/worker_jobs.h"}

@@ -15,7 +15,9 @@ set(API_TEST_SOURCES
   openapi_test.cpp
   query_test.cpp
   requests_test.cpp
+  rules_test.cpp
   schema_check.cpp
   server_view_test.cpp
   tile_frame_test.cpp
-  time_text_test.cpp)
+  time_text_test.cpp
+  view_of_test.cpp)

@@ -31,7 +31,7 @@ core::TaskOptions options_of(int samples) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::settled_renderer(view);
+  auto renderer = test_support::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

@@ -15,6 +15,7 @@ set(CORE_TEST_SOURCES
   film_format_test.cpp
   film_merge_test.cpp
   film_test.cpp
+  tile_planes_test.cpp
   flip_test.cpp
   half_picture_test.cpp
   integrators_test.cpp

@@ -282,7 +282,7 @@ TEST(Film, MeanAndM2MatchTheSamples) {
   // Compares films of n and n + 1 samples: the differences of their sums are the samples.
   test_support::Moments moments[2];
   double before[2] = {};
-  const auto renderer = core::settled_renderer(view);
+  const auto renderer = test_support::settled_renderer(view);
   ASSERT_TRUE(renderer);
   Film film(view.settings.film, 2);
   TileState state = film.tile(0);

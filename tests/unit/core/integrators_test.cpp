@@ -63,7 +63,7 @@ TEST(Integrators, RefuseDispersionUnlessSupported) {
   core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
   for (const core::IntegratorEntry& row : core::integrators()) {
     view.settings.integrator = row.name;
-    const auto renderer = core::settled_renderer(view);
+    const auto renderer = test_support::settled_renderer(view);
     EXPECT_EQ(static_cast<bool>(renderer), row.disperses) << row.name;
     if (!renderer) {
       EXPECT_EQ(renderer.error().where, "/integrator/type");
@@ -73,13 +73,13 @@ TEST(Integrators, RefuseDispersionUnlessSupported) {
 
 // Both use the same random numbers and no path ends by roulette, so images differ only by rounding.
 TEST(Integrators, DirectEqualsPathAtDepthOne) {
-  const Picture direct = test_support::render(cornell_view("direct", 16), 16);
+  const Picture direct = test_support::render(cornell_view("direct", 1), 16);
   EXPECT_LT(largest_difference(direct, test_support::render(cornell_view("path", 1), 16)), 1e-4F);
 }
 
 // The planted fault: one more bounce is detected.
 TEST(Integrators, DirectDiffersFromPathAtDepthTwo) {
-  const Picture direct = test_support::render(cornell_view("direct", 16), 16);
+  const Picture direct = test_support::render(cornell_view("direct", 1), 16);
   EXPECT_GT(largest_difference(direct, test_support::render(cornell_view("path", 2), 16)), 0.05F);
 }
 

@@ -47,7 +47,7 @@ struct Rendered {
 /// Continues the film, or begins one.
 Rendered rendered(const core::View& view, int n, int threads,
                   std::shared_ptr<core::Film> film = nullptr, bool compares = true) {
-  const auto renderer = core::settled_renderer(view);
+  const auto renderer = test_support::settled_renderer(view);
   EXPECT_TRUE(renderer);
   Rendered out;
   out.film = film ? std::move(film) : std::make_shared<core::Film>(view.settings);
@@ -135,7 +135,7 @@ TEST(ReferenceImages, AreNotLentToOtherMachines) {
   QuietSink sink;
   core::TaskOptions options;
   options.stop = samples(2);
-  const auto renderer = core::settled_renderer(view);
+  const auto renderer = test_support::settled_renderer(view);
   ASSERT_TRUE(renderer);
   core::RenderTask task(*renderer, std::make_shared<core::Film>(view.settings), options, sink);
   bool was_busy = false;

@@ -61,7 +61,7 @@ core::View small_view(core::SamplerType sampler = core::SamplerType::kSobol) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::settled_renderer(view);
+  auto renderer = test_support::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

@@ -145,7 +145,7 @@ core::View small_view(bool regression) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::settled_renderer(view);
+  auto renderer = test_support::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

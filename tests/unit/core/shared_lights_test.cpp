@@ -48,7 +48,7 @@ std::shared_ptr<Film> film_of(const core::View& view) {
 }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = core::settled_renderer(view);
+  auto renderer = test_support::settled_renderer(view);
   EXPECT_TRUE(renderer);
   return *renderer;
 }

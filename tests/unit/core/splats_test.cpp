@@ -244,7 +244,7 @@ std::string digest_resumed_from(const std::shared_ptr<const core::Renderer>& ren
 TEST(LightPaths, FilmsAreIndependentOfRestarts) {
   const core::View view = light_view();
   const std::string calm = test_support::render(view, 8, 1).film->digest();
-  const auto renderer = core::settled_renderer(view);
+  const auto renderer = test_support::settled_renderer(view);
   ASSERT_TRUE(renderer);
   for (int taken = 3; taken < 40; taken += 9) {
     const Checkpoint from = checkpoint_after(*renderer, taken);

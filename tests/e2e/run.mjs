@@ -1,5 +1,6 @@
-// Runs the test files one after another, since two browsers and two renderers starve each other on
-// two cores: node run.mjs [PATTERN...], where PATTERN selects files whose name contains it.
+// Runs the test files two at a time (most of a test is waiting): node run.mjs [PATTERN...], where
+// PATTERN selects files whose name contains it. By default Node runs as many files at a time as
+// there are cores, minus one.
 import fs from 'node:fs';
 import path from 'node:path';
 import { run } from 'node:test';
@@ -15,7 +16,7 @@ const files = fs
   .map((name) => path.join(here, name));
 if (!files.length) throw new Error(`no test file is named like ${patterns.join(' or ')}`);
 
-run({ files, concurrency: 1 })
+run({ files, concurrency: 2 })
   .on('test:fail', () => {
     process.exitCode = 1;
   })

@@ -95,3 +95,26 @@ test('the denoised image of a deleted render is asked for once', () =>
     assert.equal(asked, 1);
   }),
 );
+
+test('a damaged record is named and can be deleted', { timeout: 60_000 }, () =>
+  withPage('', async (page) => {
+    const id = '01234567-89ab-cdef-0123-456789abcdef';
+    let deleted = false;
+    await page.route('**/v1/jobs?*', async (route) => {
+      const response = await route.fetch();
+      const listed = await response.json();
+      assert.deepEqual(listed.damaged, []);
+      await route.fulfill({ response, json: { ...listed, damaged: deleted ? [] : [id] } });
+    });
+    await page.route(`**/v1/jobs/${id}`, (route) => {
+      deleted = route.request().method() === 'DELETE';
+      return route.fulfill({ status: 204 });
+    });
+    await page.evaluate(() => (location.hash = '#/jobs'));
+    const told = page.getByTestId('damaged-jobs');
+    await told.getByText(id).waitFor();
+    await told.getByRole('button', { name: 'Delete' }).click();
+    await told.waitFor({ state: 'detached' });
+    assert.ok(deleted);
+  }),
+);

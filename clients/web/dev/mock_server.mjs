@@ -175,6 +175,7 @@ function jobPage(query) {
   return {
     jobs: found.slice(from, to).map((j) => j.json()),
     next: to < found.length ? String(to) : null,
+    damaged: [],
   };
 }
 

@@ -12,6 +12,8 @@ export const serverInfo = new Store<Server | null>(null);
 export const jobs = new Store<Job[] | null>(null);
 /** Cursor of the next page of jobs; null after the last. */
 export const jobsNext = new Store<string | null>(null);
+/** Ids of that page whose stored records cannot be read. */
+export const jobsDamaged = new Store<string[]>([]);
 export const pageSize = 40;
 
 export type Theme = 'auto' | 'dark' | 'light';
@@ -76,6 +78,7 @@ export async function refresh(): Promise<void> {
     if (!serverInfo.get()) serverInfo.set(await api.server());
     const page = await api.jobs({ limit: pageSize });
     jobsNext.set(page.next);
+    jobsDamaged.set(page.damaged);
     jobs.set(page.jobs);
     // After an outage the server may have another build.
     if (connection.get() === 'offline') serverInfo.set(await api.server());

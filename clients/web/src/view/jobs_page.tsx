@@ -6,7 +6,7 @@ import type { Job, JobState } from '../api/types';
 import { ago, count, duration, percent } from '../ui/format';
 import { useGrowing } from '../ui/later';
 import { choiceIn, keepChoice, route } from '../ui/router';
-import { refresh, sayError, serverInfo } from '../ui/server_state';
+import { jobsDamaged, refresh, sayError, serverInfo } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { ChosenJobs } from './chosen_jobs';
 import { useJobList } from './job_list';
@@ -23,6 +23,24 @@ const filters: Record<Filter, { label: string; states: JobState[] | null }> = {
 };
 
 const cardsAtOnce = 3;
+
+/** Jobs among the newest whose records are damaged: they can only be deleted. */
+function DamagedJobs() {
+  const ids = useStore(jobsDamaged);
+  const remove = (id: string): void => void api.remove(id).then(refresh).catch(sayError);
+  return ids.length === 0 ? null : (
+    <ul class="warnings" data-testid="damaged-jobs">
+      {ids.map((id) => (
+        <li key={id}>
+          The stored record of render {id} is damaged: it cannot be shown.{' '}
+          <button type="button" class="quiet" onClick={() => remove(id)}>
+            Delete
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}
 
 export function JobsPage() {
   const at = useStore(route);
@@ -87,6 +105,7 @@ export function JobsPage() {
         />
       )}
       <SeriesLinks />
+      <DamagedJobs />
       <p class="visually-hidden" role="status">
         {settled && narrowed && `${list.length}${more ? ' or more' : ''} found`}
       </p>

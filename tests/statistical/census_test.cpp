@@ -84,7 +84,7 @@ std::unique_ptr<LightCensus> census_of(const core::View& view, const core::Camer
   return census;
 }
 
-core::Camera camera_of(const core::View& view) {
+core::Camera still_camera(const core::View& view) {
   auto camera = core::Camera::create(view.camera, {}, view.scene->summary().bounds,
                                      view.settings.film.width, view.settings.film.height);
   EXPECT_TRUE(camera);
@@ -98,7 +98,7 @@ double hits_of(const LightCensus& census, LightRoute route) {
 
 /// Number of seeds whose exact interval of the tile's luminance covers `truth`.
 int covered(core::View view, double truth, const std::vector<LightRoute>& routes, int particles) {
-  const core::Camera camera = camera_of(view);
+  const core::Camera camera = still_camera(view);
   int count = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     view.settings.seed = static_cast<std::uint64_t>(seed);
@@ -169,7 +169,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 /// Between the hits of a census and those of the particles of another stream.
 double shared_noise(std::uint64_t other) {
   core::View view = folded_sun(1);
-  const core::Camera camera = camera_of(view);
+  const core::Camera camera = still_camera(view);
   std::vector<double> of_census;
   std::vector<double> of_other;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -215,7 +215,7 @@ TEST(Census, WeightsAtDiffuseAndClearSurfacesAreAtMostOne) {
 
 core::LightNotFound judged(const core::View& view, int samples, int particles = 1 << 16) {
   const auto picture = test_support::render(view, samples);
-  const core::Camera camera = camera_of(view);
+  const core::Camera camera = still_camera(view);
   const auto census = census_of(view, camera, particles);
   return core::light_not_found(*census, particles, *picture.film, view, 0.95);
 }
@@ -255,7 +255,7 @@ TEST(LightNotFound, IsDetectedInAPictureThatIsTooDark) {
   dark.scene = test_support::build(
       test_support::scene_of({lamp}, {test_support::sphere({}, 1, 48, true, 0)}));
   const auto picture = test_support::render(dark, 8);
-  const core::Camera camera = camera_of(view);
+  const core::Camera camera = still_camera(view);
   const auto census = census_of(view, camera, 1 << 16);
   const auto light = core::light_not_found(*census, 1 << 16, *picture.film, view, 0.95);
   EXPECT_NEAR(light.detected, (0.875 - 0.5) / 0.5, 0.15);

@@ -129,7 +129,7 @@ TEST(PhotonRules, NumberOfParticlesIsThatOfPixelsWithinLimits) {
   core::RenderSettings settings;
   settings.film.width = 8;
   settings.film.height = 8;
-  EXPECT_EQ(core::photon_paths(settings), 1024);
+  EXPECT_EQ(core::photon_paths(settings), 4096);
   settings.film.width = settings.film.height = 100;
   EXPECT_EQ(core::photon_paths(settings), 10000);
   settings.film.width = settings.film.height = 10000;

@@ -3,7 +3,6 @@
 // camera paths contribute exactly that light and light paths the rest, so both add up to the image
 // without weights. Source: Veach 1997, 8.3 and 10.2 (t = 1); PBR 3rd ed. 16.1.2, Dutre, Lafortune
 // and Willems 1993.
-#include "core/integrators/first_surfaces.h"
 #include "core/integrators/path_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
@@ -20,10 +19,7 @@ class LightTracer final : public Integrator {
       : scene_(input.scene),
         emission_(input.scene, input.environment),
         camera_paths_(input),
-        max_depth_(input.settings.max_depth) {
-    const FirstSurfaces seen = first_surfaces(scene_, *input.camera, input.settings.film);
-    emission_.aim(seen.eye, seen.distance_m);
-  }
+        max_depth_(input.settings.max_depth) {}
 
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;

@@ -131,6 +131,7 @@ const requests = {
     ...common,
     scene: 'veach-mis',
     estimator: { strategy: 'light', expected_values: false },
+    stop: { ...common.stop, light_not_found: 0.25 },
   },
   photons: {
     ...common,

@@ -61,6 +61,8 @@ export interface FormValues {
   errorPercent: number;
   useDenoisedError: boolean;
   denoisedErrorPercent: number;
+  useLightNotFound: boolean;
+  lightNotFoundPercent: number;
   useMeterError: boolean;
   meterErrorPercent: number;
   useSeconds: boolean;
@@ -137,6 +139,8 @@ export const initial: FormValues = {
   errorPercent: 1,
   useDenoisedError: false,
   denoisedErrorPercent: 2,
+  useLightNotFound: false,
+  lightNotFoundPercent: 5,
   useMeterError: false,
   meterErrorPercent: 10,
   useSeconds: false,
@@ -293,6 +297,7 @@ function stopOf(v: FormValues): Record<string, number> {
     ...(v.useSamples && { samples_per_pixel: v.samples }),
     ...(image && v.useError && { relative_error: round(v.errorPercent / 100) }),
     ...(image && v.useDenoisedError && { denoised_error: round(v.denoisedErrorPercent / 100) }),
+    ...(image && v.useLightNotFound && { light_not_found: round(v.lightNotFoundPercent / 100) }),
     ...(meter && v.useMeterError && { meter_error: round(v.meterErrorPercent / 100) }),
     ...(v.useSeconds && { seconds: v.seconds }),
     ...(v.useCpuSeconds && { cpu_seconds: v.cpuSeconds }),

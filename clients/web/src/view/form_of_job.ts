@@ -120,6 +120,9 @@ export function formOf(job: Job, info: Server | null): FormValues {
     denoisedErrorPercent:
       stop.denoised_error != null ? stop.denoised_error * 100 : initial.denoisedErrorPercent,
     errorPercent: stop.relative_error != null ? stop.relative_error * 100 : initial.errorPercent,
+    useLightNotFound: stop.light_not_found != null,
+    lightNotFoundPercent:
+      stop.light_not_found != null ? stop.light_not_found * 100 : initial.lightNotFoundPercent,
     useMeterError: stop.meter_error != null,
     meterErrorPercent:
       stop.meter_error != null ? stop.meter_error * 100 : initial.meterErrorPercent,

@@ -23,6 +23,8 @@ const presetMembers = [
   'errorPercent',
   'useDenoisedError',
   'denoisedErrorPercent',
+  'useLightNotFound',
+  'lightNotFoundPercent',
   'useSeconds',
   'seconds',
   'useCpuSeconds',

@@ -77,6 +77,18 @@ export function StopField() {
             onToggle={(useDenoisedError) => change({ useDenoisedError })}
             onValue={(denoisedErrorPercent) => change({ denoisedErrorPercent })}
           />
+          <Rule
+            on={v.useLightNotFound}
+            label="light not found is below"
+            unit="%"
+            value={v.lightNotFoundPercent}
+            min={0.01}
+            max={100}
+            step="any"
+            testId="stop-light-not-found"
+            onToggle={(useLightNotFound) => change({ useLightNotFound })}
+            onValue={(lightNotFoundPercent) => change({ lightNotFoundPercent })}
+          />
         </>
       )}
       {v.output !== 'image' && (

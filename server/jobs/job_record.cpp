@@ -188,7 +188,8 @@ Json parsed_text(const std::string& text) {
 
 std::string text_of(const Json& document, const char* name) {
   const auto found = document.find(name);
-  const bool is_none = found == document.end() || found->is_null() || *found == "";
+  const bool is_none = found == document.end() || found->is_null() ||
+                       (found->is_string() && found->get<std::string>().empty());
   return is_none ? std::string() : api::dump(*found);
 }
 

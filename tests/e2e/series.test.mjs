@@ -387,7 +387,7 @@ test('a scene is selected by its image, and a render is shown before its tiles a
     await page.route(/\/image\.jpg/, (way) => void (withheld = way), { times: 1 });
     const tiles = page.waitForResponse(/\/tiles/);
     await page.goto(`${server.url}/#/jobs/${id}`);
-    await (await tiles).finished();
+    await tiles;
     await page.waitForTimeout(500);
     assert.match(asked[0], /image\.jpg/);
     assert.equal(await pictureNow(page), null);

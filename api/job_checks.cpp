@@ -136,9 +136,7 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     return;
   }
   // Whether the scene has media is checked against it.
-  if (const core::Status fits = core::check_light_rule(stop, spec.render, false); !fits) {
-    faults.add(fits.error().where, fits.error().message);
-  }
+  add_error(core::check_light_rule(stop, spec.render, false), faults);
   if (!stop.denoised_error) {
     return;
   }

@@ -109,7 +109,7 @@ core::Result<std::string> stored_webhook_secret(const std::string& directory) {
   }
   const std::string secret = *known ? **known : fresh_webhook_secret();
   const std::string path = directory + kFile;
-  core::Status kept = write_line(path, secret);
+  core::Status kept = *known ? core::ok_status() : write_line(path, secret);
   kept = kept ? write_line(path + "-mark", mark_of(secret)) : kept;
   return kept ? core::Result<std::string>(secret) : kept.error();
 }

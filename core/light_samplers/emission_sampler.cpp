@@ -79,12 +79,11 @@ EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
   }
   const auto light = static_cast<std::uint32_t>(powers_.sample(u_light).cell);
   EmissionSample s = light < triangles_ ? from_triangle(light, u_position, u_direction)
-                                        : from_other(light, u_position, u_direction);
+                                        : from_other(light, u_direction);
   s.light = light;
-  const float pdf_disk = s.pdf.pdf_area;
   s.pdf = pdf(light, s.ray.direction);
-  if (pdf_disk > 0) {
-    s.pdf.pdf_area = pdf_disk;
+  if (is_distant(light)) {
+    s.pdf.pdf_area = sample_disk(u_position, s.ray);
   }
   const std::size_t place =
       light < triangles_ ? 2 * std::size_t{light} +
@@ -114,11 +113,11 @@ EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_positi
   return s;
 }
 
-EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_position,
-                                           Vec2 u_direction) const noexcept {
+/// Distant lights: without an origin.
+EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_direction) const noexcept {
   EmissionSample s;
   const PunctualLight* p = punctual(light);
-  if (p != nullptr && p->type != PunctualType::kDirectional) {
+  if (!is_distant(light)) {
     s.is_delta_position = true;
     s.ray.origin = p->position;
     s.ray.direction = p->sample_direction(u_direction);
@@ -134,7 +133,6 @@ EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_position,
     s.ray.direction = -sky.wi_world;
     s.radiance = sky.radiance;
   }
-  s.pdf.pdf_area = sample_disk(u_position, s.ray);
   return s;
 }
 
@@ -176,6 +174,11 @@ const PunctualLight* EmissionSampler::punctual(std::uint32_t light) const noexce
   const std::size_t i = std::size_t{light} - triangles_;
   return light >= triangles_ && i < scene_.punctual_lights.size() ? &scene_.punctual_lights[i]
                                                                   : nullptr;
+}
+
+bool EmissionSampler::is_distant(std::uint32_t light) const noexcept {
+  const PunctualLight* p = punctual(light);
+  return light >= triangles_ && (p == nullptr || p->type == PunctualType::kDirectional);
 }
 
 EmissionPdf EmissionSampler::pdf(std::uint32_t light, Vec3 direction_world) const noexcept {

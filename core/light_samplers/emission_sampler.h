@@ -64,8 +64,9 @@ class EmissionSampler {
  private:
   EmissionSample from_triangle(std::uint32_t light, Vec2 u_position,
                                Vec2 u_direction) const noexcept;
-  EmissionSample from_other(std::uint32_t light, Vec2 u_position, Vec2 u_direction) const noexcept;
+  EmissionSample from_other(std::uint32_t light, Vec2 u_direction) const noexcept;
   const PunctualLight* punctual(std::uint32_t light) const noexcept;
+  bool is_distant(std::uint32_t light) const noexcept;
 
   float sample_disk(Vec2 u, Ray& ray) const noexcept;
   void find_starts();

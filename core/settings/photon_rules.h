@@ -9,6 +9,7 @@
 
 namespace core {
 
+/// One for each pixel of a film of 64 x 64: a judgement. Smaller films would see single particles.
 inline constexpr int kPhotonPathsLeast = 1 << 12;
 /// Default number of photon paths.
 inline constexpr int kPhotonPathsUsual = 1 << 18;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/errors.h"
+#include "server/jobs/job_record.h"
 #include "server/observe/clock.h"
 #include "server/store/key_table.h"
 #include "server/store/uuid.h"
@@ -123,8 +124,11 @@ core::Result<std::vector<JobPointer>> BatchService::jobs_of(const BatchRow& batc
   }
   std::vector<JobPointer> jobs;
   for (const BatchJobRow& row : *rows) {
-    if (auto job = jobs_.index().find(row.id)) {  // Otherwise it was deleted, or is damaged.
+    auto job = jobs_.index().find(row.id);
+    if (job) {
       jobs.push_back(*std::move(job));
+    } else if (job.error().code != ErrorCode::kNotFound && !is_damaged(job.error(), row.id)) {
+      return job.error();
     }
   }
   return jobs;
@@ -142,7 +146,7 @@ core::Result<api::BatchView> BatchService::view_of(const BatchRow& batch) {
     if (!job && job.error().code == ErrorCode::kNotFound) {
       continue;  // Deleted in the meantime.
     }
-    if (!job && job.error().code != ErrorCode::kInternal) {
+    if (!job && !is_damaged(job.error(), row.id)) {
       return job.error();
     }
     if (!job) {

@@ -5,6 +5,7 @@
 
 #include "api/requests.h"
 #include "api/values.h"
+#include "server/jobs/job_record.h"
 
 namespace server {
 
@@ -37,7 +38,7 @@ bool matches(const api::JobView& view, const JobQuery& query) {
 
 core::Result<JobPointer> JobIndex::find(const std::string& id, const Access& access) {
   auto job = find(id);
-  if (!job && job.error().code == core::ErrorCode::kInternal) {  // Its record is damaged.
+  if (!job && is_damaged(job.error(), id)) {
     const auto row = table_.find(id);
     const bool is_seen = !row || !*row || access.sees((*row)->tenant);
     return is_seen ? job : core::Result<JobPointer>(unknown_job(id));

@@ -291,6 +291,10 @@ JobRow to_row(const JobRecord& record) {
   return row;
 }
 
+bool is_damaged(const core::Error& error, std::string_view id) {
+  return error.code == core::ErrorCode::kInternal && error.where == id;
+}
+
 core::Result<JobRecord> to_record(const JobRow& row) {
   const auto fail = [&](const std::string& why) {
     return core::Error{core::ErrorCode::kInternal, "the stored job cannot be read: " + why, row.id};

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "api/job_view.h"
@@ -39,8 +40,11 @@ void note_samples_by_error(api::JobView& view);
 std::vector<std::string> new_warnings(const api::JobView& before, const api::JobView& after);
 
 JobRow to_row(const JobRecord& record);
-/// Errors: kInternal when the stored spec cannot be read.
+/// Errors: kInternal when the record is damaged or cannot be read.
 core::Result<JobRecord> to_record(const JobRow& row);
+/// Returns whether the error of a job's record is that of to_record(): it stays, unlike failures of
+/// the machine.
+bool is_damaged(const core::Error& error, std::string_view id);
 
 /// Returns whether the job is memory-only and leaves nothing on disk.
 bool is_memory_only(const api::JobSpec& spec);

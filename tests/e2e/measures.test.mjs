@@ -219,7 +219,10 @@ test('the bias of a method is stated, with the denoised image too', async () => 
     await page.uncheck('[data-testid=denoise]');
     await page.getByTestId('error-plain').waitFor({ state: 'detached' });
     assert.match(await textOf(page, 'bias'), /systematic error is included, and vanishes/);
-    assert.match(await textOf(page, 'error'), /^The average pixel is\s+[\d.]+% off\s+\(([\d.]+% to|uncertain)/);
+    assert.match(
+      await textOf(page, 'error'),
+      /^The average pixel is\s+[\d.]+% off\s+\(([\d.]+% to|uncertain)/,
+    );
     await page.check('[data-testid=denoise]');
     assert.deepEqual(await accessibilityFaults(page), []);
   });

@@ -173,8 +173,8 @@ for (const [name, device] of [
     );
     assert.ok(actions <= actionsMost, `${actions} actions`);
     t.diagnostic(
-      `${actions} actions, ${((server.startMs + Date.now() - begin) / 1000).toFixed(1)} s from the start of ` +
-        `the server, which took ${(server.startMs / 1000).toFixed(1)} s`,
+      `${actions} actions, ${((server.startMs + Date.now() - begin) / 1000).toFixed(1)} s from ` +
+        `the start of the server, which took ${(server.startMs / 1000).toFixed(1)} s`,
     );
     assert.deepEqual(page.faults, []);
     await page.context().close();

@@ -6,6 +6,9 @@ const known = (v: number | null | undefined): v is number =>
 
 const minus = (text: string): string => text.replace(/-/g, '−');
 
+/** Rounded to seven digits, which tell floats apart. */
+export const rounded = (v: number): number => Number(v.toPrecision(7));
+
 /** Three significant digits, no exponent between 1e-3 and 1e5. */
 export function number(v: number | null | undefined, digits = 3): string {
   if (!known(v)) return dash;

@@ -1,8 +1,10 @@
 import { RequestError } from '../api/client';
 import type { FieldError, Server } from '../api/types';
+import { rounded } from '../ui/format';
 import { Store } from '../ui/store';
 import { hasArea, planeOf, pointsIn, type MeterGrid } from './meter_model';
 import { withReused, type Reused } from './reused_settings';
+import { perUnit, rulesFor } from './stop_rules';
 
 /** Presets that the server generates; the page builds the other modes' requests. */
 export const presets = ['studio', 'tent', 'rim'] as const;
@@ -292,16 +294,13 @@ export function formRequest(v: FormValues, offered: Offered = []): Record<string
 
 /** The chosen rules that apply to what the job makes. */
 function stopOf(v: FormValues): Record<string, number> {
-  const [image, meter] = [v.output !== 'meter', v.output !== 'image'];
-  return {
-    ...(v.useSamples && { samples_per_pixel: v.samples }),
-    ...(image && v.useError && { relative_error: round(v.errorPercent / 100) }),
-    ...(image && v.useDenoisedError && { denoised_error: round(v.denoisedErrorPercent / 100) }),
-    ...(image && v.useLightNotFound && { light_not_found: round(v.lightNotFoundPercent / 100) }),
-    ...(meter && v.useMeterError && { meter_error: round(v.meterErrorPercent / 100) }),
-    ...(v.useSeconds && { seconds: v.seconds }),
-    ...(v.useCpuSeconds && { cpu_seconds: v.cpuSeconds }),
-  };
+  const chosen = rulesFor(v).filter((rule) => v[rule.use]);
+  return Object.fromEntries(
+    chosen.map((rule) => [
+      rule.member,
+      rule.unit === '%' ? rounded(v[rule.value] / perUnit(rule)) : v[rule.value],
+    ]),
+  );
 }
 
 /** The crop in pixels, at least one. */
@@ -366,7 +365,7 @@ function placeOf(v: FormValues): Record<string, unknown> {
 const lensOf = (v: FormValues): Record<string, unknown> =>
   v.apertureMm > 0
     ? {
-        aperture_radius: round(v.apertureMm / 1000),
+        aperture_radius: rounded(v.apertureMm / 1000),
         ...(v.focusM !== null && { focus_distance: v.focusM }),
       }
     : {};
@@ -439,11 +438,10 @@ function backgroundOf(v: FormValues): unknown {
 export function linearOf(hex: string): number[] {
   return [1, 3, 5].map((i) => {
     const s = parseInt(hex.slice(i, i + 2), 16) / 255;
-    return round(s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4);
+    return rounded(s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4);
   });
 }
 
-const round = (v: number): number => Number(v.toPrecision(7));
 
 /** Errors that the page can detect itself. */
 export function check(v: FormValues): FieldError[] {

@@ -12,6 +12,7 @@ import {
 } from './form_model';
 import { gridOf, textOfPoints } from './meter_model';
 import { holds, usualSettings } from './request_texts';
+import { perUnit, stopRules } from './stop_rules';
 
 /** "#rrggbb" of a colour in linear Rec.709, rounded to eight bits. */
 function hexOf(linear: number[]): string {
@@ -96,6 +97,19 @@ function optionsOfIntegrator(spec: Job['spec'], info: Server | null): Record<str
   );
 }
 
+function stopValues(stop: Job['spec']['stop']): Partial<FormValues> {
+  return Object.fromEntries(
+    stopRules.flatMap((rule) => {
+      const given = stop[rule.member];
+      const value = given == null ? initial[rule.value] : given * perUnit(rule);
+      return [
+        [rule.use, given != null],
+        [rule.value, value],
+      ];
+    }),
+  );
+}
+
 /** The form as it would have been filled in for this job. */
 export function formOf(job: Job, info: Server | null): FormValues {
   const { spec } = job;
@@ -113,23 +127,7 @@ export function formOf(job: Job, info: Server | null): FormValues {
       crop: film.crop && cropOf(film.crop, film.width, film.height),
       filter: film.filter.type,
     }),
-    useSamples: stop.samples_per_pixel != null,
-    samples: stop.samples_per_pixel ?? initial.samples,
-    useError: stop.relative_error != null,
-    useDenoisedError: stop.denoised_error != null,
-    denoisedErrorPercent:
-      stop.denoised_error != null ? stop.denoised_error * 100 : initial.denoisedErrorPercent,
-    errorPercent: stop.relative_error != null ? stop.relative_error * 100 : initial.errorPercent,
-    useLightNotFound: stop.light_not_found != null,
-    lightNotFoundPercent:
-      stop.light_not_found != null ? stop.light_not_found * 100 : initial.lightNotFoundPercent,
-    useMeterError: stop.meter_error != null,
-    meterErrorPercent:
-      stop.meter_error != null ? stop.meter_error * 100 : initial.meterErrorPercent,
-    useSeconds: stop.seconds != null,
-    seconds: stop.seconds ?? initial.seconds,
-    useCpuSeconds: stop.cpu_seconds != null,
-    cpuSeconds: stop.cpu_seconds ?? initial.cpuSeconds,
+    ...stopValues(stop),
     variant: spec.variant ?? '',
     timeSeconds: spec.time_seconds === undefined ? 0 : spec.time_seconds,
     shutterSeconds: spec.shutter_seconds ?? 0,

@@ -1,6 +1,7 @@
 // What this browser keeps of earlier forms.
 import { persistent } from '../ui/store';
 import { change, type FormValues } from './form_model';
+import { stopRules } from './stop_rules';
 
 /** An environment map that this browser has sent. */
 export interface Panorama {
@@ -14,21 +15,10 @@ const isPanoramas = (v: unknown): v is Panorama[] =>
 export const panoramas = persistent<Panorama[]>('tessera.panoramas', [], isPanoramas);
 
 /** Settings of a look that can be kept for other models: not the model, its camera or the name. */
-const presetMembers = [
+const presetMembers: (keyof FormValues)[] = [
   'width',
   'height',
-  'useSamples',
-  'samples',
-  'useError',
-  'errorPercent',
-  'useDenoisedError',
-  'denoisedErrorPercent',
-  'useLightNotFound',
-  'lightNotFoundPercent',
-  'useSeconds',
-  'seconds',
-  'useCpuSeconds',
-  'cpuSeconds',
+  ...stopRules.filter(({ of }) => of !== 'meter').flatMap(({ use, value }) => [use, value]),
   'environment',
   'environmentAsset',
   'environmentName',
@@ -51,9 +41,9 @@ const presetMembers = [
   'integrator',
   'maxDepth',
   'filter',
-] as const;
+];
 
-export type LookPreset = Pick<FormValues, (typeof presetMembers)[number]>;
+export type LookPreset = Partial<FormValues>;
 
 const isPresets = (v: unknown): v is Record<string, LookPreset> =>
   typeof v === 'object' && v !== null && !Array.isArray(v);
@@ -62,7 +52,7 @@ const isPresets = (v: unknown): v is Record<string, LookPreset> =>
 export const lookPresets = persistent<Record<string, LookPreset>>('tessera.presets', {}, isPresets);
 
 export const presetOf = (v: FormValues): LookPreset =>
-  Object.fromEntries(presetMembers.map((member) => [member, v[member]])) as LookPreset;
+  Object.fromEntries(presetMembers.map((member) => [member, v[member]]));
 
 /** Members that an older page did not store keep their values. */
 export const applyPreset = (preset: LookPreset): void =>

@@ -1,4 +1,5 @@
 import type { JobRequestMeter, JobRequestMeterPlane, SceneBounds } from '../api/types';
+import { rounded } from '../ui/format';
 import { same } from './request_texts';
 
 type Vec3 = [number, number, number];
@@ -11,8 +12,6 @@ export interface LevelPlane {
   front: number;
   height: number;
 }
-
-const round = (v: number): number => Number(v.toPrecision(7));
 
 type Rectangle = Pick<JobRequestMeterPlane, 'origin' | 'edge_u' | 'edge_v'>;
 
@@ -27,8 +26,8 @@ export const isLevel = (place: MeterGrid['place']): place is LevelPlane => 'heig
 
 const rectangleOf = (p: LevelPlane): Rectangle => ({
   origin: [p.left, p.height, p.front],
-  edge_u: [round(p.right - p.left), 0, 0],
-  edge_v: [0, 0, round(p.back - p.front)],
+  edge_u: [rounded(p.right - p.left), 0, 0],
+  edge_v: [0, 0, rounded(p.back - p.front)],
 });
 
 /** Whether a plane of a form has an area, and faces up if it is level. */
@@ -44,8 +43,8 @@ export function gridOf({ columns, rows, ...rectangle }: JobRequestMeterPlane): M
   const { origin, edge_u: u, edge_v: v } = rectangle;
   const place: LevelPlane = {
     left: origin[0],
-    right: round(origin[0] + u[0]),
-    back: round(origin[2] + v[2]),
+    right: rounded(origin[0] + u[0]),
+    back: rounded(origin[2] + v[2]),
     front: origin[2],
     height: origin[1],
   };
@@ -67,11 +66,11 @@ export function workPlane({ min, max }: SceneBounds): MeterGrid {
   const size = min.map((v, i) => max[i] - v);
   const inset = (axis: number): number => Math.min(wallZoneM, size[axis] / 4);
   const place: LevelPlane = {
-    left: round(min[0] + inset(0)),
-    right: round(max[0] - inset(0)),
-    back: round(min[2] + inset(2)),
-    front: round(max[2] - inset(2)),
-    height: round(min[1] + Math.min(deskM, size[1] / 2)),
+    left: rounded(min[0] + inset(0)),
+    right: rounded(max[0] - inset(0)),
+    back: rounded(min[2] + inset(2)),
+    front: rounded(max[2] - inset(2)),
+    height: rounded(min[1] + Math.min(deskM, size[1] / 2)),
   };
   const [width, depth] = [place.right - place.left, place.front - place.back];
   const spacing = spacingM(Math.max(width, depth));

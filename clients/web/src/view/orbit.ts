@@ -1,4 +1,5 @@
 import type { JobSpec, Scene, SceneCamera } from '../api/types';
+import { rounded } from '../ui/format';
 import type { Pose } from './form_model';
 
 type Triple = [number, number, number];
@@ -124,15 +125,14 @@ const leveled = (o: Orbit, right: number, up: number): [number, number] => [
 
 export function poseOf(o: Orbit): Pose {
   const { back, right, up } = axesOf(o);
-  const exact = (v: number): number => Number(v.toPrecision(7));
   // A camera that looks straight up or down has no horizon.
   const steep = Math.abs(o.elevation) > maxElevation;
   const [x, y] = leveled(o, 0, 1);
   return {
-    position: o.target.map((v, i) => exact(v + back[i] * o.distance)) as Triple,
-    target: o.target.map(exact) as Triple,
-    ...((o.roll || steep) && { up: up.map((v, i) => exact(x * right[i] + y * v)) as Triple }),
-    verticalFovDegrees: exact(o.fovDegrees),
+    position: o.target.map((v, i) => rounded(v + back[i] * o.distance)) as Triple,
+    target: o.target.map(rounded) as Triple,
+    ...((o.roll || steep) && { up: up.map((v, i) => rounded(x * right[i] + y * v)) as Triple }),
+    verticalFovDegrees: rounded(o.fovDegrees),
   };
 }
 

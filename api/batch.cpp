@@ -4,12 +4,12 @@
 #include <set>
 #include <utility>
 
-#include "api/errors.h"
-#include "api/fields.h"
-#include "api/job_rows.h"
-#include "api/limits.h"
-#include "api/schemas.h"
-#include "api/values.h"
+#include "api/job/job_rows.h"
+#include "api/json/errors.h"
+#include "api/json/fields.h"
+#include "api/json/limits.h"
+#include "api/json/schemas.h"
+#include "api/json/values.h"
 
 namespace api {
 namespace {

@@ -14,9 +14,9 @@
 #include <string_view>
 #include <vector>
 
-#include "api/job_spec.h"
-#include "api/job_view.h"
-#include "api/json.h"
+#include "api/answers/job_view.h"
+#include "api/job/job_spec.h"
+#include "api/json/json.h"
 #include "api/problem.h"
 #include "api/requests.h"
 

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/fields.h"
-#include "api/limits.h"
+#include "api/json/fields.h"
+#include "api/json/limits.h"
 
 namespace api {
 namespace {

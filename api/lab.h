@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "api/json.h"
+#include "api/json/json.h"
 #include "api/problem.h"
-#include "core/lab/run.h"
+#include "lab/run.h"
 
 namespace api {
 

@@ -7,15 +7,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/answers/tenant_view.h"
+#include "api/answers/worker_view.h"
 #include "api/batch.h"
-#include "api/errors.h"
-#include "api/examples.h"
+#include "api/job/examples.h"
+#include "api/json/errors.h"
+#include "api/json/schemas.h"
 #include "api/lab.h"
 #include "api/operations.h"
 #include "api/schema_parts.h"
-#include "api/schemas.h"
-#include "api/tenant_view.h"
-#include "api/worker_view.h"
 
 namespace api {
 namespace {

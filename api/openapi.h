@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "api/json.h"
-#include "api/server_view.h"
+#include "api/answers/server_view.h"
+#include "api/json/json.h"
 
 namespace api {
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "api/schemas.h"
+#include "api/json/schemas.h"
 
 namespace api {
 namespace {

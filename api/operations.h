@@ -7,13 +7,13 @@
 #include <string_view>
 
 #include "api/header_rows.h"
-#include "api/json.h"
+#include "api/json/json.h"
 
 namespace api {
 
-struct Capabilities;  // api/server_view.h
+struct Capabilities;  // api/answers/server_view.h
 
-/// Returns the list of OpenAPI parameter objects of a query string (api/schemas.h).
+/// Returns the list of OpenAPI parameter objects of a query string (api/json/schemas.h).
 using QueryParameters = Json (*)(const Capabilities&);
 
 struct ContentRow {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "api/fields.h"
-#include "api/job_checks.h"
-#include "api/job_rows.h"
-#include "api/limits.h"
-#include "api/schemas.h"
-#include "api/stop_rules.h"
+#include "api/job/job_checks.h"
+#include "api/job/job_rows.h"
+#include "api/job/stop_rules.h"
+#include "api/json/fields.h"
+#include "api/json/limits.h"
+#include "api/json/schemas.h"
 
 namespace api {
 namespace {

@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "api/job_spec.h"
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
+#include "api/job/job_spec.h"
 #include "api/problem.h"
 #include "core/settings/settings.h"
 

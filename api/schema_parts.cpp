@@ -10,7 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/shapes.h"
+#include "api/json/shapes.h"
 #include "core/base/check.h"
 
 namespace api {

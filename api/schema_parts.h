@@ -1,7 +1,7 @@
 /// What generators of clients need of schemas: names for all objects, and formats of numbers.
 #pragma once
 
-#include "api/json.h"
+#include "api/json/json.h"
 
 namespace api {
 

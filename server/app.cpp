@@ -19,19 +19,20 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "api/job_spec.h"
-#include "api/limits.h"
+#include "api/job/job_spec.h"
+#include "api/json/limits.h"
 #include "core/accel/arithmetic.h"
-#include "server/about.h"
 #include "server/arrival.h"
-#include "server/guard.h"
+#include "server/auth/guard.h"
+#include "server/auth/key_ring.h"
+#include "server/auth/tickets.h"
+#include "server/config/about.h"
+#include "server/config/live_config.h"
 #include "server/http/http_server.h"
 #include "server/job_setup.h"
 #include "server/jobs/batch_service.h"
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
-#include "server/key_ring.h"
-#include "server/live_config.h"
 #include "server/observe/log.h"
 #include "server/observe/machine_memory.h"
 #include "server/observe/metrics.h"
@@ -51,8 +52,7 @@
 #include "server/store/session_store.h"
 #include "server/store/storage_quota.h"
 #include "server/store/usage_table.h"
-#include "server/tickets.h"
-#include "server/webhook_sender.h"
+#include "server/webhooks/webhook_sender.h"
 
 namespace server {
 namespace {

@@ -1,10 +1,10 @@
 /// Derives the options of the job service from the configuration.
 #pragma once
 
-#include "api/server_view.h"
+#include "api/answers/server_view.h"
 #include "core/base/result.h"
-#include "server/about.h"
-#include "server/config.h"
+#include "server/config/about.h"
+#include "server/config/config.h"
 #include "server/jobs/job_service.h"
 
 namespace server {

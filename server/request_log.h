@@ -19,12 +19,12 @@
 
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "server/auth/key_ring.h"
+#include "server/auth/rate_limiter.h"
 #include "server/http/http_server.h"
 #include "server/http/message.h"
-#include "server/key_ring.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
-#include "server/rate_limiter.h"
 
 namespace server {
 

@@ -7,7 +7,7 @@
 #include <httplib.h>
 #include <nlohmann/json.hpp>
 
-#include "api/error_codes.h"
+#include "api/json/error_codes.h"
 #include "clients/cli/proxy.h"
 
 namespace cli {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "api/limits.h"
+#include "api/json/limits.h"
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "clients/cli/follow.h"

@@ -7,7 +7,7 @@
 #include <stop_token>
 #include <string>
 
-#include "api/view_of.h"
+#include "api/job/view_of.h"
 #include "core/image_io/image.h"
 #include "core/scene_io/gltf_load.h"
 

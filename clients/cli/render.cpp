@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "api/job_view.h"
-#include "api/matte_manifest.h"
+#include "api/answers/job_view.h"
+#include "api/answers/matte_manifest.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
 #include "clients/cli/files.h"
@@ -21,14 +21,14 @@
 #include "core/base/cgroup.h"
 #include "core/color/tone_map.h"
 #include "core/denoise/make_denoiser.h"
+#include "core/film/meter_reading.h"
 #include "core/film/set_aside.h"
 #include "core/image_io/image_io.h"
 #include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/lights/outdoor.h"
-#include "core/meter/meter_reading.h"
-#include "core/render/feature_pass.h"
-#include "core/render/unsampled_light.h"
+#include "core/render/picture/feature_pass.h"
+#include "core/render/picture/unsampled_light.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
 

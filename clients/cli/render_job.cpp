@@ -4,12 +4,12 @@
 #include <span>
 #include <utility>
 
-#include "api/view_of.h"
+#include "api/job/view_of.h"
 #include "clients/cli/file_inputs.h"
 #include "clients/cli/files.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/radiance.h"
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "clients/cli/job_flags.h"
 #include "core/base/result.h"
-#include "core/render/renderer.h"
+#include "core/render/picture/renderer.h"
 
 namespace cli {
 

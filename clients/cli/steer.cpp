@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "api/limits.h"
+#include "api/json/limits.h"
 #include "clients/cli/api_client.h"
 #include "clients/cli/command.h"
 #include "clients/cli/follow.h"

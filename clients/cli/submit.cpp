@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "api/limits.h"
+#include "api/json/limits.h"
 #include "clients/cli/api_client.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"

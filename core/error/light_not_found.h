@@ -1,5 +1,5 @@
 /// LightNotFound: how much of a picture's light may be missing from it
-/// (core/render/light_not_found.h).
+/// (core/render/picture/light_not_found.h).
 #pragma once
 
 #include <cstdint>

@@ -29,13 +29,13 @@
 #include "core/color/rgb.h"
 #include "core/film/half_sums.h"
 #include "core/film/label_pixel.h"
+#include "core/film/meter_chunk.h"
 #include "core/film/replicate_fit.h"
 #include "core/film/replicate_pixel.h"
 #include "core/film/sample_plan.h"
 #include "core/film/splat_sums.h"
 #include "core/film/splats.h"
 #include "core/math/vec.h"
-#include "core/meter/meter_chunk.h"
 #include "core/settings/settings.h"
 
 namespace core {

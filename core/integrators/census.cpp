@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "core/integrators/photon_map.h"
+#include "core/integrators/maps/photon_map.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
 #include "core/settings/registry.h"

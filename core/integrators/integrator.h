@@ -95,7 +95,7 @@ struct IntegratorInput {
   const Environment* environment;  ///< null: black
   const RenderSettings& settings;
   const Camera* camera = nullptr;  ///< the view's camera, for integrators with light paths
-  /// For path: light samples also choose distances in media (core/integrators/path_media.h).
+  /// For path: light samples also choose distances in media (core/integrators/path/path_media.h).
   bool aims_in_media = false;
 };
 

@@ -4,76 +4,54 @@
 /// from exactly the groups that list it.
 ///
 ///   group   number  use                                   drawn in
-///   camera  x y     position on the film                  film/camera_sample wave/wave_tracer
-///                                                         integrators/mlt integrators/census
-///                                                         integrators/cached_irradiance
-///   camera  z w     position on the lens                  film/camera_sample wave/wave_tracer
-///                                                         integrators/mlt integrators/census
-///                                                         integrators/cached_irradiance
-///   light   x       which light                           integrators/path transport/direct_light
-///                                                         integrators/bdpt integrators/irradiance
-///                                                         integrators/shared_lights
-///                                                         integrators/path_media wave/wave_tracer
-///   light   y z     where on it                           integrators/path transport/direct_light
-///                                                         integrators/bdpt integrators/irradiance
-///                                                         integrators/shared_lights
-///                                                         integrators/path_media wave/wave_tracer
-///   light   w       Russian roulette of the path          integrators/path integrators/bdpt
-///                                                         integrators/shared_lights
-///                                                         integrators/path_media
-///                                                         wave/wave_tracer
-///   bsdf    x       which lobe                            integrators/path integrators/direct
-///                                                         transport/light_path integrators/bdpt
-///                                                         integrators/light_trace
-///                                                         integrators/photon_mapping
-///                                                         integrators/catcher integrators/census
-///                                                         wave/wave_tracer render/feature_pass
-///   bsdf    y z     direction                             integrators/path integrators/direct
-///                                                         transport/light_path integrators/bdpt
-///                                                         integrators/irradiance
-///                                                         integrators/light_trace
-///                                                         integrators/photon_mapping
-///                                                         integrators/cached_irradiance
-///                                                         integrators/catcher integrators/census
-///                                                         integrators/path_media
-///                                                         wave/wave_tracer render/feature_pass
-///   bsdf    w       delta lobe or not, where directions   integrators/path
+///   camera  x y     position on the film                  camera_sample wave_tracer mlt census
+///                                                         cached_irradiance
+///   camera  z w     position on the lens                  camera_sample wave_tracer mlt census
+///                                                         cached_irradiance
+///   light   x       which light                           path direct_light bdpt irradiance
+///                                                         shared_lights path_media wave_tracer
+///   light   y z     where on it                           path direct_light bdpt irradiance
+///                                                         shared_lights path_media wave_tracer
+///   light   w       Russian roulette of the path          path bdpt shared_lights path_media
+///                                                         wave_tracer
+///   bsdf    x       which lobe                            path direct light_path bdpt light_trace
+///                                                         photon_mapping catcher census
+///                                                         wave_tracer feature_pass
+///   bsdf    y z     direction                             path direct light_path bdpt irradiance
+///                                                         light_trace photon_mapping
+///                                                         cached_irradiance catcher census
+///                                                         path_media wave_tracer feature_pass
+///   bsdf    w       delta lobe or not, where directions   path
 ///                   do not follow the BSDF
-///   volume  x       which channel's extinction            transport/medium_sample
-///   volume  y       how far within a medium               transport/medium_sample
-///   volume  z       wavelengths of a spectral path        integrators/path
-///   volume  w       hero wavelength                       transport/surface_event
-///                                                         transport/scene_colors
-///                                                         integrators/bdpt
-///   choice  x       which of several light candidates,    integrators/path
-///                   or a turn of a softened shadow        integrators/shared_lights
-///                                                         integrators/catcher
-///   choice  y       Russian roulette of the shadow ray,   integrators/path
-///                   or that turn                          integrators/catcher
-///   choice  z       which of the shared light samples,    integrators/shared_lights
-///                   or the turn of a direction's shadow   integrators/catcher
-///   choice  w       whether the light tree is asked for   integrators/shared_lights
-///                   the density of a neighbour's sample,  integrators/catcher
+///   volume  x       which channel's extinction            medium_sample
+///   volume  y       how far within a medium               medium_sample
+///   volume  z       wavelengths of a spectral path        path
+///   volume  w       hero wavelength                       surface_event scene_colors bdpt
+///   choice  x       which of several light candidates,    path shared_lights catcher
+///                   or a turn of a softened shadow
+///   choice  y       Russian roulette of the shadow ray,   path catcher
 ///                   or that turn
-///   start   x       which light a light path starts at    transport/light_path
-///   start   y z     where on it                           transport/light_path
-///   start   w       which share of the light a particle   integrators/census
+///   choice  z       which of the shared light samples,    shared_lights catcher
+///                   or the turn of a direction's shadow
+///   choice  w       whether the light tree is asked for   shared_lights catcher
+///                   the density of a neighbour's sample,
+///                   or that turn
+///   start   x       which light a light path starts at    light_path
+///   start   y z     where on it                           light_path
+///   start   w       which share of the light a particle   census
 ///                   of a census counts, in a tile
-///   aim     x y     its direction                         transport/light_path
-///   aim     z       the same in the picture               integrators/census
-///   vertex  x y     position on the lens                  integrators/light_trace
-///                                                         integrators/bdpt
-///   vertex  z       Russian roulette of a light path      transport/light_path
-///                                                         integrators/bdpt
-///   stretch x       which light, for a stretch of medium  integrators/path_media
-///   stretch y z     where on it                           integrators/path_media
-///   stretch w       how far along the stretch             integrators/path_media
-///   time    x       when within the open shutter          render/renderer render/feature_pass
-///   extra   0..     holes along a segment                 transport/intersect
-///                                                         transport/visibility
-///   extra   2^30..  volume x and y, behind holes in       transport/medium_sample
+///   aim     x y     its direction                         light_path
+///   aim     z       the same in the picture               census
+///   vertex  x y     position on the lens                  light_trace bdpt
+///   vertex  z       Russian roulette of a light path      light_path bdpt
+///   stretch x       which light, for a stretch of medium  path_media
+///   stretch y z     where on it                           path_media
+///   stretch w       how far along the stretch             path_media
+///   time    x       when within the open shutter          renderer feature_pass
+///   extra   0..     holes along a segment                 intersect visibility
+///   extra   2^30..  volume x and y, behind holes in       medium_sample
 ///                   solids
-///   extra   2^31..  analog absorption                     integrators/path
+///   extra   2^31..  analog absorption                     path
 #pragma once
 
 namespace core {

@@ -60,12 +60,13 @@ struct IntegratorEntry {
   std::uint64_t (*prepass_bytes)(const RenderSettings& settings) = nullptr;
   /// True: one prepass serves all samples, so workers take no jobs. False: one prepass per sample.
   bool keeps_prepass = false;
-  /// Integrator of the images that a biased one is compared with (core/render/reference_images.h).
+  /// Integrator of the images that a biased one is compared with
+  /// (core/render/task/reference_images.h).
   std::string_view compared_with = {};
   /// Sets defaults that differ from those of RenderSettings; null if there are none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
-/// Replaced by the row that choose_integrator() picks (core/render/choose_integrator.h).
+/// Replaced by the row that choose_integrator() picks (core/render/task/choose_integrator.h).
 inline constexpr std::string_view kAutomaticIntegrator = "auto";
 /// The table is in core/integrators/registry.cpp.
 std::span<const IntegratorEntry> integrators();

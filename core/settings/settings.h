@@ -214,7 +214,7 @@ enum class GroundType { kNone, kCatcher, kSweep };
 
 enum class ShadowColor { kNeutral, kPhysical };
 
-/// The shadow on a catcher (core/integrators/catcher.h).
+/// The shadow on a catcher (core/integrators/path/catcher.h).
 struct ShadowSettings {
   ShadowColor color = ShadowColor::kNeutral;
   float strength = 1;  ///< factor of the blocked light, in [0,1]

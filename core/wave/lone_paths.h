@@ -1,7 +1,7 @@
 /// Paths that leave the lanes at an unsupported surface and return after it.
 #pragma once
 
-#include "core/integrators/path_tracer.h"
+#include "core/integrators/path/path_tracer.h"
 #include "core/wave/wave_access.h"
 
 namespace core {

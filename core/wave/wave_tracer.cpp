@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-#include "core/integrators/path_tracer.h"
+#include "core/integrators/path/path_tracer.h"
 #include "core/samplers/dimensions.h"
 #include "core/settings/registry.h"
 #include "core/transport/roulette.h"

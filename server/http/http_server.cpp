@@ -15,7 +15,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "core/base/check.h"
 #include "core/base/mutex.h"
 #include "server/http/client_watch.h"

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 
 namespace server {
 namespace {

@@ -3,7 +3,7 @@
 #include <mutex>
 #include <utility>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "server/jobs/job_record.h"
 #include "server/observe/clock.h"
 #include "server/store/key_table.h"

@@ -6,7 +6,7 @@
 
 #include "core/denoise/make_denoiser.h"
 #include "core/denoise/oidn.h"
-#include "core/render/feature_pass.h"
+#include "core/render/picture/feature_pass.h"
 #include "server/observe/cpu_meter.h"
 
 namespace server {

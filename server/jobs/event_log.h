@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "api/events.h"
+#include "api/answers/events.h"
 #include "core/base/mutex.h"
 
 namespace server {

@@ -8,7 +8,7 @@
 
 #include <fcntl.h>
 
-#include "api/error_codes.h"
+#include "api/json/error_codes.h"
 #include "core/base/mutex.h"
 #include "server/jobs/job_record.h"
 #include "server/store/files.h"

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "api/error_codes.h"
-#include "api/errors.h"
-#include "api/film_view.h"
+#include "api/answers/film_view.h"
+#include "api/json/error_codes.h"
+#include "api/json/errors.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
 

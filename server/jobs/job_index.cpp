@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "api/json/values.h"
 #include "api/requests.h"
-#include "api/values.h"
 #include "server/jobs/job_record.h"
 
 namespace server {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
 #include "core/base/result.h"
 #include "server/access.h"
 #include "server/jobs/job.h"

@@ -8,10 +8,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/errors.h"
-#include "api/film_view.h"
-#include "api/json.h"
-#include "api/values.h"
+#include "api/answers/film_view.h"
+#include "api/json/errors.h"
+#include "api/json/json.h"
+#include "api/json/values.h"
 #include "core/settings/registry.h"
 
 namespace server {

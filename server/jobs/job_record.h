@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
 #include "core/base/result.h"
 #include "core/film/film.h"
 #include "server/store/job_table.h"

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "core/base/cgroup.h"
 #include "server/jobs/work_board.h"
 #include "server/observe/clock.h"

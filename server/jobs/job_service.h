@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "api/answers/server_view.h"
 #include "api/requests.h"
-#include "api/server_view.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/access.h"

@@ -3,8 +3,8 @@
 #include <shared_mutex>
 #include <utility>
 
-#include "api/error_codes.h"
-#include "api/errors.h"
+#include "api/json/error_codes.h"
+#include "api/json/errors.h"
 #include "core/error/error_estimate.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "api/events.h"
+#include "api/answers/events.h"
 #include "server/observe/clock.h"
 #include "server/store/key_table.h"
 

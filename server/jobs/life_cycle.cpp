@@ -4,9 +4,9 @@
 #include <new>
 #include <utility>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "core/layers/exposure.h"
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "server/observe/clock.h"
 
 namespace server {

@@ -6,8 +6,8 @@
 #include <exception>
 #include <vector>
 
-#include "core/meter/meter_chunk.h"
-#include "core/render/eta.h"
+#include "core/film/meter_chunk.h"
+#include "core/render/task/eta.h"
 #include "core/settings/registry.h"
 #include "server/observe/clock.h"
 

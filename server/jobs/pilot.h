@@ -8,9 +8,9 @@
 #include <stop_token>
 #include <string>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "core/base/mutex.h"
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "server/jobs/scheduler.h"
 
 namespace server {

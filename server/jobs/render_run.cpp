@@ -7,7 +7,7 @@
 #include <new>
 #include <utility>
 
-#include "core/render/slice_work.h"
+#include "core/render/units/slice_work.h"
 
 namespace server {
 namespace {

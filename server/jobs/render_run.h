@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/mutex.h"
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "server/jobs/event_log.h"
 #include "server/jobs/scheduler.h"
 #include "server/store/film_file.h"

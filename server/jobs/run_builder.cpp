@@ -4,15 +4,15 @@
 #include <limits>
 #include <utility>
 
-#include "api/film_view.h"
-#include "api/view_of.h"
+#include "api/answers/film_view.h"
+#include "api/job/view_of.h"
 #include "core/camera/camera.h"
 #include "core/film/film.h"
 #include "core/lights/made_environment.h"
-#include "core/render/allocation.h"
-#include "core/render/reference_images.h"
-#include "core/render/result_size.h"
-#include "core/render/settle.h"
+#include "core/render/task/allocation.h"
+#include "core/render/task/reference_images.h"
+#include "core/render/task/settle.h"
+#include "core/render/units/result_size.h"
 #include "core/settings/registry.h"
 #include "server/jobs/work_options.h"
 #include "server/store/files.h"

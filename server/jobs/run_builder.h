@@ -7,10 +7,10 @@
 #include <stop_token>
 #include <string>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "api/problem.h"
 #include "core/base/result.h"
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "server/jobs/film_library.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/journal.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "api/tile_frame.h"
+#include "api/answers/tile_frame.h"
 #include "server/scenes/single_flight_cache.h"
 
 namespace server {

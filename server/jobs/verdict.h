@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "api/problem.h"
 #include "core/base/check.h"
 #include "core/base/result.h"

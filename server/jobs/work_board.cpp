@@ -6,8 +6,8 @@
 #include <sstream>
 #include <utility>
 
-#include "api/error_codes.h"
-#include "core/render/result_size.h"
+#include "api/json/error_codes.h"
+#include "core/render/units/result_size.h"
 #include "server/observe/clock.h"
 #include "server/store/uuid.h"
 

@@ -30,7 +30,7 @@
 #include <thread>
 #include <vector>
 
-#include "api/worker_view.h"
+#include "api/answers/worker_view.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/jobs/background.h"

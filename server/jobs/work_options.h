@@ -7,7 +7,7 @@
 namespace server {
 
 /// Largest size of a unit's result. Fits the splats of a 3840 x 2160 picture with two replicates
-/// (core/render/result_size.h); jobs with larger results are rendered by the coordinator.
+/// (core/render/units/result_size.h); jobs with larger results are rendered by the coordinator.
 inline constexpr std::uint64_t kResultBytesMax = std::uint64_t{1} << 30U;
 
 struct WorkOptions {

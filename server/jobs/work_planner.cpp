@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/render/result_size.h"
+#include "core/render/units/result_size.h"
 #include "server/jobs/work_board.h"
 
 namespace server {

@@ -3,7 +3,7 @@
 #include <exception>
 #include <utility>
 
-#include "core/render/unit_renderer.h"
+#include "core/render/units/unit_renderer.h"
 #include "server/jobs/work_board.h"
 
 namespace server {

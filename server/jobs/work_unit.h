@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/render/slice_work.h"
+#include "core/render/units/slice_work.h"
 #include "server/jobs/job.h"
 
 namespace server {

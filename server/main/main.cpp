@@ -10,9 +10,9 @@
 #include "clients/cli/cli.h"
 #include "clients/cli/output.h"
 #include "server/app.h"
-#include "server/backup_command.h"
-#include "server/check_command.h"
-#include "server/keys_command.h"
+#include "server/commands/backup_command.h"
+#include "server/commands/check_command.h"
+#include "server/commands/keys_command.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "core/base/mutex.h"
-#include "server/config.h"
+#include "server/config/config.h"
 
 namespace server {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "api/values.h"
+#include "api/json/values.h"
 #include "core/settings/registry.h"
 
 namespace server {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
 #include "api/requests.h"
 #include "core/base/result.h"
 

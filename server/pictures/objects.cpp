@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/aovs/object_boxes.h"
 #include "core/camera/camera.h"
-#include "core/labels/object_boxes.h"
 #include "core/scene/matte_names.h"
 #include "core/scene/scene.h"
 

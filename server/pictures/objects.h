@@ -3,12 +3,12 @@
 
 #include <cstdint>
 
-#include "api/job_spec.h"
-#include "api/objects_view.h"
+#include "api/answers/objects_view.h"
+#include "api/job/job_spec.h"
+#include "core/aovs/object_boxes.h"
 #include "core/base/result.h"
 #include "core/film/film.h"
-#include "core/labels/object_boxes.h"
-#include "core/render/view.h"
+#include "core/render/picture/view.h"
 #include "server/scenes/single_flight_cache.h"
 
 namespace server {

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "api/film_view.h"
-#include "api/matte_manifest.h"
-#include "api/picture_origin.h"
-#include "api/values.h"
+#include "api/answers/film_view.h"
+#include "api/answers/matte_manifest.h"
+#include "api/job/picture_origin.h"
+#include "api/json/values.h"
 #include "core/layers/exposure.h"
 #include "core/layers/layers.h"
 #include "core/settings/registry.h"

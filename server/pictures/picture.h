@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
+#include "api/answers/server_view.h"
 #include "api/requests.h"
-#include "api/server_view.h"
 #include "core/base/result.h"
 #include "core/denoise/denoised_picture.h"
 #include "core/film/film.h"

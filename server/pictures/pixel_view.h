@@ -1,8 +1,8 @@
 /// The inspector's data of one pixel.
 #pragma once
 
-#include "api/job_spec.h"
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
+#include "api/job/job_spec.h"
 #include "core/film/film.h"
 
 namespace server {

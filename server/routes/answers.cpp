@@ -1,6 +1,6 @@
 #include "server/routes/answers.h"
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "server/http/problem.h"
 #include "server/http/text.h"
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "api/error_codes.h"
-#include "api/errors.h"
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
+#include "api/json/error_codes.h"
+#include "api/json/errors.h"
 #include "api/requests.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "api/batch.h"
-#include "api/error_codes.h"
-#include "api/errors.h"
-#include "api/limits.h"
+#include "api/json/error_codes.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "core/base/sha256.h"
 #include "core/settings/registry.h"
 #include "server/http/conditional.h"

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "api/errors.h"
-#include "api/job_view.h"
-#include "api/limits.h"
+#include "api/answers/job_view.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "api/requests.h"
 #include "core/compare/comparison.h"
 #include "core/film/film.h"

@@ -7,9 +7,11 @@
 #include <string>
 #include <string_view>
 
-#include "api/server_view.h"
-#include "server/config.h"
-#include "server/guard.h"
+#include "api/answers/server_view.h"
+#include "server/auth/guard.h"
+#include "server/auth/key_ring.h"
+#include "server/auth/tickets.h"
+#include "server/config/config.h"
 #include "server/http/http_server.h"
 #include "server/http/message.h"
 #include "server/http/router.h"
@@ -18,7 +20,6 @@
 #include "server/jobs/denoise_service.h"
 #include "server/jobs/job_service.h"
 #include "server/jobs/tile_frames.h"
-#include "server/key_ring.h"
 #include "server/observe/log.h"
 #include "server/observe/memory_gate.h"
 #include "server/observe/metrics.h"
@@ -28,8 +29,7 @@
 #include "server/store/data_dir.h"
 #include "server/store/storage_quota.h"
 #include "server/store/usage_table.h"
-#include "server/tickets.h"
-#include "server/webhook_secrets.h"
+#include "server/webhooks/webhook_secrets.h"
 
 namespace server {
 

@@ -1,6 +1,6 @@
 #include "server/routes/estimate.h"
 
-#include "api/dry_run.h"
+#include "api/answers/dry_run.h"
 
 namespace server {
 

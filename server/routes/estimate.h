@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "server/jobs/pilot.h"
 
 namespace server {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/events.h"
+#include "api/answers/events.h"
 #include "server/http/message.h"
 #include "server/http/sse.h"
 #include "server/http/stream_gate.h"

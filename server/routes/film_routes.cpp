@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "api/errors.h"
-#include "api/film_view.h"
-#include "api/job_view.h"
-#include "api/limits.h"
+#include "api/answers/film_view.h"
+#include "api/answers/job_view.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "api/requests.h"
 #include "core/base/check.h"
 #include "core/film/film_format.h"

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "api/error_codes.h"
-#include "api/errors.h"
-#include "api/job_text.h"
-#include "api/job_view.h"
-#include "api/limits.h"
-#include "api/picture_origin.h"
+#include "api/answers/job_text.h"
+#include "api/answers/job_view.h"
+#include "api/job/picture_origin.h"
+#include "api/json/error_codes.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "api/requests.h"
 #include "core/base/sha256.h"
 #include "core/image_io/image_texts.h"

@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "api/errors.h"
-#include "api/limits.h"
-#include "api/tenant_view.h"
+#include "api/answers/tenant_view.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "core/base/check.h"
-#include "server/key_view.h"
+#include "server/auth/key_view.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"

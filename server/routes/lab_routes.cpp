@@ -4,9 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "api/error_codes.h"
+#include "api/json/error_codes.h"
+#include "api/json/limits.h"
 #include "api/lab.h"
-#include "api/limits.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/lab_stream.h"

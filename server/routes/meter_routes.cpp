@@ -5,11 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "api/job_view.h"
-#include "api/queries.h"
+#include "api/answers/job_view.h"
+#include "api/queries/queries.h"
+#include "core/film/meter_reading.h"
 #include "core/lights/outdoor.h"
-#include "core/meter/meter_reading.h"
-#include "core/render/unsampled_light.h"
+#include "core/render/picture/unsampled_light.h"
 #include "server/jobs/film_library.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"

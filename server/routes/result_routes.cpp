@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "api/error_codes.h"
-#include "api/errors.h"
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
+#include "api/json/error_codes.h"
+#include "api/json/errors.h"
+#include "api/json/values.h"
 #include "api/requests.h"
-#include "api/values.h"
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/image_io/image_io.h"

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <utility>
 
-#include "api/errors.h"
-#include "api/job_view.h"
-#include "api/limits.h"
-#include "api/queries.h"
+#include "api/answers/job_view.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
+#include "api/queries/queries.h"
 #include "api/requests.h"
 #include "core/scene_io/gltf_uri.h"
 #include "server/http/conditional.h"

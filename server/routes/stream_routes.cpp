@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "api/error_codes.h"
-#include "api/events.h"
-#include "api/job_view.h"
-#include "api/limits.h"
-#include "api/queries.h"
+#include "api/answers/events.h"
+#include "api/answers/job_view.h"
+#include "api/json/error_codes.h"
+#include "api/json/limits.h"
+#include "api/queries/queries.h"
 #include "api/requests.h"
 #include "server/http/sse.h"
 #include "server/observe/clock.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "api/json/values.h"
 #include "api/openapi.h"
-#include "api/values.h"
 #include "core/base/sha256.h"
 #include "server/http/conditional.h"
 #include "server/routes/answers.h"

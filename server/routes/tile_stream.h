@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "api/answers/tile_frame.h"
 #include "api/requests.h"
-#include "api/tile_frame.h"
 #include "core/film/film.h"
 #include "server/http/message.h"
 #include "server/http/stream_gate.h"

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "api/errors.h"
-#include "api/limits.h"
-#include "api/tenant_view.h"
+#include "api/answers/tenant_view.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "api/limits.h"
-#include "api/worker_view.h"
+#include "api/answers/worker_view.h"
+#include "api/json/limits.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "server/http/file_response.h"
 #include "server/jobs/work_board.h"

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "api/job_checks.h"
+#include "api/job/job_checks.h"
 #include "core/camera/camera_choice.h"
-#include "core/render/light_not_found.h"
-#include "core/render/view.h"
+#include "core/render/picture/light_not_found.h"
+#include "core/render/picture/view.h"
 #include "server/http/text.h"
 
 namespace server {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "api/problem.h"
 #include "core/scene/scene.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "api/job_view.h"
-#include "api/json.h"
+#include "api/answers/job_view.h"
+#include "api/json/json.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/radiance.h"
 #include "core/lights/made_environment.h"

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "api/requests.h"
+#include "core/aovs/motion.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
-#include "core/labels/motion.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
 #include "core/scene_io/gltf_load.h"

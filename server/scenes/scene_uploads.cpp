@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "api/job_view.h"
-#include "api/json.h"
+#include "api/answers/job_view.h"
+#include "api/json/json.h"
 #include "core/base/sha256.h"
 #include "core/scene_io/gltf_uri.h"
 #include "server/observe/clock.h"

@@ -23,7 +23,7 @@
 
 #include "core/base/result.h"
 #include "core/film/film.h"
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "server/store/files.h"
 
 namespace server {

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "core/film/tile_planes.h"
-#include "core/render/progress.h"
+#include "core/render/task/progress.h"
 
 namespace server {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "api/error_codes.h"
+#include "api/json/error_codes.h"
 
 namespace server {
 

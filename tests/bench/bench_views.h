@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "core/render/view.h"
+#include "core/render/picture/view.h"
 
 namespace bench {
 

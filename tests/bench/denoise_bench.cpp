@@ -21,7 +21,7 @@
 #include "core/denoise/oidn_helper.h"
 #include "core/denoise/statistical.h"
 #include "core/image_io/image_codec.h"
-#include "core/render/feature_pass.h"
+#include "core/render/picture/feature_pass.h"
 #include "tests/bench/bench_views.h"
 #include "tests/render/asset_files.h"
 #include "tests/support/errors.h"

@@ -17,7 +17,7 @@ import time
 sys.path.insert(0, str(__import__("pathlib").Path(__file__).resolve().parent.parent / "api"))
 import farm  # noqa: E402  (after the path is set)
 
-# core/render/slice_work.h: the head of a slice, and of a pixel and replicate.
+# core/render/units/slice_work.h: the head of a slice, and of a pixel and replicate.
 HEAD, SLICE, PIXEL = 16, struct.Struct("<4i4ii2ii8IQQd i4i2i2i3IQQdQQd"), 24
 TILE, FIRST, LAST = 0, 1, 2
 RECT = slice(4, 8)

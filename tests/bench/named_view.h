@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/render/view.h"
+#include "core/render/picture/view.h"
 
 namespace bench {
 

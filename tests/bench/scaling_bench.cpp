@@ -24,9 +24,9 @@
 #include "core/base/cpu_time.h"
 #include "core/film/film.h"
 #include "core/film/half_sums.h"
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
-#include "core/render/slice_work.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
+#include "core/render/units/slice_work.h"
 #include "tests/bench/named_view.h"
 
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
 #include "tests/bench/bench_views.h"

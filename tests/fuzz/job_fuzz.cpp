@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "api/requests.h"
 #include "core/base/check.h"
 

@@ -1,11 +1,11 @@
 // Integrator `auto`: its criterion; the choice is a function of scene and job.
-#include "core/render/choose_integrator.h"
+#include "core/render/task/choose_integrator.h"
 
 #include <array>
 
 #include <gtest/gtest.h>
 
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/settings/registry.h"

@@ -8,7 +8,7 @@
 
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/statistical.h"
-#include "core/integrators/catcher.h"
+#include "core/integrators/path/catcher.h"
 #include "core/settings/registry.h"
 #include "tests/render/asset_files.h"
 #include "tests/render/catcher_stage.h"

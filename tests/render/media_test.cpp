@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "core/media/fog.h"
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/samplers/path_sampler.h"
 #include "core/transport/medium_sample.h"
 #include "tests/render/truth.h"

@@ -1,6 +1,6 @@
 // The irradiance meter: truths 1, 4, 6 and 7 for incident light at a point, its intervals, and sums
 // that are a function of the job. Scenes are exact or state their error.
-#include "core/render/meter.h"
+#include "core/render/picture/meter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 
 #include "core/lights/made_environment.h"
 #include "core/lights/sun_position.h"
-#include "core/render/unsampled_light.h"
+#include "core/render/picture/unsampled_light.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <memory>
 
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
 

@@ -6,8 +6,8 @@
 #include <functional>
 #include <numbers>
 
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
 #include "core/settings/photon_rules.h"
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"

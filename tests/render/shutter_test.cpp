@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/scene/scene_data.h"
 #include "tests/render/gltf_stage.h"
 

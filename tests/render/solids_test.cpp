@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/math/numbers.h"
-#include "core/render/meter.h"
+#include "core/render/picture/meter.h"
 #include "core/settings/registry.h"
 #include "tests/render/truth.h"
 

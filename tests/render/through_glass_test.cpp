@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/settings/registry.h"
 #include "core/transport/vertex.h"
 #include "tests/support/scenes.h"

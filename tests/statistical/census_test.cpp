@@ -14,9 +14,9 @@
 #include <gtest/gtest.h>
 
 #include "core/base/statistics.h"
-#include "core/render/light_not_found.h"
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
+#include "core/render/picture/light_not_found.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"

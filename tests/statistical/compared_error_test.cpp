@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/reference_images.h"
+#include "core/render/task/reference_images.h"
 #include "core/settings/registry.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"

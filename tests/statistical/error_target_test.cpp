@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "tests/support/caustic.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/integrators/path_tracer.h"
+#include "core/integrators/path/path_tracer.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/transport/light_path.h"
 #include "tests/support/scenes.h"

@@ -12,7 +12,7 @@
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
 #include "core/layers/layers.h"
-#include "core/render/pass_plan.h"
+#include "core/render/task/pass_plan.h"
 #include "core/settings/registry.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"

@@ -7,7 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/math/numbers.h"
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/settings/registry.h"
 
 namespace test_support {

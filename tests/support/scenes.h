@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "core/lights/environment.h"
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "core/scene/scene.h"
 
 namespace test_support {

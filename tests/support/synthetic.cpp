@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "core/render/pass_plan.h"
-#include "core/render/tile_fill.h"
+#include "core/render/picture/tile_fill.h"
+#include "core/render/task/pass_plan.h"
 
 namespace test_support {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <memory>
 
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "core/settings/registry.h"
 
 namespace {

@@ -1,13 +1,13 @@
-#include "api/errors.h"
+#include "api/json/errors.h"
 
 #include <set>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/error_codes.h"
-#include "api/json.h"
-#include "api/limits.h"
+#include "api/json/error_codes.h"
+#include "api/json/json.h"
+#include "api/json/limits.h"
 
 namespace {
 

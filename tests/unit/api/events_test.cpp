@@ -1,4 +1,4 @@
-#include "api/events.h"
+#include "api/answers/events.h"
 
 #include <cmath>
 #include <string>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/examples.h"
+#include "api/job/examples.h"
 
 namespace {
 

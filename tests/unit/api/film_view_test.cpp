@@ -1,4 +1,4 @@
-#include "api/film_view.h"
+#include "api/answers/film_view.h"
 
 #include <gtest/gtest.h>
 

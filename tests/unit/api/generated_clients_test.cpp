@@ -15,9 +15,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/answers/server_view.h"
 #include "api/openapi.h"
 #include "api/schema_parts.h"
-#include "api/server_view.h"
 
 namespace {
 

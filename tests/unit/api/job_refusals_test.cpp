@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/job_checks.h"
-#include "api/job_spec.h"
+#include "api/job/job_checks.h"
+#include "api/job/job_spec.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 
 #include <string>
 #include <vector>

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "core/settings/registry.h"
 
 namespace {

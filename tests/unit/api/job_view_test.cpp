@@ -1,4 +1,4 @@
-#include "api/job_view.h"
+#include "api/answers/job_view.h"
 
 #include <cmath>
 #include <string>
@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/errors.h"
-#include "api/examples.h"
-#include "api/job_text.h"
-#include "api/views.h"
+#include "api/answers/job_text.h"
+#include "api/answers/views.h"
+#include "api/job/examples.h"
+#include "api/json/errors.h"
 
 namespace {
 

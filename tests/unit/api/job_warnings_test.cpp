@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 
 namespace {
 

@@ -9,14 +9,14 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/answers/events.h"
 #include "api/batch.h"
-#include "api/errors.h"
-#include "api/events.h"
-#include "api/examples.h"
-#include "api/field_rows.h"
-#include "api/job_spec.h"
+#include "api/job/examples.h"
+#include "api/job/job_spec.h"
+#include "api/json/errors.h"
+#include "api/json/field_rows.h"
+#include "api/json/limits.h"
 #include "api/lab.h"
-#include "api/limits.h"
 #include "api/operations.h"
 #include "api/requests.h"
 #include "tests/unit/api/schema_check.h"

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "api/queries.h"
+#include "api/queries/queries.h"
 #include "api/requests.h"
 
 namespace {

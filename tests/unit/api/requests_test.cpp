@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/faults.h"
-#include "api/job_checks.h"
-#include "api/stop_rules.h"
+#include "api/job/job_checks.h"
+#include "api/job/stop_rules.h"
+#include "api/json/faults.h"
 #include "core/settings/registry.h"
 
 namespace {

@@ -15,11 +15,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/faults.h"
-#include "api/job_checks.h"
-#include "api/job_spec.h"
-#include "api/json.h"
-#include "core/render/renderer.h"
+#include "api/job/job_checks.h"
+#include "api/job/job_spec.h"
+#include "api/json/faults.h"
+#include "api/json/json.h"
+#include "core/render/picture/renderer.h"
 #include "core/settings/registry.h"
 #include "tests/support/milk.h"
 #include "tests/support/scenes.h"

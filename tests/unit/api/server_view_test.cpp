@@ -1,4 +1,4 @@
-#include "api/server_view.h"
+#include "api/answers/server_view.h"
 
 #include <algorithm>
 #include <set>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/job_spec.h"
+#include "api/job/job_spec.h"
 #include "core/settings/registry.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "api/tile_frame.h"
+#include "api/answers/tile_frame.h"
 
 #include <cmath>
 #include <numeric>

@@ -1,5 +1,5 @@
 // From a job to its view: which inputs are asked for, and what becomes of them.
-#include "api/view_of.h"
+#include "api/job/view_of.h"
 
 #include <memory>
 #include <optional>

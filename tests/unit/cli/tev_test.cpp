@@ -64,8 +64,8 @@ TEST(TevConnection, RefusesAnInvalidAddress) {
   }
 }
 
-/// A tile of one pixel at (3, 5): planes r g b, vr vg vb, n in the order of api/tile_frame.h, and
-/// its CRC-32.
+/// A tile of one pixel at (3, 5): planes r g b, vr vg vb, n in the order of
+/// api/answers/tile_frame.h, and its CRC-32.
 const std::string kTile =
     "TSR1"s
     "\x1c\0\0\0"s

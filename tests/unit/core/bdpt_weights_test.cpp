@@ -1,7 +1,7 @@
 // Weights of bidirectional path tracing: for a given path, those of all strategies add up to 1.
 // Paths have random vertices on a glossy floor, and in fog whose extinction differs by channel and
 // by height or on rough glass; subpaths and weights are the renderer's.
-#include "core/integrators/bdpt_weights.h"
+#include "core/integrators/bidirectional/bdpt_weights.h"
 
 #include <array>
 #include <cmath>

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "core/base/statistics.h"
-#include "core/render/light_not_found.h"
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
-#include "core/render/slice_work.h"
+#include "core/render/picture/light_not_found.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
+#include "core/render/units/slice_work.h"
 #include "tests/support/caustic.h"
 
 namespace {

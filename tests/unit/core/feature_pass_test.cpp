@@ -1,6 +1,6 @@
 // Guide layers for denoisers: the first rough surface behind mirrors and glass, from samples
 // independent of both halves.
-#include "core/render/feature_pass.h"
+#include "core/render/picture/feature_pass.h"
 
 #include <cmath>
 #include <vector>

@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "core/labels/label.h"
+#include "core/aovs/label.h"
 #include "core/scene/scene.h"
 #include "core/scene/scene_data.h"
 #include "tests/support/statistics.h"

@@ -1,5 +1,5 @@
 // Ids of objects, instances and primitives: functions of the file, independent of visibility.
-#include "core/labels/label.h"
+#include "core/aovs/label.h"
 #include "core/scene/scene.h"
 #include "tests/unit/core/gltf_test_support.h"
 

@@ -1,6 +1,6 @@
 // Records of irradiance: gradients against finite differences of closed forms, the index against an
 // exhaustive search.
-#include "core/integrators/irradiance_cache.h"
+#include "core/integrators/maps/irradiance_cache.h"
 
 #include <array>
 #include <cmath>

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/aovs/object_boxes.h"
 #include "core/film/film_format.h"
 #include "core/film/film_merge.h"
-#include "core/labels/object_boxes.h"
 #include "core/layers/layers.h"
 #include "core/scene/matte_names.h"
 #include "core/settings/registry.h"

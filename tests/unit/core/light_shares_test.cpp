@@ -7,7 +7,7 @@
 
 #include "core/film/film_format.h"
 #include "core/layers/layers.h"
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 

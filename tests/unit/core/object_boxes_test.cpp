@@ -1,5 +1,5 @@
 // Bounding boxes of objects in an equirectangular image, against a dense grid of their points.
-#include "core/labels/object_boxes.h"
+#include "core/aovs/object_boxes.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "core/render/pass_plan.h"
+#include "core/render/task/pass_plan.h"
 
 #include <algorithm>
 #include <vector>

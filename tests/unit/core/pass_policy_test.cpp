@@ -1,5 +1,5 @@
 // The next action of a task, without a task.
-#include "core/render/pass_policy.h"
+#include "core/render/task/pass_policy.h"
 
 #include <limits>
 #include <vector>

@@ -1,5 +1,5 @@
 // Photon lookups: each photon in the radius once, none farther away, in the same order.
-#include "core/integrators/photon_map.h"
+#include "core/integrators/maps/photon_map.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 // The images that biased ones are compared with: their counts, and errors that are a function of
 // the job.
-#include "core/render/reference_images.h"
+#include "core/render/task/reference_images.h"
 
 #include <cmath>
 #include <memory>
 
 #include <gtest/gtest.h>
 
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 

@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/meter/meter_reading.h"
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
+#include "core/film/meter_reading.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
 #include "tests/support/scenes.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // The content of a film is a function of the job alone; time and reason of a job's end.
-#include "core/render/render_task.h"
+#include "core/render/task/render_task.h"
 
 #include <atomic>
 #include <chrono>
@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"

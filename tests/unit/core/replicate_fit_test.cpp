@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/settle.h"
-#include "core/render/tile_fill.h"
+#include "core/render/picture/tile_fill.h"
+#include "core/render/task/settle.h"
 #include "core/sampling/optimal_mis.h"
 #include "tests/support/scenes.h"
 

@@ -1,5 +1,5 @@
 // Settling a view, loading a scene, and crowded geometry.
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 
 #include <stop_token>
 #include <string>

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/render/render_task.h"
-#include "core/render/settle.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 

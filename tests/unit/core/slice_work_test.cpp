@@ -1,6 +1,6 @@
 // Slices rendered elsewhere from their bytes alone: the film is the same, and results that no
 // renderer made are refused.
-#include "core/render/slice_work.h"
+#include "core/render/units/slice_work.h"
 
 #include <cmath>
 #include <cstring>
@@ -11,9 +11,9 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include "core/render/result_size.h"
-#include "core/render/settle.h"
-#include "core/render/unit_renderer.h"
+#include "core/render/task/settle.h"
+#include "core/render/units/result_size.h"
+#include "core/render/units/unit_renderer.h"
 #include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 

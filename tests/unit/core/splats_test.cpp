@@ -8,7 +8,7 @@
 
 #include "core/film/film_format.h"
 #include "core/film/film_merge.h"
-#include "core/render/settle.h"
+#include "core/render/task/settle.h"
 #include "tests/support/caustic.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"

@@ -1,4 +1,4 @@
-#include "core/render/split_pilot.h"
+#include "core/render/picture/split_pilot.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/integrators/catcher.h"
+#include "core/integrators/path/catcher.h"
 #include "core/lights/made_environment.h"
 #include "core/lights/sky.h"
 #include "core/lights/studio.h"

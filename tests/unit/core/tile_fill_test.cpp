@@ -1,5 +1,5 @@
 // Which samples of a tile are traced together: squares of pixels, windows of passes.
-#include "core/render/tile_fill.h"
+#include "core/render/picture/tile_fill.h"
 
 #include <algorithm>
 #include <array>

@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/lane_math.h"
-#include "core/render/tile_fill.h"
+#include "core/render/picture/tile_fill.h"
 #include "core/wave/lane_bsdf.h"
 #include "core/wave/wave_tracer.h"
 #include "tests/support/bsdf_cases.h"

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "api/errors.h"
+#include "api/json/errors.h"
 #include "core/base/sha256.h"
 #include "tests/unit/server/server_test_support.h"
 

@@ -1,4 +1,4 @@
-#include "server/guard.h"
+#include "server/auth/guard.h"
 
 #include <memory>
 #include <tuple>

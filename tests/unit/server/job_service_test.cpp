@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "api/error_codes.h"
+#include "api/json/error_codes.h"
 #include "tests/unit/server/jobs_fixture.h"
 
 namespace {

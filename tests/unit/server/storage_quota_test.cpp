@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "api/error_codes.h"
+#include "api/json/error_codes.h"
 #include "server/store/assets.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"

@@ -1,4 +1,4 @@
-#include "server/tickets.h"
+#include "server/auth/tickets.h"
 
 #include <chrono>
 #include <cstddef>

@@ -5,7 +5,7 @@
 
 #include "server/store/database.h"
 #include "server/store/delivery_table.h"
-#include "server/webhook_sender.h"
+#include "server/webhooks/webhook_sender.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {

@@ -16,17 +16,17 @@ import {
   type Theme,
 } from '../ui/server_state';
 import { useStore } from '../ui/store';
-import { CompareView } from './compare_view';
-import { ComposeView } from './compose_view';
-import { ConvergenceView } from './convergence_view';
+import { CompareView } from './compare/compare_view';
+import { ComposeView } from './submit/compose_view';
+import { ConvergenceView } from './lab/convergence_view';
 import { GuideView } from './guide_view';
-import { JobView } from './job_view';
-import { JobsPage } from './jobs_page';
-import { LabView } from './lab_view';
-import { models, take } from './scene_source';
-import { SeriesView } from './series_view';
+import { JobView } from './job/job_view';
+import { JobsPage } from './jobs/jobs_page';
+import { LabView } from './lab/lab_view';
+import { models, take } from './submit/scene_source';
+import { SeriesView } from './series/series_view';
 import { KeyForm, SettingsPage } from './settings_page';
-import { SubmitForm } from './submit_form';
+import { SubmitForm } from './submit/submit_form';
 
 const nextTheme: Record<Theme, Theme> = { auto: 'dark', dark: 'light', light: 'auto' };
 const themeNames: Record<Theme, string> = { auto: 'system', dark: 'dark', light: 'light' };

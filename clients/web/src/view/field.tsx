@@ -2,7 +2,7 @@ import type { ComponentChildren } from 'preact';
 import { useId } from 'preact/hooks';
 import type { FieldError } from 'tessera-render';
 import { useStore } from '../ui/store';
-import { refusals } from './form_model';
+import { refusals } from './submit/form_model';
 
 export const refusalsAt = (items: FieldError[], pointers: string[]): FieldError[] =>
   items.filter((item) =>

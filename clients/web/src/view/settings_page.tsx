@@ -11,7 +11,7 @@ import {
 } from '../ui/server_state';
 import { useStore } from '../ui/store';
 import { limitName, limitText } from './limit_names';
-import { WorkersCard } from './workers_card';
+import { WorkersCard } from './jobs/workers_card';
 
 const themes: Record<Theme, string> = { auto: 'System', dark: 'Dark', light: 'Light' };
 

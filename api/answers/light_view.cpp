@@ -1,0 +1,84 @@
+// Light that was not found, in a job and in its stored row.
+#include <array>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "api/answers/job_view.h"
+#include "api/answers/views.h"
+#include "api/json/json.h"
+#include "api/json/limits.h"
+#include "api/json/values.h"
+
+namespace api {
+
+using core::LightNotFound;
+
+const View<LightNotFound>& light_not_found_view() {
+  static const View<LightNotFound> kView = {
+      "LightNotFound",
+      "How much light may be missing from the image, from particles that are counted beside it.",
+      {{"at_most",
+        shape::real("Light that neither the image nor the particles may have found, with the "
+                    "confidence, over the image's mean luminance; 1 for a black image."),
+        [](const LightNotFound& l) { return number_json(l.at_most); }},
+       {"detected",
+        shape::real("Light that the particles found and the image lacks, over the image's mean "
+                    "luminance; 0: none."),
+        [](const LightNotFound& l) { return number_json(l.detected); }},
+       {"confidence", shape::real("Confidence level of `at_most`, and of all tiles together."),
+        [](const LightNotFound& l) { return number_json(l.confidence); }},
+       {"particles", shape::count("Number of particles."),
+        [](const LightNotFound& l) -> Json { return l.particles; }},
+       {"tiles", shape::count("Number of tiles that lack light."),
+        [](const LightNotFound& l) -> Json { return l.tiles.size(); }},
+       {"lacking", shape::list(shape::count(), "Those tiles, by number."),
+        [](const LightNotFound& l) -> Json { return l.tiles; }},
+       {"reason",
+        shape::nullable(shape::text("A sentence: whose light is missing, and which integrator "
+                                    "finds it; null: no tile lacks light.")),
+        [](const LightNotFound& l) { return l.reason.empty() ? Json(nullptr) : Json(l.reason); }}}};
+  return kView;
+}
+
+const ViewRow<JobView>& light_not_found_row() {
+  static const ViewRow<JobView> kRow = {
+      "light_not_found", shape::nullable(light_not_found_view().shape()), [](const JobView& j) {
+        const auto& found = j.progress.light_not_found;
+        return found ? light_not_found_view().print(*found) : Json(nullptr);
+      }};
+  return kRow;
+}
+
+std::string light_not_found_json(const std::optional<LightNotFound>& light) {
+  return light ? dump(light_not_found_view().print(*light)) : std::string();
+}
+
+std::optional<LightNotFound> parse_light_not_found(std::string_view text) {
+  const Parsed<Json> read = parse_json(text, limits::kBodyBytes);
+  if (text.empty() || !read || !read->is_object()) {
+    return std::nullopt;
+  }
+  LightNotFound light;
+  light.at_most = read->value("at_most", 0.0);
+  light.detected = read->value("detected", 0.0);
+  light.confidence = read->value("confidence", light.confidence);
+  light.particles = read->value("particles", 0U);
+  light.tiles = read->value("lacking", std::vector<int>());
+  const auto reason = read->find("reason");
+  light.reason =
+      reason != read->end() && reason->is_string() ? reason->get<std::string>() : std::string();
+  return light;
+}
+
+std::string light_words(const LightNotFound& light) {
+  if (!light.reason.empty()) {
+    return light.reason;
+  }
+  std::array<char, 32> share{};
+  const double percent = 100 * light.at_most;
+  std::snprintf(share.data(), share.size(), percent >= 10 ? "%.0f" : "%.2g", percent);
+  return "Up to " + std::string(share.data()) + "% of the light may be missing.";
+}
+
+}  // namespace api

@@ -1,0 +1,168 @@
+#include "api/job/job_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "api/json/limits.h"
+#include "core/camera/camera_choice.h"
+#include "core/math/vec.h"
+#include "core/render/picture/light_not_found.h"
+#include "core/settings/registry.h"
+
+namespace api {
+namespace {
+
+/// Sine of the angle below which two directions count as equal: float coordinates of a few metres
+/// cannot distinguish them.
+constexpr double kParallelSine = 1e-6;
+
+struct Exact {
+  double x, y, z;
+};
+Exact exact(core::Place v) { return {v.x, v.y, v.z}; }
+double norm(Exact v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
+void check_view(const core::CameraSettings& camera, Faults& faults) {
+  const Exact eye = exact(*camera.position);
+  const Exact target = exact(*camera.target);
+  const Exact forward = {target.x - eye.x, target.y - eye.y, target.z - eye.z};
+  if (norm(forward) == 0) {
+    faults.add("/camera/target", "equals position");
+    return;
+  }
+  const Exact up = exact(camera.up.value_or(core::Vec3{0, 1, 0}));
+  const Exact side = {forward.y * up.z - forward.z * up.y, forward.z * up.x - forward.x * up.z,
+                      forward.x * up.y - forward.y * up.x};
+  if (norm(up) > 0 && norm(side) <= kParallelSine * norm(forward) * norm(up)) {
+    faults.add("/camera/up", camera.up ? "is parallel to the direction from position to target"
+                                       : "is [0, 1, 0], which is parallel to the direction from "
+                                         "position to target; give another");
+  }
+}
+
+void add_error(const core::Status& status, Faults& faults) {
+  if (!status) {
+    faults.add(status.error().where, status.error().message);
+  }
+}
+
+}  // namespace
+
+void check_camera(const JobSpec& spec, Faults& faults) {
+  const core::CameraSettings& camera = spec.camera;
+  if (camera.name && camera.index) {
+    faults.add("/camera/index", "name and index both select a camera of the file; give only one");
+  }
+  if (camera.up && norm(exact(*camera.up)) == 0) {
+    faults.add("/camera/up", "is the zero vector");
+  }
+  if (camera.type) {
+    add_error(core::check_members(camera, *camera.type), faults);
+  }
+  if (spec.orbit && (camera.position || camera.target)) {
+    faults.add("/camera/orbit",
+               "sets the camera's position; give either orbit or position and target");
+  } else if (camera.position && camera.target) {
+    check_view(camera, faults);
+  } else if (camera.position) {
+    faults.add("/camera/target", "is required with position");
+  } else if (camera.target) {
+    faults.add("/camera/position", "is required with target");
+  }
+}
+
+void check_film(const core::FilmSettings& film, Faults& faults) {
+  const std::int64_t pixels = static_cast<std::int64_t>(film.width) * film.height;
+  if (pixels > limits::kFilmPixels) {
+    faults.add_too_large("/film", std::to_string(film.width) + " x " + std::to_string(film.height) +
+                                      " is " + std::to_string(pixels) + " pixels; at most " +
+                                      std::to_string(limits::kFilmPixels) + " are allowed");
+  }
+}
+
+void settle_film(JobSpec& spec) {
+  if (spec.has_image) {
+    return;
+  }
+  // A pixel keeps the passes of the meter in step; no client sees it.
+  core::FilmSettings& film = spec.render.film;
+  film.width = film.height = 1;
+  film.crop.reset();
+  film.shares.clear();
+  for (const core::LayerEntry& layer : core::layers()) {
+    if (layer.recorded != nullptr) {
+      film.*layer.recorded = false;
+    }
+  }
+  spec.layers.clear();
+  spec.share_places.clear();
+}
+
+void check_image(const JobSpec& spec, Faults& faults) {
+  if (!spec.has_image && spec.render.meter.empty()) {
+    faults.add("/film", "is null, but the job has no meter: there is nothing to render");
+  }
+}
+
+void check_class(const JobSpec& spec, Faults& faults) {
+  if (spec.preview_key && spec.job_class != JobClass::kPreview) {
+    faults.add("/preview_key", "applies only to class 'preview'");
+  }
+  // A preview exists only in memory; these settings promise something that outlives the process.
+  if (spec.webhook && spec.job_class == JobClass::kPreview) {
+    faults.add("/webhook", "applies only to class 'normal'");
+  }
+  if (spec.retention_seconds && spec.job_class == JobClass::kPreview) {
+    faults.add("/retention_seconds", "applies only to class 'normal'");
+  }
+}
+
+void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
+  if (stop.meter_error && spec.render.meter.empty()) {
+    faults.add("/stop/meter_error", "the job has no meter");
+  }
+  if (!spec.has_image) {
+    constexpr const char* kNone = "the job has no image (film is null); give meter_error";
+    if (stop.relative_error) {
+      faults.add("/stop/relative_error", kNone);
+    }
+    if (stop.denoised_error) {
+      faults.add("/stop/denoised_error", kNone);
+    }
+    if (stop.light_not_found) {
+      faults.add("/stop/light_not_found", kNone);
+    }
+    return;
+  }
+  // Whether the scene has media is checked against it.
+  add_error(core::check_light_rule(stop, spec.render, false), faults);
+  if (!stop.denoised_error) {
+    return;
+  }
+  // Stored jobs may name an integrator that this build lacks.
+  const bool is_known = core::find_integrator(spec.render.integrator) != nullptr;
+  if (spec.denoise.type == core::DenoiserType::kNone) {
+    faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
+  } else if (is_known && !core::halves_show_error(spec.render)) {
+    faults.add("/stop/denoised_error",
+               "the error of denoised images of integrator '" + spec.render.integrator +
+                   "' is unknown: its images are biased, and their halves show only the noise; "
+                   "give relative_error, samples_per_pixel or seconds");
+  }
+}
+
+void check_rules(const JobSpec& spec, const core::SceneTraits* scene, Faults& faults) {
+  for (core::BrokenRule& rule : core::broken_rules(spec.render, spec.camera, scene)) {
+    faults.add(rule.share ? share_pointer(spec, *rule.share) : std::move(rule.pointer),
+               std::move(rule.reason));
+  }
+}
+
+void check_shutter(const JobSpec& spec, Faults& faults) {
+  if (spec.render.shutter_seconds > 0 && !spec.time_seconds) {
+    faults.add("/shutter_seconds", "requires time_seconds: in the rest pose nothing moves");
+  }
+}
+
+}  // namespace api

@@ -1,0 +1,66 @@
+#include "core/aovs/label.h"
+
+#include "core/math/offset_ray.h"
+#include "core/transport/intersect.h"
+
+namespace core {
+
+LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
+                 std::uint64_t& rays) noexcept {
+  RawHit hit;
+  for (int pass = 0; pass < kNullScatteringMax; ++pass) {
+    ++rays;
+    if (!scene.accel->intersect(ray, hit)) {
+      break;
+    }
+    const SurfacePoint point = scene.surface_point(hit, ray);
+    if (scene.has_alpha && scene.coverage(hit, ray) < 0.5F) {
+      const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+      ray.t_max -= length(point.position - ray.origin);
+      ray.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
+      continue;
+    }
+    const PlacedMesh& placed = scene.placed[point.placed];
+    return {.object = placed.object,
+            .instance = placed.instance,
+            .material = point.material + 1,
+            .primitive = scene.meshes[placed.mesh].primitive,
+            .position = (Place(point.position) + scene.origin).rounded(),
+            .uv = scene.uv(hit, ray),
+            .motion = motion != nullptr ? motion->of(scene, point, scene.corner_weights(hit, ray))
+                                        : Vec2{}};
+  }
+  return {};
+}
+
+void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
+                const Motion* motion) noexcept {
+  const PixelRect& rect = state.rect;
+  auto to = state.labels.begin();
+  for (int y = rect.y; y < rect.y + rect.height; ++y) {
+    for (int x = rect.x; x < rect.x + rect.width && to != state.labels.end(); ++x, ++to) {
+      const Vec2 centre_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
+      *to = label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, motion, state.rays);
+    }
+  }
+}
+
+void count_matte(const SceneData& scene, PathState& path, MatteKinds kinds, int half,
+                 std::span<MattePixel> pixel) noexcept {
+  PathVertex vertex;
+  if (!reach(scene, path, vertex)) {
+    return;
+  }
+  MatteRank hit;
+  hit.hits[static_cast<std::size_t>(half)] = 1;
+  if (kinds.object) {
+    hit.id = scene.object_mattes[scene.placed[vertex.point.placed].object];
+    add_matte(pixel.front(), hit);
+  }
+  if (kinds.material) {
+    hit.id = scene.material_mattes[vertex.point.material];
+    add_matte(pixel.back(), hit);
+  }
+}
+
+}  // namespace core

@@ -1,0 +1,29 @@
+/// label(): finds the surface under the centre of a pixel.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/aovs/motion.h"
+#include "core/camera/camera.h"
+#include "core/film/film.h"
+#include "core/scene/scene_data.h"
+#include "core/transport/path_state.h"
+
+namespace core {
+
+/// Returns the first surface along a camera ray, of any material including glass, with coverage of
+/// at least one half (MASK: present). motion: null if not needed. rays: adds the rays traced.
+LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
+                 std::uint64_t& rays) noexcept;
+
+/// Labels all pixels of a tile that has room for labels.
+void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
+                const Motion* motion) noexcept;
+
+/// Adds the first surface of the camera path to the pixel's mattes, one per kind. half: of the
+/// image, 0 or 1.
+void count_matte(const SceneData& scene, PathState& path, MatteKinds kinds, int half,
+                 std::span<MattePixel> pixel) noexcept;
+
+}  // namespace core

@@ -1,0 +1,183 @@
+// All terms are squares of densities, relative to the density of the current strategy.
+#include "core/integrators/bidirectional/bdpt_weights.h"
+
+#include <cmath>
+
+namespace core {
+namespace {
+
+/// Joint density of the point and direction of an emitted ray, and of its light.
+double density(const EmissionPdf& pdf) noexcept {
+  return static_cast<double>(pdf.prob_light) * static_cast<double>(pdf.pdf_area) *
+         static_cast<double>(pdf.pdf_solid_angle);
+}
+
+/// Sum over all strategies that sample more vertices from the other side. reverse: solid-angle
+/// density, at the vertex, of the direction back along the subpath.
+double before(const PartialSums& sums, float reverse) noexcept {
+  return sums.vcm + sums.vc * squared(static_cast<double>(reverse));
+}
+
+}  // namespace
+
+BdptWeights::BdptWeights(const IntegratorInput& input, const LightSampler& lights,
+                         const EmissionSampler& emission)
+    : scene_(input.scene),
+      environment_(input.environment),
+      camera_(*input.camera),
+      lights_(lights),
+      emission_(emission),
+      light_paths_(static_cast<double>(input.settings.film.width) * input.settings.film.height),
+      has_media_(input.scene.has_scattering ||
+                 (input.settings.fog && max_component(input.settings.fog->scattering) > 0)) {}
+
+PartialSums BdptWeights::from_camera(const Ray& ray) const noexcept {
+  return {squared(light_paths_ / camera_density(camera_.importance(ray.origin, ray.direction))), 0};
+}
+
+PartialSums BdptWeights::after_scattering(const PartialSums& here, double cosine, double forward,
+                                          double reverse) noexcept {
+  return {squared(1 / forward),
+          squared(cosine / forward) * (here.vc * squared(reverse) + here.vcm)};
+}
+
+PartialSums BdptWeights::after_flight(const Subpath& path, Rgb extinction) const noexcept {
+  if (!has_media_) {
+    return path.sums;
+  }
+  const double forward = flight_density(path.flight_depth, extinction);
+  const double back = flight_density(path.flight_depth, path.last_extinction);
+  return forward > 0
+             ? PartialSums{path.sums.vcm / squared(forward), path.sums.vc * squared(back / forward)}
+             : PartialSums{};
+}
+
+PartialSums BdptWeights::after_segment(const Subpath& path, const Vertex& vertex) const noexcept {
+  const PartialSums sums = after_flight(path, vertex.extinction);
+  const Vec3 d = vertex.position() - path.last.origin;
+  const double cosine2 = squared(static_cast<double>(vertex.cosine(vertex.wo_world())));
+  const double distance4 = squared(static_cast<double>(dot(d, d)));
+  return cosine2 > 0 ? PartialSums{sums.vcm * distance4 / cosine2, sums.vc / cosine2}
+                     : PartialSums{};
+}
+
+/// Rays of an orthographic camera do not diverge.
+PartialSums BdptWeights::at_camera_vertex(const Subpath& path,
+                                          const Vertex& vertex) const noexcept {
+  if (path.bounces() > 0 || !camera_.is_orthographic()) {
+    return after_segment(path, vertex);
+  }
+  const double cosine2 = squared(static_cast<double>(vertex.cosine(vertex.wo_world())));
+  return {cosine2 > 0 ? after_flight(path, vertex.extinction).vcm / cosine2 : 0, 0};
+}
+
+/// The first vertex determines the density with which its light sample would be the start of the
+/// subpath.
+PartialSums BdptWeights::at_light_vertex(const Subpath& path, const EmissionSample& light,
+                                         const Vertex& vertex) const noexcept {
+  if (path.bounces() > 0) {
+    return after_segment(path, vertex);
+  }
+  const Vec3 d = path.last.origin - vertex.origin();
+  const float distance_m = length(d);
+  const double emitted = density(light.pdf) * flight(path.flight_depth, vertex.extinction);
+  const auto cosine = static_cast<double>(vertex.cosine(vertex.wo_world()));
+  if (!(emitted > 0) || !(cosine > 0) || !(distance_m > 0)) {
+    return {};
+  }
+  const bool is_triangle = light.light < scene_.triangle_lights.size();
+  const float cos_light = is_triangle ? std::fabs(dot(light.normal, path.ray.direction)) : 1.0F;
+  double direct = 0;  // solid-angle density, or the probability of the light for delta lights
+  if (light.is_delta_position || light.is_delta_direction) {
+    direct = static_cast<double>(
+        lights_.prob_light(light.light, vertex.origin(), vertex.light_normal()));
+    direct *= light.is_delta_position ? static_cast<double>(dot(d, d)) : 1.0;
+  } else if (is_triangle) {
+    direct = static_cast<double>(lights_.pdf_triangle(
+        light.light, vertex.origin(), vertex.light_normal(), distance_m, cos_light));
+    direct *= static_cast<double>(cos_light);
+  } else {
+    direct = static_cast<double>(
+        lights_.pdf_environment(-path.ray.direction, vertex.origin(), vertex.light_normal()));
+  }
+  const bool is_delta = light.is_delta_position || light.is_delta_direction;
+  const double back = static_cast<double>(cos_light) * flight(path.flight_depth, Rgb(1));
+  return {squared(direct / (cosine * emitted)), is_delta ? 0 : squared(back / (emitted * cosine))};
+}
+
+double BdptWeights::background(const Subpath& path) const noexcept {
+  const Vec3 direction = path.ray.direction;
+  const auto light =
+      static_cast<std::uint32_t>(scene_.triangle_lights.size() + scene_.punctual_lights.size());
+  const PartialSums sums = after_flight(path, Rgb(1));
+  const double others =
+      squared(static_cast<double>(
+          lights_.pdf_environment(direction, path.last.origin, path.last.light_normal))) *
+          sums.vcm +
+      squared(environment_->is_black() ? 0 : density(emission_.pdf(light, -direction))) * sums.vc;
+  return 1 / (1 + others);
+}
+
+double BdptWeights::emission(const Subpath& path, const Vertex& vertex) const noexcept {
+  const PathVertex& met = vertex.surface;
+  const std::uint32_t light = met.point.light;
+  const float distance_m = length(met.point.position - path.last.origin);
+  const float cos_light = vertex.cosine(met.wo_world);
+  const double direct =
+      static_cast<double>(lights_.pdf_triangle(light, path.last.origin, path.last.light_normal,
+                                               distance_m, cos_light)) *
+      static_cast<double>(cos_light) / squared(static_cast<double>(distance_m));
+  const double others = squared(direct) * vertex.sums.vcm +
+                        squared(density(emission_.pdf(light, met.wo_world))) * vertex.sums.vc;
+  return 1 / (1 + others);
+}
+
+double BdptWeights::light_sample(const Vertex& vertex, const LightSample& light,
+                                 const ScatterEval& f, Rgb flight_depth) const noexcept {
+  const auto pdf = static_cast<double>(light.pdf_solid_angle);
+  double direct = pdf;
+  if (light.is_delta && !light.is_far) {
+    const Vec3 d = light.target - vertex.origin();
+    direct *= static_cast<double>(dot(d, d));
+  } else if (light.triangle != kNoLight) {
+    direct *= static_cast<double>(
+        std::fabs(dot(scene_.triangle_lights[light.triangle].normal, light.wi_world)));
+  }
+  const double emitted = density(emission_.pdf(light.light, -light.wi_world)) *
+                         flight(flight_depth, vertex.extinction);
+  const double by_bsdf =
+      light.is_delta
+          ? 0
+          : squared(static_cast<double>(f.pdf_solid_angle) * flight(flight_depth, Rgb(1)) / pdf);
+  const double others =
+      by_bsdf + squared(emitted * static_cast<double>(vertex.cosine(light.wi_world)) / direct) *
+                    before(vertex.sums, f.pdf_reverse);
+  return 1 / (1 + others);
+}
+
+double BdptWeights::splat(const Vertex& vertex, const Camera::ImportanceSample& to,
+                          const ScatterEval& f, Rgb flight_depth) const noexcept {
+  const double geometry =
+      camera_.is_orthographic() ? 1.0 : 1.0 / squared(static_cast<double>(to.distance_m));
+  const double from_there = camera_density(to.importance) * geometry *
+                            flight(flight_depth, vertex.extinction) *
+                            static_cast<double>(vertex.cosine(to.wi_world)) / light_paths_;
+  return 1 / (1 + squared(from_there) * before(vertex.sums, f.pdf_reverse));
+}
+
+double BdptWeights::connection(const Vertex& from_camera, const Vertex& from_light, Vec3 wi_world,
+                               const ScatterEval& f, const ScatterEval& g,
+                               Rgb flight_depth) const noexcept {
+  const Vec3 d = from_light.origin() - from_camera.origin();
+  const auto distance2 = static_cast<double>(dot(d, d));
+  const auto reached = [&](float pdf, const Vertex& at) {
+    return squared(static_cast<double>(pdf) * static_cast<double>(at.cosine(wi_world)) / distance2 *
+                   flight(flight_depth, at.extinction));
+  };
+  const double others =
+      reached(f.pdf_solid_angle, from_light) * before(from_light.sums, g.pdf_reverse) +
+      reached(g.pdf_solid_angle, from_camera) * before(from_camera.sums, f.pdf_reverse);
+  return 1 / (1 + others);
+}
+
+}  // namespace core

@@ -1,0 +1,52 @@
+#include "core/integrators/path/path_options.h"
+
+namespace core {
+
+StudyOptions::StudyOptions(const RenderSettings& s)
+    : strategy(s.estimator.strategy),
+      mis(s.estimator.mis == MisType::kOptimal
+              ? DefaultOptions::mis
+              : MisRule{s.estimator.mis, s.estimator.mis_exponent}),
+      roulette(s.estimator.roulette),
+      control_variate(s.estimator.control_variate),
+      fit(fit_type(s)),
+      shadow_threshold(roulette == RouletteType::kThreshold ? s.estimator.roulette_delta : 0.0F),
+      candidates(s.light_sampler == LightSamplerType::kRis ? s.light_candidates : 1),
+      first_candidates(s.light_sampler == LightSamplerType::kRestir ? s.block_candidates
+                                                                    : candidates),
+      expected_values(s.estimator.expected_values),
+      split_count(s.estimator.splitting == SplittingType::kFixed ? s.estimator.split_count : 1),
+      max_depth(s.max_depth) {}
+
+DefaultOptions::DefaultOptions(const RenderSettings& settings)
+    : split_count(StudyOptions(settings).split_count), max_depth(settings.max_depth) {}
+
+bool DefaultOptions::serves(const RenderSettings& settings) {
+  const StudyOptions asked(settings);
+  const bool power_of_two = asked.mis.type == mis.type && asked.mis.exponent == mis.exponent;
+  return asked.strategy == strategy && power_of_two && asked.roulette == roulette &&
+         asked.control_variate == control_variate && asked.fit == fit &&
+         asked.candidates == candidates && asked.first_candidates == first_candidates &&
+         asked.expected_values == expected_values && !settings.spectral &&
+         settings.light_sampler != LightSamplerType::kRestir;
+}
+
+bool DefaultOptions::serves(const IntegratorInput& input) {
+  return serves(input.settings) && !needs_whole_options(input);
+}
+
+bool needs_whole_options(const IntegratorInput& input) {
+  return input.scene.has_scattering || input.settings.fog || !input.settings.film.shares.empty();
+}
+
+SkyDensity sky_density(const RenderSettings& settings) {
+  const StudyOptions asked(settings);
+  const bool stands_alone = asked.fit == FitType::kNone && asked.candidates == 1 &&
+                            asked.first_candidates == 1 &&
+                            asked.control_variate == ControlVariateType::kNone &&
+                            settings.light_sampler != LightSamplerType::kRestir;
+  return asked.strategy == Strategy::kMis && stands_alone ? SkyDensity::kCompensated
+                                                          : SkyDensity::kRadiance;
+}
+
+}  // namespace core

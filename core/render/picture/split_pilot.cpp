@@ -1,0 +1,157 @@
+#include "core/render/picture/split_pilot.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+#include "core/accel/accel.h"
+#include "core/film/camera_sample.h"
+#include "core/film/half_sums.h"
+#include "core/math/numbers.h"
+
+namespace core {
+namespace {
+
+constexpr int kPixelsForRays = 64;
+/// The fraction of variance due to the camera ray that well-distributed points leave in an image of
+/// 64 samples, relative to independent samples: with edges variance falls as n^(-3/2) instead of
+/// n^-1. Source: Mitchell, Consequences of Stratified Sampling in Graphics, 1996, on edges in two
+/// dimensions.
+constexpr double kSpread = 1.0 / 8;
+constexpr std::uint64_t kStream = 0x5b117;  ///< separates the pilot's random numbers from the
+                                            ///< image's
+
+/// Variances of the luminance in one pixel.
+struct PixelVariances {
+  double mean = 0;
+  double branch = 0;
+  double total = 0;
+};
+
+}  // namespace
+
+int best_split_count(const SplitCosts& costs) {
+  int best = 1;
+  double least = 0;
+  for (int n = 1; n <= kMeasuredSplitMax && costs.branch_rays > 0; ++n) {
+    const double work =
+        (costs.way_variance + costs.branch_variance / n) * (costs.way_rays + n * costs.branch_rays);
+    if (n == 1 || work < least) {
+      best = n;
+      least = work;
+    }
+  }
+  return best;
+}
+
+std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& plain,
+                                        const RenderSettings& settings, int count,
+                                        const std::stop_token& stop) {
+  prepare_tracing_thread();
+  const FilterSampler filter(settings.film.filter);
+  PathSampler sampler(SamplerType::kIndependent, 2, hash_combine(settings.seed, kStream));
+  std::vector<PixelVariances> pixels;
+  pixels.reserve(static_cast<std::size_t>(count));
+  std::uint64_t rays = 0;
+  int paths = 0;
+  for (int i = 0; i < count; ++i) {
+    if (stop.stop_requested()) {
+      return std::nullopt;
+    }
+    // Spreads pixels evenly over the film: the R2 sequence (Roberts 2018).
+    const double u = 0.5 + i * 0.7548776662466927;
+    const double v = 0.5 + i * 0.5698402909980532;
+    const int x = std::min(static_cast<int>((u - std::floor(u)) * settings.film.width),
+                           settings.film.width - 1);
+    const int y = std::min(static_cast<int>((v - std::floor(v)) * settings.film.height),
+                           settings.film.height - 1);
+    double value[2][2] = {};
+    for (int way = 0; way < 2; ++way) {
+      const CameraSample at = start_camera_sample(sampler, filter, x, y, 2 * i + way);
+      const Camera::CameraRay ray = camera.ray(at.film_px, at.lens);
+      for (int branch = 0; branch < 2; ++branch) {
+        const PathSample sample = plain.trace(ray, sampler.branch(branch, 2), rays);
+        value[way][branch] =
+            is_finite(sample.radiance) ? static_cast<double>(luminance(sample.radiance)) : 0;
+        ++paths;
+      }
+    }
+    // Two paths of one camera ray differ only by the branch; paths of two rays differ by both.
+    const auto half_square = [](double a, double b) { return 0.5 * (a - b) * (a - b); };
+    const double within =
+        0.5 * (half_square(value[0][0], value[0][1]) + half_square(value[1][0], value[1][1]));
+    const double total =
+        0.5 * (half_square(value[0][0], value[1][0]) + half_square(value[0][1], value[1][1]));
+    const double mean = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
+    pixels.push_back({mean, within, total});
+  }
+  double roots = 0;
+  for (const PixelVariances& p : pixels) {
+    roots += std::sqrt(std::max(p.mean, 0.0));
+  }
+  // Relative to signal and floor, as in the error of an image.
+  const double floor = error_floor(roots / count);
+  SplitCosts out;
+  for (const PixelVariances& p : pixels) {
+    const double signal = p.mean * p.mean + floor * floor;
+    if (signal > 0) {
+      out.branch_variance += p.branch / signal / count;
+      out.way_variance += (p.total - p.branch) / signal / count;
+    }
+  }
+  out.way_variance = std::max(out.way_variance, 0.0);
+  out.way_rays = 1;
+  out.branch_rays = std::max(static_cast<double>(rays) / paths - out.way_rays, 0.0);
+  return out;
+}
+
+std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_token& stop) {
+  const SceneData& scene = input.scene;
+  const auto& punctual = scene.punctual_lights;
+  const bool has_local = !scene.triangle_lights.empty() ||
+                         std::any_of(punctual.begin(), punctual.end(), [](const PunctualLight& p) {
+                           return p.type != PunctualType::kDirectional;
+                         });
+  const bool has_media = input.settings.fog || (scene.has_scattering && scene.has_clear);
+  if (input.settings.integrator != "path" || !has_local || !has_media) {
+    return false;
+  }
+  RenderSettings settings = input.settings;
+  settings.estimator.splitting = SplittingType::kNone;
+  const auto work = [&](bool aims) -> std::optional<double> {
+    const auto integrator =
+        make_integrator({scene, input.environment, settings, input.camera, aims});
+    const auto costs = measure_split(*input.camera, *integrator, settings, kSplitPixels, stop);
+    if (!costs) {
+      return std::nullopt;
+    }
+    return (costs->way_variance + costs->branch_variance) * (costs->way_rays + costs->branch_rays);
+  };
+  const std::optional<double> aimed = work(true);
+  const std::optional<double> plain = work(false);
+  return aimed && plain ? std::optional(*aimed < *plain) : std::nullopt;
+}
+
+std::optional<int> measured_split_count(const Camera& camera, const Integrator& plain,
+                                        const RenderSettings& settings,
+                                        const std::stop_token& stop) {
+  const auto few = measure_split(camera, plain, settings, kPixelsForRays, stop);
+  if (few && few->branch_rays >= few->way_rays) {
+    return 1;
+  }
+  const auto measured = measure_split(camera, plain, settings, kSplitPixels, stop);
+  if (!measured) {
+    return std::nullopt;
+  }
+  SplitCosts costs = *measured;
+  if (settings.sampler != SamplerType::kIndependent &&
+      settings.sampler != SamplerType::kAntithetic) {
+    costs.way_variance *= kSpread;
+  }
+  const double affordable = std::ceil(costs.way_rays / std::max(costs.branch_rays, 1e-3));
+  const double best = std::min<double>(best_split_count(costs), affordable);
+  return static_cast<int>(std::bit_floor(static_cast<unsigned>(best)));
+}
+
+}  // namespace core

@@ -1,0 +1,351 @@
+#include "core/render/task/choose_integrator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "core/error/error_estimate.h"
+#include "core/integrators/registry.h"
+#include "core/render/task/render_task.h"
+#include "core/render/task/settle.h"
+#include "core/samplers/streams.h"
+#include "core/scene/scene_data.h"
+#include "core/settings/registry.h"
+
+namespace core {
+namespace {
+
+/// Pixels of a pilot: enough to compare tiles, and few compared with an image.
+constexpr double kPixels = 64.0 * 64.0;
+
+/// samples: 64 of path take less time than 16 of bdpt in five of the six scenes below, and its
+/// noise is in rarer paths.
+/// ray_weight: CPU seconds per ray, including shading, relative to path's; the geometric mean over
+/// cornell-box, interior, glass, keyhole, caustic-pool and many-lights (bdpt 1.7 to 6.1, sppm 1.4
+/// to 5.9), from `cpu_seconds` and `rays` of `tessera render SCENE --integrator NAME --json`.
+/// advantage: required over path. For bdpt because pilots are only this accurate, and path offers
+/// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
+/// allow. For sppm because its squared error falls as N^(-2/3), that of path as 1/N: one that is
+/// four times as efficient at 16 samples is as good at 1,024.
+struct Candidate {
+  std::string_view integrator;
+  int samples;  ///< of the pilot, rounded to what the sampler can produce
+  double ray_weight;
+  double advantage;
+};
+constexpr std::array<Candidate, 3> kCandidates = {
+    {{"path", 64, 1.0, 1.0}, {"bdpt", 16, 2.8, 1.5}, {"sppm", 16, 2.4, 4.0}}};
+
+class NullSink final : public RenderSink {
+  void on_tile(int, std::uint32_t) override {}
+  void on_pass(const ConvergencePoint&) override {}
+  void on_finished(StopReason) override {}
+};
+
+View pilot_view(const View& view, std::string_view integrator) {
+  View small = view;
+  RenderSettings settings = default_settings(integrator);
+  settings.film = view.settings.film;
+  settings.film.crop.reset();
+  settings.film.shares.clear();
+  settings.film.albedo = settings.film.normal = settings.film.depth = false;
+  const double factor =
+      std::min(1.0, std::sqrt(kPixels / settings.film.width / settings.film.height));
+  const auto scaled = [factor](int side) {
+    return std::max(1, static_cast<int>(std::lround(side * factor)));
+  };
+  settings.film.width = scaled(settings.film.width);
+  settings.film.height = scaled(settings.film.height);
+  settings.max_depth = view.settings.max_depth;
+  settings.sampler = view.settings.sampler;
+  settings.seed = kChoiceStream;
+  small.settings = std::move(settings);
+  return small;
+}
+
+struct Rendered {
+  std::shared_ptr<Film> film;
+  double lacks = 0;  ///< LightNotFound::detected
+};
+
+/// Renders a pilot on this thread.
+Result<Rendered> render_pilot(const View& view, int samples, const std::stop_token& stop) {
+  auto renderer = settled_renderer(view, {}, stop);
+  if (!renderer) {
+    return renderer.error();
+  }
+  auto film = std::make_shared<Film>(view.settings);
+  TaskOptions options;
+  options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
+  options.compares = false;
+  options.counts_particles = true;
+  NullSink sink;
+  RenderTask task(*std::move(renderer), film, std::move(options), sink);
+  const std::stop_callback cancel(stop, [&task] { task.cancel(); });
+  while (!task.finished()) {
+    if (const auto slice = task.take()) {
+      task.run(*slice);
+    }
+  }
+  if (task.stop_reason() == StopReason::kCancelled) {
+    return Error{ErrorCode::kCancelled, "stopped while choosing the integrator", ""};
+  }
+  const auto light = task.progress().light_not_found;
+  return Rendered{film, light ? light->detected : 0};
+}
+
+/// Sums of squares over the pixels and channels of a tile.
+struct TileFigures {
+  double noise = 0;
+  double light = 0;
+  double roots = 0;   ///< of the luminance, for the floor
+  double signal = 0;  ///< products of the halves: squared signal without bias from noise
+};
+
+template <typename Visit>
+void for_each_pixel(const FilmSnapshot& film, const PixelRect& tile, const Visit& visit) {
+  for (int y = tile.y; y < tile.y + tile.height; ++y) {
+    for (int x = tile.x; x < tile.x + tile.width; ++x) {
+      visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(film.rect.width) +
+            static_cast<std::size_t>(x));
+    }
+  }
+}
+
+TileFigures figures_of(const FilmSnapshot& film, const PixelRect& tile) {
+  TileFigures sums;
+  for_each_pixel(film, tile, [&](std::size_t i) {
+    const Rgb one = half_value(film, i, 0).mean;
+    const Rgb other = half_value(film, i, 1).mean;
+    sums.light += 0.5 * static_cast<double>(luminance(one + other));
+    sums.roots += root_of_light((one + other) * 0.5F);
+    for (int c = 0; c < 3; ++c) {
+      const auto apart = static_cast<double>(one[c] - other[c]);
+      sums.noise += apart * apart / 4;
+      sums.signal += static_cast<double>(one[c]) * static_cast<double>(other[c]);
+    }
+  });
+  return sums;
+}
+
+double squared_distance(const FilmSnapshot& a, const FilmSnapshot& b, const PixelRect& tile) {
+  double sum = 0;
+  for_each_pixel(a, tile, [&](std::size_t i) {
+    const auto mean = [i](const FilmSnapshot& film) {
+      return (half_value(film, i, 0).mean + half_value(film, i, 1).mean) * 0.5F;
+    };
+    const Rgb apart = mean(a) - mean(b);
+    for (int c = 0; c < 3; ++c) {
+      sum += static_cast<double>(apart[c]) * static_cast<double>(apart[c]);
+    }
+  });
+  return sum;
+}
+
+/// Returns the squared bias of an image, from one with a quarter of it: b - b / 4 = 3 b / 4.
+double squared_bias(const PilotImage& image, double noise, const PixelRect& tile) {
+  if (!image.finer) {
+    return 0;
+  }
+  const double finer_noise = figures_of(*image.finer, tile).noise;
+  const double apart = squared_distance(image.film, *image.finer, tile);
+  return 16.0 / 9 * std::max(apart - noise - finer_noise, 0.0);
+}
+
+std::string in_words(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+/// Returns the reason why no pilot is needed; empty if one is.
+std::string without_pilot(const View& view) {
+  if (view.settings.spectral) {
+    return "spectral is true";
+  }
+  const SceneSummary& scene = view.scene->summary();
+  if (scene.has_scattering || view.settings.fog) {
+    return "the scene has scattering media";
+  }
+  return scene.has_dispersion ? "the scene has dispersion" : "";
+}
+
+}  // namespace
+
+std::vector<double> pilot_errors(std::span<const PilotImage> images) {
+  const PixelRect whole = images[0].film.rect;
+  const std::vector<PixelRect> tiles = tile_rects({0, 0, whole.width, whole.height});
+  std::vector<std::vector<TileFigures>> figures;  // by tile and image
+  double roots = 0;
+  for (const PixelRect& tile : tiles) {
+    figures.emplace_back();
+    double most = 0;
+    for (const PilotImage& image : images) {
+      figures.back().push_back(figures_of(image.film, tile));
+      most = std::max(most, figures.back().back().roots);
+    }
+    roots += most;
+  }
+  const double pixels = static_cast<double>(whole.width) * whole.height;
+  const double of_channel = error_floor(roots / pixels);
+  const double floor = 3 * of_channel * of_channel;
+  std::vector<double> errors(images.size());
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const double area = static_cast<double>(tiles[t].width) * tiles[t].height;
+    const std::vector<TileFigures>& of = figures[t];
+    std::vector<double> seen;  // by the images themselves
+    double signal = 0;
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      seen.push_back(of[k].noise + squared_bias(images[k], of[k].noise, tiles[t]));
+      signal = std::max(signal, of[k].signal);
+    }
+    const double scale =
+        area / pixels / std::max(signal + area * floor, std::numeric_limits<double>::min());
+    for (std::size_t k = 0; k < images.size(); ++k) {
+      double missed = 0;
+      for (std::size_t j = 0; j < images.size(); ++j) {
+        if (of[k].light < of[j].light) {
+          const double apart = squared_distance(images[k].film, images[j].film, tiles[t]);
+          missed = std::max(missed, apart - seen[k] - seen[j]);
+        }
+      }
+      errors[k] += scale * (seen[k] + missed);
+    }
+  }
+  return errors;
+}
+
+std::size_t best_of(std::span<const PilotFigures> pilots) {
+  const auto is_complete = [](const PilotFigures& pilot) { return !(pilot.lacks > kLackMost); };
+  const bool some_are = std::any_of(pilots.begin(), pilots.end(), is_complete);
+  std::size_t out = 0;
+  double best = 0;
+  for (std::size_t k = 0; k < pilots.size(); ++k) {
+    const double score = pilots[k].efficiency / kCandidates[k].advantage;
+    if (score > best && (is_complete(pilots[k]) || !some_are)) {
+      best = score;
+      out = k;
+    }
+  }
+  return out;
+}
+
+namespace {
+
+/// Renders the pilot of a candidate, and one with half the radius if it is biased.
+Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, PilotImage& image,
+                               const std::stop_token& stop) {
+  View small = pilot_view(view, candidate.integrator);
+  const bool is_biased = find_integrator(candidate.integrator)->bias != "none";
+  float radius_m = 0;
+  if (is_biased) {
+    const SceneSummary& summary = view.scene->summary();
+    const FilmSettings& film = small.settings.film;
+    const auto camera =
+        Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+    if (!camera) {
+      return camera.error();
+    }
+    radius_m = usual_photon_radius_m(view.scene->data(), *camera, film);
+    small.settings.photons.radius_m = radius_m;
+  }
+  auto seen = render_pilot(small, candidate.samples, stop);
+  if (!seen) {
+    return seen.error();
+  }
+  const Film& film = *seen->film;
+  image.film = film.snapshot();
+  const auto samples = static_cast<double>(film.sample_counts().sum);
+  PilotFigures figures{.integrator = candidate.integrator,
+                       .samples = film.sample_counts().mean,
+                       .work = static_cast<double>(film.rays()) / samples * candidate.ray_weight,
+                       .lacks = seen->lacks};
+  if (is_biased) {
+    small.settings.photons.radius_m = radius_m / 2;
+    seen = render_pilot(small, candidate.samples, stop);
+    if (!seen) {
+      return seen.error();
+    }
+    image.finer = seen->film->snapshot();
+  }
+  return figures;
+}
+
+bool may_be_biased(const View& view, bool has_error_target) {
+  return !has_error_target && view.settings.film.shares.empty() && view.settings.meter.empty();
+}
+
+std::string text_of(const IntegratorChoice& choice) {
+  std::string efficiencies;
+  std::string advantages;
+  std::string lacking;
+  for (std::size_t k = 0; k < choice.pilots.size(); ++k) {
+    const PilotFigures& pilot = choice.pilots[k];
+    const std::string name(pilot.integrator);
+    const char* comma = k + 1 < choice.pilots.size() ? ", " : "";
+    if (pilot.lacks > kLackMost) {
+      lacking += "; that of " + name + " lacks " + in_words(100 * pilot.lacks) + "% of the light";
+    }
+    efficiencies += in_words(pilot.efficiency) + " (" + name + ")" + comma;
+    if (k > 0) {
+      advantages += in_words(kCandidates[k].advantage) + " for " + name + comma;
+    }
+  }
+  return "'" + std::string(choice.integrator) + "', since small pilot images have efficiencies " +
+         "1 / (V T) of " + efficiencies + ", and the required advantage over path is " +
+         advantages + lacking;
+}
+
+}  // namespace
+
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
+                                           const std::stop_token& stop) {
+  IntegratorChoice choice;
+  choice.integrator = kCandidates[0].integrator;
+  if (const std::string why = without_pilot(view); !why.empty()) {
+    choice.reason = "'path', since " + why;
+    return choice;
+  }
+  std::vector<PilotImage> images(may_be_biased(view, has_error_target) ? 3 : 2);
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    auto figures = run_pilot(view, kCandidates[k], images[k], stop);
+    if (!figures) {
+      return figures.error();
+    }
+    choice.pilots.push_back(*figures);
+  }
+  const std::vector<double> errors = pilot_errors(images);
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    PilotFigures& pilot = choice.pilots[k];
+    pilot.variance = errors[k] * pilot.samples;
+    const double cost = pilot.variance * pilot.work;
+    pilot.efficiency = cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity();
+  }
+  choice.integrator = choice.pilots[best_of(choice.pilots)].integrator;
+  choice.reason = std::isinf(choice.pilots[0].efficiency) && !(choice.pilots[0].lacks > kLackMost)
+                      ? "'path', since its pilot image has no noise and misses no light"
+                      : text_of(choice);
+  return choice;
+}
+
+Result<std::string> settle_integrator(View& view, const StopRules& rules,
+                                      const std::stop_token& stop) {
+  if (view.settings.integrator != kAutomaticIntegrator) {
+    return std::string();
+  }
+  const auto choice = choose_integrator(view, rules.has_error_target(), stop);
+  if (!choice) {
+    return choice.error();
+  }
+  // `auto` accepts no options of estimators and no adaptive sampling, so they are not set.
+  const RenderSettings defaults =
+      default_settings(choice->integrator, rules.relative_error.has_value());
+  view.settings.integrator = defaults.integrator;
+  view.settings.estimator = defaults.estimator;
+  view.settings.adaptive = defaults.adaptive;
+  return "integrator.type: 'auto' chose " + choice->reason + ".";
+}
+
+}  // namespace core

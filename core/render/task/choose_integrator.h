@@ -1,0 +1,74 @@
+/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each.
+///
+/// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
+/// squared error of the pilot's pixels, relative in each tile to the light that the pilots found
+/// there, times the samples; T is work per sample, the number of rays times a fixed weight, never
+/// time. The choice therefore depends only on the scene and on the job without its seed, crop,
+/// replicates and machine, so all parts of an image make the same choice.
+///
+/// The squared error is that of the noise, from the halves, plus two parts that no halves show:
+/// - A pilot that misses rare light is dark there and appears free of noise. Where two images
+///   differ by more than their errors, the difference counts as error of the darker one.
+/// - The bias of sppm is proportional to its squared radius, so an image with half the radius has a
+///   quarter of it, and the difference of the two images shows the rest.
+/// A candidate whose pilot lacks more than kLackMost of the light, as the census of its particles
+/// finds (core/render/picture/light_not_found.h), is left out if another does not: no number of
+/// samples brings that light. Sources: efficiency, Hammersley and Handscomb 1964; Veach 1997, 2.4.
+/// Bias: Knaus and Zwicker 2011.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/film/film.h"
+#include "core/render/picture/view.h"
+
+namespace core {
+
+/// An error of 1% is hardly visible in a clean image.
+inline constexpr double kLackMost = 0.01;
+
+struct PilotFigures {
+  std::string_view integrator;
+  double samples = 0;     ///< per pixel
+  double variance = 0;    ///< relative squared error of a sample
+  double work = 0;        ///< per sample of a pixel, in rays of `path`
+  double efficiency = 0;  ///< 1 / (variance work); infinite if there is no error
+  double lacks = 0;       ///< LightNotFound::detected
+};
+
+struct IntegratorChoice {
+  std::string_view integrator;       ///< a row of integrators()
+  std::string reason;                ///< a full sentence
+  std::vector<PilotFigures> pilots;  ///< path, bdpt and perhaps sppm; empty if none was needed
+};
+
+/// Chooses the integrator. has_error_target: not sppm, whose error is measured by images of bdpt
+/// with an eighth of its samples: their doubt meets a target about when bdpt itself does. Pre:
+/// view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
+/// settle().
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
+                                           const std::stop_token& stop = {});
+
+/// Replaces kAutomaticIntegrator by the choice, with its defaults, and returns a warning that names
+/// it. Returns an empty string if the job names its integrator. Errors: as above.
+Result<std::string> settle_integrator(View& view, const StopRules& rules,
+                                      const std::stop_token& stop = {});
+
+struct PilotImage {
+  FilmSnapshot film;
+  std::optional<FilmSnapshot> finer{};  ///< with half the radius, if the image is biased
+};
+
+/// Returns the index of the best of the candidates: path, bdpt and perhaps sppm.
+std::size_t best_of(std::span<const PilotFigures> pilots);
+
+/// Returns the relative squared errors of the pixels of images of the same size.
+std::vector<double> pilot_errors(std::span<const PilotImage> images);
+
+}  // namespace core

@@ -1,0 +1,70 @@
+#include "core/render/task/settle.h"
+
+#include <optional>
+#include <utility>
+
+#include "core/integrators/registry.h"
+#include "core/render/picture/light_not_found.h"
+#include "core/render/picture/split_pilot.h"
+#include "core/render/task/choose_integrator.h"
+#include "core/scene/scene_data.h"
+
+namespace core {
+namespace {
+
+Error stopped() { return Error{ErrorCode::kCancelled, "stopped while measuring", ""}; }
+
+}  // namespace
+
+Status measure(View& view, const std::stop_token& stop) {
+  const auto camera = camera_of(view);
+  if (!camera) {
+    return camera.error();
+  }
+  RenderSettings settings = view.settings;
+  IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera->first()};
+  Measured found;
+  const auto aims = pays_to_aim(input, stop);
+  if (!aims) {
+    return stopped();
+  }
+  found.aims_in_media = input.aims_in_media = *aims;
+  if (settings.estimator.splitting == SplittingType::kMeasured) {
+    settings.estimator.splitting = SplittingType::kNone;
+    const auto count =
+        measured_split_count(camera->first(), *make_integrator(input), settings, stop);
+    if (!count) {
+      return stopped();
+    }
+    found.split_count = *count;
+  }
+  view.measured = found;
+  return ok_status();
+}
+
+Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop) {
+  if (const Status fits = check_rules(view); !fits) {
+    return fits.error();
+  }
+  if (const Status fits =
+          check_light_rule(rules, view.settings, view.scene->summary().has_scattering);
+      !fits) {
+    return fits.error();
+  }
+  auto chosen = settle_integrator(view, rules, stop);
+  if (!chosen) {
+    return chosen;
+  }
+  const Status measured = measure(view, stop);
+  return measured ? std::move(chosen) : Result<std::string>(measured.error());
+}
+
+Result<std::shared_ptr<const Renderer>> settled_renderer(View view, const StopRules& rules,
+                                                         const std::stop_token& stop) {
+  if (const auto settled = settle(view, rules, stop); !settled) {
+    return settled.error();
+  }
+  return Renderer::create(std::move(view));
+}
+
+}  // namespace core

@@ -1,7 +1,7 @@
 """A server that is killed repeatedly while clients upload, submit, watch, and change their jobs.
 
-After each kill, all acknowledged changes exist. Every second kill is right after an answer. At the end every film has the digest of an
-uninterrupted one, and the data directory is valid.
+After each kill, all acknowledged changes exist. Every second kill is right after an answer. At the
+end every film has the digest of an uninterrupted one, and the data directory is valid.
 """
 
 import hashlib

@@ -122,6 +122,55 @@ test_('render() takes a scene by name, other formats and queries of the image', 
   assert.equal(Buffer.from(bytes.subarray(0, 2)).toString('hex'), 'ffd8');
 });
 
+/** A server with POST /v1/render, answered with `status`, which records what it was asked. */
+async function atOnce(status) {
+  const asked = [];
+  const job = { id: 'a-job', state: 'finished', error: { relative: 0.01 } };
+  const listener = http.createServer(async (request, response) => {
+    const pieces = await all(request);
+    const { pathname, search } = new URL(request.url, 'http://tessera');
+    asked.push(`${request.method} ${pathname}`);
+    const json = (value) => response.end(JSON.stringify(value));
+    if (pathname === '/openapi.json') return json({ paths: { '/v1/render': {} } });
+    if (pathname === '/v1/jobs/a-job') return json(job);
+    if (pathname === '/v1/render') {
+      const type = request.headers['content-type'];
+      const body = new Response(Buffer.concat(pieces), { headers: { 'content-type': type } });
+      const form = /^multipart/.test(type) && (await body.formData());
+      asked.form = form ? Object.fromEntries(form) : { job: await body.text() };
+      asked.query = search;
+      response.writeHead(status, { location: '/below/v1/jobs/a-job', 'content-type': 'image/png' });
+      return response.end(status === 200 ? 'direct' : '');
+    }
+    response.writeHead(200, { 'content-type': 'image/png' }).end('later');
+  });
+  await new Promise((resolve) => listener.listen(0, '127.0.0.1', resolve));
+  after(() => listener.close());
+  return { url: `http://127.0.0.1:${listener.address().port}`, asked };
+}
+
+test_('render() is one request where the server offers that', async () => {
+  const { url, asked } = await atOnce(200);
+  const { bytes, type, job } = await client(url).render(triangleGlb(), small);
+  assert.deepEqual([Buffer.from(bytes).toString(), type, job.id], ['direct', 'image/png', 'a-job']);
+  assert.deepEqual(asked.slice(0), ['GET /openapi.json', 'POST /v1/render', 'GET /v1/jobs/a-job']);
+  assert.equal(asked.query, '?format=png&exposure=auto');
+  assert.deepEqual(Buffer.from(await asked.form.scene.arrayBuffer()), triangleGlb());
+  const { film, stop, scene } = JSON.parse(asked.form.job);
+  assert.deepEqual([film, stop, scene], [{ width: 64, height: 48 }, { samples_per_pixel: 16 }, undefined]);
+  await client(url).render('furnace', { format: 'exr' });
+  assert.equal(asked.query, '?format=exr');
+  const request = { scene: 'furnace', stop: { relative_error: 0.03, seconds: 10 } };
+  assert.deepEqual(JSON.parse(asked.form.job), request);
+});
+
+test_('render() waits for the job that one request did not end', async () => {
+  const { url, asked } = await atOnce(202);
+  const { bytes } = await client(url).render('furnace', small);
+  assert.equal(Buffer.from(bytes).toString(), 'later');
+  assert.deepEqual(asked.slice(2), ['GET /v1/jobs/a-job', 'GET /v1/jobs/a-job/image.png']);
+});
+
 test_('short forms do not replace the other members of film and stop', () => {
   const request = library.requestOf('a', {
     size: [8, 4],

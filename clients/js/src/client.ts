@@ -92,6 +92,11 @@ export function requestOf(scene: string, options: JobOptions = {}): JobRequest {
   };
 }
 
+const hasRule = ({ error, seconds, samples, stop }: JobOptions): boolean =>
+  [error, seconds, samples, stop].some((rule) => rule !== undefined);
+const hasExposure = (format: string): boolean => /^(png|jpe?g|webp|avif)$/.test(format);
+/** Of the job that an answer names. */
+const idOf = (answer: Response): string => answer.headers.get('location')!.split('/').at(-1)!;
 const jobPath = (id: string): string => `v1/jobs/${encodeURIComponent(id)}`;
 const batchPath = (id: string): string => `v1/batches/${encodeURIComponent(id)}`;
 const queryOf = (query: Query): string => {
@@ -116,6 +121,7 @@ async function sceneType(file: Blob): Promise<string> {
 export class Client {
   private readonly root: string;
   private readonly key?: string;
+  private paths?: Promise<object>;
 
   /**
    * url: address of the server, with the path below which a proxy places it; empty: relative to
@@ -150,24 +156,60 @@ export class Client {
     return (await this.send(path, { ...options, headers })).json() as Promise<T>;
   }
 
-  /** Renders an image: uploads the scene, submits a job and waits for it. */
+  /**
+   * Renders an image. Without a stop rule the job ends when the average pixel is at most 3% off, or
+   * after 10 s. png, jpg and webp are exposed automatically unless `query` has an exposure.
+   */
   async render(scene: string | Bytes, options: RenderOptions = {}): Promise<RenderedImage> {
     const { format = 'png', query, signal, ...members } = options;
-    const { id } = await this.submit(scene, members, signal);
+    const look: Query = { ...(hasExposure(format) && { exposure: 'auto' }), ...query };
+    const request = { ...members, ...(!hasRule(members) && { error: 0.03, seconds: 10 }) };
+    const answer = (await this.rendersAtOnce(signal))
+      ? await this.renderAtOnce(scene, request, { format, ...look }, signal)
+      : null;
+    const made = answer ? idOf(answer) : (await this.submit(scene, request, signal)).id;
     try {
-      const job = await this.wait(id, signal);
+      if (answer?.status === 200) {
+        const bytes = new Uint8Array(await answer.arrayBuffer());
+        const type = answer.headers.get('content-type') ?? '';
+        return { bytes, type, job: await this.job(made, signal) };
+      }
+      const job = await this.wait(made, signal);
       const title = `The job was ${job.state}.`;
       if (job.state !== 'finished')
         throw new RequestError(
           job.failure ?? { type: 'about:blank', title, status: 409, detail: title },
         );
-      const image = await this.image(id, format, query, signal);
-      const bytes = new Uint8Array(await image.arrayBuffer());
-      return { bytes, type: image.type, job };
+      const image = await this.image(made, format, look, signal);
+      return { bytes: new Uint8Array(await image.arrayBuffer()), type: image.type, job };
     } catch (error) {
-      if (signal?.aborted) await this.cancel(id).catch(() => undefined); // The abort is the news.
+      if (signal?.aborted) await this.cancel(made).catch(() => undefined); // The abort is the news.
       throw error;
     }
+  }
+
+  /** Whether the server has POST /v1/render; asked once. */
+  private async rendersAtOnce(signal?: AbortSignal): Promise<boolean> {
+    this.paths ??= this.description<{ paths: object }>(signal).then(({ paths }) => paths);
+    this.paths.catch(() => (this.paths = undefined));
+    return '/v1/render' in (await this.paths);
+  }
+
+  /** 200 with the image, or 202; `Location` is the job's. */
+  private renderAtOnce(
+    scene: string | Bytes,
+    members: JobOptions,
+    query: Query,
+    signal?: AbortSignal,
+  ): Promise<Response> {
+    const path = `v1/render${queryOf(query)}`;
+    if (typeof scene === 'string')
+      return this.send(path, { method: 'POST', json: requestOf(scene, members), signal });
+    const { scene: _, ...job } = requestOf('', members);
+    const body = new FormData();
+    body.set('scene', new Blob([scene as BlobPart]), 'scene');
+    body.set('job', JSON.stringify(job));
+    return this.send(path, { method: 'POST', body, signal });
   }
 
   /** Submits a job. scene: a built-in name, the id of a scene, or the bytes of a file. */
@@ -272,8 +314,8 @@ export class Client {
   }
 
   /** The OpenAPI document. */
-  description<T = unknown>(): Promise<T> {
-    return this.json('openapi.json');
+  description<T = unknown>(signal?: AbortSignal): Promise<T> {
+    return this.json('openapi.json', { signal });
   }
   server(signal?: AbortSignal): Promise<Server> {
     return this.json('v1/server', { signal });

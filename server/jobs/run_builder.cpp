@@ -14,7 +14,7 @@
 #include "core/render/task/settle.h"
 #include "core/render/units/result_size.h"
 #include "core/settings/registry.h"
-#include "server/jobs/work_options.h"
+#include "server/workers/work_options.h"
 #include "server/store/files.h"
 #include "server/store/film_file.h"
 

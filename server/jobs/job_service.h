@@ -27,8 +27,8 @@
 #include "server/jobs/pilot.h"
 #include "server/jobs/run_builder.h"
 #include "server/jobs/verdict.h"
-#include "server/jobs/work_options.h"
 #include "server/store/storage_quota.h"
+#include "server/workers/work_options.h"
 
 namespace queue {
 class NatsLink;

@@ -15,6 +15,7 @@ set(SERVER_TEST_SOURCES
   job_memory_test.cpp
   job_record_test.cpp
   job_service_test.cpp
+  lease_table_test.cpp
   memory_test.cpp
   scene_service_test.cpp
   scheduler_test.cpp

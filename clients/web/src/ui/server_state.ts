@@ -1,6 +1,6 @@
+import type { Job, Server } from 'tessera-render';
 import { api, explain, OfflineError, RequestError } from '../api/client';
 import { isFinal } from '../api/states';
-import type { Job, Server } from '../api/types';
 import { persistent, Store } from './store';
 import { toneMaps, type ToneMap } from '../live/tone';
 

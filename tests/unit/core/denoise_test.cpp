@@ -272,7 +272,7 @@ TEST(DenoisedError, IntervalsCoverAtTheirConfidence) {
       covered += 0.25 * verdict.covered;
     }
   }
-  EXPECT_GE(covered, 213.0 / 240);
+  EXPECT_GE(covered, 0.88);
 }
 
 // A firefly in one half, which the denoiser removes, is one wrong pixel, and meets noise that is as

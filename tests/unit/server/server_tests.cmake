@@ -27,5 +27,6 @@ set(SERVER_TEST_SOURCES
   tile_stream_test.cpp
   turns_test.cpp
   webhook_test.cpp
+  write_order_test.cpp
   zip_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

@@ -17,6 +17,8 @@
 #include "api/queries/render_query.h"
 #include "core/base/mutex.h"
 #include "core/base/sha256.h"
+#include "core/color/rgb.h"
+#include "core/lights/studio.h"
 #include "server/http/form_data.h"
 #include "server/http/text.h"
 #include "server/pictures/image_look.h"
@@ -164,6 +166,19 @@ core::Result<SceneService::Added> add_scene(const RouteContext& context, const R
                 : context.scenes.add_file(std::move(sent.upload), origin);
 }
 
+/// Chooses the exposure. Studio light has a known strength, and a white product stays white in it;
+/// the automatic exposure, which knows only the image, would show white on white as grey.
+void expose(const api::JobSpec& spec, api::ImageQuery& look) {
+  const core::EnvironmentSettings& light = spec.environment;
+  const float strength = light.intensity * core::luminance(light.color);
+  look.auto_exposure = !light.preset || !(strength > 0);
+  if (!look.auto_exposure) {
+    constexpr auto kMost = static_cast<float>(api::limits::kExposureStops);
+    const float stops = core::Studio(*light.preset).front_exposure_stops() - std::log2(strength);
+    look.exposure_stops = std::clamp(stops, -kMost, kMost);
+  }
+}
+
 Response accepted(const RouteContext& context, const Job& job) {
   constexpr double kSoonest = 1;
   constexpr double kLatest = 60;
@@ -209,7 +224,6 @@ Response render(const RouteContext& context, FirstClients& first_clients, Reques
   if (const auto refused = refused_look(*format, query->look)) {
     return error_answer(request, *refused);
   }
-  query->look.auto_exposure |= !query->has_exposure && !format->high_dynamic_range;
   // The job part must be read before the memory of the body is handed over.
   const std::string job_text(sent->job);
   api::RenderUploads uploads;
@@ -243,6 +257,9 @@ Response render(const RouteContext& context, FirstClients& first_clients, Reques
   }
   if (const auto facts = context.scenes.facts(job->spec.scene, request.access)) {
     api::frame_model(job->spec, *facts);  // A scene that does not exist is refused below.
+  }
+  if (!query->has_exposure && !format->high_dynamic_range) {
+    expose(job->spec, query->look);
   }
   if (auto refused = refuse_webhook(context, request, job->spec)) {
     return *std::move(refused);

@@ -4,6 +4,7 @@ import http.client
 import io
 import json
 import shutil
+import struct
 import subprocess
 import tempfile
 import time
@@ -24,6 +25,43 @@ from harness import (
     triangle_document,
     triangle_glb,
 )
+
+
+
+def cube_glb(albedo):
+    points, normals, indices = [], [], []
+    for axis in range(3):
+        for sign in (-1, 1):
+            first = len(points)
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                point = [0, 0, 0]
+                point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3] = sign, a, b * sign
+                points.append(point)
+                normals.append([sign if k == axis else 0 for k in range(3)])
+            indices += [first, first + 1, first + 2, first, first + 2, first + 3]
+
+    def packed(rows):
+        return b"".join(struct.pack("<3f", *row) for row in rows)
+
+    chunks = (packed(points), packed(normals), struct.pack("<36H", *indices))
+    views, at = [], 0
+    for chunk in chunks:
+        views.append({"buffer": 0, "byteOffset": at, "byteLength": len(chunk)})
+        at += len(chunk)
+    return glb({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [albedo] * 3 + [1],
+                                                "metallicFactor": 0, "roughnessFactor": 0.6}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2,
+                                    "material": 0}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 24, "type": "VEC3",
+             "min": [-1, -1, -1], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5126, "count": 24, "type": "VEC3"},
+            {"bufferView": 2, "componentType": 5123, "count": 36, "type": "SCALAR"}],
+        "bufferViews": views, "buffers": [{"byteLength": at}]}, b"".join(chunks))
+
 
 QUICK = "size=24x16&samples=4"
 GLB = {"Content-Type": "model/gltf-binary"}
@@ -198,6 +236,23 @@ class Render(ApiTest):
         self.assertEqual(float(plain.headers["X-Tessera-Exposure"]), 0)
         linear = self.rendered(QUICK + "&format=exr", *form(*parts))
         self.assertNotIn("X-Tessera-Exposure", linear.headers)
+
+    def test_white_product_keeps_its_shading_on_white(self):
+        # A cube of albedo 0.8, as the triangle's box: its front takes the middle of the image.
+        white = json.dumps({"camera": {"orbit": {"theta_degrees": 30, "phi_degrees": 60}}})
+        for preset in ("studio", "tent", "rim"):
+            for ground in ("sweep", "catcher&background=ffffff"):
+                answer = self.rendered(
+                    f"size=64x64&samples=32&preset={preset}&ground={ground}",
+                    *form(("scene", cube_glb(0.8), "a.glb"), ("job", white)))
+                rows = png_pixels(answer.body)
+                inside = [sum(rows[y][x][:3]) / 3 for y in range(22, 42) for x in range(22, 42)]
+                clipped = sum(v >= 254 for v in inside) / len(inside)
+                self.assertLessEqual(clipped, 0.01, (preset, ground))
+                inside.sort()
+                # Three faces of three shades; the brightest near the code of its albedo, 231.
+                self.assertGreater(inside[-4] - inside[4], 15, (preset, ground))
+                self.assertGreater(inside[-4], 100 if preset == "rim" else 190, (preset, ground))
 
     def test_same_request_gets_the_image_of_the_same_job(self):
         first = self.rendered(QUICK, triangle_glb(), GLB)

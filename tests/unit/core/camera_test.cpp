@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "core/camera/framing.h"
 #include "core/camera/orbit.h"
 #include "core/scene/ground.h"
 #include "tests/support/scenes.h"
@@ -74,6 +76,24 @@ TEST(Camera, OrbitRotatesCounterClockwiseAboutYFromTheFront) {
   orbit.theta_degrees = 0;
   expect_direction(*on_orbit(orbit).up, {0, 0, -1});
   EXPECT_TRUE(Camera::create(on_orbit(orbit), {}, unit_box(), 200, 100));
+}
+
+TEST(Camera, FramingLeavesTheMarginAtTheNearestSide) {
+  // In front of a box of 4 by 1 by 1: the nearest face is half a metre nearer than the centre, and
+  // its half width of 2 takes 1 - 2 * 0.08 of half the view's width, tan(45 / 2) * width / height.
+  const core::Bounds box{.min = {-2, -0.5F, -0.5F}, .max = {2, 0.5F, 0.5F}};
+  const double view = 0.84 * std::tan(45 * std::numbers::pi / 360);
+  const auto distance = [&box](float theta_degrees, float phi_degrees, int width) {
+    core::CameraOrbit orbit;
+    orbit.theta_degrees = theta_degrees;
+    orbit.phi_degrees = phi_degrees;
+    return static_cast<double>(core::framing_distance_m({}, orbit, box, width, 100, 0.08F));
+  };
+  EXPECT_NEAR(distance(0, 90, 100), 0.5 + 2 / view, 1e-4);
+  EXPECT_NEAR(distance(0, 90, 200), 0.5 + 1 / view, 1e-4);
+  EXPECT_NEAR(distance(0, 90, 800), 0.5 + 0.5 / view, 1e-4);
+  EXPECT_NEAR(distance(90, 90, 100), 2 + 0.5 / view, 1e-4);  // from the end
+  EXPECT_NEAR(distance(0, 0, 100), 0.5 + 2 / view, 1e-4);    // from above
 }
 
 TEST(Camera, AutomaticOrbitContainsTheWholeBox) {

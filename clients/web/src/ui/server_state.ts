@@ -46,7 +46,7 @@ const isDisplay = (v: unknown): v is Display =>
   toneMaps.includes((v as Display).tone);
 export const display = persistent<Display>(
   'tessera.display',
-  { exposure: 0, tone: 'srgb', showTiles: true, denoised: true, split: 0 },
+  { exposure: 0, tone: 'khronos-neutral', showTiles: true, denoised: true, split: 0 },
   isDisplay,
 );
 

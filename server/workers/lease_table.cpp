@@ -59,8 +59,8 @@ std::string LeaseTable::why_idle(const Worker& worker, Time now) const {
   if (now >= worker.rests_until) {
     return "";
   }
-  const auto left = std::chrono::duration_cast<std::chrono::seconds>(worker.rests_until - now);
-  return "it rests for " + std::to_string(left.count() + 1) + " s after failing " +
+  const auto left = std::chrono::ceil<std::chrono::seconds>(worker.rests_until - now);
+  return "it rests for " + std::to_string(left.count()) + " s after failing " +
          (worker.failures == 1 ? "a unit" : std::to_string(worker.failures) + " times in a row") +
          ": " + worker.last_fault;
 }

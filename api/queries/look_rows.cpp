@@ -48,25 +48,36 @@ void read_layer(const std::string& value, ImageReading& out, const std::string& 
 
 Json layer_parameter_schema(const ImageReading& /*defaults*/) { return layer_schema(); }
 
-void read_curve(const std::string& value, ImageReading& out, const std::string& pointer,
-                Faults& faults) {
+void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
+                   Faults& faults) {
   if (out.has_curve) {
     faults.add(pointer, "is given twice: curve and tonemap are the same");
   }
   out.has_curve = true;
-  out.query.tone_map = value == kNeutral ? "khronos-neutral" : value;
-  std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
-  if (std::find(names.begin(), names.end(), out.query.tone_map) == names.end()) {
-    names.push_back(kNeutral);
+  const std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
+  if (std::find(names.begin(), names.end(), value) == names.end()) {
     faults.add(pointer, not_available(Json(value), names));
   }
+  out.query.tone_map = value;
 }
 
-Json curve_schema(const ImageReading& defaults) {
+void read_curve(const std::string& value, ImageReading& out, const std::string& pointer,
+                Faults& faults) {
+  read_tone_map(value == kNeutral ? "khronos-neutral" : value, out, pointer, faults);
+}
+
+Json tone_map_schema(const ImageReading& defaults) {
   Json schema = text_schema();
   schema["default"] = defaults.query.tone_map;
   if (!defaults.tone_maps.empty()) {
     schema["enum"] = defaults.tone_maps;
+  }
+  return schema;
+}
+
+Json curve_schema(const ImageReading& defaults) {
+  Json schema = tone_map_schema(defaults);
+  if (schema.contains("enum")) {
     schema["enum"].push_back(kNeutral);
   }
   return schema;

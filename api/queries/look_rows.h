@@ -28,6 +28,10 @@ Json layer_parameter_schema(const ImageReading& defaults);
 void read_curve(const std::string& value, ImageReading& out, const std::string& pointer,
                 Faults& faults);
 Json curve_schema(const ImageReading& defaults);
+/// As read_curve(), without short names.
+void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
+                   Faults& faults);
+Json tone_map_schema(const ImageReading& defaults);
 /// Reads "auto" or a number of stops.
 void read_exposure(const std::string& value, ImageReading& out, const std::string& pointer,
                    Faults& faults);
@@ -77,7 +81,8 @@ constexpr auto look_rows() {
                                    "Tone curve: a name of `tone_maps`, or neutral for "
                                    "khronos-neutral. Display formats only, as with exposure.",
                                    &read_curve, &curve_schema},
-      ParameterField<ImageReading>{"tonemap", "The same as curve.", &read_curve, &curve_schema},
+      ParameterField<ImageReading>{"tonemap", "The same as curve.", &read_tone_map,
+                                   &tone_map_schema},
       ParameterField<ImageReading>{
           "background",
           "Colour behind a transparent image, as six hexadecimal digits of sRGB; the image loses "

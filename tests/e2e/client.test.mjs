@@ -131,7 +131,9 @@ async function atOnce(status) {
     const { pathname, search } = new URL(request.url, 'http://tessera');
     asked.push(`${request.method} ${pathname}`);
     const json = (value) => response.end(JSON.stringify(value));
-    if (pathname === '/openapi.json') return json({ paths: { '/v1/render': {} } });
+    const parameters = [{ name: 'format' }, { name: 'exposure' }];
+    if (pathname === '/openapi.json')
+      return json({ paths: { '/v1/render': { post: { parameters } } } });
     if (pathname === '/v1/jobs/a-job') return json(job);
     if (pathname === '/v1/render') {
       const type = request.headers['content-type'];

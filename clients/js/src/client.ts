@@ -75,6 +75,11 @@ interface Options extends RequestInit {
   json?: unknown;
 }
 
+/** What is read of the OpenAPI document. */
+interface Description {
+  paths: Record<string, { post?: { parameters?: { name: string }[] } } | undefined>;
+}
+
 export const isFinal = (state: JobState): boolean =>
   state === 'finished' || state === 'failed' || state === 'cancelled';
 
@@ -121,7 +126,7 @@ async function sceneType(file: Blob): Promise<string> {
 export class Client {
   private readonly root: string;
   private readonly key?: string;
-  private paths?: Promise<object>;
+  private described?: Promise<Description>;
 
   /**
    * url: address of the server, with the path below which a proxy places it; empty: relative to
@@ -164,7 +169,7 @@ export class Client {
     const { format = 'png', query, signal, ...members } = options;
     const look: Query = { ...(hasExposure(format) && { exposure: 'auto' }), ...query };
     const request = { ...members, ...(!hasRule(members) && { error: 0.03, seconds: 10 }) };
-    const answer = (await this.rendersAtOnce(signal))
+    const answer = (await this.rendersAtOnce({ format, ...look }, signal))
       ? await this.renderAtOnce(scene, request, { format, ...look }, signal)
       : null;
     const made = answer ? idOf(answer) : (await this.submit(scene, request, signal)).id;
@@ -188,11 +193,12 @@ export class Client {
     }
   }
 
-  /** Whether the server has POST /v1/render; asked once. */
-  private async rendersAtOnce(signal?: AbortSignal): Promise<boolean> {
-    this.paths ??= this.description<{ paths: object }>(signal).then(({ paths }) => paths);
-    this.paths.catch(() => (this.paths = undefined));
-    return '/v1/render' in (await this.paths);
+  /** Whether the server has POST /v1/render with these parameters; its description is read once. */
+  private async rendersAtOnce(query: Query, signal?: AbortSignal): Promise<boolean> {
+    this.described ??= this.description<Description>(signal);
+    this.described.catch(() => (this.described = undefined));
+    const names = (await this.described).paths['/v1/render']?.post?.parameters?.map((p) => p.name);
+    return !!names && Object.keys(query).every((name) => names.includes(name));
   }
 
   /** 200 with the image, or 202; `Location` is the job's. */

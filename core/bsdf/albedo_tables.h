@@ -8,17 +8,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/generic.h"
+
 namespace core {
 
 inline constexpr int kAlbedoNodes = 48;
 inline constexpr int kGlassNodes = 24;
 inline constexpr int kSheenNodes = 32;
 
+/// The albedo of single scattering with F = 1, whole and weighted by w.
+template <typename F>
+struct AlbedoOf {
+  F e = 1;
+  F e5 = 0;
+};
+using SpecularAlbedo = AlbedoOf<float>;
+
 struct AlbedoTables {
-  float e[kAlbedoNodes][kAlbedoNodes];   ///< [roughness][mu], F = 1
-  float e5[kAlbedoNodes][kAlbedoNodes];  ///< weighted by w
-  float e_average[kAlbedoNodes];         ///< 2 * integral of e * mu
-  float e5_average[kAlbedoNodes];
+  SpecularAlbedo single[kAlbedoNodes][kAlbedoNodes];      ///< [roughness][mu]
+  SpecularAlbedo average[kAlbedoNodes];                   ///< 2 * integral of single * mu
   float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of glass_outside times
                                                           ///< mu; [ior][roughness]
   float glass_inside_average[kGlassNodes][kGlassNodes];
@@ -31,34 +39,42 @@ struct AlbedoTables {
 
 extern const AlbedoTables kAlbedoTables;
 
-struct SpecularAlbedo {
-  float e = 1;
-  float e5 = 0;
-};
+namespace albedo_detail {
 
-/// Returns the albedo at mu = cos(theta) in [0,1] and perceptual roughness in [0,1].
-inline SpecularAlbedo specular_albedo(float mu, float roughness) noexcept {
-  constexpr float kLast = kAlbedoNodes - 1;
-  const float x = std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast;
-  const float y = std::clamp(roughness, 0.0F, 1.0F) * kLast;
-  const int i = std::min(static_cast<int>(x), kAlbedoNodes - 2);
-  const int j = std::min(static_cast<int>(y), kAlbedoNodes - 2);
-  const float a = x - static_cast<float>(i);
-  const float b = y - static_cast<float>(j);
-  const auto at = [&](const float(&t)[kAlbedoNodes][kAlbedoNodes]) {
-    const float low = t[j][i] + (t[j][i + 1] - t[j][i]) * a;
-    const float high = t[j + 1][i] + (t[j + 1][i + 1] - t[j + 1][i]) * a;
-    return low + (high - low) * b;
-  };
-  return {at(kAlbedoTables.e), at(kAlbedoTables.e5)};
+/// Returns two values at share a of the way between two neighbouring nodes.
+template <typename F>
+AlbedoOf<F> between(const SpecularAlbedo* base, decltype(truncated(F())) node, F a) noexcept {
+  F t[4];
+  load_four(&base->e, node + node, t);
+  return {t[0] + (t[2] - t[0]) * a, t[1] + (t[3] - t[1]) * a};
+}
+template <typename F>
+auto node_below(F x) noexcept {
+  return truncated(min(x, F(kAlbedoNodes - 2)));
 }
 
-inline SpecularAlbedo specular_albedo_average(float roughness) noexcept {
-  const float y = std::clamp(roughness, 0.0F, 1.0F) * (kAlbedoNodes - 1);
-  const int j = std::min(static_cast<int>(y), kAlbedoNodes - 2);
-  const float b = y - static_cast<float>(j);
-  const auto at = [&](const float(&t)[kAlbedoNodes]) { return t[j] + (t[j + 1] - t[j]) * b; };
-  return {at(kAlbedoTables.e_average), at(kAlbedoTables.e5_average)};
+}  // namespace albedo_detail
+
+/// Returns the albedo at mu = cos(theta) in [0,1] and perceptual roughness in [0,1].
+template <typename F>
+AlbedoOf<F> specular_albedo(F mu, F roughness) noexcept {
+  const F x = sqrt(clamp01(mu)) * F(kAlbedoNodes - 1);
+  const F y = clamp01(roughness) * F(kAlbedoNodes - 1);
+  const auto i = albedo_detail::node_below(x);
+  const auto j = albedo_detail::node_below(y);
+  const F a = x - to_floats(i);
+  const F b = y - to_floats(j);
+  const auto node = j * kAlbedoNodes + i;
+  const AlbedoOf<F> low = albedo_detail::between(kAlbedoTables.single[0], node, a);
+  const AlbedoOf<F> high = albedo_detail::between(kAlbedoTables.single[1], node, a);
+  return {low.e + (high.e - low.e) * b, low.e5 + (high.e5 - low.e5) * b};
+}
+
+template <typename F>
+AlbedoOf<F> specular_albedo_average(F roughness) noexcept {
+  const F y = clamp01(roughness) * F(kAlbedoNodes - 1);
+  const auto j = albedo_detail::node_below(y);
+  return albedo_detail::between(kAlbedoTables.average, j, y - to_floats(j));
 }
 
 /// Returns the directional albedo of a white sheen.

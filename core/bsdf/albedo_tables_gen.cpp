@@ -127,13 +127,14 @@ void fill_reflection(core::AlbedoTables& t) {
   for (int j = 0; j < core::kAlbedoNodes; ++j) {
     const float alpha = alpha_of(j, core::kAlbedoNodes);
     const Ggx ggx = {alpha, alpha};
+    float e[core::kAlbedoNodes];
+    float e5[core::kAlbedoNodes];
     for (int i = 0; i < core::kAlbedoNodes; ++i) {
-      const core::SpecularAlbedo at = reflected(ggx, direction(mu_of(i, core::kAlbedoNodes)));
-      t.e[j][i] = at.e;
-      t.e5[j][i] = at.e5;
+      t.single[j][i] = reflected(ggx, direction(mu_of(i, core::kAlbedoNodes)));
+      e[i] = t.single[j][i].e;
+      e5[i] = t.single[j][i].e5;
     }
-    t.e_average[j] = average_of(t.e[j]);
-    t.e5_average[j] = average_of(t.e5[j]);
+    t.average[j] = {average_of(e), average_of(e5)};
   }
 }
 
@@ -233,30 +234,6 @@ int main(int argc, char** argv) {
     }
     out << "}";
   };
-  constexpr int kN = core::kAlbedoNodes;
-  write2(&tables->e[0][0], kN, kN);
-  out << ",\n";
-  write2(&tables->e5[0][0], kN, kN);
-  out << ",\n";
-  write(tables->e_average, kN);
-  out << ",\n";
-  write(tables->e5_average, kN);
-  for (const auto* plane : {&tables->glass_outside_average, &tables->glass_inside_average}) {
-    out << ",\n";
-    write2(&(*plane)[0][0], kG, kG);
-  }
-  for (const auto* cube : {&tables->glass_outside, &tables->glass_inside}) {
-    out << ",\n{";
-    for (const auto& plane : *cube) {
-      write2(&plane[0][0], kG, kG);
-      out << ",";
-    }
-    out << "}";
-  }
-  out << ",\n";
-  write2(&tables->sheen[0][0], core::kSheenNodes, core::kSheenNodes);
-  out << "};\nextern const AnisotropicAlbedoTables kAnisotropicAlbedoTables;\n"
-      << "const AnisotropicAlbedoTables kAnisotropicAlbedoTables = {\n";
   const auto write_row = [&](const auto& row) {
     out << "{";
     for (const core::SpecularAlbedo& value : row) {
@@ -265,6 +242,27 @@ int main(int argc, char** argv) {
     }
     out << "},\n";
   };
+  out << "{";
+  for (const auto& row : tables->single) {
+    write_row(row);
+  }
+  out << "},\n";
+  write_row(tables->average);
+  for (const auto* plane : {&tables->glass_outside_average, &tables->glass_inside_average}) {
+    write2(&(*plane)[0][0], kG, kG);
+    out << ",\n";
+  }
+  for (const auto* cube : {&tables->glass_outside, &tables->glass_inside}) {
+    out << "{";
+    for (const auto& plane : *cube) {
+      write2(&plane[0][0], kG, kG);
+      out << ",";
+    }
+    out << "},\n";
+  }
+  write2(&tables->sheen[0][0], core::kSheenNodes, core::kSheenNodes);
+  out << "};\nextern const AnisotropicAlbedoTables kAnisotropicAlbedoTables;\n"
+      << "const AnisotropicAlbedoTables kAnisotropicAlbedoTables = {\n";
   out << "{";
   for (const auto& by_strength : anisotropic->at) {
     out << "{";

@@ -10,9 +10,6 @@
 namespace core {
 namespace {
 
-/// Lobes below this GGX width are treated as mirrors: narrower ones exceed float precision.
-constexpr float kSmoothAlpha = 5e-4F;
-
 /// Returns the albedo of the facets' reflection in direction w, on either side, with F = 1.
 SpecularAlbedo albedo_of(const Facets& s, Vec3 w) noexcept {
   return s.ggx.alpha_x == s.ggx.alpha_y ? specular_albedo(std::fabs(w.z), s.roughness)
@@ -27,16 +24,7 @@ SpecularAlbedo albedo_average(const Facets& s) noexcept {
 }  // namespace
 
 Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLayers* layers) noexcept
-    : facets_{wo_local, {p.alpha_x, p.alpha_y}, p.roughness},
-      ng_(ng_local),
-      has_layers_(layers != nullptr) {
-  is_flat_ = ng_.z > 0.9999995F;
-  if (p.alpha_x != p.alpha_y) {
-    // The tables of glass are for isotropic lobes. The lobe with the quadratic mean of the widths
-    // has the same mean albedo within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15;
-    // with the roughness across the direction the error would be 0.4.
-    facets_.roughness = std::sqrt(std::sqrt(0.5F * (square(p.alpha_x) + square(p.alpha_y))));
-  }
+    : ng_(ng_local), is_flat_(is_flat(ng_local.z)), has_layers_(layers != nullptr) {
   if (p.f90 == 0 && p.metallic == 0 && p.transmission == 0 && is_black(p.f0) && layers == nullptr) {
     is_lambert_ = true;
     diffuse_.albedo = p.base_color;
@@ -45,13 +33,20 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     prob_[kDiffuse] = has_spread_ ? 1.0F : 0.0F;
     return;
   }
+  float roughness = p.roughness;
+  if (p.alpha_x != p.alpha_y) {
+    // The tables of glass are for isotropic lobes. The lobe with the quadratic mean of the widths
+    // has the same mean albedo within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15;
+    // with the roughness across the direction the error would be 0.4.
+    roughness = std::sqrt(std::sqrt(0.5F * (square(p.alpha_x) + square(p.alpha_y))));
+  }
+  const bool is_smooth = std::max(p.alpha_x, p.alpha_y) < kSmoothAlpha;
+  facets_ = {wo_local, {p.alpha_x, p.alpha_y}, roughness, is_smooth};
   const float metal = p.metallic;
   const float dielectric = 1 - metal;
   const float solid = p.thin ? 0.0F : dielectric * p.transmission;
   const float cover = dielectric - solid;  // dielectric that is not solid glass
   const float lambert = dielectric * (1 - p.transmission);
-  const bool is_smooth = std::max(p.alpha_x, p.alpha_y) < kSmoothAlpha;
-  facets_.is_smooth = is_smooth;
   const float mu = wo_local.z;
 
   diffuse_.albedo = p.base_color * lambert;

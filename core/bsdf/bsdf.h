@@ -88,7 +88,7 @@ class Bsdf {
   bool sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept;
   void respect_geometry(BsdfSample& s) const noexcept;
 
-  Facets facets_;
+  Facets facets_{};
   Vec3 ng_;
   bool is_lambert_ = false;  ///< diffuse_ is the only lobe
   bool is_flat_ = true;      ///< shading normal and horizon coincide

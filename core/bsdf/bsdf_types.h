@@ -42,6 +42,12 @@ struct BsdfLayers {
   Rgb diffuse_transmission_color = {1, 1, 1};
 };
 
+/// Returns where the shading normal and the horizon, whose z is given, coincide.
+template <typename F>
+auto is_flat(F ng_z) noexcept {
+  return ng_z > 0.9999995F;
+}
+
 struct BsdfEval {
   Rgb value_cos;              ///< f * |cos theta_i| [1/sr]
   float pdf_solid_angle = 0;  ///< density of sample() at wi, without delta lobes

@@ -16,34 +16,51 @@
 namespace core {
 
 /// Returns the fraction of energy reflected after two or more bounces between facets. Source: Kulla
-/// and Conty 2017, with F_avg = F0 + (F90 - F0) / 21 for Schlick's Fresnel.
-inline Rgb multiple_scattering(Rgb f0, Rgb f90, float e_average) noexcept {
-  const Rgb f = f0 + (f90 - f0) * (1.0F / 21.0F);
-  const auto channel = [e_average](float x) {
-    return x * x * e_average / (1 - x * (1 - e_average));
-  };
-  return {channel(f.r), channel(f.g), channel(f.b)};
+/// and Conty 2017, with F_avg = F0 + (F90 - F0) / 21 for Schlick's Fresnel. C: a channel or all.
+template <typename C, typename F>
+C multiple_scattering(C f0, C f90, F e_average) noexcept {
+  const C f = f0 + (f90 - f0) * F(1.0F / 21.0F);
+  return each_channel(f,
+                      [e_average](F x) { return x * x * e_average / (1 - x * (1 - e_average)); });
 }
 
-struct Cover {
-  float f0 = 0;  ///< of the largest channel; unweighted
-  float f90 = 0;
-  float multiple = 0;  ///< fraction of multiple scattering that is reflected
-  ThinFilm film;
-  Rgb film_f0;        ///< of all channels, with or without a film
-  float open_wo = 1;  ///< 1 - E(wo)
-  float norm = 1;     ///< 1 / (1 - E_avg)
+/// A cover without a film.
+template <typename F>
+struct PlainCoverOf {
+  F f0;  ///< of the largest channel; unweighted
+  F f90;
+  F multiple;  ///< fraction of multiple scattering that is reflected
+  F open_wo;   ///< 1 - E(wo)
+  F norm;      ///< 1 / (1 - E_avg)
 
-  Cover() = default;
+  PlainCoverOf() = default;
+  /// average: albedo of the lobe with F = 1.
+  PlainCoverOf(F largest_f0, F largest_f90, AlbedoOf<F> average) noexcept
+      : f0(largest_f0), f90(largest_f90), multiple(multiple_scattering(f0, f90, average.e)) {}
+  /// E: albedos of the cover for wo and on average.
+  void set_coupling(F e_wo, F e_average) noexcept {
+    open_wo = 1 - e_wo;
+    norm = 1 / max(1 - e_average, F(1e-4F));
+  }
+
+  /// Returns the albedo of single scattering, e with F = 1.
+  F single(AlbedoOf<F> e) const noexcept { return f0 * (e.e - e.e5) + f90 * e.e5; }
+  /// Returns the albedo where single scattering has albedo e with F = 1.
+  F albedo(AlbedoOf<F> e) const noexcept { return single(e) + multiple * (1 - e.e); }
+  /// Returns the attenuation of a diffuse lobe below. e_wi: albedo of the cover for wi.
+  F coupling(F e_wi) const noexcept { return open_wo * (1 - e_wi) * norm; }
+};
+
+struct Cover : PlainCoverOf<float> {
+  ThinFilm film;
+  Rgb film_f0;  ///< of all channels, with or without a film
+
+  /// No cover.
+  Cover() noexcept : PlainCoverOf(0, 0, {}) { set_coupling(0, 0); }
   /// wo, average: albedos of the lobe with F = 1; mu: cosine of wo.
   Cover(const BsdfParameters& p, const ThinFilm& over, float roughness, float mu, SpecularAlbedo wo,
         SpecularAlbedo average) noexcept
-      : f0(max_component(p.f0)),
-        f90(p.f90),
-        multiple(multiple_scattering(Rgb(f0), Rgb(f90), average.e).r),
-        film(over),
-        film_f0(p.f0),
-        open_wo(1 - albedo(mu, wo)) {
+      : PlainCoverOf(max_component(p.f0), p.f90, average), film(over), film_f0(p.f0) {
     // The mean over the hemisphere; for a film by two-point Gauss quadrature for the weight 2 mu.
     constexpr float kMu[2] = {0.3550510F, 0.8449490F};
     constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
@@ -55,12 +72,12 @@ struct Cover {
     } else {
       mean = albedo(1, average);
     }
-    norm = 1 / std::max(1 - mean, 1e-4F);
+    set_coupling(albedo(mu, wo), mean);
   }
 
   /// Returns the reflectance of a facet.
   Rgb fresnel_rgb(float cos_oh) const noexcept {
-    const Rgb plain = fresnel_schlick(film_f0, Rgb(f90), cos_oh);
+    const Rgb plain = fresnel_schlick(film_f0, f90, cos_oh);
     return film.weight > 0
                ? lerp(plain, film.fresnel(std::max(cos_oh, 0.0F), film_f0) * f90, film.weight)
                : plain;
@@ -73,17 +90,17 @@ struct Cover {
                       film.weight)
                : plain;
   }
-  /// Returns the albedo at cosine mu, where single scattering has albedo e.
+  /// Returns the albedo at cosine mu, where single scattering has albedo e with F = 1.
   float albedo(float mu, SpecularAlbedo e) const noexcept {
-    float single = f0 * (e.e - e.e5) + f90 * e.e5;
-    if (film.weight > 0) {
-      single = lerp(single, max_component(film.fresnel(mu, film_f0)) * f90 * e.e, film.weight);
+    if (!(film.weight > 0)) {
+      return PlainCoverOf::albedo(e);
     }
-    return single + multiple * (1 - e.e);
+    const float seen = max_component(film.fresnel(mu, film_f0)) * f90 * e.e;
+    return lerp(single(e), seen, film.weight) + multiple * (1 - e.e);
   }
-  /// Returns the attenuation of a diffuse lobe below.
+  /// Returns the attenuation of a diffuse lobe below; e: albedo at wi with F = 1.
   float coupling(float mu, SpecularAlbedo e) const noexcept {
-    return open_wo * (1 - albedo(mu, e)) * norm;
+    return PlainCoverOf::coupling(albedo(mu, e));
   }
 };
 

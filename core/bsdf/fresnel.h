@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-#include "core/color/rgb.h"
-#include "core/math/numbers.h"
+#include "core/color/lane_color.h"
 
 namespace core {
 
@@ -23,16 +22,18 @@ inline float fresnel_dielectric(float cos_i, float eta) noexcept {
 }
 
 /// (1 - cos)^5
-inline float schlick_weight(float cos_i) noexcept {
-  const float m = clamp01(1 - cos_i);
-  const float m2 = m * m;
+template <typename F>
+F schlick_weight(F cos_i) noexcept {
+  const F m = clamp01(1 - cos_i);
+  const F m2 = m * m;
   return m2 * m2 * m;
 }
 
 /// Source: glTF 2.0 specification, appendix B.3.4, with f90 of KHR_materials_specular.
-inline Rgb fresnel_schlick(Rgb f0, Rgb f90, float cos_i) noexcept {
-  const float w = schlick_weight(cos_i);
-  return f0 * (1 - w) + f90 * w;
+template <typename Color, typename F>
+Color fresnel_schlick(Color f0, F f90, F cos_i) noexcept {
+  const F w = schlick_weight(cos_i);
+  return f0 * (1 - w) + Color(f90 * w);
 }
 
 }  // namespace core

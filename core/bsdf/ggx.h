@@ -5,48 +5,49 @@
 /// spherical caps: Dupuy and Benyoub, 2023.
 #pragma once
 
-#include <cmath>
-
-#include "core/math/numbers.h"
-#include "core/math/vec.h"
+#include "core/math/generic.h"
 
 namespace core {
 
-struct Ggx {
-  float alpha_x = 1;
-  float alpha_y = 1;
+template <typename F>
+struct GgxOf {
+  using V = Vec3Of<F>;
+  F alpha_x;
+  F alpha_y;
 
   /// Returns the density of microfacet normals h [1/sr] over projected area.
-  float d(Vec3 h) const noexcept {
-    const float x = h.x / alpha_x;
-    const float y = h.y / alpha_y;
-    const float k = x * x + y * y + h.z * h.z;
+  F d(V h) const noexcept {
+    const F x = h.x / alpha_x;
+    const F y = h.y / alpha_y;
+    const F k = x * x + y * y + h.z * h.z;
     return 1 / (kPi * alpha_x * alpha_y * k * k);
   }
 
-  float lambda(Vec3 w) const noexcept {
-    const float z2 = w.z * w.z;
-    const float a2 = square(alpha_x * w.x) + square(alpha_y * w.y);
-    return z2 > 0 ? 0.5F * (std::sqrt(1 + a2 / z2) - 1) : 1e18F;
+  F lambda(V w) const noexcept {
+    const F z2 = w.z * w.z;
+    const F a2 = square(alpha_x * w.x) + square(alpha_y * w.y);
+    return select(z2 > 0, 0.5F * (sqrt(1 + a2 / z2) - 1), F(1e18F));
   }
-  float g1(Vec3 w) const noexcept { return 1 / (1 + lambda(w)); }
-  float g2(Vec3 wo, Vec3 wi) const noexcept { return 1 / (1 + lambda(wo) + lambda(wi)); }
+  F g1(V w) const noexcept { return 1 / (1 + lambda(w)); }
+  F g2(V wo, V wi) const noexcept { return 1 / (1 + lambda(wo) + lambda(wi)); }
 
   /// Samples a microfacet normal visible from wo (wo.z > 0) with density g1(wo) * d(h) * dot(wo, h)
   /// / wo.z.
-  Vec3 sample_visible(Vec3 wo, Vec2 u) const noexcept {
-    const Vec3 stretched = normalize(Vec3{wo.x * alpha_x, wo.y * alpha_y, wo.z});
-    const float phi = kTwoPi * u.x;
-    const float z = (1 - u.y) * (1 + stretched.z) - stretched.z;
-    const float r = safe_sqrt(1 - z * z);
-    const Vec3 cap = {r * std::cos(phi), r * std::sin(phi), z};
-    const Vec3 half = cap + stretched;
-    return normalize_or({half.x * alpha_x, half.y * alpha_y, half.z}, {0, 0, 1});
+  V sample_visible(V wo, Vec2Of<F> u) const noexcept {
+    const V stretched = normalize(V{wo.x * alpha_x, wo.y * alpha_y, wo.z});
+    F sine;
+    F cosine;
+    sincos(kTwoPi * u.x, sine, cosine);
+    const F z = (1 - u.y) * (1 + stretched.z) - stretched.z;
+    const F r = safe_sqrt(1 - z * z);
+    const V half = V{r * cosine, r * sine, z} + stretched;
+    return normalize_or(V{half.x * alpha_x, half.y * alpha_y, half.z}, V{0, 0, 1});
   }
-  float pdf_visible_solid_angle(Vec3 wo, Vec3 h) const noexcept {
-    const float cos_oh = dot(wo, h);
-    return cos_oh > 0 && h.z > 0 ? g1(wo) * d(h) * cos_oh / wo.z : 0.0F;
+  F pdf_visible_solid_angle(V wo, V h) const noexcept {
+    const F cos_oh = dot(wo, h);
+    return select((cos_oh > 0) & (h.z > 0), g1(wo) * d(h) * cos_oh / wo.z, F(0));
   }
 };
+using Ggx = GgxOf<float>;
 
 }  // namespace core

@@ -76,13 +76,12 @@ void GlassLobe::add(const Facets& s, float prob, Vec3 wi, BsdfEval& out) const n
   if (s.is_smooth || is_index_matched()) {
     return;
   }
-  const float lambda_o = s.ggx.lambda(s.wo);
   if (wi.z > 0) {
     const Vec3 h = s.half(wi);
     const Rgb f = fresnel(dot(s.wo, h));
-    const float common = s.reflected(h);
-    out.value_cos += f * reflection_ * (weight_ * common / (1 + lambda_o + s.ggx.lambda(wi)));
-    out.pdf_solid_angle += prob * max_component(f) * common / (1 + lambda_o);
+    const auto reflection = s.reflection(prob * max_component(f), wi, h);
+    out.value_cos += f * reflection_ * (weight_ * reflection.value_cos);
+    out.pdf_solid_angle += reflection.pdf_solid_angle;
     return;
   }
   Vec3 h = s.half(wi * eta_);
@@ -101,8 +100,8 @@ void GlassLobe::add(const Facets& s, float prob, Vec3 wi, BsdfEval& out) const n
   }
   const Vec3 flipped = {wi.x, wi.y, -wi.z};
   const float common = t * s.ggx.d(h) * cos_o * -cos_i / (s.wo.z * denominator);
-  out.value_cos += color_ * (weight_ * common / (1 + lambda_o + s.ggx.lambda(flipped)));
-  out.pdf_solid_angle += prob * common * eta_ * eta_ / (1 + lambda_o);
+  out.value_cos += color_ * (weight_ * common / (1 + s.lambda_o + s.ggx.lambda(flipped)));
+  out.pdf_solid_angle += prob * common * eta_ * eta_ / (1 + s.lambda_o);
 }
 
 bool GlassLobe::sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,

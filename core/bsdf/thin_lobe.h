@@ -45,13 +45,11 @@ struct ThinLobe {
     }
     const Vec3 reflected = {wi.x, wi.y, std::fabs(wi.z)};
     const Vec3 h = s.half(reflected);
-    const float lambda_o = s.ggx.lambda(s.wo);
-    const float common = s.reflected(h);
-    const float g2 = 1 / (1 + lambda_o + s.ggx.lambda(reflected));
+    const auto reflection = s.reflection(prob, reflected, h);
     const Faces f = faces(cover, dot(s.wo, h));
-    out.value_cos += (wi.z > 0 ? f.reflected : f.transmitted) * (common * g2);
+    out.value_cos += (wi.z > 0 ? f.reflected : f.transmitted) * reflection.value_cos;
     if (wi.z < 0) {
-      out.pdf_solid_angle += prob * common / (1 + lambda_o);
+      out.pdf_solid_angle += reflection.pdf_solid_angle;
     }
   }
   bool sample(const Facets& s, const Cover& cover, LobeShare share, Vec2 u,

@@ -4,6 +4,7 @@
 
 #include "core/light_samplers/emitted_light.h"
 #include "core/light_samplers/light_sampler.h"
+#include "core/light_samplers/triangle_sample.h"
 #include "core/math/offset_ray.h"
 
 namespace core {

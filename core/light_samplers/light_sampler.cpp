@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/light_samplers/emitted_light.h"
+#include "core/light_samplers/triangle_sample.h"
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/math/offset_ray.h"
@@ -46,31 +47,18 @@ LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float p
                                         Vec2 u) const noexcept {
   LightSample s;
   const TriangleLight& t = scene_.triangle_lights[light];
-  const Vec2 b = uniform_triangle(u);
-  const Vec3 on_light = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
-  const Vec3 d = on_light - point;
-  const float distance2 = dot(d, d);
-  if (!(distance2 > 0) || !(t.area_m2 > 0)) {
+  const TrianglePoint<float> at = sample_triangle(t, point, u);
+  if (!(at.pdf_solid_angle > 0)) {
     return s;
   }
-  const float distance_m = std::sqrt(distance2);
-  s.wi_world = d * (1 / distance_m);
-  float cos_light = -dot(t.normal, s.wi_world);
-  Vec3 towards = t.normal;
-  if (t.two_sided && cos_light < 0) {
-    cos_light = -cos_light;
-    towards = -towards;
-  }
-  if (!(cos_light > kCosLightLeast)) {
-    return s;
-  }
-  s.target = offset_ray(on_light, towards, plane_error_m(t.error_m, distance_m));
+  s.wi_world = at.wi_world;
+  s.target = at.target;
   s.triangle = light;
   s.light = light;
-  s.place = on_light;
+  s.place = at.place;
   s.prob_light = prob;
-  s.pdf_solid_angle = prob * area_to_solid_angle(1 / t.area_m2, distance2, cos_light);
-  s.radiance = triangle_radiance(scene_, t, on_light, -s.wi_world);
+  s.pdf_solid_angle = prob * at.pdf_solid_angle;
+  s.radiance = triangle_radiance(scene_, t, at.place, -s.wi_world);
   return s;
 }
 

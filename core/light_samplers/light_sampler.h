@@ -16,9 +16,6 @@
 
 namespace core {
 
-/// Triangles seen at a smaller cosine than this are not sampled.
-inline constexpr float kCosLightLeast = 1e-7F;
-
 struct LightSample {
   Vec3 wi_world;              ///< unit, to the light
   Vec3 target;                ///< point just before the light; if distant: origin + wi * huge

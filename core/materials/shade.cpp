@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/bsdf/fresnel.h"
+#include "core/geometry/triangle_math.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -128,16 +129,6 @@ Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
   const MapFrame map = frame_of(slot, p);
   return normalize_or(map.tangent * n.x + map.bitangent * n.y + p.normal_shading * n.z,
                       p.normal_shading);
-}
-
-/// Returns a shading normal visible to the viewer, rotated only as far as needed if it faces away.
-Vec3 facing(Vec3 n, Vec3 wo) {
-  constexpr float kLeast = 1e-3F;
-  const float cos_o = dot(n, wo);
-  if (cos_o >= kLeast) {
-    return n;
-  }
-  return normalize_or(n + wo * (kLeast - cos_o), wo);
 }
 
 Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }

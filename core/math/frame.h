@@ -3,26 +3,32 @@
 
 #include <cmath>
 
-#include "core/math/vec.h"
+#include "core/math/generic.h"
 
 namespace core {
 
-struct Frame {
-  Vec3 s = {1, 0, 0};
-  Vec3 t = {0, 1, 0};
-  Vec3 n = {0, 0, 1};
+template <typename F>
+struct FrameOf {
+  using V = Vec3Of<F>;
+  V s = {1, 0, 0};
+  V t = {0, 1, 0};
+  V n = {0, 0, 1};
 
-  constexpr Vec3 to_world(Vec3 v) const noexcept { return s * v.x + t * v.y + n * v.z; }
-  constexpr Vec3 to_local(Vec3 v) const noexcept { return {dot(v, s), dot(v, t), dot(v, n)}; }
+  constexpr V to_world(V v) const noexcept { return s * v.x + t * v.y + n * v.z; }
+  constexpr V to_local(V v) const noexcept { return {dot(v, s), dot(v, t), dot(v, n)}; }
 };
+using Frame = FrameOf<float>;
 
 /// Returns a basis around the unit vector n. Source: Duff et al., Building an Orthonormal Basis,
 /// Revisited, JCGT 2017.
-inline Frame frame_from_normal(Vec3 n) noexcept {
-  const float sign = std::copysign(1.0F, n.z);
-  const float a = -1.0F / (sign + n.z);
-  const float b = n.x * n.y * a;
-  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+template <typename V = Vec3>
+auto frame_from_normal(V n) noexcept {
+  using F = decltype(n.x);
+  const F sign = sign_of(n.z);
+  const F a = -1.0F / (sign + n.z);
+  const F b = n.x * n.y * a;
+  return FrameOf<F>{
+      {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
 
 /// Returns a basis around the unit vector n whose s is the component of `tangent` orthogonal to n.

@@ -8,7 +8,6 @@
 
 #include "core/math/lanes.h"
 #include "core/math/numbers.h"
-#include "core/math/offset_ray.h"
 #include "core/math/vec.h"
 
 namespace core {
@@ -20,6 +19,7 @@ struct Vec3s {
   Vec3s() = default;
   Vec3s(Floats<N> a, Floats<N> b, Floats<N> c) : x(a), y(b), z(c) {}
   explicit Vec3s(Vec3 v) : x(v.x), y(v.y), z(v.z) {}
+  explicit Vec3s(Floats<N> grey) : x(grey), y(grey), z(grey) {}
   friend Vec3s operator+(Vec3s a, Vec3s b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
   friend Vec3s operator-(Vec3s a, Vec3s b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
   friend Vec3s operator*(Vec3s a, Vec3s b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
@@ -55,6 +55,10 @@ Floats<N> length(Vec3s<N> a) {
   return sqrt(dot(a, a));
 }
 template <std::size_t N>
+Vec3s<N> normalize(Vec3s<N> a) {
+  return a * (Floats<N>(1) / length(a));
+}
+template <std::size_t N>
 Vec3s<N> normalize_or(Vec3s<N> a, Vec3s<N> otherwise) {
   const Floats<N> squared = dot(a, a);
   const Mask<N> usable =
@@ -69,44 +73,9 @@ template <std::size_t N>
 Floats<N> clamp01(Floats<N> x) {
   return min(max(x, Floats<N>(0)), Floats<N>(1));
 }
-
 template <std::size_t N>
-struct Frames {
-  Vec3s<N> s, t, n;
-  Vec3s<N> to_world(Vec3s<N> v) const { return s * v.x + t * v.y + n * v.z; }
-  Vec3s<N> to_local(Vec3s<N> v) const { return {dot(v, s), dot(v, t), dot(v, n)}; }
-};
-
-/// core/math/frame.h
-template <std::size_t N>
-Frames<N> frame_from_normal(Vec3s<N> n) {
-  const Floats<N> one(1);
-  const Floats<N> sign =
-      floats_of(Ints<N>((bits_of(n.z).v & std::int32_t(0x80000000U)) | bits_of(one).v));
-  const Floats<N> a = Floats<N>(-1) / (sign + n.z);
-  const Floats<N> b = n.x * n.y * a;
-  return {{one + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
-}
-
-/// core/math/offset_ray.h
-template <std::size_t N>
-Vec3s<N> offset_ray(Vec3s<N> p, Vec3s<N> n, Floats<N> error_m) {
-  return p + n * error_m;
-}
-template <std::size_t N>
-Floats<N> taxicab(Vec3s<N> a) {
-  return abs(a.x) + abs(a.y) + abs(a.z);
-}
-/// spread, place_m: InstanceError
-template <std::size_t N>
-Floats<N> plane_error_m(Vec3s<N> p, Vec3s<N> edge1, Vec3s<N> edge2, Floats<N> twice_area,
-                        Floats<N> spread, Floats<N> place_m) {
-  const Floats<N> a = taxicab(edge1);
-  const Floats<N> b = taxicab(edge2);
-  const Floats<N> sliver =
-      min(Floats<N>(kSliverShare) * a * b / twice_area, Floats<N>(kSliverMost));
-  return Floats<N>(kPlaneError) *
-         (spread * (taxicab(p) + place_m) + (a + b) * (Floats<N>(1) + sliver));
+Floats<N> square(Floats<N> x) {
+  return x * x;
 }
 
 /// Returns sine and cosine for |x| <= 2 pi. Source: Moshier's Cephes library, sinf and cosf; errors
@@ -190,32 +159,6 @@ Ints<N> within(Ints<N> i, Ints<N> count) {
   const Ints<N> last = count - Ints<N>(1);
   const Ints<N> low = select(i < Ints<N>(0), Ints<N>(0), i);
   return select(last < low, last, low);
-}
-
-/// core/sampling/warp.h
-template <std::size_t N>
-Vec3s<N> cosine_hemisphere(Vec2s<N> u) {
-  const Floats<N> a = Floats<N>(2) * u.x - Floats<N>(1);
-  const Floats<N> b = Floats<N>(2) * u.y - Floats<N>(1);
-  const Mask<N> wide = abs(a) > abs(b);
-  const Floats<N> r = select(wide, a, b);
-  const Floats<N> ratio = select(r == Floats<N>(0), Floats<N>(0), select(wide, b, a) / r);
-  const Floats<N> phi =
-      select(wide, Floats<N>(kPi / 4) * ratio, Floats<N>(kPi / 2) - Floats<N>(kPi / 4) * ratio);
-  Floats<N> sine;
-  Floats<N> cosine;
-  sincos(phi, sine, cosine);
-  const Floats<N> x = r * cosine;
-  const Floats<N> y = r * sine;
-  return {x, y, safe_sqrt(Floats<N>(1) - x * x - y * y)};
-}
-
-/// core/sampling/warp.h
-template <std::size_t N>
-Vec2s<N> uniform_triangle(Vec2s<N> u) {
-  const Mask<N> low = u.x < u.y;
-  const Floats<N> half = Floats<N>(0.5F) * select(low, u.x, u.y);
-  return {select(low, half, u.x - half), select(low, u.y - half, half)};
 }
 
 }  // namespace core

@@ -13,8 +13,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/math/generic.h"
 #include "core/math/transform.h"
-#include "core/math/vec.h"
 
 namespace core {
 
@@ -25,8 +25,9 @@ inline constexpr float kPlaneError = 6 * 0x1p-24F;
 inline constexpr float kSliverShare = 1.0F / 8;  ///< of that ratio: 1/8 suffices by the same count
 inline constexpr float kSliverMost = 8;
 
-constexpr float taxicab(Vec3 a) noexcept {
-  return (a.x < 0 ? -a.x : a.x) + (a.y < 0 ? -a.y : a.y) + (a.z < 0 ? -a.z : a.z);
+template <typename V = Vec3>
+auto taxicab(V a) noexcept {
+  return abs(a.x) + abs(a.y) + abs(a.z);
 }
 
 /// How an instance magnifies rounding: rays are transformed to its space, vertices back.
@@ -54,21 +55,27 @@ inline InstanceError instance_error(const Transform& to_world) noexcept {
 
 /// Returns the step off a triangle at point p, in metres. twice_area: length of the edges' cross
 /// product.
+template <typename V, typename F>
+F plane_error_m(V p, V edge1, V edge2, F twice_area, F spread, F place_m) noexcept {
+  const F a = taxicab(edge1);
+  const F b = taxicab(edge2);
+  const F sliver = min(kSliverShare * a * b / twice_area, F(kSliverMost));
+  return kPlaneError * (spread * (taxicab(p) + place_m) + (a + b) * (1 + sliver));
+}
 inline float plane_error_m(Vec3 p, Vec3 edge1, Vec3 edge2, float twice_area,
                            InstanceError instance = {}) noexcept {
-  const float a = taxicab(edge1);
-  const float b = taxicab(edge2);
-  const float sliver = std::min(kSliverMost, kSliverShare * a * b / twice_area);
-  return kPlaneError * (instance.spread * (taxicab(p) + instance.place_m) + (a + b) * (1 + sliver));
+  return plane_error_m(p, edge1, edge2, twice_area, instance.spread, instance.place_m);
 }
 
 /// Returns the step off a triangle towards rays that end there, which start at a distance.
-inline float plane_error_m(float error_m, float distance_m) noexcept {
+template <typename F>
+F plane_error_m(F error_m, F distance_m) noexcept {
   return error_m + kPlaneError * distance_m;
 }
 
 /// Moves p by error_m to the side of the surface that n_geometric (unit) points to.
-constexpr Vec3 offset_ray(Vec3 p, Vec3 n_geometric, float error_m) noexcept {
+template <typename V, typename F>
+V offset_ray(V p, V n_geometric, F error_m) noexcept {
   return p + n_geometric * error_m;
 }
 

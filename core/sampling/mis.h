@@ -4,9 +4,16 @@
 
 #include <cmath>
 
+#include "core/math/generic.h"
 #include "core/settings/settings.h"
 
 namespace core {
+
+/// Returns the weight of a sample of technique a by the power heuristic with exponent 2.
+template <typename F>
+F power_heuristic(F pdf_a, F pdf_b) noexcept {
+  return select(pdf_b > 0, 1 / (1 + square(pdf_b / pdf_a)), F(1));
+}
 
 struct MisRule {
   MisType type = MisType::kPower;
@@ -30,7 +37,7 @@ struct MisRule {
         break;
     }
     if (exponent == 2) {
-      return 1 / (1 + ratio * ratio);
+      return power_heuristic(pdf_a, pdf_b);
     }
     return 1 / (1 + std::pow(ratio, exponent));
   }

@@ -1,31 +1,33 @@
 /// Maps from the unit square to sampling domains, each with its density.
 ///
-/// u in [0,1)^2. Local frames have n = (0,0,1).
+/// u in [0,1)^2. Local frames have n = (0,0,1). Templates take a Vec2 or its lanes.
 #pragma once
 
 #include <cmath>
 
-#include "core/math/numbers.h"
-#include "core/math/vec.h"
+#include "core/math/generic.h"
 
 namespace core {
 
 /// Uniform on the unit disk. Source: Shirley and Chiu 1997, as in PBR 4th ed. A.5.1.
-inline Vec2 concentric_disk(Vec2 u) noexcept {
-  const float a = 2 * u.x - 1;
-  const float b = 2 * u.y - 1;
-  if (a == 0 && b == 0) {
-    return {0, 0};
-  }
-  const bool wide = std::fabs(a) > std::fabs(b);
-  const float r = wide ? a : b;
-  const float phi = wide ? (kPi / 4) * (b / a) : (kPi / 2) - (kPi / 4) * (a / b);
-  return {r * std::cos(phi), r * std::sin(phi)};
+template <typename U = Vec2>
+U concentric_disk(U u) noexcept {
+  using F = decltype(u.x);
+  const F a = 2 * u.x - 1;
+  const F b = 2 * u.y - 1;
+  const MaskOf<F> wide = abs(a) > abs(b);
+  const F r = select(wide, a, b);
+  const F part = (kPi / 4) * select(r == 0, F(0), select(wide, b, a) / r);
+  F sine;
+  F cosine;
+  sincos(select(wide, part, kPi / 2 - part), sine, cosine);
+  return {r * cosine, r * sine};
 }
 
 /// Density cos(theta) / pi. Malley's method.
-inline Vec3 cosine_hemisphere(Vec2 u) noexcept {
-  const Vec2 d = concentric_disk(u);
+template <typename U = Vec2>
+Vec3Of<decltype(U::x)> cosine_hemisphere(U u) noexcept {
+  const U d = concentric_disk(u);
   return {d.x, d.y, safe_sqrt(1 - d.x * d.x - d.y * d.y)};
 }
 inline float cosine_hemisphere_pdf_solid_angle(float cos_theta) noexcept {
@@ -49,13 +51,11 @@ inline Vec3 uniform_sphere(Vec2 u) noexcept {
 
 /// Returns barycentric weights of vertices 1 and 2, uniform over a triangle's area. Source: Heitz,
 /// A Low-Distortion Map Between Triangle and Square, 2019.
-inline Vec2 uniform_triangle(Vec2 u) noexcept {
-  if (u.x < u.y) {
-    const float b0 = u.x * 0.5F;
-    return {b0, u.y - b0};
-  }
-  const float b1 = u.y * 0.5F;
-  return {u.x - b1, b1};
+template <typename U = Vec2>
+U uniform_triangle(U u) noexcept {
+  const auto low = u.x < u.y;
+  const auto half = 0.5F * select(low, u.x, u.y);
+  return {select(low, half, u.x - half), select(low, u.y - half, half)};
 }
 
 /// Converts a density over surface area to one over solid angle at a point distance_squared away.

@@ -1,15 +1,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/triangle_math.h"
 #include "core/math/numbers.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
 namespace {
 
-struct Corners {
-  Vec3 p[3];
+struct Triangle {
+  Corners<Vec3> p;
   std::uint32_t v[3];
+
+  Vec3 cross_product() const { return cross(p[1] - p[0], p[2] - p[0]); }
 };
 
 /// Interpolates a vertex of a moving mesh linearly between its time steps, as Embree does.
@@ -22,9 +25,9 @@ Vec3 at_time(const MeshData& mesh, std::vector<Vec3> MovedVertices::*values, Vec
   return from * (1 - part) + (mesh.later[step].*values)[vertex] * part;
 }
 
-Corners corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle,
-                float time) {
-  Corners c;
+Triangle corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle,
+                 float time) {
+  Triangle c;
   for (std::size_t k = 0; k < 3; ++k) {
     c.v[k] = mesh.indices[3 * std::size_t{triangle} + k];
     Vec3 p = mesh.positions[c.v[k]];
@@ -36,36 +39,12 @@ Corners corners(const MeshData& mesh, const Transform* to_world, std::uint32_t t
   return c;
 }
 
-/// Returns the barycentric weights of the ray's intersection with the triangle's plane, clamped to
-/// the triangle. n: cross product of the edges, not normalised.
-Vec3 barycentrics(const Corners& c, Vec3 n, const Ray& ray) {
-  const Vec3 e1 = c.p[1] - c.p[0];
-  const Vec3 e2 = c.p[2] - c.p[0];
-  const Vec3 from = ray.origin - c.p[0];
-  const Vec3 q = cross(from, ray.direction);
-  const float d = dot(n, ray.direction);
-  if (d == 0) {
-    return {1, 0, 0};
-  }
-  // Moeller and Trumbore 1997, with the plane's normal shared by all three.
-  float b1 = -dot(e2, q) / d;
-  float b2 = dot(e1, q) / d;
-  b1 = clamp01(b1 == b1 ? b1 : 0.0F);
-  b2 = clamp01(b2 == b2 ? b2 : 0.0F);
-  const float sum = b1 + b2;
-  if (sum > 1) {
-    b1 /= sum;
-    b2 /= sum;
-  }
-  return {1 - b1 - b2, b1, b2};
-}
-
 template <typename T>
-T blend(const std::vector<T>& values, const Corners& c, Vec3 b) {
+T blend(const std::vector<T>& values, const Triangle& c, Vec3 b) {
   return values[c.v[0]] * b.x + values[c.v[1]] * b.y + values[c.v[2]] * b.z;
 }
 
-Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
+Vec4 blend(const std::vector<Vec4>& values, const Triangle& c, Vec3 b) {
   const Vec4 v0 = values[c.v[0]];
   const Vec4 v1 = values[c.v[1]];
   const Vec4 v2 = values[c.v[2]];
@@ -73,19 +52,8 @@ Vec4 blend(const std::vector<Vec4>& values, const Corners& c, Vec3 b) {
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
 }
 
-/// Returns the height above the triangle at b of a quadratic surface through the vertices,
-/// perpendicular to their normals along the edges: half the sum over edges of b_i b_j (n_j - n_i) .
-/// (p_j - p_i), which includes the sagitta of a sphere's chord. Concave edges do not count. side: 1
-/// above the front, -1 above the back.
-float bulge(const Corners& c, const Vec3 (&n)[3], Vec3 b, float side) {
-  const auto edge = [&](int i, int j) {
-    return std::max(side * dot(n[j] - n[i], c.p[j] - c.p[i]), 0.0F);
-  };
-  return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
-}
-
 /// Transforms a vector of the mesh at time 0 along with its triangle.
-Vec3 carried(Vec3 way, const Corners& from, const Corners& to) {
+Vec3 carried(Vec3 way, const Triangle& from, const Triangle& to) {
   const Vec3 e1 = from.p[1] - from.p[0];
   const Vec3 e2 = from.p[2] - from.p[0];
   const Vec3 n = cross(e1, e2);
@@ -107,13 +75,13 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
-  const Corners c = corners(mesh, to_world, hit.primitive, ray.time);
-  const Vec3 n = cross(c.p[1] - c.p[0], c.p[2] - c.p[0]);
-  const Vec3 b = barycentrics(c, n, ray);
+  const Triangle c = corners(mesh, to_world, hit.primitive, ray.time);
+  const Vec3 n = c.cross_product();
+  const Vec3 b = barycentrics(c.p, n, ray.origin, ray.direction);
   const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
 
   SurfacePoint s;
-  s.position = c.p[0] * b.x + c.p[1] * b.y + c.p[2] * b.z;
+  s.position = blend(c.p, b);
   const float twice_area = length(n);
   s.error_m = plane_error_m(s.position, c.p[1] - c.p[0], c.p[2] - c.p[0], twice_area,
                             instance == nullptr ? InstanceError{} : instance->error);
@@ -121,7 +89,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
       twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
   s.normal_shading = s.normal_geometric;
   if (!mesh.normals.empty()) {
-    Vec3 corner[3];
+    Corners<Vec3> corner;
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3 m = mesh.normals[c.v[k]];
       if (!mesh.later.empty()) {
@@ -130,11 +98,10 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
       }
       corner[k] = to_world == nullptr ? m : normalize_or(to_world->normal(m), s.normal_geometric);
     }
-    s.normal_shading =
-        normalize_or(corner[0] * b.x + corner[1] * b.y + corner[2] * b.z, s.normal_geometric);
+    s.normal_shading = normalize_or(blend(corner, b), s.normal_geometric);
     const bool front = dot(s.normal_geometric, ray.direction) <= 0;
     if (mesh.is_round(hit.primitive, front)) {
-      s.bulge_m = bulge(c, corner, b, front ? 1.0F : -1.0F);
+      s.bulge_m = bulge(c.p, corner, b, front ? 1.0F : -1.0F);
     }
   }
   const Material& material = materials[mesh.material];
@@ -177,8 +144,9 @@ SceneData::CornerWeights SceneData::corner_weights(const RawHit& hit,
                                                    const Ray& ray) const noexcept {
   const Transform* to_world =
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Corners c = corners(meshes[placed_mesh(hit).mesh], to_world, hit.primitive, ray.time);
-  return {{c.v[0], c.v[1], c.v[2]}, barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray)};
+  const Triangle c = corners(meshes[placed_mesh(hit).mesh], to_world, hit.primitive, ray.time);
+  return {{c.v[0], c.v[1], c.v[2]},
+          barycentrics(c.p, c.cross_product(), ray.origin, ray.direction)};
 }
 
 Vec2 SceneData::uv(const RawHit& hit, const Ray& ray) const noexcept {
@@ -199,8 +167,8 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   }
   const Transform* to_world =
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Corners c = corners(mesh, to_world, hit.primitive, ray.time);
-  const Vec3 b = barycentrics(c, cross(c.p[1] - c.p[0], c.p[2] - c.p[0]), ray);
+  const Triangle c = corners(mesh, to_world, hit.primitive, ray.time);
+  const Vec3 b = barycentrics(c.p, c.cross_product(), ray.origin, ray.direction);
   float alpha = material.factors.base_alpha;
   if (!mesh.colors.empty()) {
     alpha *= blend(mesh.colors, c, b).w;

@@ -2,8 +2,8 @@
 // of eight triangles each; 25 colours share their meshes.
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "core/math/numbers.h"
 #include "core/scene_io/builtin_list.h"
 #include "core/scene_io/builtin_shapes.h"
 #include "core/scene_io/glb_writer.h"
@@ -13,7 +13,6 @@ namespace {
 
 constexpr int kLanterns = 1000;
 constexpr int kColors = 25;
-constexpr float kTwoPi = 2 * std::numbers::pi_v<float>;
 
 float dunes(float x, float z) {
   return 0.45F * std::sin(0.55F * x + 0.6F * std::sin(0.35F * z)) +

@@ -2,13 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "core/math/numbers.h"
 
 namespace core {
 namespace {
-
-constexpr float kPi = std::numbers::pi_v<float>;
 
 // Triangles of a grid of (columns + 1) by (rows + 1) vertices, rows outermost.
 void add_grid_triangles(PrimitiveDescription& p, int columns, int rows) {

@@ -19,6 +19,9 @@ namespace core {
 /// paths that hit nothing else.
 inline constexpr int kNullScatteringMax = 4096;
 
+/// How much a rough surface widens the ray cone [rad], relative to its GGX width.
+inline constexpr float kConeSpreadOfWidth = 0.1F;
+
 /// The last scattering event, which MIS needs when the current segment hits an emitter.
 struct LastScattering {
   float pdf_bsdf = 0;       ///< solid-angle density of the direction [1/sr]; 0: camera or delta

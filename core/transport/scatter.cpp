@@ -38,7 +38,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   }
   if (!sample.is_delta) {
     path.cone_spread_rad +=
-        0.1F * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
+        kConeSpreadOfWidth * std::max(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
     path.is_sharp = false;
   }
   ++path.depth;

@@ -2,8 +2,9 @@
 #pragma once
 
 #include "core/lights/environment.h"
-#include "core/math/lane_math.h"
+#include "core/math/frame.h"
 #include "core/sampling/distribution_lanes.h"
+#include "core/sampling/warp.h"
 
 namespace core {
 

@@ -9,8 +9,8 @@
 #include <cstddef>
 
 #include "core/light_samplers/light_sampler.h"
+#include "core/light_samplers/triangle_sample.h"
 #include "core/math/lane_math.h"
-#include "core/sampling/warp.h"
 #include "core/scene/scene_data.h"
 #include "core/wave/lane_environment.h"
 
@@ -97,26 +97,13 @@ class LaneLights {
   /// LightSampler::from_triangle() for the triangles that the tree selects.
   template <std::size_t N>
   LightLanes<N> from_few(Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick, Vec2s<N> u) const {
-    const Floats<N> zero(0);
-    const Floats<N> one(1);
     const auto pick = scene_.light_tree.pick_few(point, normal, u_pick);
     const TriangleRows<N> t = rows(pick.light);
-    const Vec2s<N> b = uniform_triangle(u);
-    const Vec3s<N> on_light = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
-    const Vec3s<N> d = on_light - point;
-    const Floats<N> distance2 = dot(d, d);
+    const TrianglePoint<Floats<N>> at = sample_triangle(t, point, u);
     LightLanes<N> out;
-    const Floats<N> distance_m = sqrt(distance2);
-    out.wi_world = d * (one / distance_m);
-    const Floats<N> cosine = -dot(t.normal, out.wi_world);
-    const Mask<N> behind = t.two_sided & (cosine < zero);
-    const Floats<N> cos_light = select(behind, -cosine, cosine);
-    const Vec3s<N> towards = select(behind, -t.normal, t.normal);
-    const Mask<N> valid =
-        (distance2 > zero) & (t.area_m2 > zero) & (cos_light > Floats<N>(kCosLightLeast));
-    out.target = offset_ray(on_light, towards, t.error_m + Floats<N>(kPlaneError) * distance_m);
-    out.pdf_solid_angle =
-        select(valid, pick.prob_light * ((one / t.area_m2) * distance2 / cos_light), zero);
+    out.wi_world = at.wi_world;
+    out.target = at.target;
+    out.pdf_solid_angle = pick.prob_light * at.pdf_solid_angle;
     out.radiance = t.radiance;
     out.is_far = Mask<N>::of(0);
     out.is_delta = Mask<N>::of(0);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "core/materials/material.h"
+#include "core/math/frame.h"
 #include "core/wave/lane_surfaces.h"
 #include "core/wave/lane_textures.h"
 #include "core/wave/lane_triangles.h"
@@ -136,7 +137,7 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   const Vec3s<N> slope = wo - at.geometric * cosine;
   const Floats<N> sine2 = dot(slope, slope);
   const Mask<N> is_steep = sine2 > Floats<N>(1e-6F);
-  const Frames<N> frame = frame_from_normal(at.geometric);
+  const FrameOf<Floats<N>> frame = frame_from_normal(at.geometric);
   const Vec3s<N> along = select(is_steep, slope * (one / sqrt(sine2)), frame.t);
   const Vec3s<N> across = select(is_steep, cross(at.geometric, along), frame.s);
   const Floats<N> length_m =
@@ -192,7 +193,7 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   s.alpha = select(on, max(s.roughness * s.roughness, Floats<N>(1e-4F)), s.alpha);
   s.metallic = select(on, clamp01(c[1][3] * metallic), s.metallic);
 
-  Corners<N> tangents;
+  Corners<Vec3s<N>> tangents;
   Floats<N> hand(0);
   for (std::size_t k = 0; k < 3; ++k) {
     Floats<N> behind;

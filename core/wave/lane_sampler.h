@@ -48,6 +48,15 @@ struct Hashes {
   }
 };
 
+template <std::size_t N>
+void compress(std::uint64_t* to, Hashes<N> values, unsigned taken) {
+  std::uint64_t all[N];
+  std::memcpy(all, &values, sizeof all);
+  for (; taken != 0; taken &= taken - 1) {
+    *to++ = all[std::countr_zero(taken)];
+  }
+}
+
 /// As in core/samplers/hash.h.
 template <std::size_t N>
 Hashes<N> mix_bits(Hashes<N> h) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 
+#include "core/math/offset_ray.h"
 #include "core/wave/lane_maps.h"
 
 namespace core {
@@ -204,14 +205,14 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   const Floats<N> one(1);
   const Vec3s<N> wo = -segments.direction;
   Floats<N> behind;
-  Corners<N> p;
+  Corners<Vec3s<N>> p;
   for (std::size_t c = 0; c < 3; ++c) {
     p[c] = gather(rows.positions[c], behind);
   }
   const Vec3s<N> edge1 = p[1] - p[0];
   const Vec3s<N> edge2 = p[2] - p[0];
   const Vec3s<N> n = cross(edge1, edge2);
-  const Vec3s<N> b = barycentrics(p, n, segments);
+  const Vec3s<N> b = barycentrics(p, n, segments.origin, segments.direction);
   out.position = blend(p, b);
   const Floats<N> twice_area = length(n);
   const Vec3s<N> geometric = select(twice_area > zero, n * (load<N>(rows.mirror) / twice_area), wo);
@@ -226,7 +227,7 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
                             load<N>(rows.place_m));
   Vec3s<N> shading = geometric;
   if (rows.smooth != 0) {
-    Corners<N> corner;
+    Corners<Vec3s<N>> corner;
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3s<N> as_given = gather(rows.normals[c], behind);
       corner[c] = select(behind > zero, normalize_or(as_given, geometric), as_given);

@@ -17,20 +17,35 @@ bool is_for_lanes(const TracedPath& path) noexcept {
          !(path.last.pdf_bsdf > 0 && may_be_lit_from_behind);
 }
 
+/// Calls move(member of WavePath, the same one of PathState) for what both have.
+template <typename Path, typename State, typename Move>
+void for_each_pair(Path& path, State& state, Move&& move) {
+  move(path.origin, state.ray.origin);
+  move(path.direction, state.ray.direction);
+  move(path.beta, state.beta);
+  move(path.pdf_bsdf, state.last.pdf_bsdf);
+  move(path.last_origin, state.last.origin);
+  move(path.last_normal, state.last.light_normal);
+  move(path.cone_width_m, state.cone_width_m);
+  move(path.cone_spread_rad, state.cone_spread_rad);
+  move(path.is_sharp, state.is_sharp);
+}
+
+template <typename T>
+void copy(const T& from, T& to) {
+  to = from;
+}
+void copy(Vec3 from, Rgb& to) { to = {from.x, from.y, from.z}; }
+void copy(Rgb from, Vec3& to) { to = {from.r, from.g, from.b}; }
+void copy(std::int32_t from, bool& to) { to = from != 0; }
+void copy(bool from, std::int32_t& to) { to = from ? 1 : 0; }
+
 void add_waiting(Wave& wave, const TracedPath& path, std::int32_t slot) noexcept {
-  wave.waiting.push_back({.depth = path.depth,
-                          .slot = slot,
-                          .base = path.sampler.base(),
-                          .index_reversed = reverse_bits(path.sampler.index()),
-                          .origin = path.ray.origin,
-                          .direction = path.ray.direction,
-                          .beta = {path.beta.r, path.beta.g, path.beta.b},
-                          .pdf_bsdf = path.last.pdf_bsdf,
-                          .last_origin = path.last.origin,
-                          .last_normal = path.last.light_normal,
-                          .cone_width_m = path.cone_width_m,
-                          .cone_spread_rad = path.cone_spread_rad,
-                          .is_sharp = path.is_sharp});
+  WavePath& back = wave.waiting.emplace_back(ReturnedPath{path.depth, {}}).path;
+  for_each_pair(back, path, [](auto& to, const auto& from) { copy(from, to); });
+  back.base = path.sampler.base();
+  back.index_reversed = reverse_bits(path.sampler.index());
+  back.slot = slot;
 }
 
 }  // namespace
@@ -90,26 +105,19 @@ void LonePaths::split(Wave& wave, TracedPath& path, const PathVertex& vertex, co
 }
 
 void LonePaths::take_back(Wave& wave, int depth) noexcept {
-  WavePaths& paths = wave.paths;
-  std::erase_if(wave.waiting, [&](const WaitingPath& path) {
-    if (path.depth != depth) {
-      return false;
+  std::erase_if(wave.waiting, [&](const ReturnedPath& back) {
+    if (back.depth == depth) {
+      wave.paths.add(back.path);
     }
-    const std::size_t i = paths.first + paths.count++;
-    paths.origin.set(i, path.origin);
-    paths.direction.set(i, path.direction);
-    paths.beta.set(i, path.beta);
-    paths.pdf_bsdf.at[i] = path.pdf_bsdf;
-    paths.last_origin.set(i, path.last_origin);
-    paths.last_normal.set(i, path.last_normal);
-    paths.cone_width_m.at[i] = path.cone_width_m;
-    paths.cone_spread_rad.at[i] = path.cone_spread_rad;
-    paths.is_sharp.at[i] = path.is_sharp ? 1 : 0;
-    paths.base.at[i] = path.base;
-    paths.index_reversed.at[i] = path.index_reversed;
-    paths.slot.at[i] = path.slot;
-    return true;
+    return back.depth == depth;
   });
+}
+
+TracedPath LonePaths::handed_over(const WavePath& from, const PathSampler& sampler,
+                                  std::uint64_t& rays) noexcept {
+  TracedPath path{PathState{.sampler = sampler, .rays = rays}};
+  for_each_pair(from, path, [](const auto& wave, auto& to) { copy(wave, to); });
+  return path;
 }
 
 }  // namespace core

@@ -15,6 +15,10 @@ class LonePaths {
   /// of WavePaths.
   void follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept;
 
+  /// Returns a path of the lanes with a ray of any length.
+  static TracedPath handed_over(const WavePath& from, const PathSampler& sampler,
+                                std::uint64_t& rays) noexcept;
+
   /// Appends the paths that wait for this depth to wave.paths.
   static void take_back(Wave& wave, int depth) noexcept;
 

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "core/film/due_sample.h"
@@ -29,6 +30,8 @@ inline constexpr std::size_t kWaveRoom = kWavePaths + 8;
 template <typename T>
 struct alignas(32) WaveArray {
   T at[kWaveRoom];
+  void set(std::size_t i, T value) noexcept { at[i] = value; }
+  T get(std::size_t i) const noexcept { return at[i]; }
 };
 using WaveFloats = WaveArray<float>;
 struct WaveVec3 {
@@ -41,23 +44,61 @@ struct WaveVec3 {
   Vec3 get(std::size_t i) const noexcept { return {x.at[i], y.at[i], z.at[i]}; }
 };
 
-/// PathState as a structure of arrays; entries [first, first + count) are the active paths.
-struct WavePaths {
-  WaveVec3 origin;
-  WaveVec3 direction;
-  WaveVec3 beta;
-  WaveFloats pdf_bsdf;  ///< as in LastScattering
-  WaveVec3 last_origin;
-  WaveVec3 last_normal;
-  WaveFloats cone_width_m;
-  WaveFloats cone_spread_rad;
-  WaveArray<std::int32_t> is_sharp;
-  WaveArray<std::uint64_t> base;  ///< of the path's sampler, for sobol
-  WaveArray<std::uint32_t> index_reversed;
-  WaveArray<std::int32_t> slot;  ///< see slot_of()
+/// What a path carries from surface to surface. Of<T>: one T, an array of them, or lanes.
+template <template <typename> typename Of>
+struct PathMembers {
+  Of<Vec3> origin;
+  Of<Vec3> direction;
+  Of<Vec3> beta;
+  Of<float> pdf_bsdf;  ///< as in LastScattering
+  Of<Vec3> last_origin;
+  Of<Vec3> last_normal;
+  Of<float> cone_width_m;
+  Of<float> cone_spread_rad;
+  Of<std::int32_t> is_sharp;
+  Of<std::uint64_t> base;  ///< of the path's sampler, for sobol
+  Of<std::uint32_t> index_reversed;
+  Of<std::int32_t> slot;  ///< see slot_of()
+};
+/// Visits the members, as functions from PathMembers of any kind to theirs.
+template <typename Visit>
+[[gnu::always_inline]] inline void for_each_member(Visit&& visit) {
+  visit([](auto& p) -> auto& { return p.origin; });
+  visit([](auto& p) -> auto& { return p.direction; });
+  visit([](auto& p) -> auto& { return p.beta; });
+  visit([](auto& p) -> auto& { return p.pdf_bsdf; });
+  visit([](auto& p) -> auto& { return p.last_origin; });
+  visit([](auto& p) -> auto& { return p.last_normal; });
+  visit([](auto& p) -> auto& { return p.cone_width_m; });
+  visit([](auto& p) -> auto& { return p.cone_spread_rad; });
+  visit([](auto& p) -> auto& { return p.is_sharp; });
+  visit([](auto& p) -> auto& { return p.base; });
+  visit([](auto& p) -> auto& { return p.index_reversed; });
+  visit([](auto& p) -> auto& { return p.slot; });
+}
+
+template <typename T>
+using Single = T;
+using WavePath = PathMembers<Single>;
+
+template <typename T>
+using Column = std::conditional_t<std::is_same_v<T, Vec3>, WaveVec3, WaveArray<T>>;
+
+/// Entries [first, first + count) are the active paths.
+struct WavePaths : PathMembers<Column> {
   /// Camera paths are at the end, so that their continuations fit before them.
   std::size_t first = 0;
   std::size_t count = 0;
+
+  WavePath get(std::size_t i) const noexcept {
+    WavePath out;
+    for_each_member([&](auto member) { member(out) = member(*this).get(i); });
+    return out;
+  }
+  void add(const WavePath& path) noexcept {
+    for_each_member([&](auto member) { member(*this).set(first + count, member(path)); });
+    ++count;
+  }
 };
 
 /// The hits of the paths.
@@ -80,19 +121,10 @@ struct WaveShadows {
   std::size_t count = 0;
 };
 
-/// A path returned by PathTracer; members as in WavePaths.
-struct WaitingPath {
-  int depth = 0;  ///< surfaces hit: the depth at which it rejoins the wave
-  std::int32_t slot = 0;
-  std::uint64_t base = 0;
-  std::uint32_t index_reversed = 0;
-  Vec3 origin, direction;
-  Vec3 beta;
-  float pdf_bsdf = 0;
-  Vec3 last_origin, last_normal;
-  float cone_width_m = 0;
-  float cone_spread_rad = 0;
-  bool is_sharp = true;
+/// A path returned by PathTracer.
+struct ReturnedPath {
+  int depth;  ///< surfaces hit: the depth at which it rejoins the wave
+  WavePath path;
 };
 
 /// PathSample as a structure of arrays; entry i is the i-th path added.
@@ -126,7 +158,7 @@ class Wave {
   WaveShadows shadows;
   WaveResults results;
   std::vector<PathSampler> samplers;
-  std::vector<WaitingPath> waiting;  ///< empty when the wave has ended
+  std::vector<ReturnedPath> waiting;  ///< empty when the wave has ended
 };
 
 /// Traces the paths of waves. Immutable and shared by all threads.

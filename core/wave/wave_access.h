@@ -23,12 +23,49 @@ void store(WaveVec3& to, std::size_t first, Vec3s<N> value) {
   store(to.y.at + first, value.y);
   store(to.z.at + first, value.z);
 }
-template <std::size_t N>
-void compress(WaveVec3& to, std::size_t first, Vec3s<N> value, unsigned taken) {
-  compress(to.x.at + first, value.x, taken);
-  compress(to.y.at + first, value.y, taken);
-  compress(to.z.at + first, value.z, taken);
+template <typename T, typename Values>
+void compress(WaveArray<T>& to, std::size_t first, Values values, unsigned taken) {
+  compress(to.at + first, values, taken);
 }
+template <std::size_t N>
+void compress(WaveVec3& to, std::size_t first, Vec3s<N> values, unsigned taken) {
+  compress(to.x, first, values.x, taken);
+  compress(to.y, first, values.y, taken);
+  compress(to.z, first, values.z, taken);
+}
+
+/// A PathMembers of lanes.
+template <typename T, std::size_t N>
+struct LanesOf;
+template <std::size_t N>
+struct LanesOf<Vec3, N> {
+  using Type = Vec3s<N>;
+};
+template <std::size_t N>
+struct LanesOf<float, N> {
+  using Type = Floats<N>;
+};
+template <std::size_t N>
+struct LanesOf<std::int32_t, N> {
+  using Type = Ints<N>;
+};
+template <std::size_t N>
+struct LanesOf<std::uint32_t, N> {
+  using Type = Words<N>;
+};
+template <std::size_t N>
+struct LanesOf<std::uint64_t, N> {
+  using Type = Hashes<N>;
+};
+template <std::size_t N>
+struct Wide {
+  template <typename T>
+  using Of = const typename LanesOf<T, N>::Type&;
+};
+/// Refers to the lanes, so that they need not be copied.
+template <std::size_t N>
+using PathLanes = PathMembers<Wide<N>::template Of>;
+
 /// The low bits of a slot hold the index into WaveResults, the high bits 1 plus the number of the
 /// continuation of a split path, or 0 if it was not split.
 inline constexpr int kContinuationShift = 16;
@@ -57,15 +94,6 @@ struct PathNumbers {
             reverse_bits<N>(reverse_bits<N>(index_reversed) * Words<N>(n) +
                             Words<N>(static_cast<std::uint32_t>(k))),
             slot + Ints<N>((k + 1) << kContinuationShift)};
-  }
-  void compress(WavePaths& to, std::size_t first, unsigned taken) const {
-    std::uint64_t bases[N];
-    std::memcpy(bases, &base, sizeof bases);
-    for (unsigned rest = taken, k = 0; rest != 0; rest &= rest - 1, ++k) {
-      to.base.at[first + k] = bases[std::countr_zero(rest)];
-    }
-    core::compress(to.index_reversed.at + first, index_reversed, taken);
-    core::compress(to.slot.at + first, slot, taken);
   }
 };
 inline void add_radiance(WaveResults& results, std::size_t slot, Vec3 value) {

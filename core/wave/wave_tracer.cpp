@@ -5,7 +5,10 @@
 #include <utility>
 
 #include "core/integrators/path/path_tracer.h"
+#include "core/math/frame.h"
+#include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
+#include "core/sampling/mis.h"
 #include "core/settings/registry.h"
 #include "core/transport/roulette.h"
 #include "core/transport/visibility.h"
@@ -20,12 +23,8 @@
 namespace core {
 namespace {
 
-/// DefaultOptions::mis in lanes: MisRule::weight() with exponent 2.
-template <std::size_t N>
-Floats<N> mis_weight(Floats<N> pdf_a, Floats<N> pdf_b) {
-  const Floats<N> ratio = pdf_b / pdf_a;
-  return select(pdf_b > Floats<N>(0), Floats<N>(1) / (Floats<N>(1) + ratio * ratio), Floats<N>(1));
-}
+// The rule that the lanes use.
+static_assert(DefaultOptions::mis.type == MisType::kPower && DefaultOptions::mis.exponent == 2);
 
 /// PathTracer<DefaultOptions>, step by step, for the paths of a wave.
 template <std::size_t N>
@@ -72,7 +71,7 @@ class LaneTracer final : public WaveTracer {
     MetLanes<N> met;
     Vec3s<N> wo_world;
     Vec3s<N> beta;
-    Frames<N> frame;
+    FrameOf<Floats<N>> frame;
     Mask<N> on;
     Floats<N> cone_spread_rad;
     Ints<N> is_sharp;
@@ -112,7 +111,6 @@ class LaneTracer final : public WaveTracer {
   LaneLights lights_;
   LaneEnvironment sky_;
   LaneSurfaces surfaces_;
-  LaneAlbedoTables tables_;
 };
 
 /// Starts camera rays, in SIMD for pinhole cameras and the box filter.
@@ -213,7 +211,7 @@ void LaneTracer<N>::add_environment(Wave& wave, std::size_t first, unsigned left
                                                         load<N>(paths.last_origin, first),
                                                         load<N>(paths.last_normal, first));
     radiance =
-        select(spread, (sky_.radiance(at) + sun) * mis_weight(pdf_bsdf, pdf_light), radiance);
+        select(spread, (sky_.radiance(at) + sun) * power_heuristic(pdf_bsdf, pdf_light), radiance);
   }
   radiance = radiance * load<N>(paths.beta, first) * Floats<N>(share(depth));
   for (; left != 0; left &= left - 1) {
@@ -248,17 +246,11 @@ void LaneTracer<N>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int d
                              std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
-  const Vec3 beta = paths.beta.get(i);
-  TracedPath path{PathState{.sampler = sampler_of(wave, paths.slot.at[i]), .rays = rays}};
-  path.ray.origin = paths.origin.get(i);
-  path.ray.direction = paths.direction.get(i);
-  path.ray.t_max = depth == 0 ? wave.results.t_max.at[slot] : Ray{}.t_max;
-  path.beta = {beta.x, beta.y, beta.z};
+  TracedPath path = LonePaths::handed_over(paths.get(i), sampler_of(wave, paths.slot.at[i]), rays);
+  if (depth == 0) {
+    path.ray.t_max = wave.results.t_max.at[slot];
+  }
   path.depth = depth;
-  path.last = {paths.pdf_bsdf.at[i], paths.last_origin.get(i), paths.last_normal.get(i), 1};
-  path.cone_width_m = paths.cone_width_m.at[i];
-  path.cone_spread_rad = paths.cone_spread_rad.at[i];
-  path.is_sharp = paths.is_sharp.at[i] != 0;
   path.met = &met;
   path.is_clear = depth == 0;
   path.out.hit = depth > 0;
@@ -333,7 +325,7 @@ void LaneTracer<N>::advance(Wave& wave, std::size_t first, unsigned met, int dep
   at.cone_spread_rad = segments.cone_spread_rad;
   at.is_sharp = segments.is_sharp;
   at.frame = frame_from_normal(s.normal);
-  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon), tables_);
+  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon));
   if (depth == 0) {
     keep_first_surface<N>(wave.results, slot_of(paths, first), at.on,
                           {bsdf.albedo(), s.normal, at.met.distance_m});
@@ -380,20 +372,24 @@ void LaneTracer<N>::extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsd
   const Mask<N> spreads = ~sample.is_delta;
   WavePaths& paths = wave.paths;
   const std::size_t to = paths.count;
-  numbers.compress(paths, to, taken);
-  compress(
-      paths.origin, to,
-      offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric), s.error_m),
-      taken);
-  compress(paths.direction, to, wi, taken);
-  compress(paths.beta, to, beta, taken);
-  compress(paths.pdf_bsdf.at + to, sample.pdf_solid_angle, taken);
-  compress(paths.last_origin, to, s.origin, taken);
-  compress(paths.last_normal, to, s.horizon, taken);
-  compress(paths.cone_width_m.at + to, at.met.cone_width_m, taken);
-  compress(paths.cone_spread_rad.at + to,
-           at.cone_spread_rad + select(spreads, Floats<N>(0.1F) * s.alpha, Floats<N>(0)), taken);
-  compress(paths.is_sharp.at + to, select(spreads, Ints<N>(0), at.is_sharp), taken);
+  const PathLanes<N> next = {
+      .origin =
+          offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric), s.error_m),
+      .direction = wi,
+      .beta = beta,
+      .pdf_bsdf = sample.pdf_solid_angle,
+      .last_origin = s.origin,
+      .last_normal = s.horizon,
+      .cone_width_m = at.met.cone_width_m,
+      .cone_spread_rad =
+          at.cone_spread_rad + select(spreads, kConeSpreadOfWidth * s.alpha, Floats<N>(0)),
+      .is_sharp = select(spreads, Ints<N>(0), at.is_sharp),
+      .base = numbers.base,
+      .index_reversed = numbers.index_reversed,
+      .slot = numbers.slot};
+  for_each_member([&](auto member) __attribute__((always_inline)) {
+    compress(member(paths), to, member(next), taken);
+  });
   paths.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
@@ -417,8 +413,8 @@ void LaneTracer<N>::add_light_samples(Wave& wave, const Vertex& at, const BsdfLa
   if (taken == 0) {
     return;
   }
-  const Floats<N> weight =
-      select(light.is_delta, Floats<N>(1), mis_weight(light.pdf_solid_angle, f.pdf_solid_angle));
+  const Floats<N> weight = select(light.is_delta, Floats<N>(1),
+                                  power_heuristic(light.pdf_solid_angle, f.pdf_solid_angle));
   const Vec3s<N> value =
       at.beta * f.value_cos * light.radiance * (weight / light.pdf_solid_angle * Floats<N>(share_));
   const Mask<N> above = dot(s.horizon, light.wi_world) >= zero;

@@ -36,9 +36,9 @@ void PrintTo(const LobeCase& c, std::ostream* out) { *out << c.name; }
 core::DiffuseLobe diffuse(bool is_even) { return {core::Rgb(0.5F), is_even}; }
 
 core::SpecularLobe specular() {
-  core::SpecularLobe lobe;
+  core::SpecularLobe lobe{};
   lobe.f0 = core::Rgb(0.3F);
-  lobe.f90 = core::Rgb(1);
+  lobe.f90 = 1;
   return lobe;
 }
 

@@ -109,7 +109,7 @@ TEST(Ggx, SingleScatteringAlbedosMatchTheClosedForms) {
 TEST(AlbedoTables, AgreeWithTheClosedForms) {
   for (const GgxTruth& t : kGgx) {
     const float roughness = std::sqrt(t.alpha);
-    EXPECT_NEAR(core::specular_albedo(1, roughness).e, t.normal, 1e-3) << t.alpha;
+    EXPECT_NEAR(core::specular_albedo(1.0F, roughness).e, t.normal, 1e-3) << t.alpha;
     EXPECT_NEAR(core::specular_albedo(0.5F, roughness).e, t.slanted, 1e-3) << t.alpha;
     EXPECT_NEAR(core::specular_albedo_average(roughness).e, t.average, 1e-3) << t.alpha;
   }

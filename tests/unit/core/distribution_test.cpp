@@ -117,7 +117,7 @@ double chi2_warp(const std::function<Vec3(Vec2)>& warp,
 }
 
 TEST(WarpChi2, SamplesFollowTheirDensities) {
-  EXPECT_GT(chi2_warp(core::cosine_hemisphere,
+  EXPECT_GT(chi2_warp(core::cosine_hemisphere<core::Vec2>,
                       [](Vec3 w) { return core::cosine_hemisphere_pdf_solid_angle(w.z); }),
             kLevel);
   EXPECT_GT(chi2_warp(core::uniform_hemisphere,
@@ -129,13 +129,13 @@ TEST(WarpChi2, SamplesFollowTheirDensities) {
 TEST(WarpChi2, DetectsADensityTwoPercentTooLarge) {
   EXPECT_LT(
       chi2_warp(
-          core::cosine_hemisphere,
+          core::cosine_hemisphere<core::Vec2>,
           [](Vec3 w) { return 1.02F * core::cosine_hemisphere_pdf_solid_angle(w.z); }, 500000),
       kLevel);
 }
 
 TEST(WarpChi2, DetectsCosineInsteadOfUniformSampling) {
-  EXPECT_LT(chi2_warp(core::cosine_hemisphere,
+  EXPECT_LT(chi2_warp(core::cosine_hemisphere<core::Vec2>,
                       [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
             kLevel);
 }

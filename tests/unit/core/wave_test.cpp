@@ -57,7 +57,6 @@ bool differs(float a, float b) {
 template <std::size_t N>
 int differences(Vec3 ng, float alpha_scale) {
   const auto all = surfaces();
-  const core::LaneAlbedoTables tables;
   test_support::Random random(5);
   int count = 0;
   for (int round = 0; round < 300; ++round) {
@@ -86,7 +85,7 @@ int differences(Vec3 ng, float alpha_scale) {
       wi_lanes.set(k, wi[k]);
       u.set(k, numbers[k]);
     }
-    const core::BsdfLanes<N> bsdf(lanes, wo_lanes, core::Vec3s<N>(ng), tables);
+    const core::BsdfLanes<N> bsdf(lanes, wo_lanes, core::Vec3s<N>(ng));
     const auto value = bsdf.evaluate(wi_lanes);
     const auto sample = bsdf.sample(u.x, {u.y, u.z});
     for (std::size_t k = 0; k < N; ++k) {

@@ -1,0 +1,48 @@
+/// Colours in SIMD lanes, and the colour that goes with a number of core/math/generic.h.
+#pragma once
+
+#include "core/color/rgb.h"
+#include "core/math/generic.h"
+
+namespace core {
+
+/// Colours in lanes are Vec3s of red, green and blue.
+template <typename F>
+struct ColorType {
+  using Type = Vec3Of<F>;
+};
+template <>
+struct ColorType<float> {
+  using Type = Rgb;
+};
+template <typename F>
+using ColorOf = typename ColorType<F>::Type;
+
+/// True for NaN.
+template <std::size_t N>
+Mask<N> is_not_black(Vec3s<N> c) {
+  const Floats<N> zero(0);
+  return ~((c.x == zero) & (c.y == zero) & (c.z == zero));
+}
+inline bool is_not_black(Rgb c) noexcept { return !is_black(c); }
+template <std::size_t N>
+Floats<N> luminance(Vec3s<N> c) {
+  return 0.2126F * c.x + 0.7152F * c.y + 0.0722F * c.z;
+}
+inline Rgb select(bool mask, Rgb yes, Rgb no) noexcept { return mask ? yes : no; }
+
+/// Applies f to each channel; a number is one channel.
+template <typename F, typename Function>
+F each_channel(F channel, Function&& f) {
+  return f(channel);
+}
+template <typename Function>
+Rgb each_channel(Rgb c, Function&& f) {
+  return {f(c.r), f(c.g), f(c.b)};
+}
+template <std::size_t N, typename Function>
+Vec3s<N> each_channel(Vec3s<N> c, Function&& f) {
+  return {f(c.x), f(c.y), f(c.z)};
+}
+
+}  // namespace core

@@ -1,0 +1,59 @@
+/// Points on a triangle, for one hit or SIMD lanes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/math/generic.h"
+
+namespace core {
+
+template <typename V>
+using Corners = std::array<V, 3>;
+
+/// Returns the barycentric weights of the ray's intersection with the triangle's plane, clamped to
+/// the triangle. n: cross product of the edges, not normalised.
+template <typename V>
+V barycentrics(const Corners<V>& p, V n, V origin, V direction) noexcept {
+  using F = decltype(n.x);
+  const V q = cross(origin - p[0], direction);
+  const F d = dot(n, direction);
+  const auto clamped = [](F b) { return clamp01(select(b == b, b, F(0))); };
+  // Moeller and Trumbore 1997, with the plane's normal shared by all three.
+  F b1 = clamped(-dot(p[2] - p[0], q) / d);
+  F b2 = clamped(dot(p[1] - p[0], q) / d);
+  const F sum = b1 + b2;
+  const auto outside = sum > 1;
+  const auto grazing = d == 0;
+  b1 = select(grazing, F(0), select(outside, b1 / sum, b1));
+  b2 = select(grazing, F(0), select(outside, b2 / sum, b2));
+  return {1 - b1 - b2, b1, b2};
+}
+
+template <typename V>
+V blend(const Corners<V>& p, V b) noexcept {
+  return p[0] * b.x + p[1] * b.y + p[2] * b.z;
+}
+
+/// Returns the height above the triangle at b of a quadratic surface through the vertices,
+/// perpendicular to their normals along the edges: half the sum over edges of b_i b_j (n_j - n_i) .
+/// (p_j - p_i), which includes the sagitta of a sphere's chord. Concave edges do not count. side: 1
+/// above the front, -1 above the back.
+template <typename V, typename F>
+F bulge(const Corners<V>& p, const Corners<V>& n, V b, F side) noexcept {
+  const auto edge = [&](std::size_t i, std::size_t j) {
+    return max(side * dot(n[j] - n[i], p[j] - p[i]), F(0));
+  };
+  return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
+}
+
+/// Returns a shading normal visible to the viewer, rotated only as far as needed if it faces away.
+template <typename V>
+V facing(V n, V wo) noexcept {
+  constexpr float kLeast = 1e-3F;
+  const auto cos_o = dot(n, wo);
+  const auto away = opposite(cos_o >= kLeast);
+  return any(away) ? select(away, normalize_or(n + wo * (kLeast - cos_o), wo), n) : n;
+}
+
+}  // namespace core

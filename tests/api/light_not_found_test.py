@@ -53,14 +53,15 @@ class LightTargets(ApiTest):
 
     def test_refuses_it_later_in_a_scene_that_scatters(self):
         milk = {"KHR_materials_transmission": {"transmissionFactor": 1},
-                "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0.1},
+                "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0.1,
+                                         "attenuationColor": [0.5, 0.5, 0.5]},
                 "KHR_materials_volume_scatter": {"multiscatterColor": [0.9, 0.9, 0.9]}}
         glb = triangle_glb(materials=[{"extensions": milk}], extensionsUsed=list(milk))
         scene = self.server.post("/v1/scenes", glb, {"Content-Type": "model/gltf-binary"}).json()
         stop = {"light_not_found": 0.1}
         refused = self.server.post("/v1/jobs", small(scene=scene["id"], stop=stop))
         self.assert_problem(refused, 422, "/stop/light_not_found")
-        running = self.server.submit(small(1 << 20, scene=scene["id"]))
+        running = self.server.submit(small(65536, scene=scene["id"]))
         answer = self.server.request("PATCH", f"/v1/jobs/{running['id']}", {"stop": stop})
         self.assert_problem(answer, 422, "/stop/light_not_found")
         self.assertEqual(answer.json()["errors"], refused.json()["errors"])

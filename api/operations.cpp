@@ -102,8 +102,30 @@ constexpr std::array kImages = {ContentRow{"image/png", ""},
                                 ContentRow{"image/tiff", ""},
                                 ContentRow{"multipart/x-mixed-replace", ""}};
 
+constexpr std::array kPictures = {
+    ContentRow{"image/png", ""},          ContentRow{"image/jpeg", ""},
+    ContentRow{"image/webp", ""},         ContentRow{"image/x-exr", ""},
+    ContentRow{"image/vnd.radiance", ""}, ContentRow{"image/tiff", ""}};
+constexpr std::string_view kRenderForm =
+    R"({"type":"object","properties":{"scene":{"type":"string","format":"binary",)"
+    R"("description":"GLB, glTF or zip; a field of text is an id or a built-in name."},)"
+    R"("environment":{"type":"string","format":"binary",)"
+    R"("description":"Equirectangular image (.hdr, .exr) that lights the scene."},)"
+    R"("file":{"type":"array","items":{"type":"string","format":"binary"},)"
+    R"("description":"Files that a glTF or GLB refers to, with their names."},)"
+    R"("job":{"$ref":"#/components/schemas/JobRequest"}}})";
+constexpr std::array kRenderBodies = {ContentRow{"multipart/form-data", kRenderForm},
+                                      ContentRow{"model/gltf-binary", ""},
+                                      ContentRow{"model/gltf+json", R"({"type":"object"})"},
+                                      ContentRow{"application/zip", ""},
+                                      ContentRow{"application/octet-stream", ""},
+                                      ContentRow{"application/json", "JobRequest"}};
+
 // Responses.
 constexpr Contents kNothing = {};
+constexpr std::array kRendered = {
+    ResponseRow{200, "The image. `Location` is its job.", kPictures},
+    ResponseRow{202, "The job has not ended in time; its image will be below `Location`.", kJob}};
 constexpr std::array kTextAnswer = {ResponseRow{200, "Text.", kText}};
 constexpr std::array kReadyAnswer = {ResponseRow{200, "Ready for work.", kText}};
 constexpr std::array kDocumentAnswer = {ResponseRow{200, "The document.", kAnyJson},
@@ -215,6 +237,7 @@ constexpr std::array kPutProblems = {413, 415, 422, 507};
 constexpr std::array kContentProblems = {404, 416};
 constexpr std::array kSceneProblems = {400, 404, 413, 415, 422, 424, 507};
 constexpr std::array kSubmitProblems = {400, 404, 409, 413, 415, 422, 507};
+constexpr std::array kRenderProblems = {400, 404, 406, 409, 410, 413, 415, 422, 424, 507};
 constexpr std::array kMetricsProblems = {401};
 constexpr std::array kSessionProblems = {401, 507};
 constexpr std::array kTicketProblems = {400, 404, 415, 422};
@@ -295,6 +318,19 @@ constexpr std::array kOperations = {
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
               "Download a built-in scene as GLB.", "", "read", kNoHeaders, kNoBody, kGlbAnswer,
               k404, true},
+    Operation{
+        "render", "POST", "/v1/render", "Jobs", "Render a scene and get the image.",
+        "One request for upload, job and image. The scene is the body, the part `scene` of a form, "
+        "or named by the parameter `scene` or the job. Other files of a form are `environment`, "
+        "`file` (files that a glTF refers to, found by their names or the last part of them) and "
+        "`job` (a JobRequest); fields of text are parameters, as in the query, which is merged "
+        "into the job. png, jpg and webp are exposed automatically, or for the light of a preset, "
+        "unless "
+        "`exposure` is given. "
+        "The same request again, within a day, gets the image of the first one's job. If the "
+        "client of a job's first request leaves before it is answered, the job is cancelled, "
+        "unless another request has asked for the same.",
+        "write", kNoHeaders, kRenderBodies, kRendered, kRenderProblems, true, &render_parameters},
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
               kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},

@@ -139,7 +139,7 @@ struct ImageRange {
 };
 
 /// GET
-/// /v1/jobs/{id}/image?layer=&exposure=&tonemap=&background=&range=&revision=&x=&y=&width=&height=
+/// /v1/jobs/{id}/image?layer=&exposure=&curve=&background=&range=&revision=&x=&y=&width=&height=
 /// &max_size=&mix=&stream=. 422 for invalid values. The server handles the extension of the path.
 struct ImageQuery {
   std::optional<std::string> layer;  ///< empty: beauty, or all layers for EXR
@@ -147,7 +147,7 @@ struct ImageQuery {
   bool auto_exposure = false;  ///< instead of exposure_stops (core/layers/exposure.h)
   std::optional<core::Rgb>
       background;  ///< display values, each in [0,1]; null: depends on the format
-  std::string tone_map = "srgb";
+  std::string tone_map = "khronos-neutral";  ///< name of core::tone_maps()
   std::optional<ImageRange> range;
   std::optional<std::uint32_t> revision;  ///< at least this one
   std::optional<core::PixelRect> rect;    ///< pixels of the full film

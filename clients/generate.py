@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the types of the web page and the models of the Python package from /openapi.json.
+"""Writes the TypeScript client's types and the Python package's models from /openapi.json.
 
     clients/generate.py SOURCE [--check]
 
@@ -10,12 +10,14 @@ lists the files that would change, and exits 1 if there are any. Standard librar
 import json
 import keyword
 import pathlib
+import re
 import sys
 import textwrap
 import urllib.request
 
 HERE = pathlib.Path(__file__).resolve().parent
-TYPESCRIPT = HERE / "web/src/api/types.ts"
+TYPESCRIPT = HERE / "js/src/types.ts"
+NODE_PACKAGE = HERE / "js/package.json"
 MODELS = HERE / "python/src/tessera/models.py"
 VERSION = HERE / "python/src/tessera/_version.py"
 WIDTH = 100
@@ -234,6 +236,9 @@ def generated(document):
     version = document["info"]["version"]
     return {
         TYPESCRIPT: TypeScript(schemas).document(),
+        NODE_PACKAGE: re.sub(
+            r'(?<="version": ")[^"]*', version, NODE_PACKAGE.read_text(encoding="utf-8")
+        ),
         MODELS: Python(schemas).document(),
         VERSION: f'"""The version of the project."""\n\n__version__ = "{version}"\n',
     }

@@ -36,6 +36,7 @@ Json job_events_parameters(const Capabilities& capabilities);
 Json events_parameters(const Capabilities& capabilities);
 Json meter_comparison_parameters(const Capabilities& capabilities);
 Json image_parameters(const Capabilities& capabilities);
+Json render_parameters(const Capabilities& capabilities);
 
 /// Returns the schema of a request. Defaults become `x-default` and part of the description:
 /// generators treat members with a `default` as always present, or send it.

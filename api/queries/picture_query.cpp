@@ -13,18 +13,13 @@
 #include "api/json/query_rows.h"
 #include "api/json/schemas.h"
 #include "api/json/values.h"
+#include "api/queries/look_rows.h"
 #include "api/requests.h"
 #include "core/settings/registry.h"
 
 namespace api {
 namespace {
 
-/// x, y, width and height must be given together; tone_maps are the allowed names.
-struct ImageReading {
-  ImageQuery query;
-  std::array<std::optional<int>, 4> rect;
-  std::vector<std::string> tone_maps;
-};
 constexpr std::array<std::string_view, 4> kRectNames = {"x", "y", "width", "height"};
 
 std::optional<core::PixelRect> rect_of(const ImageReading& reading, Faults& faults) {
@@ -51,57 +46,6 @@ constexpr auto rect_row(std::string_view doc) {
       kPart < 2 ? Range{0, limits::kFilmSide - 1} : Range{1, limits::kFilmSide};
   return number(
       kRectNames[kPart], [](auto& s) -> auto& { return s.rect[kPart]; }, kRange, doc);
-}
-
-void read_layer(const std::string& value, ImageReading& out, const std::string& pointer,
-                Faults& faults) {
-  if (core::find_layer(value) == nullptr && !core::light_share(value)) {
-    faults.add(pointer, unknown_layer(Json(value)));
-  }
-  out.query.layer = value;
-}
-
-Json layer_parameter_schema(const ImageReading& /*defaults*/) { return layer_schema(); }
-
-void read_tone_map(const std::string& value, ImageReading& out, const std::string& pointer,
-                   Faults& faults) {
-  const std::vector<std::string_view> names(out.tone_maps.begin(), out.tone_maps.end());
-  if (std::find(names.begin(), names.end(), value) == names.end()) {
-    faults.add(pointer, not_available(Json(value), names));
-  }
-  out.query.tone_map = value;
-}
-
-Json tone_map_schema(const ImageReading& defaults) {
-  Json schema = text_schema();
-  schema["default"] = defaults.query.tone_map;
-  if (!defaults.tone_maps.empty()) {
-    schema["enum"] = defaults.tone_maps;
-  }
-  return schema;
-}
-
-// Reads "auto" or a number of stops.
-void read_exposure(const std::string& value, ImageReading& out, const std::string& pointer,
-                   Faults& faults) {
-  out.query.auto_exposure = value == "auto";
-  if (out.query.auto_exposure) {
-    return;
-  }
-  if (const auto stops =
-          read_number(number_in_query(value), {-limits::kExposureStops, limits::kExposureStops},
-                      pointer, faults)) {
-    out.query.exposure_stops = static_cast<float>(*stops);
-  }
-}
-
-Json exposure_schema(const ImageReading& defaults) {
-  return {{"anyOf",
-           {{{"type", "number"},
-             {"minimum", -limits::kExposureStops},
-             {"maximum", limits::kExposureStops}},
-            {{"type", "string"}, {"enum", {"auto"}}}}},
-          {"default", defaults.query.exposure_stops}};
 }
 
 // Reads numbers separated by commas.
@@ -155,96 +99,15 @@ void read_range(const std::string& value, ImageReading& out, const std::string& 
   out.query.range = ImageRange{ends};
 }
 
-void read_background(const std::string& value, ImageReading& out, const std::string& pointer,
-                     Faults& faults) {
-  out.query.background = read_color(value, pointer, faults);
-}
-
-Json background_schema(const ImageReading& /*defaults*/) {
-  Json schema = text_schema();
-  schema["pattern"] = "^[0-9A-Fa-f]{6}$";
-  schema["example"] = "ffffff";
-  return schema;
-}
-
 Json range_schema(const ImageReading& /*defaults*/) {
   Json schema = text_schema();
   schema["example"] = "auto";
   return schema;
 }
 
-constexpr std::array kDenoiseShows = {
-    core::NamedValue<DenoiseShow>{"off", DenoiseShow::kOff, "The plain image."},
-    core::NamedValue<DenoiseShow>{
-        "mixed", DenoiseShow::kMixed,
-        "The denoised image, mixed with the plain one where that is better."},
-    core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own image."},
-};
-
-constexpr std::array kFireflies = {
-    core::NamedValue<Fireflies>{"keep", Fireflies::kKeep, "All light as it was sampled."},
-    core::NamedValue<Fireflies>{
-        "set_aside", Fireflies::kSetAside,
-        "No pixel of a half outshines itself in the other half and its eight neighbours."},
-};
-
-constexpr std::array kFirefliesNames = {kFireflies[0].name, kFireflies[1].name};
-
-void read_fireflies(const std::string& value, ImageReading& out, const std::string& pointer,
-                    Faults& faults) {
-  for (const auto& choice : kFireflies) {
-    if (choice.name == value) {
-      out.query.fireflies = choice.value;
-      return;
-    }
-  }
-  faults.add(pointer, not_available(Json(value), kFirefliesNames));
-}
-
-Json fireflies_schema(const ImageReading& /*defaults*/) {
-  return {{"type", "string"}, {"enum", kFirefliesNames}};
-}
-
-/// Rows that select the layer and its display.
-constexpr auto look_rows() {
-  return std::tuple{
-      ParameterField<ImageReading>{"layer", "Beauty when absent (EXR: all layers).", &read_layer,
-                                   &layer_parameter_schema},
-      choice(
-          "denoise", [](auto& s) -> auto& { return s.query.denoise; }, &denoise_shows,
-          "off: the plain image. mixed: the denoised image, mixed with the plain one where that is "
-          "better; it converges to the plain one. full: the denoiser's own image, which may stay "
-          "biased. For beauty and the layers of denoised images, which show mixed if it is absent. "
-          "X-Tessera-Error gives the error. While the job renders, an image may be a few revisions "
-          "old: see X-Tessera-Revision."),
-      ParameterField<ImageReading>{
-          "fireflies",
-          "set_aside: light that one half alone has found and that outshines all around it is "
-          "scaled down to its neighbours, the default of png, jpg and webp; keep: the default of "
-          "exr, hdr and tif. For beauty and light shares; denoised images are always made without "
-          "fireflies. X-Tessera-Set-Aside gives the share of the light that was taken.",
-          &read_fireflies, &fireflies_schema},
-      ParameterField<ImageReading>{
-          "exposure",
-          "Stops, or auto: from the log-average luminance of the film's image, with at most a "
-          "tenth "
-          "of its pixels above white; in an archive or sheet that of the first image. "
-          "X-Tessera-Exposure reports the value. Display formats only. Not for exr and hdr, which "
-          "are linear: 422. tif also stays linear, which X-Tessera-Ignored reports.",
-          &read_exposure, &exposure_schema},
-      ParameterField<ImageReading>{"tonemap", "Display formats only, as with exposure.",
-                                   &read_tone_map, &tone_map_schema},
-      ParameterField<ImageReading>{
-          "background",
-          "Colour behind a transparent image, as six hexadecimal digits of sRGB; the image loses "
-          "its alpha. If absent, formats without alpha (jpg, hdr) use white. Not for data layers.",
-          &read_background, &background_schema},
-  };
-}
-
 const auto& image_table() {
   static constexpr auto kTable = std::tuple_cat(
-      look_rows(),
+      layer_row(), look_rows(),
       std::tuple{
           ParameterField<ImageReading>{
               "range",
@@ -286,30 +149,23 @@ const auto& image_table() {
 struct ArchiveReading : ImageReading {
   std::string format = BatchPicturesQuery{}.format;
 };
-// As core::image_formats(), which would have to be linked into programs that only parse requests.
-constexpr std::array<std::string_view, 6> kExtensions = {"png", "jpg", "webp", "exr", "hdr", "tif"};
-
-void read_extension(const std::string& text, ArchiveReading& out, const std::string& pointer,
-                    Faults& faults) {
-  if (std::find(kExtensions.begin(), kExtensions.end(), text) == kExtensions.end()) {
-    faults.add(pointer, not_available(Json(text), kExtensions));
-  }
-  out.format = text;
-}
-
 const auto& archive_table() {
   static constexpr auto kTable = std::tuple_cat(
       std::tuple{ParameterField<ArchiveReading>{
-          "format", "Format of the images.", &read_extension,
+          "format", "Format of the images.",
+          [](const std::string& text, ArchiveReading& out, const std::string& pointer,
+             Faults& faults) { read_extension(text, out.format, pointer, faults); },
           [](const ArchiveReading& defaults) {
-            return Json{{"type", "string"}, {"enum", kExtensions}, {"default", defaults.format}};
+            Json schema = extension_schema();
+            schema["default"] = defaults.format;
+            return schema;
           }}},
-      look_rows());
+      layer_row(), look_rows());
   return kTable;
 }
 
 const auto& sheet_table() {
-  static constexpr auto kTable = look_rows();
+  static constexpr auto kTable = std::tuple_cat(layer_row(), look_rows());
   return kTable;
 }
 
@@ -327,9 +183,6 @@ Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams 
 }
 
 }  // namespace
-
-std::span<const core::NamedValue<DenoiseShow>> denoise_shows() { return kDenoiseShows; }
-std::span<const core::NamedValue<Fireflies>> fireflies_choices() { return kFireflies; }
 
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageReading reading;

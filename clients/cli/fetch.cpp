@@ -147,8 +147,9 @@ int fetch(const Args& args) {
                  "denoise_bias denoise_bias_error (default for EXR: all except denoised ones)")
       ->type_name("L");
   add_exposure_option(app, query.exposure);
-  app.add_option("--tonemap", query.tone_map,
-                 "Tone map: srgb linear aces agx khronos-neutral; only for .png, .jpg and .webp")
+  app.add_option(
+         "--tonemap", query.tone_map,
+         "Tone map: khronos-neutral (default) srgb linear aces agx; only for .png, .jpg, .webp")
       ->type_name("T");
   add_denoise_option(app, query.denoise);
   add_fireflies_option(app, query.fireflies);

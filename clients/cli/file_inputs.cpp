@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/lights/made_environment.h"
+#include "core/scene/drawn.h"
 #include "core/scene/ground.h"
 
 namespace cli {

@@ -212,6 +212,7 @@ core::Result<double> write_picture(const core::RenderTask& task, const LocalJob&
     return image.error();
   }
   core::EncodeOptions options;
+  options.tone_map = core::ToneMap::kKhronosNeutral;  // as the server's images
   options.whole_channels = core::whole_channels();
   options.exposure_stops = static_cast<float>(exposure_of(brightness, flags));
   if (format.extension == "exr") {

@@ -9,6 +9,7 @@ export default defineConfig({
   // Relative addresses: a proxy may place the page below a path.
   base: './',
   plugins: [markdownChapters()],
+  resolve: { alias: { 'tessera-render': new URL('../js/src/index.ts', import.meta.url).pathname } },
   esbuild: { jsx: 'automatic', jsxImportSource: 'preact', legalComments: 'none' },
   // Files, never data: URLs, so that a strict Content-Security-Policy holds.
   build: {
@@ -20,5 +21,5 @@ export default defineConfig({
     reportCompressedSize: false,
   },
   worker: { format: 'es' },
-  server: { proxy: { '/v1': upstream, '/openapi.json': upstream } },
+  server: { fs: { allow: ['..'] }, proxy: { '/v1': upstream, '/openapi.json': upstream } },
 });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/camera/framing.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -37,6 +38,31 @@ CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
     camera.up = north;
   }
   return camera;
+}
+
+float framing_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
+                         const Bounds& bounds, int width, int height, float margin) {
+  CameraOrbit unit = orbit;
+  unit.radius_m = 1;
+  unit.target = Place{};
+  const CameraSettings placed = placed_on_orbit(camera, unit, bounds, width, height);
+  const Vec3 outward = placed.position->rounded();
+  const Vec3 right = normalize(cross(*placed.up, outward));
+  const Vec3 up = cross(outward, right);
+  const float fov = camera.vertical_fov_degrees.value_or(kUsualFovDegrees) * kDegree;
+  const float tan_y = std::tan(fov * 0.5F) * (1 - 2 * margin);
+  const float tan_x = tan_y * static_cast<float>(width) / static_cast<float>(height);
+  float distance = 0;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const Vec3 at = Vec3{(corner & 1U) != 0 ? bounds.max.x : bounds.min.x,
+                         (corner & 2U) != 0 ? bounds.max.y : bounds.min.y,
+                         (corner & 4U) != 0 ? bounds.max.z : bounds.min.z} -
+                    bounds.center();
+    // |dot(at, right)| <= (distance - dot(at, outward)) tan_x, and so for y.
+    distance = std::max({distance, dot(at, outward) + std::fabs(dot(at, right)) / tan_x,
+                         dot(at, outward) + std::fabs(dot(at, up)) / tan_y});
+  }
+  return distance;
 }
 
 }  // namespace core

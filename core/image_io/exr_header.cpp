@@ -69,23 +69,23 @@ std::string_view take_name(Span file, std::size_t& at) noexcept {
 }
 
 // Checks for a list of channels: a name and 16 bytes each, up to an empty name, which must be the
-// value's last byte.
-bool is_channel_list(Span value) noexcept {
+// value's last byte. Sets `subsampled`, if it is empty, to the first with fewer values than pixels.
+bool is_channel_list(Span value, std::string_view& subsampled) noexcept {
   constexpr std::size_t kChannelBytes = 16;
+  constexpr std::size_t kSamplings = 8;  // the last two numbers: pixels per value in x and y
   std::size_t at = 0;
-  while (!take_name(value, at).empty()) {
+  for (auto name = take_name(value, at); !name.empty(); name = take_name(value, at)) {
     if (at + kChannelBytes > value.size()) {
       return false;
     }
+    const bool is_full = u32(value, at + kSamplings) == 1 && u32(value, at + kSamplings + 4) == 1;
+    subsampled = subsampled.empty() && !is_full ? name : subsampled;
     at += kChannelBytes;
   }
   return at == value.size() && !value.empty() && value.back() == std::byte{0};
 }
 
 bool fits_its_type(std::string_view type, Span value) noexcept {
-  if (type == "chlist") {
-    return is_channel_list(value);
-  }
   if (type == "preview") {
     return value.size() >= 8 &&
            std::uint64_t{u32(value, 0)} * u32(value, 4) == (value.size() - 8) / 4 &&
@@ -101,6 +101,7 @@ struct Part {
   std::uint64_t tile_width = 0;
   std::uint64_t tile_height = 0;
   std::uint64_t chunks = 0;  // from the header; 0 if missing
+  std::string_view subsampled;
 };
 
 // Reads one attribute with a known name into `part`.
@@ -111,7 +112,7 @@ bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& par
   }
   const Span value = file.subspan(at + 4, u32(file, at));
   at += 4 + value.size();
-  if (!fits_its_type(type, value)) {
+  if (type == "chlist" ? !is_channel_list(value, part.subsampled) : !fits_its_type(type, value)) {
     return false;
   }
   if (name == "dataWindow") {
@@ -140,14 +141,14 @@ bool has_room_for_its_table(const Part& part, std::size_t file_bytes) noexcept {
 
 }  // namespace
 
-std::optional<PixelSize> exr_size(Span file) noexcept {
+std::optional<ExrHeader> exr_header(Span file) noexcept {
   constexpr std::size_t kVersionBytes = 8;
   constexpr std::uint32_t kMultiPart = 0x1000;
   if (file.size() < kVersionBytes) {
     return std::nullopt;
   }
   const bool multi_part = (u32(file, 4) & kMultiPart) != 0;
-  std::optional<PixelSize> first;
+  std::optional<ExrHeader> header;
   std::size_t at = kVersionBytes;
   // A multi-part file ends its headers with an empty one.
   do {
@@ -160,9 +161,10 @@ std::optional<PixelSize> exr_size(Span file) noexcept {
     if (at >= file.size() || !part.size || !has_room_for_its_table(part, file.size())) {
       return std::nullopt;
     }
-    first = first ? first : part.size;
+    header = header ? header : ExrHeader{*part.size, {}};
+    header->subsampled = header->subsampled.empty() ? part.subsampled : header->subsampled;
   } while (multi_part && file[at] != std::byte{0});
-  return first;
+  return header;
 }
 
 }  // namespace core

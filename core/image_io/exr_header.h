@@ -5,14 +5,22 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "core/image_io/image_size.h"
 
 namespace core {
 
-/// Returns the size of the first part's data window. Empty if a header is truncated, an attribute's
-/// size does not fit its type or the file, or a table of chunk offsets would be larger than the
-/// file. Pre: image_kind() is "exr". Source: "OpenEXR File Layout", openexr.com.
-std::optional<PixelSize> exr_size(std::span<const std::byte> file) noexcept;
+struct ExrHeader {
+  PixelSize size;  ///< of the first part's data window
+  /// The first channel of any part with fewer values than pixels, as the chroma of an image of
+  /// luminance and chroma; empty: none.
+  std::string_view subsampled;
+};
+
+/// Empty if a header is truncated, an attribute's size does not fit its type or the file, or a
+/// table of chunk offsets would be larger than the file. The result borrows the file. Pre:
+/// image_kind() is "exr". Source: "OpenEXR File Layout", openexr.com.
+std::optional<ExrHeader> exr_header(std::span<const std::byte> file) noexcept;
 
 }  // namespace core

@@ -132,14 +132,19 @@ Result<ExrPicture> choose_exr_picture(const std::vector<ExrPart>& parts) {
                      listed(layers, parts),
                  ""};
   }
-  if (layers.size() == 1 && !layers[0].has("ry") && !layers[0].has("by")) {
+  const bool has_chroma = std::any_of(layers.begin(), layers.end(), [](const Layer& layer) {
+    return layer.has("ry") && layer.has("by");
+  });
+  if (layers.size() == 1 && !has_chroma) {
     std::vector<int> channels = layers[0].channels;
     channels.resize(std::min<std::size_t>(channels.size(), 4));
     return ExrPicture{layers[0].part, std::move(channels)};
   }
-  return Error{
-      ErrorCode::kInvalidArgument,
-      "no layer of the EXR has the channels R, G and B, or Y. It has " + listed(layers, parts), ""};
+  return Error{ErrorCode::kInvalidArgument,
+               (has_chroma ? "luminance and chroma are not read: no layer" : "no layer") +
+                   std::string(" of the EXR has the channels R, G and B, or Y alone. It has ") +
+                   listed(layers, parts),
+               ""};
 }
 
 }  // namespace core

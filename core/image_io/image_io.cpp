@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/image_io/exr_header.h"
 #include "core/image_io/hdr_header.h"
 #include "core/image_io/image_codec.h"
 #include "core/image_io/image_size.h"
@@ -33,6 +34,12 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
     }
   } else if (kind != "hdr" && kind != "tif") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
+  }
+  if (const auto header = kind == "exr" ? exr_header(file) : std::nullopt;
+      header && !header->subsampled.empty()) {
+    return invalid("channel \"" + std::string(header->subsampled) +
+                   "\" of the EXR has fewer values than pixels: images of luminance and chroma (Y, "
+                   "RY, BY) are not read; save it as R, G and B");
   }
   // libpng reports this only on stderr.
   if (kind == "png" && !png_is_whole(file)) {

@@ -210,7 +210,8 @@ std::optional<PixelSize> peek_image_size(Span file) noexcept {
   if (kind == "webp") {
     return webp_size(file);
   }
-  return kind == "exr" ? exr_size(file) : std::nullopt;
+  const auto header = kind == "exr" ? exr_header(file) : std::nullopt;
+  return header ? std::optional(header->size) : std::nullopt;
 }
 
 }  // namespace core

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include "core/math/numbers.h"
 
@@ -103,6 +104,37 @@ Studio::Studio(EnvironmentPreset preset) : preset_(preset) {
     }
   }
   scale_ = static_cast<float>(kRows * kColumns / sum);
+}
+
+float Studio::front_exposure_stops() const {
+  // Midpoints that are uniform in solid angle, as above. The lights' edges are 3 degrees wide.
+  constexpr int kRows = 48;
+  constexpr int kColumns = 96;
+  constexpr float kSolidAngle = 4 * kPi / (kRows * kColumns);
+  std::vector<Vec3> directions;
+  std::vector<float> light;
+  for (int i = 0; i < kRows; ++i) {
+    const float y = 2 * (static_cast<float>(i) + 0.5F) / kRows - 1;
+    const float level = safe_sqrt(1 - y * y);
+    for (int k = 0; k < kColumns; ++k) {
+      const float phi = kTwoPi * (static_cast<float>(k) + 0.5F) / kColumns;
+      directions.push_back({level * std::cos(phi), y, level * std::sin(phi)});
+      light.push_back(unscaled(directions.back()) * scale_ * kSolidAngle);
+    }
+  }
+  float brightest = 0;
+  constexpr int kStep = 8;  // orientations, 7 degrees apart on average: irradiance is smooth
+  for (std::size_t n = 0; n < directions.size(); n += kStep) {
+    if (directions[n].z < 0) {
+      continue;
+    }
+    float irradiance = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      irradiance += light[i] * std::max(dot(directions[n], directions[i]), 0.0F);
+    }
+    brightest = std::max(brightest, irradiance);
+  }
+  return std::log2(kPi / brightest);
 }
 
 float Studio::unscaled(Vec3 direction) const {

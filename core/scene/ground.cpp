@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/math/numbers.h"
+#include "core/scene/drawn.h"
 
 namespace core {
 namespace {
@@ -64,34 +65,6 @@ std::vector<float> doubling(float first, float last) {
 }
 
 }  // namespace
-
-bool is_drawn(const MaterialDescription& material) noexcept {
-  return !(material.alpha_mode == AlphaMode::kBlend && material.base_alpha <= 0) &&
-         !(material.alpha_mode == AlphaMode::kMask && material.base_alpha < material.alpha_cutoff);
-}
-
-Bounds bounds_of(const SceneDescription& scene) {
-  Bounds out;
-  for (const InstanceDescription& instance : scene.instances) {
-    const auto mesh = static_cast<std::size_t>(instance.mesh);
-    if (instance.is_ground || instance.mesh < 0 || mesh >= scene.meshes.size()) {
-      continue;
-    }
-    for (const PrimitiveDescription& primitive : scene.meshes[mesh].primitives) {
-      const auto material = static_cast<std::size_t>(primitive.material);
-      if (primitive.material >= 0 && material < scene.materials.size() &&
-          !is_drawn(scene.materials[material])) {
-        continue;
-      }
-      for (const std::uint32_t i : primitive.indices) {
-        if (i < primitive.positions.size()) {
-          out.add(instance.to_world.point(primitive.positions[i]));
-        }
-      }
-    }
-  }
-  return out;
-}
 
 void add_ground(SceneDescription& scene, const GroundSettings& settings, Vec3 view_direction) {
   if (settings.type == GroundType::kNone) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/math/numbers.h"
+#include "core/scene/drawn.h"
 
 namespace core {
 namespace {
@@ -25,22 +26,11 @@ int each_part(int side, Visit&& visit) {
 
 /// A triangle in texture coordinates.
 struct UvTriangle {
-  std::array<Vec2, 3> corner{};
+  std::array<Vec2, 3> corner;
 
   UvTriangle(const MeshData& mesh, const std::array<std::size_t, 3>& vertices,
-             const TextureDescription& d) {
-    const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
-    const auto& m = d.uv_transform;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec2 p = uv.empty() ? Vec2{} : uv[vertices[k]];
-      corner[k] = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]};
-    }
-  }
-  bool has_mark(const MarkedBlocks& blocks, const TextureDescription& d) const {
-    const auto [u_low, u_high] = std::minmax({corner[0].x, corner[1].x, corner[2].x});
-    const auto [v_low, v_high] = std::minmax({corner[0].y, corner[1].y, corner[2].y});
-    return blocks.has_mark({u_low, v_low}, {u_high, v_high}, d.wrap_u, d.wrap_v);
-  }
+             const TextureDescription& d)
+      : corner(corners_in(d, mesh.uv[static_cast<std::size_t>(d.uv_set)], vertices)) {}
   /// Averages each part by the mip pyramid.
   Rgb mean(const Texture& texture, const TextureDescription& d) const {
     constexpr int kSide = 4;
@@ -95,18 +85,15 @@ float MeanEmission::coverage(const TriangleLight& light, const Material& materia
   }
   const MaterialDescription& f = material.factors;
   const float most = f.base_alpha * std::max({at.color[0].w, at.color[1].w, at.color[2].w});
-  const bool is_mask = f.alpha_mode == AlphaMode::kMask;
   const TextureSlot& slot = material.base_color;
-  if (is_mask ? slot.texture == nullptr && most < f.alpha_cutoff : !(most > 0)) {
-    return 0;  // between vertices alpha is no higher
+  const float least = least_drawn_alpha(f, most);  // between vertices alpha is no higher
+  if (!(least <= 1)) {
+    return 0;
   }
-  if (slot.texture != nullptr && !(is_mask && f.alpha_cutoff <= 0)) {
-    // The least alpha of a texel that counts, less the rounding of its products with the factors.
-    constexpr float kRounding = 1 - 0x1p-20F;
-    const float least = is_mask ? f.alpha_cutoff * kRounding / most : 0x1p-126F;
-    if (!(least <= 1) ||
-        !UvTriangle(scene_.meshes[scene_.placed[light.placed].mesh], at.vertices, slot.description)
-             .has_mark(opaque(*slot.texture, least), slot.description)) {
+  if (slot.texture != nullptr && least > 0) {
+    const UvTriangle uv(scene_.meshes[scene_.placed[light.placed].mesh], at.vertices,
+                        slot.description);
+    if (!has_mark(opaque(*slot.texture, least), slot.description, uv.corner)) {
       return 0;
     }
   }
@@ -146,7 +133,7 @@ Rgb MeanEmission::of(const TriangleLight& light) {
     return mean;
   }
   const UvTriangle uv(mesh, at.vertices, slot.description);
-  if (!uv.has_mark(colored(*slot.texture), slot.description)) {
+  if (!has_mark(colored(*slot.texture), slot.description, uv.corner)) {
     return {};
   }
   // Coarse levels of 8-bit textures round values below half of the first step of the sRGB curve to

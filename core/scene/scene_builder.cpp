@@ -13,7 +13,7 @@
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
 #include "core/scene/crowding.h"
-#include "core/scene/ground.h"
+#include "core/scene/drawn.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
@@ -38,6 +38,7 @@ class Builder {
       return s;
     }
     number_objects(from_, to_);
+    bounds_ = bounds_of(from_);
     place_meshes();
     if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
@@ -385,12 +386,8 @@ class Builder {
     const MeshData& mesh = to_.meshes[to_.placed[placed].mesh];
     const Material& material = to_.materials[mesh.material];
     placed_triangles_ += mesh.triangle_count();
-    Bounds& bounds_here = placed == to_.ground ? ground_bounds_ : bounds_;
-    if (is_drawn(material.factors)) {
-      for (const std::uint32_t i : mesh.indices) {
-        bounds_here.add(to_world == nullptr ? mesh.positions[i]
-                                            : to_world->point(mesh.positions[i]));
-      }
+    for (std::size_t i = 0; placed == to_.ground && i + 1 < mesh.positions.size(); ++i) {
+      ground_bounds_.add(mesh.positions[i]);
     }
     for (const MovedVertices& moved : mesh.later) {
       for (std::size_t i = 0; i + 1 < moved.positions.size(); ++i) {

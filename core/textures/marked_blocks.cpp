@@ -30,9 +30,9 @@ std::vector<int> blocks_between(float low, float high, int size, TextureWrap mod
 
 }  // namespace
 
-MarkedBlocks::MarkedBlocks(const Texture& texture)
-    : width_(texture.width()),
-      height_(texture.height()),
+MarkedBlocks::MarkedBlocks(int width, int height)
+    : width_(width),
+      height_(height),
       columns_((width_ + kSide - 1) / kSide),
       marked_(static_cast<std::size_t>(columns_) *
               static_cast<std::size_t>((height_ + kSide - 1) / kSide)) {}

@@ -11,7 +11,7 @@ class MarkedBlocks {
  public:
   /// is_marked(x, y): of the texels.
   template <typename IsMarked>
-  MarkedBlocks(const Texture& texture, const IsMarked& is_marked) : MarkedBlocks(texture) {
+  MarkedBlocks(int width, int height, const IsMarked& is_marked) : MarkedBlocks(width, height) {
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         if (is_marked(x, y)) {
@@ -21,12 +21,16 @@ class MarkedBlocks {
     }
   }
 
+  template <typename IsMarked>
+  MarkedBlocks(const Texture& texture, const IsMarked& is_marked)
+      : MarkedBlocks(texture.width(), texture.height(), is_marked) {}
+
   /// Returns false only if no texel is marked that Texture::sample() reads at the finest level, for
   /// uv in the box. May return true if these are not marked but nearby ones are.
   bool has_mark(Vec2 uv_low, Vec2 uv_high, TextureWrap wrap_u, TextureWrap wrap_v) const;
 
  private:
-  explicit MarkedBlocks(const Texture& texture);
+  MarkedBlocks(int width, int height);
   void mark(int x, int y);
 
   int width_;

@@ -32,6 +32,11 @@ int hex_value(char c) {
   return -1;
 }
 
+bool ends_with_percentage(std::string_view text) {
+  return text.size() > 1 && text.back() == '%' && text[text.size() - 2] >= '0' &&
+         text[text.size() - 2] <= '9';
+}
+
 }  // namespace
 
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
@@ -129,12 +134,15 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std:
     }
     const std::size_t equals = part.find('=');
     auto name = percent_decode(part.substr(0, equals), PlusSign::kIsSpace);
-    auto value = equals == std::string_view::npos
-                     ? std::optional<std::string>("")
-                     : percent_decode(part.substr(equals + 1), PlusSign::kIsSpace);
+    std::string_view text_of_value =
+        equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1);
+    const bool is_percentage = ends_with_percentage(text_of_value);
+    text_of_value.remove_suffix(is_percentage ? 1 : 0);
+    auto value = percent_decode(text_of_value, PlusSign::kIsSpace);
     if (!name || !value) {
       return std::nullopt;
     }
+    *value += is_percentage ? "%" : "";
     params.emplace_back(std::move(*name), std::move(*value));
   }
   return params;

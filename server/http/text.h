@@ -23,7 +23,8 @@ std::vector<std::string_view> split_list(std::string_view text);
 /// Returns empty on a broken escape or an encoded NUL. PlusSign: kIsSpace as in query strings.
 enum class PlusSign : std::uint8_t { kIsPlus, kIsSpace };
 std::optional<std::string> percent_decode(std::string_view text, PlusSign plus);
-/// Parses `a=1&b=2`; a name without `=` has an empty value. Returns empty on a broken escape.
+/// Parses `a=1&b=2`; a name without `=` has an empty value. Returns empty on a broken escape. A
+/// percent sign after a digit at the end of a value stands for itself: `error=3%`.
 std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std::string_view text);
 
 /// Returns "/a/b" for "/a/b" and "/a/b/", and "" for "/": what precedes the paths of a server that

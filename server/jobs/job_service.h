@@ -27,8 +27,8 @@
 #include "server/jobs/pilot.h"
 #include "server/jobs/run_builder.h"
 #include "server/jobs/verdict.h"
-#include "server/jobs/work_options.h"
 #include "server/store/storage_quota.h"
+#include "server/workers/work_options.h"
 
 namespace queue {
 class NatsLink;
@@ -108,6 +108,9 @@ class JobService {
     std::string key = {};  ///< Idempotency-Key, separate for each tenant; empty: none.
     std::string body_hash = {};
     std::string id = {};  ///< The client's own UUID; empty: a new one.
+    /// The key is the hash of the whole request, not the client's: a job of the same request is
+    /// returned while it is active or has its film, and made again otherwise.
+    bool is_by_content = false;
   };
   struct Submitted {
     JobPointer job;

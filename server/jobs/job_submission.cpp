@@ -23,7 +23,16 @@ namespace {
 /// Keys of ids and of Idempotency-Keys in one table. A tenant's name contains no space.
 std::string own_id_key(const std::string& id) { return "put " + id; }
 std::string key_of(const JobService::Submission& submission) {
-  return "of " + submission.access.tenant + " " + submission.key;
+  return (submission.is_by_content ? "content " : "of ") + submission.access.tenant + " " +
+         submission.key;
+}
+
+/// Returns whether the job still is that of its first request, and has an image or will have one.
+bool still_answers(const Job& job) {
+  const JobRecord record = job.record();
+  const JobState state = record.view.state;
+  return record.view.spec_version == api::JobView{}.spec_version && state != JobState::kFailed &&
+         state != JobState::kCancelled && record.film != FilmPlace::kEvicted;
 }
 
 /// Returns a view without the job's identity.
@@ -136,7 +145,7 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
     if (!replay) {
       return api::from_error(replay.error());
     }
-    if (*replay) {
+    if (*replay && (!submission.is_by_content || still_answers(**replay))) {
       return Submitted{.job = std::move(*replay), .is_replay = true};
     }
   }

@@ -14,9 +14,9 @@
 #include "core/render/task/settle.h"
 #include "core/render/units/result_size.h"
 #include "core/settings/registry.h"
-#include "server/jobs/work_options.h"
 #include "server/store/files.h"
 #include "server/store/film_file.h"
+#include "server/workers/work_options.h"
 
 namespace server {
 

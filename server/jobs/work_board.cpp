@@ -1,13 +1,12 @@
-// Requests and results of workers.
+// Requests and results of workers, and units that this process renders for them.
 #include "server/jobs/work_board.h"
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
+#include <exception>
 #include <utility>
 
-#include "api/json/error_codes.h"
 #include "core/render/units/result_size.h"
+#include "core/render/units/unit_renderer.h"
+#include "server/jobs/render_run.h"
 #include "server/observe/clock.h"
 #include "server/store/uuid.h"
 
@@ -15,35 +14,27 @@ namespace server {
 
 using core::Error;
 using core::ErrorCode;
-using core::SliceWork;
 using core::Status;
 
 namespace {
 
-/// Reports of this many workers keep six tenths of a core busy: a report takes 0.12 ms of the
-/// coordinator (tests/bench/farm replay --record) and comes every two seconds.
-constexpr std::size_t kWorkersMax = 10'000;
-
-Error not_open(const std::string& unit) {
-  return Error{ErrorCode::kNotFound, "no unit \"" + unit + "\" is open", ""};
-}
-
-double seconds_between(std::chrono::steady_clock::time_point from,
-                       std::chrono::steady_clock::time_point to) {
-  return std::chrono::duration<double>(to - from).count();
-}
-
-/// Returns the pixel samples of the slices.
-double samples_of(const core::Film& film, const std::vector<core::Slice>& slices) {
-  double samples = 0;
+/// Renders slices as a worker does. Returns empty if it was stopped. Errors: of the format.
+core::Result<std::optional<LeaseTable::Work>> render_slices(const std::shared_ptr<RenderRun>& run,
+                                                            const std::vector<core::Slice>& slices,
+                                                            const std::stop_token& stop) {
+  LeaseTable::Work work;
   for (const core::Slice& slice : slices) {
-    if (slice.tile < film.unit_count()) {
-      const core::PixelRect rect = film.unit_rect(slice.tile);
-      samples +=
-          static_cast<double>(rect.width) * rect.height * (slice.last_sample - slice.first_sample);
-    }
+    work.push_back(run->prepare(slice));
   }
-  return samples;
+  // Shares the run's lifetime.
+  core::UnitRenderer renderer(std::shared_ptr<const core::Renderer>(run, &run->task().renderer()));
+  if (!renderer.render(work, stop)) {
+    return std::optional<LeaseTable::Work>();
+  }
+  auto sent =
+      core::decode_work(core::encode_work(work, core::WorkPart::kResult), core::WorkPart::kResult);
+  return sent ? core::Result<std::optional<LeaseTable::Work>>(*std::move(sent))
+              : core::Result<std::optional<LeaseTable::Work>>(sent.error());
 }
 
 }  // namespace
@@ -56,6 +47,7 @@ WorkBoard::WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler&
       options_(std::move(options)),
       calls_(std::move(calls)),
       run_name_(make_uuid().substr(0, 8)),
+      table_(options_, log),
       own_(1, 1, Background::Priority::kOfRendering),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
@@ -64,183 +56,45 @@ void WorkBoard::stop() {
   if (thread_.joinable()) {
     thread_.join();
   }
+  const auto is_any = [](const WorkUnit& /*unit*/) { return true; };
+  LeaseTable::Units left;  // Destroyed without the lock.
   {
     const core::MutexLock lock(mutex_);
-    for (auto& [name, unit] : units_) {
-      unit.own.request_stop();
-    }
+    left = table_.remove_if(is_any);
   }
   own_.stop(Background::Waiting::kDrop);
-  Units left;
   const core::MutexLock lock(mutex_);
-  left.swap(units_);
+  left.merge(table_.clear());
 }
 
-WorkBoard::Clock::duration WorkBoard::lease_time() const {
-  return std::chrono::duration_cast<Clock::duration>(
-      std::chrono::duration<double>(options_.lease_seconds));
-}
-
-double WorkBoard::report_seconds() const {
-  // A lease outlives lost reports; the page shows the state of workers at most two seconds late.
-  return std::min(options_.lease_seconds / 4, 2.0);
-}
-
-bool WorkBoard::is_live(const Worker& worker) const {
-  return Clock::now() - worker.seen < lease_time();
-}
-
-bool WorkBoard::works(const Worker& worker) const {
-  return why_idle(worker).empty() && !worker.is_draining && is_live(worker);
-}
-
-int WorkBoard::slots() const {
-  int threads = 0;
-  for (const auto& [id, worker] : workers_) {
-    threads += works(worker) ? worker.view.threads : 0;
-  }
-  return threads;
-}
-
-std::map<std::string, int> WorkBoard::leases() const {
-  std::map<std::string, int> counts;
-  for (const auto& [name, unit] : units_) {
-    for (const WorkUnit::Lease& lease : unit.leases) {
-      ++counts[lease.worker];
-    }
-  }
-  return counts;
-}
-
-WorkBoard::Units::node_type WorkBoard::remove(Units::const_iterator unit) {
-  for (const WorkUnit::Lease& lease : unit->second.leases) {
-    to_report_.insert(lease.worker);
-  }
-  return units_.extract(unit);
-}
-
-void WorkBoard::tell() {
+void WorkBoard::wake() {
   is_news_ = true;
   changed_.notify_all();
 }
 
 core::Result<api::WorkerOrders> WorkBoard::report(const Sender& sender,
                                                   const api::WorkerReport& report) {
-  const std::string& worker = sender.worker;
-  api::WorkerOrders orders;
-  orders.report_seconds = report_seconds();
-  if (report.build != options_.build) {
-    orders.reason = "its build is " + report.build + ", the server's is " + options_.build;
-  } else if (report.arithmetic != options_.arithmetic) {
-    orders.reason = "its arithmetic is \"" + report.arithmetic + "\", the server's is \"" +
-                    options_.arithmetic + "\"; --isa can pin both to the same instruction set";
-  }
   const core::MutexLock lock(mutex_);
-  if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
-    // Not a sum of strings: GCC 12 would warn of a copy out of bounds.
-    std::ostringstream message;
-    message << kWorkersMax << " workers have reported; no more are accepted";
-    return Error{api::kTooManyRequests, message.str(), ""};
-  }
-  if (const Status mine = check_key(sender); !mine) {
-    return mine.error();
-  }
-  const auto [found, is_new] = workers_.try_emplace(worker);
-  Worker& known = found->second;
-  known.key = sender.key;
-  if (is_new) {
-    log_.write(orders.reason.empty() ? LogLevel::kInfo : LogLevel::kWarning, "worker_joined",
-               {{"worker", worker}, {"unsuitable", orders.reason}});
-    tell();
-  }
-  known.seen = Clock::now();
-  known.is_draining = report.draining;
-  known.view.id = worker;
-  known.view.build = report.build;
-  known.view.arithmetic = report.arithmetic;
-  known.view.threads = report.threads;
-  known.unsuitable = orders.reason;
-  orders.reason = why_idle(known);
-  known.view.seen_at_unix_seconds = unix_now();
-  for (const auto& [name, seconds] : report.units) {
-    const auto unit = units_.find(name);
-    if (unit == units_.end() || !unit->second.has_lease(worker)) {
-      orders.dropped.push_back(name);
-    } else if (const auto lease = unit->second.lease_of(worker); seconds > lease->progress) {
-      lease->progress = seconds;
-      lease->until = Clock::now() + lease_time();
-    }
+  const std::size_t before = table_.worker_count();
+  auto orders = table_.report(sender, report, Clock::now(), unix_now());
+  if (table_.worker_count() > before) {
+    wake();
   }
   return orders;
 }
 
-Status WorkBoard::check_key(const Sender& sender) const {
-  const auto known = workers_.find(sender.worker);
-  return known == workers_.end() || known->second.key == sender.key
-             ? core::ok_status()
-             : Status(Error{ErrorCode::kForbidden, "the worker's id belongs to another key", ""});
-}
-
-bool WorkBoard::has_part_in(const WorkUnit& unit, const Sender& sender) const {
-  const bool has_other_keys =
-      unit.is_checked && std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
-        return works(each.second) && each.second.key != sender.key;
-      });
-  std::vector<std::string> parts;
-  for (const WorkUnit::Lease& lease : unit.leases) {
-    parts.push_back(lease.worker);
-  }
-  if (unit.first) {
-    parts.push_back(unit.first->worker);
-  }
-  for (const std::string& worker : parts) {
-    const auto known = workers_.find(worker);
-    if (worker == sender.worker ||
-        (has_other_keys && known != workers_.end() && known->second.key == sender.key)) {
-      return true;
-    }
-  }
-  return false;
-}
-
 core::Result<std::string> WorkBoard::lease(const std::string& name, const Sender& sender) {
-  const std::string& worker = sender.worker;
   std::shared_ptr<RenderRun> run;
   std::vector<core::Slice> slices;
   {
     const core::MutexLock lock(mutex_);
-    if (const Status mine = check_key(sender); !mine) {
-      return mine.error();
+    const auto unit = table_.lease(name, sender, Clock::now());
+    if (!unit) {
+      return unit.error();
     }
-    const auto found = units_.find(name);
-    if (found == units_.end()) {
-      return not_open(name);
-    }
-    const auto known = workers_.find(worker);
-    const std::string why_not =
-        known == workers_.end() ? "it has not reported" : why_idle(known->second);
-    if (!why_not.empty()) {
-      return Error{ErrorCode::kUnavailable, "the worker gets no units: " + why_not, ""};
-    }
-    WorkUnit& unit = found->second;
-    if (unit.is_busy) {  // A result may still be requested from another worker.
-      return Error{ErrorCode::kUnavailable, "a result of the unit is being taken", ""};
-    }
-    if (unit.wanted() < 1) {
-      return Error{ErrorCode::kConflict, "another worker holds the unit", ""};
-    }
-    const bool has_others = std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
-      return works(each.second) && !unit.has_failed(each.first);
-    });
-    if (has_part_in(unit, sender) || (has_others && unit.has_failed(worker))) {
-      return Error{ErrorCode::kUnavailable, "the unit is meant for another worker", ""};
-    }
-    const auto now = Clock::now();
-    unit.leases.push_back({.worker = worker, .since = now, .until = now + lease_time()});
-    unit.published = std::max(0, unit.published - 1);
-    run = unit.run;
-    slices = unit.slices;
-    tell();
+    run = (*unit)->run;
+    slices = (*unit)->slices;
+    wake();
   }
   core::WorkWriter writer(core::WorkPart::kInput, slices.size());
   for (const core::Slice& slice : slices) {
@@ -249,9 +103,9 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const Sender
   return writer.finish();
 }
 
-core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run,
-                                                            const std::vector<core::Slice>& slices,
-                                                            std::string_view result) const {
+core::Result<LeaseTable::Work> WorkBoard::read_result(const RenderRun& run,
+                                                      const std::vector<core::Slice>& slices,
+                                                      std::string_view result) const {
   auto work = core::decode_work(result, core::WorkPart::kResult);
   if (!work) {
     return work;
@@ -259,167 +113,128 @@ core::Result<std::vector<SliceWork>> WorkBoard::read_result(const RenderRun& run
   const auto checked = core::check_result(
       slices.size(), [&](std::size_t i) { return run.prepare(slices[i]); },
       run.task().renderer().view().settings, *work);
-  return checked ? std::move(work) : core::Result<std::vector<SliceWork>>(checked.error());
-}
-
-Status WorkBoard::check_lease(const std::string& name, const Sender& sender) const {
-  if (Status mine = check_key(sender); !mine) {
-    return mine;
-  }
-  const auto unit = units_.find(name);
-  if (unit == units_.end()) {
-    return not_open(name);
-  }
-  return unit->second.has_lease(sender.worker)
-             ? core::ok_status()
-             : Status(Error{ErrorCode::kConflict, "the worker does not hold the unit", ""});
+  return checked ? std::move(work) : core::Result<LeaseTable::Work>(checked.error());
 }
 
 core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
                                                         const Sender& sender) const {
   const core::MutexLock lock(mutex_);
-  if (const Status leased = check_lease(name, sender); !leased) {
-    return leased.error();
+  const auto unit = table_.held(name, sender);
+  if (!unit) {
+    return unit.error();
   }
-  const WorkUnit& unit = units_.at(name);
-  return core::result_bytes_max(*unit.run->film(), unit.slices.size());
+  return core::result_bytes_max(*(*unit)->run->film(), (*unit)->slices.size());
 }
 
 Status WorkBoard::take(const std::string& name, const Sender& sender, std::string_view result) {
-  const std::string& worker = sender.worker;
   std::shared_ptr<RenderRun> run;
   std::vector<core::Slice> slices;
   {
     const core::MutexLock lock(mutex_);
-    if (Status leased = check_lease(name, sender); !leased) {
-      return leased;
+    const auto unit = table_.begin_result(name, sender);
+    if (!unit) {
+      return unit.error();
     }
-    WorkUnit& unit = units_.at(name);
-    if (unit.is_busy) {
-      return Error{ErrorCode::kUnavailable, "another result of the unit is being taken", ""};
-    }
-    unit.is_busy = true;
-    run = unit.run;
-    slices = unit.slices;
+    run = (*unit)->run;
+    slices = (*unit)->slices;
   }
   const auto work_or_throw = [&] {
     try {
       return read_result(*run, slices, result);
     } catch (...) {  // No memory: the unit stays with its worker, which sends the result again.
       const core::MutexLock lock(mutex_);
-      if (const auto found = units_.find(name); found != units_.end()) {
-        found->second.is_busy = false;
-      }
+      table_.cancel(name);
       throw;
     }
   };
   auto work = work_or_throw();
-  std::optional<std::vector<SliceWork>> settled;
+  LeaseTable::Settled settled;
   {
     const core::MutexLock lock(mutex_);
-    const auto found = units_.find(name);
-    if (found == units_.end()) {  // Only stop() removes a busy unit.
-      return not_open(name);
-    }
-    Units::value_type& unit = *found;
     if (!work) {
-      ++counts_.refused;
-      unit.second.is_busy = false;
-      fail_unit(unit, worker, Fault::kRefused, work.error().message);
+      table_.refuse_result(name, sender.worker, work.error().message, Clock::now());
       return work.error();
     }
-    note_result(unit.second, worker, result.size());
-    unit.second.is_busy = false;
-    settled = settle(unit, worker, *std::move(work));
-    unit.second.is_busy = unit.second.is_busy || settled.has_value();
+    settled =
+        table_.take_result(name, sender.worker, *std::move(work), result.size(), Clock::now());
+    if (settled.is_disputed) {
+      render_here(name);
+    }
+    wake();
   }
-  if (settled) {
-    run->accept(*std::move(settled));
+  if (settled.work) {
+    accept(name, *run, *std::move(settled.work));
   }
-  const core::MutexLock lock(mutex_);
-  if (settled) {
-    ++counts_.taken;
-    remove(units_.find(name));
-  }
-  tell();
   return core::ok_status();
 }
 
-std::optional<std::vector<SliceWork>> WorkBoard::settle(Units::value_type& entry,
-                                                        const std::string& worker,
-                                                        std::vector<SliceWork> work) {
-  auto& [name, unit] = entry;
-  if (const auto lease = unit.lease_of(worker); lease != unit.leases.end()) {
-    unit.leases.erase(lease);
-  }
-  if (!unit.is_checked) {
-    note_unverified(worker, *unit.run);
-    return work;
-  }
-  WorkUnit::Result result = {worker, core::content_digest(work), std::move(work), Clock::now()};
-  if (!unit.first) {
-    unit.first = std::move(result);
-    return std::nullopt;
-  }
-  if (unit.first->digest == result.digest) {
-    ++counts_.verified;
-    return std::move(result.work);
-  }
-  ++counts_.differing;
-  log_.write(LogLevel::kError, "results_differ",
-             {{"unit", name}, {"worker", unit.first->worker}, {"other_worker", worker}});
-  unit.other = std::move(result);
-  render_here(entry);
-  return std::nullopt;
-}
-
-void WorkBoard::note_result(WorkUnit& unit, const std::string& name, std::size_t bytes) {
-  const auto lease = unit.lease_of(name);
-  if (lease == unit.leases.end()) {
-    return;
-  }
-  Worker& worker = workers_[name];
-  const double seconds = seconds_between(lease->since, Clock::now());
-  worker.samples += samples_of(*unit.run->film(), unit.slices);
-  worker.seconds += std::max(seconds, 1e-3);
-  // A worker renders its units concurrently.
-  worker.view.rate = worker.samples / worker.seconds * worker.view.threads;
-  ++worker.view.units;
-  if (Clock::now() >= worker.rests_until) {
-    worker.failures = 0;
-  }
-  log_.write(LogLevel::kDebug, "unit_rendered",
-             {{"worker", name},
-              {"seconds", seconds},
-              {"expected_cpu_seconds", unit.expected_seconds},
-              {"bytes", static_cast<std::int64_t>(bytes)}});
+void WorkBoard::accept(const std::string& name, RenderRun& run, LeaseTable::Work work) {
+  run.accept(std::move(work));
+  const core::MutexLock lock(mutex_);
+  table_.close(name);
+  wake();
 }
 
 Status WorkBoard::hand_back(const std::string& name, const Sender& sender,
                             const std::string& fault) {
-  const std::string& worker = sender.worker;
   const core::MutexLock lock(mutex_);
-  if (Status leased = check_lease(name, sender); !leased) {
-    return leased;
+  Status handed = table_.hand_back(name, sender, fault, Clock::now());
+  if (handed) {
+    wake();
   }
-  const auto found = units_.find(name);
-  if (fault.empty()) {
-    WorkUnit& unit = found->second;
-    unit.leases.erase(unit.lease_of(worker));
-  } else {
-    fail_unit(*found, worker, Fault::kRefused, fault);
+  return handed;
+}
+
+void WorkBoard::render_here(const std::string& name) {
+  table_.begin_own(name);
+  const WorkUnit& unit = table_.units().at(name);
+  own_.post([this, name, run = unit.run, slices = unit.slices, stop = unit.own.get_token()] {
+    std::optional<LeaseTable::Work> work;
+    try {
+      auto rendered = render_slices(run, slices, stop);
+      if (rendered) {
+        work = *std::move(rendered);
+      } else {
+        run->fail(rendered.error());
+      }
+    } catch (const std::exception& error) {
+      run->fail(Error{ErrorCode::kUnavailable,
+                      std::string("a part of the image could not be rendered: ") + error.what(),
+                      ""});
+    }
+    take_own(name, std::move(work));
+  });
+}
+
+void WorkBoard::take_own(const std::string& name, std::optional<LeaseTable::Work> work) {
+  std::vector<JobPointer> doubted;
+  std::shared_ptr<RenderRun> run;
+  {
+    const core::MutexLock lock(mutex_);
+    const auto found = table_.units().find(name);
+    if (found == table_.units().end()) {  // The board has stopped.
+      return;
+    }
+    if (!work) {
+      table_.cancel(name);
+      wake();
+      return;
+    }
+    run = found->second.run;
+    doubted = table_.judge(name, core::content_digest(*work));
   }
-  tell();
-  return core::ok_status();
+  accept(name, *run, *std::move(work));
+  for (const JobPointer& job : doubted) {
+    calls_.distrust(job);
+  }
 }
 
 JobPointer WorkBoard::job_of_lease(const std::string& id, const std::string& key) const {
   const core::MutexLock lock(mutex_);
-  for (const auto& [name, unit] : units_) {
-    const JobPointer job = unit.run->job();
+  for (const auto& [name, unit] : table_.units()) {
+    const JobPointer job = unit.job.lock();
     for (const WorkUnit::Lease& lease : unit.leases) {
-      const auto worker = workers_.find(lease.worker);
-      if (job && job->id() == id && worker != workers_.end() && worker->second.key == key) {
+      if (job && job->id() == id && table_.has_key(lease.worker, key)) {
         return job;
       }
     }
@@ -430,8 +245,8 @@ JobPointer WorkBoard::job_of_lease(const std::string& id, const std::string& key
 std::vector<api::WorkerTile> WorkBoard::tiles_of(const Job& job) const {
   std::vector<api::WorkerTile> tiles;
   const core::MutexLock lock(mutex_);
-  for (const auto& [name, unit] : units_) {
-    if (unit.run->job().get() != &job) {
+  for (const auto& [name, unit] : table_.units()) {
+    if (unit.job.lock().get() != &job) {
       continue;
     }
     const core::Film& film = *unit.run->film();
@@ -448,34 +263,12 @@ std::vector<api::WorkerTile> WorkBoard::tiles_of(const Job& job) const {
 
 std::vector<api::WorkerView> WorkBoard::workers() const {
   const core::MutexLock lock(mutex_);
-  std::map<std::string, std::vector<std::string>> held;
-  for (const auto& [name, unit] : units_) {
-    for (const WorkUnit::Lease& lease : unit.leases) {
-      held[lease.worker].push_back(name);
-    }
-  }
-  std::vector<api::WorkerView> views;
-  for (const auto& [id, worker] : workers_) {
-    api::WorkerView view = worker.view;
-    view.held = std::move(held[id]);
-    view.leases = static_cast<int>(view.held.size());
-    const bool has_left = worker.is_draining && view.leases == 0;
-    view.reason = why_idle(worker);
-    view.state = !is_live(worker)             ? has_left ? "left" : "lost"
-                 : !worker.unsuitable.empty() ? "unsuitable"
-                 : !view.reason.empty()       ? "suspended"
-                 : worker.is_draining         ? "draining"
-                 : view.leases > 0            ? "working"
-                                              : "idle";
-    views.push_back(std::move(view));
-  }
-  return views;
+  return table_.workers(Clock::now());
 }
 
 WorkBoard::Counts WorkBoard::counts() const {
   const core::MutexLock lock(mutex_);
-  Counts counts = counts_;
-  counts.open = static_cast<int>(units_.size());
+  Counts counts = table_.counts();
   counts.has_broker = has_broker_;
   return counts;
 }

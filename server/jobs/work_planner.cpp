@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/render/units/result_size.h"
+#include "server/jobs/render_run.h"
 #include "server/jobs/work_board.h"
 
 namespace server {
@@ -13,30 +14,32 @@ using core::Status;
 
 namespace {
 
-/// Limits of a unit's CPU time, so that a worker takes 1 to 5 s for it. Most: a worker half as fast
-/// as the mean takes 5 s. Least, at the end of a pass: ten times the cost of leasing a unit and
-/// taking its result, at a round trip of 10 ms.
-constexpr double kUnitSecondsMost = 2.5;
+/// Shortest CPU time of a unit, at the end of a pass: ten times the cost of leasing it and taking
+/// its result, at a round trip of 10 ms.
 constexpr double kUnitSecondsLeast = 0.1;
-/// How long a result waits for another worker's: that worker may be rendering another unit first,
-/// and each takes 5 s on a worker half as fast as the mean. A stopped or disconnected worker delays
-/// no job further.
-constexpr std::chrono::duration<double> kVerifyWait{4 * kUnitSecondsMost};
 /// Largest part of the film in a unit: sending its result at 1 Gbit/s takes a twentieth of the
 /// longest unit's time.
 constexpr double kUnitBytesMost = kUnitSecondsMost / 20 * 125e6;
 /// Each unit is a share of the remaining pass, so that the last ones are short and end at about the
 /// same time. Source: Hummel, Schonberg and Flynn 1992, "Factoring", whose share is 1/2.
 constexpr int kShareOfRest = 2;
-/// A unit lost by this many different workers fails its job: it may be what ends them.
-constexpr std::size_t kLostMax = 3;
 /// Delay at which the thread notices events that do not wake it: an expired lease, or a pass
 /// completed by threads of this process. Half of the shortest unit.
 constexpr auto kTick = std::chrono::duration_cast<std::chrono::milliseconds>(
     std::chrono::duration<double>(kUnitSecondsLeast / 2));
-/// Workers are listed for this many leases after their last report: ten minutes at the default
-/// lease, so that an operator sees which ones were lost. Nothing else depends on it.
-constexpr int kLeasesRemembered = 40;
+
+/// Returns the pixel samples of the slices.
+double samples_of(const core::Film& film, const std::vector<core::Slice>& slices) {
+  double samples = 0;
+  for (const core::Slice& slice : slices) {
+    if (slice.tile < film.unit_count()) {
+      const core::PixelRect rect = film.unit_rect(slice.tile);
+      samples +=
+          static_cast<double>(rect.width) * rect.height * (slice.last_sample - slice.first_sample);
+    }
+  }
+  return samples;
+}
 
 }  // namespace
 
@@ -66,21 +69,15 @@ void WorkBoard::run(const std::stop_token& stop) {
 
 /// Drops the units of runs that need no more slices: a cancelled run ends when all have come back.
 void WorkBoard::drop_ended() {
-  Units ended;
+  const auto has_ended = [](const WorkUnit& unit) {
+    const RenderRun& run = *unit.run;
+    const JobPointer job = unit.job.lock();
+    return run.task().is_stopping() || run.end() || !job || job->run().get() != &run;
+  };
+  LeaseTable::Units ended;
   {
     const core::MutexLock lock(mutex_);
-    for (auto unit = units_.begin(); unit != units_.end();) {
-      const auto next = std::next(unit);
-      RenderRun& run = *unit->second.run;
-      const JobPointer job = run.job();
-      if (run.task().is_stopping() || run.end() || !job || job->run().get() != &run) {
-        unit->second.own.request_stop();
-        if (!unit->second.is_busy) {
-          ended.insert(remove(unit));
-        }
-      }
-      unit = next;
-    }
+    ended = table_.remove_if(has_ended);
   }
   give_back(ended);
 }
@@ -91,13 +88,13 @@ void WorkBoard::note_waiting_jobs() {
   const auto now = Clock::now();
   {
     const core::MutexLock lock(mutex_);
-    had_workers_at_ = slots() > 0 ? now : had_workers_at_;
+    had_workers_at_ = table_.slots(now) > 0 ? now : had_workers_at_;
   }
-  const std::string reason = options_.has_local_threads            ? ""
-                             : now - had_broker_at_ > lease_time() ? "the queue is not connected"
-                             : now - had_workers_at_ > lease_time()
-                                 ? "no suitable worker is connected"
-                                 : "";
+  const std::string reason =
+      options_.has_local_threads                      ? ""
+      : now - had_broker_at_ > options_.lease_time()  ? "the queue is not connected"
+      : now - had_workers_at_ > options_.lease_time() ? "no suitable worker is connected"
+                                                      : "";
   // Jobs that were given the warning by an earlier process are looked up once a second.
   constexpr std::chrono::seconds kPause{1};
   if (now - noted_at_ < kPause && (!reason.empty() || warned_.empty())) {
@@ -121,7 +118,7 @@ void WorkBoard::note_waiting_jobs() {
   }
 }
 
-void WorkBoard::give_back(const Units& units) {
+void WorkBoard::give_back(const LeaseTable::Units& units) {
   for (const auto& [name, unit] : units) {
     for (const core::Slice& slice : unit.slices) {
       unit.run->give_back(slice);
@@ -133,86 +130,51 @@ void WorkBoard::drop_waiting() {
   if (!options_.has_local_threads) {
     return;
   }
-  Units waiting;
+  LeaseTable::Units waiting;
   {
     const core::MutexLock lock(mutex_);
-    if (slots() > 0 && Clock::now() - had_broker_at_ < lease_time()) {
+    const auto now = Clock::now();
+    if (table_.slots(now) > 0 && now - had_broker_at_ < options_.lease_time()) {
       return;
     }
-    for (auto unit = units_.begin(); unit != units_.end();) {
-      const auto next = std::next(unit);
-      if (unit->second.leases.empty() && !unit->second.is_busy) {
-        waiting.insert(units_.extract(unit));
-      }
-      unit = next;
-    }
+    waiting =
+        table_.remove_if([](const WorkUnit& unit) { return unit.leases.empty() && !unit.is_busy; });
   }
   give_back(waiting);
 }
 
-void WorkBoard::fail(const Failures& failures) {
+void WorkBoard::expire_leases() {
+  std::vector<std::pair<std::shared_ptr<RenderRun>, std::string>> failures;
+  {
+    const core::MutexLock lock(mutex_);
+    for (const WorkUnit* unit : table_.expire(Clock::now())) {
+      // Clients see this text; the log line of each loss names the worker.
+      failures.emplace_back(unit->run, "a part of the image was lost with " +
+                                           std::to_string(unit->lost.size()) +
+                                           " workers, which stopped reporting while they "
+                                           "rendered it");
+    }
+  }
   for (const auto& [run, reason] : failures) {
     run->fail(Error{ErrorCode::kInternal, reason, ""});
   }
 }
 
-void WorkBoard::expire_leases() {
-  Failures failures;
-  {
-    const core::MutexLock lock(mutex_);
-    const auto now = Clock::now();
-    for (auto& entry : units_) {
-      WorkUnit& unit = entry.second;
-      for (const WorkUnit::Lease& lease : std::vector(unit.leases)) {
-        if (!unit.is_busy && now > lease.until) {
-          ++counts_.expired;
-          fail_unit(entry, lease.worker, Fault::kLost, "it did not report in time");
-        }
-      }
-      if (unit.lost.size() >= kLostMax) {
-        // Clients see this text; the log line of each loss names the worker.
-        failures.emplace_back(unit.run, "a part of the image was lost with " +
-                                            std::to_string(unit.lost.size()) +
-                                            " workers, which stopped reporting while they "
-                                            "rendered it");
-      }
-    }
-    std::erase_if(workers_, [&](const auto& each) {
-      return now - each.second.seen > kLeasesRemembered * lease_time();
-    });
+void WorkBoard::render_hopeless() {
+  const core::MutexLock lock(mutex_);
+  for (const std::string& name : table_.hopeless(Clock::now())) {
+    render_here(name);
   }
-  fail(failures);
 }
 
 void WorkBoard::take_unverified() {
-  struct Alone {
-    std::string name;
-    std::shared_ptr<RenderRun> run;
-    WorkUnit::Result result;
-  };
-  std::vector<Alone> alone;
+  std::vector<LeaseTable::Alone> alone;
   {
     const core::MutexLock lock(mutex_);
-    for (auto& [name, unit] : units_) {
-      const bool has_other =
-          unit.first && std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
-            return each.first != unit.first->worker && works(each.second);
-          });
-      const bool is_late = unit.first && Clock::now() - unit.first->at > kVerifyWait;
-      if (unit.first && !unit.is_busy && (is_late || (unit.leases.empty() && !has_other))) {
-        unit.is_busy = true;
-        alone.push_back({name, unit.run, *std::exchange(unit.first, std::nullopt)});
-        note_unverified(alone.back().result.worker, *unit.run);
-        log_.write(LogLevel::kWarning, "result_not_verified",
-                   {{"unit", name}, {"worker", alone.back().result.worker}});
-      }
-    }
+    alone = table_.take_unverified(Clock::now());
   }
-  for (Alone& each : alone) {
-    each.run->accept(std::move(each.result.work));
-    const core::MutexLock lock(mutex_);
-    ++counts_.taken;
-    remove(units_.find(each.name));
+  for (LeaseTable::Alone& each : alone) {
+    accept(each.name, *each.run, std::move(each.work));
   }
 }
 
@@ -223,17 +185,14 @@ void WorkBoard::plan() {
     int slots = 0;
     {
       const core::MutexLock lock(mutex_);
-      slots = std::max(this->slots(), options_.has_local_threads ? 0 : 1);
-      int waiting = 0;
-      for (const auto& [name, unit] : units_) {
-        waiting += std::max(0, unit.wanted());
-      }
-      if (waiting >= slots) {
+      slots = std::max(table_.slots(Clock::now()), options_.has_local_threads ? 0 : 1);
+      if (table_.wanted() >= slots) {
         return;
       }
     }
     if (!plan_one(slots)) {
-      double_last_units();
+      const core::MutexLock lock(mutex_);
+      table_.double_last_units(Clock::now());
       return;
     }
   }
@@ -263,68 +222,30 @@ bool WorkBoard::plan_one(int slots) {
       continue;
     }
     scheduler_.charge(*source, lent.expected_seconds);
-    const core::MutexLock lock(mutex_);
-    WorkUnit& unit = units_[job->id() + "." + run_name_ + "." + std::to_string(++last_unit_)];
+    WorkUnit unit;
     unit.run = run;
+    unit.job = job;
+    unit.pixel_samples = samples_of(film, lent.slices);
     unit.slices = std::move(lent.slices);
     unit.expected_seconds = lent.expected_seconds;
-    const auto live = std::count_if(workers_.begin(), workers_.end(),
-                                    [this](const auto& each) { return works(each.second); });
-    unit.is_checked = live > 1 && std::bernoulli_distribution(options_.verify_share)(chance_);
-    unit.copies = unit.is_checked ? 2 : 1;
+    const core::MutexLock lock(mutex_);
+    table_.add(job->id() + "." + run_name_ + "." + std::to_string(++last_unit_), std::move(unit),
+               Clock::now());
     return true;
   }
   return false;
 }
 
-/// When nothing is left to lease, gives the longest-running units to idle workers too.
-void WorkBoard::double_last_units() {
-  const core::MutexLock lock(mutex_);
-  const auto now = Clock::now();
-  auto held = leases();
-  std::vector<WorkUnit*> late;
-  for (auto& [name, unit] : units_) {
-    const bool is_late = unit.copies == 1 && unit.leases.size() == 1 && !unit.is_busy &&
-                         std::chrono::duration<double>(now - unit.leases.front().since).count() >
-                             unit.expected_seconds;
-    if (is_late) {
-      late.push_back(&unit);
-    }
-  }
-  std::sort(late.begin(), late.end(), [](const WorkUnit* a, const WorkUnit* b) {
-    return a->leases.front().since < b->leases.front().since;
-  });
-  for (WorkUnit* unit : late) {
-    const auto helper = std::find_if(workers_.begin(), workers_.end(), [&](const auto& each) {
-      return works(each.second) && each.first != unit->leases.front().worker &&
-             held[each.first] < each.second.view.threads;
-    });
-    if (helper != workers_.end()) {
-      ++held[helper->first];
-      unit->copies = 2;
-      ++counts_.doubled;
-    }
-  }
-}
-
-/// Publishes names again whose messages are lost. A worker keeps the message of a unit until it is
-/// done with it, so the stream then has fewer messages than units are published or leased.
+/// Publishes names again whose messages are lost: the stream then has fewer messages than units are
+/// published or leased.
 void WorkBoard::find_lost_messages() {
-  const auto now = Clock::now();
-  const auto is_late = [&](const WorkUnit& unit) {
-    return unit.published > 0 && now - unit.published_at > 2 * lease_time();
-  };
-  std::uint64_t expected = 0;
+  std::optional<std::uint64_t> expected;
   {
     const core::MutexLock lock(mutex_);
-    bool is_any_late = false;
-    for (const auto& [name, unit] : units_) {
-      expected += static_cast<std::uint64_t>(unit.published) + unit.leases.size();
-      is_any_late = is_any_late || is_late(unit);
-    }
-    if (!is_any_late) {
-      return;
-    }
+    expected = table_.messages_expected(Clock::now());
+  }
+  if (!expected) {
+    return;
   }
   const auto messages = publisher_->messages();
   if (!messages) {
@@ -332,12 +253,7 @@ void WorkBoard::find_lost_messages() {
     return;
   }
   const core::MutexLock lock(mutex_);
-  for (auto& [name, unit] : units_) {
-    if (is_late(unit)) {
-      unit.published = *messages < expected ? 0 : unit.published;
-      unit.published_at = now;
-    }
-  }
+  table_.note_messages(*messages < *expected, Clock::now());
 }
 
 /// All open units are published once there is a stream again.
@@ -350,12 +266,7 @@ void WorkBoard::publish() {
   std::vector<std::string> names;
   {
     const core::MutexLock lock(mutex_);
-    for (auto& [name, unit] : units_) {
-      for (; unit.published < unit.wanted(); ++unit.published) {
-        names.push_back(name);
-        unit.published_at = Clock::now();
-      }
-    }
+    names = table_.take_to_publish(Clock::now());
   }
   for (const std::string& name : names) {
     if (const Status published = publisher_->publish(name); !published) {
@@ -369,7 +280,7 @@ void WorkBoard::request_reports() {
   std::set<std::string> workers;
   {
     const core::MutexLock lock(mutex_);
-    workers.swap(to_report_);
+    workers = table_.take_to_report();
   }
   for (const std::string& worker : workers) {
     publisher_->request_report(worker);
@@ -382,7 +293,7 @@ bool WorkBoard::prepare_broker() {
   if (prepared_ == generation && publisher_->link().is_connected()) {
     return true;
   }
-  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(lease_time());
+  const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(options_.lease_time());
   if (const Status ready = publisher_->prepare(silence); !ready) {
     if (broker_fault_ != ready.error().message) {
       broker_fault_ = ready.error().message;
@@ -394,9 +305,7 @@ bool WorkBoard::prepare_broker() {
   broker_fault_.clear();
   prepared_ = generation;
   const core::MutexLock lock(mutex_);
-  for (auto& [name, unit] : units_) {
-    unit.published = 0;
-  }
+  table_.forget_messages();
   return true;
 }
 

@@ -7,8 +7,10 @@ namespace {
 
 constexpr std::string_view kToldOnly = "tif";
 
+/// The plain curves are accepted as well: they add no look to linear values.
 bool has_tone_map(const api::ImageQuery& query) {
-  return query.tone_map != api::ImageQuery().tone_map && query.tone_map != "linear";
+  return query.tone_map != api::ImageQuery().tone_map && query.tone_map != "linear" &&
+         query.tone_map != "srgb";
 }
 
 std::string display_formats() {

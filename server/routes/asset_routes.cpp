@@ -12,9 +12,8 @@
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/http/text.h"
-#include "server/observe/clock.h"
 #include "server/routes/answers.h"
-#include "server/routes/asset_check.h"
+#include "server/routes/asset_upload.h"
 #include "server/routes/context.h"
 
 namespace server {
@@ -29,51 +28,16 @@ Response upload(const RouteContext& context, Request& request, const std::string
                         "the body is a form, not a file; send the file itself, as with curl "
                         "--data-binary @FILE");
   }
-  StorageQuota::Room room = context.quota.room(request.access.tenant, StorageQuota::Kind::kAsset);
-  const std::uint64_t declared = request.body_reader->declared_bytes().value_or(0);
-  // The file is stored already and needs no further space.
-  const auto kept = context.assets.keeps(expected_id, request.access);
-  if (!kept) {
-    return error_answer(request, kept.error());
-  }
-  const auto size = context.assets.find(expected_id, request.access);
-  const bool is_known = *kept && size && *size == declared;
-  core::Status written = is_known ? core::ok_status() : room.grow_to(declared);
-  if (!written) {
-    return error_answer(request, written.error());
-  }
-  auto upload = context.assets.start_upload();
-  if (!upload) {
-    return error_answer(request, upload.error());
-  }
-  const bool complete = request.body_reader->read([&](std::string_view piece) {
-    written = is_known ? core::ok_status() : room.cover(upload->bytes() + piece.size());
-    if (written) {
-      written = upload->write(piece);
-    }
-    return written.has_value();
-  });
-  if (!written) {
-    return error_answer(request, written.error());
-  }
-  if (!complete) {
-    return error_answer(request, ErrorCode::kBadSyntax, "the body was cut short");
-  }
-  if (const core::Status sound = is_known ? core::ok_status() : check_asset_file(upload->path());
-      !sound) {
-    return error_answer(request, sound.error());
-  }
-  const std::shared_lock<std::shared_mutex> naming(context.scenes.names_mutex());
-  const auto stored = upload->finish(expected_id);
+  const auto stored = store_asset(
+      context, request.access,
+      {.id = expected_id,
+       .declared_bytes = request.body_reader->declared_bytes().value_or(0),
+       .read = [&](const BodyReader::Sink& sink) { return request.body_reader->read(sink); }});
   if (!stored) {
     return error_answer(request, stored.error());
   }
-  const auto was_kept = context.assets.keep(*stored, request.access, unix_now());
-  if (!was_kept) {
-    return error_answer(request, was_kept.error());
-  }
   Response response =
-      json_response(*was_kept ? 200 : 201, api::asset_json(stored->id, stored->bytes));
+      json_response(stored->was_kept ? 200 : 201, api::asset_json(stored->id, stored->bytes));
   response.headers.set("Location", "/v1/assets/" + stored->id);
   return response;
 }

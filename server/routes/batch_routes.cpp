@@ -10,13 +10,13 @@
 #include "api/json/errors.h"
 #include "api/json/limits.h"
 #include "core/base/sha256.h"
-#include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/pictures/image_look.h"
 #include "server/routes/answers.h"
 #include "server/routes/batch_pictures.h"
 #include "server/routes/context.h"
+#include "server/routes/picture_answer.h"
 #include "server/routes/webhook_address.h"
 
 namespace server {
@@ -117,14 +117,6 @@ Response changed(const RouteContext& context, Request& request, int status,
 Response remove(const RouteContext& context, Request& request) {
   const Verdict done = context.batches.remove(id_of(request), request.access);
   return done ? empty_response() : problem_answer(request, done.problem());
-}
-
-std::vector<std::string> tone_map_names() {
-  std::vector<std::string> names;
-  for (const core::ToneMapEntry& entry : core::tone_maps()) {
-    names.emplace_back(entry.name);
-  }
-  return names;
 }
 
 const core::ImageFormat& format_of(std::string_view extension) {

@@ -75,6 +75,7 @@ using HandlerTable = std::map<std::string_view, RouteHandler>;
 void add_system_handlers(const RouteContext& context, HandlerTable& table);
 void add_asset_handlers(const RouteContext& context, HandlerTable& table);
 void add_scene_handlers(const RouteContext& context, HandlerTable& table);
+void add_render_handlers(const RouteContext& context, HandlerTable& table);
 void add_job_handlers(const RouteContext& context, HandlerTable& table);
 void add_batch_handlers(HandlerTable& table);
 void add_result_handlers(HandlerTable& table);

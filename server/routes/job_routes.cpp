@@ -1,14 +1,11 @@
 // Jobs: submit, list, get, change, cancel, extend, delete.
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "api/answers/job_text.h"
 #include "api/answers/job_view.h"
 #include "api/job/picture_origin.h"
 #include "api/json/error_codes.h"
@@ -22,48 +19,22 @@
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/estimate.h"
-#include "server/routes/webhook_address.h"
+#include "server/routes/job_answers.h"
 
 namespace server {
 namespace {
 
 using core::Error;
 using core::ErrorCode;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kKeyBytesMax = 255;
 /// Part of an image file before its pixels: a job request and a few lines.
 constexpr std::size_t kPictureHeadBytes = std::size_t{2} << 20U;
 
-Clock::time_point deadline_in(double seconds) {
-  return Clock::now() + std::chrono::microseconds(std::llround(seconds * 1e6));
-}
-
-Response job_answer(int status, const Job& job, const api::JobView& view) {
-  const Job::SpecText spec = job.spec_text();
-  const bool is_current = spec.version == view.spec_version;  // false: changed since
-  Response response =
-      json_response(status, is_current ? api::job_json(view, *spec.text) : api::job_json(view));
-  response.headers.set("ETag", api::job_etag(view));
-  response.headers.set("Cache-Control", "no-cache");
-  response.compressible = true;
-  return response;
-}
-
-/// Waits until the job is final, or until the deadline.
-void wait_for_end(const Job& job, Clock::time_point deadline, const std::stop_token& stop) {
-  while (!api::is_final(job.state()) && Clock::now() < deadline && !stop.stop_requested()) {
-    const std::uint64_t seen = job.log().last_seq();
-    if (!api::is_final(job.state())) {
-      job.log().wait_after(seen, EventLog::Wake::kDurable, deadline, stop);
-    }
-  }
-}
-
 /// Waits until the ETag differs from `known`, or until the deadline.
 void wait_for_change(const JobService& jobs, const Job& job, std::string_view known,
-                     Clock::time_point deadline, const std::stop_token& stop) {
-  while (Clock::now() < deadline && !stop.stop_requested()) {
+                     WaitClock::time_point deadline, const std::stop_token& stop) {
+  while (WaitClock::now() < deadline && !stop.stop_requested()) {
     const std::uint64_t seen = job.log().last_seq();
     const api::JobView view = jobs.view(job);
     if (!etag_matches_weakly(known, api::job_etag(view)) || api::is_final(view.state)) {
@@ -71,16 +42,6 @@ void wait_for_change(const JobService& jobs, const Job& job, std::string_view kn
     }
     job.log().wait_after(seen, EventLog::Wake::kAnything, deadline, stop);
   }
-}
-
-/// Counts a waiting request as a stream from here on. Returns false if no stream is free.
-bool take_stream_place(const RouteContext& context, const Request& request) {
-  StreamSlot slot = context.streams.try_enter(request.access.tenant);
-  const bool has_place = static_cast<bool>(slot);
-  if (has_place && request.place != nullptr) {
-    *request.place = std::move(slot);
-  }
-  return has_place;
 }
 
 Response dry_run(const RouteContext& context, const Request& request, api::ParsedJob parsed) {
@@ -94,20 +55,6 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
     return error_answer(request, cost.error());
   }
   return json_response(200, dry_run_json(checked->job, *cost));
-}
-
-std::optional<Response> refuse_webhook(const RouteContext& context, const Request& request,
-                                       const api::JobSpec& spec) {
-  const auto fault =
-      spec.webhook ? webhook_address_fault(context.config, spec.webhook->url) : std::nullopt;
-  return fault ? std::optional(error_answer(
-                     request, Error{ErrorCode::kInvalidArgument, *fault, "/webhook/url"}))
-               : std::nullopt;
-}
-
-/// Returns the time to wait, which gateways in front of the server must outlast.
-double honoured_wait(const RouteContext& context, double asked_seconds) {
-  return std::min(asked_seconds, context.config.wait_max_seconds);
 }
 
 Response submitted_answer(const RouteContext& context, const Request& request,

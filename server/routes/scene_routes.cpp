@@ -1,7 +1,5 @@
 // Scenes: upload, describe, list, delete.
 
-#include <cstddef>
-#include <cstring>
 #include <mutex>
 #include <shared_mutex>
 #include <string>
@@ -9,15 +7,13 @@
 #include <utility>
 
 #include "api/answers/job_view.h"
-#include "api/json/errors.h"
-#include "api/json/limits.h"
 #include "api/queries/queries.h"
 #include "api/requests.h"
-#include "core/scene_io/gltf_uri.h"
 #include "server/http/conditional.h"
 #include "server/http/text.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
+#include "server/routes/scene_upload.h"
 
 namespace server {
 namespace {
@@ -25,80 +21,14 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// The answer to a client that has sent these names the next ones.
-constexpr std::size_t kMissingShown = 1000;
-
-/// Reads the body into memory once it is reserved; the HTTP server limits its size.
-core::Result<SceneService::Upload> read_body(const RouteContext& context, const Request& request) {
-  constexpr std::uint64_t kFirst = std::uint64_t{64} << 10U;
-  const auto declared = request.body_reader->declared_bytes();
-  auto lease = context.memory.take(
-      {.bytes = declared.value_or(kFirst), .tenant = request.access.tenant}, "the upload");
-  if (!lease) {
-    return lease.error();
-  }
-  core::Bytes content;
-  // Reserves address space; the system allocates pages as the content arrives.
-  content.reserve(static_cast<std::size_t>(declared.value_or(kFirst)));
-  core::Status room = core::ok_status();
-  const bool complete = request.body_reader->read([&](std::string_view piece) {
-    if (content.size() + piece.size() > content.capacity()) {
-      // Doubles the buffer for a body of unknown length; both buffers exist while the content is
-      // moved.
-      const std::uint64_t before = content.capacity();
-      const std::uint64_t next = std::max<std::uint64_t>(2 * before, content.size() + piece.size());
-      room = lease->grow(next);
-      if (!room) {
-        return false;
-      }
-      content.reserve(static_cast<std::size_t>(next));
-      lease->shrink_to(next);
-    }
-    const auto* bytes = reinterpret_cast<const std::byte*>(piece.data());
-    content.insert(content.end(), bytes, bytes + piece.size());
-    return true;
-  });
-  if (!room) {
-    return room.error();
-  }
-  if (!complete) {
-    return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
-  }
-  return SceneService::Upload(std::move(content), *std::move(lease));
-}
-
 Response added_answer(const Request& request, const core::Result<SceneService::Added>& added) {
-  if (!added) {
-    return error_answer(request, added.error());
-  }
-  if (!added->missing.empty()) {
-    api::Problem problem = api::from_error(
-        core::missing_files("files that the scene refers to are missing", added->missing));
-    for (const std::string& name : added->missing) {
-      if (problem.errors.size() == kMissingShown) {
-        break;
-      }
-      constexpr std::size_t kNameShown = 1024;  // No client has a file of a longer name.
-      if (name.size() > kNameShown) {
-        continue;
-      }
-      problem.errors.push_back({api::join_pointer("/files", name), "is missing"});
-    }
-    return problem_answer(request, problem);
+  if (auto refused = refused_scene(request, added)) {
+    return *std::move(refused);
   }
   Response response = json_response(added->known ? 200 : 201, added->description);
   response.headers.set("Location", "/v1/scenes/" + added->id);
   return response;
 }
-
-bool begins_with(const core::Bytes& content, std::string_view text) {
-  return content.size() >= text.size() &&
-         std::memcmp(content.data(), text.data(), text.size()) == 0;
-}
-/// Of every record of a zip archive (APPNOTE.TXT, 4.3), and of a GLB (glTF 2.0, 4.4.2). No JSON
-/// begins so.
-constexpr std::string_view kZipMark = "PK";
-constexpr std::string_view kGlbMark = "glTF";
 
 Response create(const RouteContext& context, Request& request) {
   const auto query = api::parse_scene_upload_query(request.query_params);
@@ -123,17 +53,17 @@ Response create(const RouteContext& context, Request& request) {
   if (!upload) {
     return error_answer(request, upload.error());
   }
-  const core::Bytes& content = upload->content;
+  const std::string_view content(reinterpret_cast<const char*>(upload->content.data()),
+                                 upload->content.size());
   // The first bytes decide: of several types, generated clients choose the one of JSON for any
   // file.
-  if (is_zip || begins_with(content, kZipMark)) {
+  if (is_zip || is_zip_archive(content)) {
     return added_answer(request, context.scenes.add_zip(*std::move(upload), origin));
   }
-  if (!is_json || begins_with(content, kGlbMark)) {
+  if (!is_json || is_glb(content)) {
     return added_answer(request, context.scenes.add_file(*std::move(upload), origin));
   }
-  const auto parsed = api::parse_scene_from_assets(
-      std::string_view(reinterpret_cast<const char*>(content.data()), content.size()));
+  const auto parsed = api::parse_scene_from_assets(content);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }

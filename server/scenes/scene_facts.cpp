@@ -1,8 +1,11 @@
 #include "server/scenes/scene_facts.h"
 
 #include <algorithm>
+#include <locale>
+#include <sstream>
 
 #include "api/job/job_checks.h"
+#include "api/json/json.h"
 #include "core/camera/camera_choice.h"
 #include "core/render/picture/light_not_found.h"
 #include "core/render/picture/view.h"
@@ -47,6 +50,15 @@ bool animates_materials(const core::SceneSummary& summary) {
   return std::find(names.begin(), names.end(), "KHR_animation_pointer") != names.end();
 }
 
+/// Empty unless the text is six numbers.
+core::Bounds read_bounds(const std::string& text) {
+  core::Bounds box;
+  std::istringstream numbers(text);
+  numbers.imbue(std::locale::classic());
+  numbers >> box.min.x >> box.min.y >> box.min.z >> box.max.x >> box.max.y >> box.max.z;
+  return numbers ? box : core::Bounds{};
+}
+
 }  // namespace
 
 std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_bytes) {
@@ -74,6 +86,15 @@ std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_b
   }
   if (summary.has_dispersion && !animates_materials(summary)) {
     text += "dispersion 1\n";
+  }
+  if (!summary.bounds.empty()) {
+    text += "bounds";
+    for (const core::Vec3& corner : {summary.bounds.min, summary.bounds.max}) {
+      for (const float side : {corner.x, corner.y, corner.z}) {
+        text += " " + api::number_text(api::shortest_double(side));
+      }
+    }
+    text += "\n";
   }
   text += "triangles " + std::to_string(summary.triangles) + "\n";
   text += "bytes " + std::to_string(summary.bytes) + "\n";
@@ -124,6 +145,8 @@ core::SceneSummary decode_facts(std::string_view text) {
       summary.has_scattering = true;
     } else if (kind == "dispersion") {
       summary.has_dispersion = true;
+    } else if (kind == "bounds") {
+      summary.bounds = read_bounds(value);
     } else if (kind == "triangles") {
       summary.triangles = static_cast<std::size_t>(parse_decimal(value).value_or(0));
     } else if (kind == "bytes") {

@@ -90,6 +90,15 @@ class SceneService {
   /// kUnavailable when memory is short.
   core::Result<Added> add_file(Upload file, const SceneOrigin& origin = {});
   core::Result<Added> add_zip(Upload archive, const SceneOrigin& origin = {});
+  /// A file that is uploaded with a scene, and its name; a section of memory that the caller holds.
+  struct SideFile {
+    std::string name;
+    std::string_view content;
+  };
+  /// Adds a GLB or a glTF document and the files that it refers to. A file is found by its name as
+  /// in an archive, or by the last part of the name, since many programs send no more of it.
+  core::Result<Added> add_with_sides(Upload document, const std::vector<SideFile>& sides,
+                                     const SceneOrigin& origin = {});
   /// Errors: also kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
   core::Result<Added> add_from_assets(const api::SceneFromAssets& request,
                                       const SceneOrigin& origin = {});

@@ -5,6 +5,7 @@
 
 #include "api/answers/job_view.h"
 #include "api/json/json.h"
+#include "core/base/file_names.h"
 #include "core/base/sha256.h"
 #include "core/scene_io/gltf_uri.h"
 #include "server/observe/clock.h"
@@ -200,9 +201,38 @@ core::Result<SceneService::Added> SceneService::add_with_files(core::SharedBytes
 }
 
 core::Result<SceneService::Added> SceneService::add_file(Upload file, const SceneOrigin& origin) {
-  const FindFile none = {[](std::string_view) { return false; }, nullptr};
-  return add_with_files(std::make_shared<const core::Bytes>(std::move(file.content)), none,
-                        std::move(file.lease), origin);
+  return add_with_sides(std::move(file), {}, origin);
+}
+
+core::Result<SceneService::Added> SceneService::add_with_sides(Upload document,
+                                                               const std::vector<SideFile>& sides,
+                                                               const SceneOrigin& origin) {
+  core::FileNames names;
+  core::FileNames last_parts;
+  const auto last_part = [](std::string_view name) {
+    return std::string(name.substr(name.find_last_of("/\\") + 1));
+  };
+  for (const SideFile& side : sides) {
+    names.add(side.name);
+    last_parts.add(last_part(side.name));
+  }
+  const auto find = [&](std::string_view name) -> const SideFile* {
+    auto at = names.find(name);
+    at = at ? at : last_parts.find(last_part(name));
+    return at ? &sides[*at] : nullptr;
+  };
+  const FindFile files = {
+      [&find](std::string_view name) { return find(name) != nullptr; },
+      [&find](std::string_view name, MemoryGate::Lease& lease) -> core::Result<core::SharedBytes> {
+        const std::string_view content = find(name)->content;
+        if (auto room = lease.grow(content.size()); !room) {
+          return room.error();
+        }
+        const auto* bytes = reinterpret_cast<const std::byte*>(content.data());
+        return std::make_shared<const core::Bytes>(bytes, bytes + content.size());
+      }};
+  return add_with_files(std::make_shared<const core::Bytes>(std::move(document.content)), files,
+                        std::move(document.lease), origin);
 }
 
 core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const SceneOrigin& origin) {

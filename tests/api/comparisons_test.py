@@ -6,17 +6,18 @@ import zlib
 from harness import ApiTest, in_background, job_body
 
 
-def wide_png(width, height):
-    """Grey, one bit per pixel, all black."""
+def wide_png(width, height, is_cut=False):
+    """Grey, one bit per pixel, all black. is_cut: half of the pixels' data are missing, so that
+    only the header can be read."""
     def chunk(kind, data):
         return (
             struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
         )
-    rows = (b"\0" + bytes((width + 7) // 8)) * height
+    packed = zlib.compress((b"\0" + bytes((width + 7) // 8)) * height)
     return (
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0))
-        + chunk(b"IDAT", zlib.compress(rows))
+        + chunk(b"IDAT", packed[: len(packed) // 2] if is_cut else packed)
         + chunk(b"IEND", b"")
     )
 
@@ -137,10 +138,13 @@ class Comparisons(ApiTest):
         job = self.server.render(job_body())["id"]
         limit = self.server.get("/v1/server").json()["limits"]["comparison_pixels"]
         self.assertGreater(10000 * 1000, limit)
-        problem = self.assert_problem(
-            self.compare(job, self.upload(wide_png(10000, 1000))), 413, "/b"
-        )
-        self.assertIn(str(limit), problem["errors"][0]["detail"])
+        for is_cut in (False, True):
+            wide = self.upload(wide_png(10000, 1000, is_cut))
+            problem = self.assert_problem(self.compare(job, wide), 413, "/b")
+            self.assertIn(str(limit), problem["errors"][0]["detail"])
+        # Only decoding tells that the pixels are cut.
+        self.assertEqual(self.compare(job, self.upload(wide_png(48, 32))).status, 201)
+        self.assert_problem(self.compare(job, self.upload(wide_png(48, 32, True))), 422, "/b")
         bad = (b"{", 400), (b"[]", 422), (b'{"a": "x"}', 422)
         for body, status in bad:
             answer = self.server.request(

@@ -1,7 +1,7 @@
-"""A server that is killed repeatedly while clients upload, submit and watch.
+"""A server that is killed repeatedly while clients upload, submit, watch, and change their jobs.
 
-After each kill, all acknowledged changes exist. At the end every film has the digest of an
-uninterrupted one, and the data directory is valid.
+After each kill, all acknowledged changes exist. Every second kill is right after an answer. At the
+end every film has the digest of an uninterrupted one, and the data directory is valid.
 """
 
 import hashlib
@@ -12,6 +12,7 @@ import threading
 import time
 import uuid
 
+from changes import Owner
 from harness import PATIENCE_S, Server, job_body, tessera, triangle_glb
 
 BYTES = {"Content-Type": "application/octet-stream"}
@@ -36,12 +37,13 @@ class Clients:
         self.stopped = threading.Event()
         self.resting = threading.Event()
         self.faults = []
+        self.owner = Owner(server, seed)
         self.threads = [
             threading.Thread(
                 target=self.work, args=(act, random.Random(f"{seed} {i}")), daemon=True
             )
             for i, act in enumerate(
-                (self.upload, self.upload_scene, self.submit, self.put, self.look)
+                (self.upload, self.upload_scene, self.submit, self.put, self.look, self.change)
             )
         ]
         for thread in self.threads:
@@ -98,6 +100,9 @@ class Clients:
         if jobs:
             self.server.get(f"/v1/jobs/{chance.choice(jobs)}/image.png")
 
+    def change(self, chance):
+        self.owner.act()
+
     def stop(self):
         self.stopped.set()
         for thread in self.threads:
@@ -120,7 +125,7 @@ def check_acknowledged(server, clients, chance):
         assert spec["seed"] == kind // 3, spec
         assert spec["stop"] == {"samples_per_pixel": SAMPLES[kind % 3]}, spec
         assert answer.json()["state"] != "failed", answer
-    return len(assets), len(scenes), len(jobs)
+    return len(assets), len(scenes), len(jobs), clients.owner.check()
 
 
 def wait_for_all(server, jobs):
@@ -152,15 +157,18 @@ def run(kills, seed, say=lambda text: None):
         clients = Clients(server, seed)
         for kill in range(kills):
             time.sleep(chance.random() ** 2 * 1.5)
+            if kill % 2:
+                clients.owner.kill_next(timeout_s=5)
             server.kill()
             server.start(chance.randrange(1, 4))
             counts = check_acknowledged(server, clients, chance)
             assert not clients.faults, clients.faults
             say(
                 f"kill {kill + 1}: {counts[0]} assets, {counts[1]} scenes, "
-                f"{counts[2]} jobs are there"
+                f"{counts[2]} jobs are there, {counts[3]} more as their owner changed them"
             )
         clients.stop()
+        clients.owner.leave()
         check_acknowledged(server, clients, chance)
         assert not clients.faults, clients.faults
         ends = wait_for_all(server, clients.jobs)

@@ -133,7 +133,32 @@ class Images(ApiTest):
         bodies = {self.image(f"/image.png?tonemap={t}").body
                   for t in self.server.get("/v1/server").json()["tone_maps"]}
         self.assertEqual(len(bodies), 5)
-        self.assertEqual(self.image("/image.png?tonemap=srgb").body, plain)
+        self.assertNotEqual(self.image("/image.png?tonemap=srgb").body, plain)
+        for query in ("tonemap=khronos-neutral", "curve=khronos-neutral", "curve=neutral"):
+            self.assertEqual(self.image("/image.png?" + query).body, plain)
+        self.assertEqual(self.image("/image.png?curve=srgb").body,
+                         self.image("/image.png?tonemap=srgb").body)
+
+    def test_default_tone_curve_is_khronos_neutral(self):
+        # Of the formula in Khronos' specification: greys below 0.76 lose 0.04, here by sRGB codes.
+        grey = {"scene": "furnace", "film": {"width": 8, "height": 8, "layers": []},
+                "environment": {"color": [0.5, 0.5, 0.5]}, "camera": {
+                    "position": [0, 1000, 0], "target": [0, 2000, 0], "up": [0, 0, 1]},
+                "stop": {"samples_per_pixel": 2}}
+        job = self.server.render(grey)["id"]
+
+        def code(query):
+            rows = png_pixels(self.server.get(f"/v1/jobs/{job}/image.png{query}").body)
+            return rows[4][4]
+
+        def srgb(linear):
+            return round(255 * (1.055 * linear ** (1 / 2.4) - 0.055))
+
+        self.assertEqual(set(code("?curve=srgb")), {srgb(0.5)})
+        self.assertEqual(set(code("")), {srgb(0.46)})
+        # 1.04 is compressed: 1 - 0.24^2 / (1 + 0.24 - 0.76) = 0.88.
+        bright = code("?exposure=1.0566")  # log2(1.04 / 0.5)
+        self.assertEqual(set(bright), {srgb(0.88)})
 
     def test_automatic_exposure_is_told_and_is_that_number(self):
         self.assertEqual(self.image().headers["X-Tessera-Exposure"], "0")

@@ -15,7 +15,7 @@ class Stage(ApiTest):
         return job, png_pixels(answer.body)
 
     def test_color_is_composited_behind_the_scene(self):
-        job, rows = self.picture(background={"type": "color", "color": [0, 0, 1]})
+        job, rows = self.picture("?curve=srgb", background={"type": "color", "color": [0, 0, 1]})
         self.assertEqual(job["spec"]["background"], {"type": "color", "color": [0, 0, 1]})
         self.assertEqual(tuple(rows[0][0]), (0, 0, 255))
 

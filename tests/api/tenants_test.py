@@ -100,6 +100,7 @@ class EveryRoute(Tenants):
     # References inside requests: the body, and the status for an unknown id there.
     BODIES = {
         "createJob": (lambda our: job_body(scene=our["scene"]), 404),
+        "render": (lambda our: {"scene": our["scene"]}, 404),
         "createBatch": (lambda our: {"template": job_body(scene=our["scene"]),
                                      "matrix": {"seed": [1]}}, 404),
         "createScene": (lambda our: {"gltf": our["sha256"], "files": {}}, 422),

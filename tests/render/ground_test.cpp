@@ -9,6 +9,7 @@
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/statistical.h"
 #include "core/integrators/path/catcher.h"
+#include "core/scene/drawn.h"
 #include "core/settings/registry.h"
 #include "tests/render/asset_files.h"
 #include "tests/render/catcher_stage.h"

@@ -43,4 +43,5 @@ list(APPEND RENDER_TEST_SOURCES
   gltf_materials_test.cpp
   gltf_planes_test.cpp
   gltf_terminator_test.cpp
+  gltf_texture_slots_test.cpp
   gltf_textures_test.cpp)

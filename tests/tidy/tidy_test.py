@@ -34,8 +34,9 @@ LAYERS |= {
     "server/scenes": ["server/scenes", "server/store", "server/access.h", "server/observe",
                       "server/http/text.h", "api", "core"],
     "server/queue": ["server/queue", "core/base"],
-    "server/jobs": ["server/jobs", "server/queue", "server/scenes", "server/store",
-                    "server/access.h", "server/observe", "api", "core"],
+    "server/workers": ["server/workers", "server/observe", "api", "core"],
+    "server/jobs": ["server/jobs", "server/workers", "server/queue", "server/scenes",
+                    "server/store", "server/access.h", "server/observe", "api", "core"],
     "server/pictures": ["server/pictures", "server/scenes", "server/observe", "api", "core"],
     "server/routes": ["server", "api", "lab", "core", "clients/web"],
     "server": ["server", "clients/web", "api", "lab", "core"],
@@ -148,7 +149,7 @@ NAMED_FILE = re.compile(r"(?<![\w./-])(?:core|lab|worker|api|server|clients|dock
 # Pages of architecture, and the folders that each explains, in the order of includes.
 ROOMS = {"core/README.md": CORE_ORDER,
          "server/README.md": ["config", "observe", "http", "store", "auth", "webhooks", "scenes",
-                              "queue", "jobs", "pictures", "routes", "commands", "main"]}
+                              "queue", "workers", "jobs", "pictures", "routes", "commands", "main"]}
 # Folders of installed packages and of build output.
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
 THIS = "tests/tidy/tidy_test.py"

@@ -14,6 +14,7 @@ set(API_TEST_SOURCES
   lab_test.cpp
   openapi_test.cpp
   query_test.cpp
+  render_query_test.cpp
   requests_test.cpp
   rules_test.cpp
   schema_check.cpp

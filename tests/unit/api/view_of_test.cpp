@@ -10,6 +10,7 @@
 
 #include "core/camera/camera.h"
 #include "core/lights/made_environment.h"
+#include "core/scene/drawn.h"
 #include "core/scene/ground.h"
 #include "tests/support/scenes.h"
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "core/camera/framing.h"
 #include "core/camera/orbit.h"
+#include "core/scene/drawn.h"
 #include "core/scene/ground.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -74,6 +77,24 @@ TEST(Camera, OrbitRotatesCounterClockwiseAboutYFromTheFront) {
   orbit.theta_degrees = 0;
   expect_direction(*on_orbit(orbit).up, {0, 0, -1});
   EXPECT_TRUE(Camera::create(on_orbit(orbit), {}, unit_box(), 200, 100));
+}
+
+TEST(Camera, FramingLeavesTheMarginAtTheNearestSide) {
+  // In front of a box of 4 by 1 by 1: the nearest face is half a metre nearer than the centre, and
+  // its half width of 2 takes 1 - 2 * 0.08 of half the view's width, tan(45 / 2) * width / height.
+  const core::Bounds box{.min = {-2, -0.5F, -0.5F}, .max = {2, 0.5F, 0.5F}};
+  const double view = 0.84 * std::tan(45 * std::numbers::pi / 360);
+  const auto distance = [&box](float theta_degrees, float phi_degrees, int width) {
+    core::CameraOrbit orbit;
+    orbit.theta_degrees = theta_degrees;
+    orbit.phi_degrees = phi_degrees;
+    return static_cast<double>(core::framing_distance_m({}, orbit, box, width, 100, 0.08F));
+  };
+  EXPECT_NEAR(distance(0, 90, 100), 0.5 + 2 / view, 1e-4);
+  EXPECT_NEAR(distance(0, 90, 200), 0.5 + 1 / view, 1e-4);
+  EXPECT_NEAR(distance(0, 90, 800), 0.5 + 0.5 / view, 1e-4);
+  EXPECT_NEAR(distance(90, 90, 100), 2 + 0.5 / view, 1e-4);  // from the end
+  EXPECT_NEAR(distance(0, 0, 100), 0.5 + 2 / view, 1e-4);    // from above
 }
 
 TEST(Camera, AutomaticOrbitContainsTheWholeBox) {
@@ -387,6 +408,79 @@ TEST(SceneBounds, AreThoseOfWhatIsDrawn) {
        {core::bounds_of(scene), test_support::build(scene)->summary().bounds}) {
     EXPECT_TRUE(bounds.min == (Vec3{0, 0, 0}));
     EXPECT_TRUE(bounds.max == (Vec3{1, 1, 0}));
+  }
+}
+
+/// 64 x 64, 8-bit RGBA: alpha is `left` in the left half and `right` in the right one.
+std::shared_ptr<const core::Image> two_alphas(int left, int right) {
+  auto image = std::make_shared<core::Image>();
+  image->width = image->height = 64;
+  image->channels = 4;
+  image->bytes.assign(std::size_t{64} * 64 * 4, std::byte{255});
+  for (std::size_t i = 0; i < std::size_t{64} * 64; ++i) {
+    image->bytes[4 * i + 3] = std::byte(i % 64 < 32 ? left : right);
+  }
+  return image;
+}
+
+struct AlphaCase {
+  core::AlphaMode mode;
+  float factor;
+  int texel;         ///< alpha where the distant object is, of 255
+  float vertex = 1;  ///< its alpha of vertices
+  bool is_drawn = false;
+};
+
+/// A unit square that is drawn, and one 50 m below it that the case hides or not.
+core::SceneDescription with_distant(const AlphaCase& c) {
+  core::MaterialDescription material = test_support::lambert({1, 1, 1});
+  material.alpha_mode = c.mode;
+  material.base_alpha = c.factor;
+  material.base_color_texture.image = 0;
+  material.base_color_texture.uv_transform = {0.25F, 0, 0.125F, 0, 0.25F, 0.125F};  // left half
+  core::PrimitiveDescription distant = test_support::quad({0, -50, 0}, {1, 0, 0}, {0, 1, 0}, 1);
+  distant.uv[0] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  distant.colors.assign(distant.positions.size(), {1, 1, 1, c.vertex});
+  core::SceneDescription scene = test_support::scene_of(
+      {test_support::lambert({1, 1, 1}), material},
+      {test_support::quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0), std::move(distant)});
+  scene.images.push_back(two_alphas(c.texel, 255));
+  return scene;
+}
+
+TEST(SceneBounds, LeaveOutWhatTexturesAndVerticesHide) {
+  using core::AlphaMode;
+  for (const AlphaCase& c : {AlphaCase{AlphaMode::kBlend, 1, 0},
+                             {AlphaMode::kBlend, 1, 255, 0},
+                             {AlphaMode::kMask, 1, 127},        // below .5
+                             {AlphaMode::kMask, 0.6F, 191},     // .6 * .75
+                             {AlphaMode::kMask, 1, 153, 0.8F},  // .8 * .6
+                             {AlphaMode::kBlend, 1, 1, 1, true},
+                             {AlphaMode::kMask, 1, 128, 1, true},
+                             {AlphaMode::kMask, 0.6F, 230, 1, true},
+                             {AlphaMode::kOpaque, 0, 0, 0, true}}) {
+    const core::SceneDescription scene = with_distant(c);
+    for (const Bounds& bounds :
+         {core::bounds_of(scene), test_support::build(scene)->summary().bounds}) {
+      EXPECT_EQ(bounds.min.y, c.is_drawn ? -50 : 0) << c.factor << ' ' << c.texel;
+    }
+    core::SceneDescription grounded = scene;
+    core::GroundSettings catcher;
+    catcher.type = core::GroundType::kCatcher;
+    core::add_ground(grounded, catcher);
+    const float ground = grounded.meshes.back().primitives[0].positions[0].y;
+    EXPECT_NEAR(ground, c.is_drawn ? -50 : 0, 0.01) << c.factor << ' ' << c.texel;
+  }
+}
+
+TEST(SceneBounds, LeaveOutWhatIsScaledToAPoint) {
+  core::SceneDescription scene =
+      test_support::scene_of({}, {test_support::quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, -1)});
+  scene.instances.push_back(scene.instances[0]);
+  scene.instances[1].to_world = core::translation({0, 0, 90}) * core::scaling({0, 0, 0});
+  for (const Bounds& bounds :
+       {core::bounds_of(scene), test_support::build(scene)->summary().bounds}) {
+    EXPECT_EQ(bounds.max.z, 0);
   }
 }
 

@@ -52,5 +52,6 @@ set(CORE_TEST_SOURCES
   tile_fill_test.cpp
   triangle_irradiance_test.cpp
   wave_lanes_test.cpp
+  wave_random_test.cpp
   wave_test.cpp)
 set(CORE_TEST_LIBRARIES fake_oidn_paths)

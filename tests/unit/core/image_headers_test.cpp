@@ -341,8 +341,29 @@ TEST(ExrLayers, SeveralWithoutANameAreListed) {
 
 TEST(ExrLayers, NoneWithColorIsRefused) {
   EXPECT_FALSE(choose({"Z", "AO.V"}));
-  EXPECT_FALSE(choose({"Y", "RY", "BY"}));                    // luminance and chroma
   EXPECT_TRUE(choose({"normal.X", "normal.Y", "normal.Z"}));  // the only layer
+}
+
+TEST(ExrLayers, LuminanceAndChromaAreRefusedByName) {
+  const auto chosen = choose({"BY", "RY", "Y"});
+  ASSERT_FALSE(chosen);
+  EXPECT_NE(chosen.error().message.find("luminance and chroma"), std::string::npos);
+}
+
+// OpenEXR writes chroma with one value for 2 x 2 pixels, which some versions of OpenImageIO refuse
+// and others convert.
+TEST(ExrHeader, SubsampledChromaIsRefusedByName) {
+  std::string file = one_pixel({{"", {"BY", "RY", "Y"}, kOne, kOne}});
+  const std::string full = std::string("RY\0", 3) + u32(2) + u32(0) + u32(1) + u32(1);
+  const std::size_t at = file.find(full);
+  ASSERT_NE(at, std::string::npos);
+  file.replace(at, full.size(), std::string("RY\0", 3) + u32(2) + u32(0) + u32(2) + u32(2));
+  for (const auto& image :
+       {core::decode_image(bytes_of(file), {}), core::read_image_header(bytes_of(file))}) {
+    ASSERT_FALSE(image);
+    EXPECT_NE(image.error().message.find("\"RY\""), std::string::npos);
+    EXPECT_NE(image.error().message.find("luminance and chroma"), std::string::npos);
+  }
 }
 
 // Radiance HDR.

@@ -1,6 +1,8 @@
 // Procedural light: position of the sun, radiance of sky and studios, the sun as a light.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -80,6 +82,38 @@ TEST(Studios, HaveThePowerOfAWhiteEnvironment) {
     const auto made = core::make_environment(settings);
     ASSERT_TRUE(made);
     EXPECT_NEAR(static_cast<double>((*made)->power_luminance()), 4 * kPi, 0.05) << row.name;
+  }
+}
+
+// A diffuse surface of albedo 1 has the radiance E / pi (Lambert): the brightest one that is seen
+// from the front becomes 1. By the points of a spiral, not those of the product's quadrature.
+TEST(Studios, FrontExposureMakesTheBrightestWhiteOne) {
+  constexpr int kPoints = 8000;
+  std::vector<Vec3> directions;
+  for (int i = 0; i < kPoints; ++i) {
+    const double y = 1 - 2 * (i + 0.5) / kPoints;
+    const double level = std::sqrt(1 - y * y);
+    const double phi = i * kPi * (3 - std::sqrt(5.0));
+    directions.push_back({static_cast<float>(level * std::cos(phi)), static_cast<float>(y),
+                          static_cast<float>(level * std::sin(phi))});
+  }
+  for (const auto& row : core::environment_presets()) {
+    const core::Studio studio(row.value);
+    std::vector<double> light;
+    for (const Vec3 d : directions) {
+      light.push_back(static_cast<double>(studio.radiance(d).g));
+    }
+    double brightest = 0;
+    for (std::size_t n = 0; n < directions.size(); n += 10) {
+      double sum = 0;
+      for (std::size_t i = 0; i < directions.size() && directions[n].z >= 0; ++i) {
+        sum += light[i] * std::max(0.0, static_cast<double>(dot(directions[n], directions[i])));
+      }
+      brightest = std::max(brightest, sum * 4 / kPoints);  // 4 pi / (pi kPoints)
+    }
+    const double stops = static_cast<double>(studio.front_exposure_stops());
+    EXPECT_NEAR(brightest * std::exp2(stops), 1, 0.03) << row.name;
+    EXPECT_LT(stops, 0) << row.name;  // its mean radiance is 1, so that some side has more
   }
 }
 

@@ -17,6 +17,7 @@
 #include "core/wave/lane_bsdf.h"
 #include "core/wave/wave_tracer.h"
 #include "tests/support/bsdf_cases.h"
+#include "tests/support/differing_pixels.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -24,7 +25,6 @@ namespace {
 using core::Floats;
 using core::Rgb;
 using core::Vec3;
-using test_support::Picture;
 
 /// The surfaces that waves support.
 std::vector<core::BsdfParameters> surfaces() {
@@ -184,35 +184,11 @@ core::View balls(const std::vector<core::MaterialDescription>& materials) {
   return view;
 }
 
-/// Fraction of the pixels that differ by more than 1e-3 in their value or layers: paths that
-/// rounding sent elsewhere.
+/// Fraction of the pixels that differ (tests/support/differing_pixels.h).
 double differing(const core::View& view, int width, const core::View& scalar) {
-  core::View waves = view;
-  waves.wave_width = width;
-  core::View one_by_one = scalar;
-  one_by_one.wave_width = 0;
-  const Picture a = test_support::render(waves, 16);
-  const Picture b = test_support::render(one_by_one, 16);
-  EXPECT_EQ(a.progress.rejected_samples, 0U);
-  std::size_t count = 0;
-  const auto apart = [](float x, float y) {
-    return std::fabs(x - y) > 1e-3F * std::max(1.0F, std::fabs(y));
-  };
-  for (std::size_t p = 0; p < a.snapshot.pixel_count(); ++p) {
-    const core::HalfValue x = core::pixel_value(a.snapshot, p);
-    const core::HalfValue y = core::pixel_value(b.snapshot, p);
-    EXPECT_EQ(x.count, y.count);
-    bool differs = apart(x.mean.r, y.mean.r) || apart(x.mean.g, y.mean.g) ||
-                   apart(x.mean.b, y.mean.b) || apart(x.alpha, y.alpha);
-    if (a.snapshot.has_aux) {
-      const core::AuxPixel& l = a.snapshot.aux[p];
-      const core::AuxPixel& m = b.snapshot.aux[p];
-      differs = differs || l.hits != m.hits || apart(l.albedo.g, m.albedo.g) ||
-                apart(l.normal_world.x, m.normal_world.x) || apart(l.depth_m, m.depth_m);
-    }
-    count += differs ? 1 : 0;
-  }
-  return static_cast<double>(count) / static_cast<double>(a.snapshot.pixel_count());
+  const core::FilmSettings& film = view.settings.film;
+  return static_cast<double>(test_support::differing_pixels(view, width, scalar, 16)) /
+         static_cast<double>(film.width * film.height);
 }
 double differing(const core::View& view, int width = 8) { return differing(view, width, view); }
 

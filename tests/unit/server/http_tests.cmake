@@ -1,4 +1,5 @@
 set(HTTP_TEST_SOURCES
+  form_data_test.cpp
   http_bad_input_test.cpp
   http_conditional_test.cpp
   http_file_test.cpp

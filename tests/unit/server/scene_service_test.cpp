@@ -228,6 +228,7 @@ TEST(SceneFacts, RoundTrip) {
   summary.lights.emplace_back();
   summary.has_emissive_strength = true;
   summary.has_scattering = true;
+  summary.bounds = {.min = {-1e-7F, 0, 0.1F}, .max = {1, 2e9F, 3}};
   const core::SceneSummary back = server::decode_facts(server::encode_facts(summary));
   ASSERT_EQ(back.cameras.size(), 2U);
   EXPECT_EQ(back.cameras[0].name, "main view %");
@@ -239,6 +240,9 @@ TEST(SceneFacts, RoundTrip) {
   EXPECT_FALSE(back.has_dispersion);
   EXPECT_EQ(back.triangles, 12U);
   EXPECT_EQ(back.bytes, 3456U);
+  EXPECT_EQ(back.bounds.min, summary.bounds.min);
+  EXPECT_EQ(back.bounds.max, summary.bounds.max);
+  EXPECT_TRUE(server::decode_facts(server::encode_facts({})).bounds.empty());
 }
 
 std::string fault_of(const char* members, const core::SceneSummary& facts = two_cameras()) {

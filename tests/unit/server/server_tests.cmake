@@ -15,6 +15,7 @@ set(SERVER_TEST_SOURCES
   job_memory_test.cpp
   job_record_test.cpp
   job_service_test.cpp
+  lease_table_test.cpp
   memory_test.cpp
   scene_service_test.cpp
   scheduler_test.cpp
@@ -26,5 +27,6 @@ set(SERVER_TEST_SOURCES
   tile_stream_test.cpp
   turns_test.cpp
   webhook_test.cpp
+  write_order_test.cpp
   zip_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

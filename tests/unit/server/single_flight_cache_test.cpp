@@ -111,6 +111,29 @@ TEST(SingleFlightCache, HeldValueOutlivesTheCache) {
   EXPECT_EQ(*held, 5);
 }
 
+// A drop is reported only if it has freed memory.
+TEST(SingleFlightCache, DropUnusedKeepsWhatIsInUse) {
+  Cache cache(100);
+  cache.put("held, oldest", made(1, 10));
+  const Cache::Pointer oldest = cache.peek("held, oldest");
+  cache.put("older", made(2, 20));
+  cache.put("newer", made(3, 30));
+  cache.put("held, newest", made(4, 40));
+  Cache::Pointer newest = cache.peek("held, newest");
+  EXPECT_TRUE(cache.drop_unused());
+  EXPECT_EQ(cache.peek("older"), nullptr);
+  EXPECT_EQ(cache.bytes(), 80U);
+  EXPECT_TRUE(cache.drop_unused());
+  EXPECT_EQ(cache.peek("newer"), nullptr);
+  EXPECT_FALSE(cache.drop_unused());
+  EXPECT_EQ(cache.peek("held, oldest"), oldest);
+  EXPECT_EQ(cache.peek("held, newest"), newest);
+  EXPECT_EQ(cache.bytes(), 50U);
+  newest.reset();
+  EXPECT_TRUE(cache.drop_unused());
+  EXPECT_EQ(cache.bytes(), 10U);
+}
+
 TEST(SingleFlightCache, FactoryThatThrowsFreesTheKey) {
   Cache cache(10);
   EXPECT_THROW(static_cast<void>(cache.get(

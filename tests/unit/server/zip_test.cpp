@@ -1,6 +1,11 @@
 #include "server/scenes/zip.h"
 
+#include <fstream>
+#include <optional>
+
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "tests/unit/server/server_test_support.h"
 
@@ -86,13 +91,44 @@ TEST(Zip, ChecksLimitsBeforeUnpacking) {
   EXPECT_EQ(read_zip_directory(many, {.entries_max = 2}).error().code, core::ErrorCode::kTooLarge);
 }
 
+/// The address space of this process, bytes (proc(5), statm).
+std::uint64_t address_space() {
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// Allows this much more address space while it lives.
+class Tight {
+ public:
+  explicit Tight(std::uint64_t more_bytes) {
+    EXPECT_EQ(::getrlimit(RLIMIT_AS, &before_), 0);
+    const rlimit tight = {address_space() + more_bytes, before_.rlim_max};
+    EXPECT_EQ(::setrlimit(RLIMIT_AS, &tight), 0);
+  }
+  ~Tight() { ::setrlimit(RLIMIT_AS, &before_); }
+  Tight(const Tight&) = delete;
+  Tight& operator=(const Tight&) = delete;
+
+ private:
+  rlimit before_ = {};
+};
+
 TEST(Zip, RefusesImpossibleDeflateSizesWithoutAllocatingMemory) {
   std::string archive = make_zip({{"a", std::string(100, 'x'), true}});
   const auto entries = read_zip_directory(bytes_of(archive), {});
   ASSERT_TRUE(entries);
   auto entry = entries->front();
   entry.bytes = std::uint64_t{1} << 31U;
-  EXPECT_FALSE(read_zip_entry(bytes_of(archive), entry));
+  const auto bytes = bytes_of(archive);
+  std::optional<core::Error> refused;
+  {
+    const Tight tight(entry.bytes / 4);
+    EXPECT_THROW(std::vector<std::byte>(static_cast<std::size_t>(entry.bytes)), std::bad_alloc)
+        << "the limit has no effect";
+    refused = read_zip_entry(bytes, entry).error();
+  }
+  EXPECT_NE(refused->message.find("deflate cannot reach"), std::string::npos) << refused->message;
 }
 
 }  // namespace

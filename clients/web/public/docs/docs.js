@@ -228,8 +228,13 @@ function tryForm(path, method, operation) {
     let body;
     if (operation.requestBody) {
       const { media, text, file } = form.elements;
-      headers.set('Content-Type', media.value);
       body = text.parentElement.hidden ? file.files[0] : text.value;
+      if (media.value === 'multipart/form-data') {
+        const [part] = Object.keys(operation.requestBody.content[media.value].schema.properties);
+        const parts = new FormData();
+        if (body) parts.append(part, body);
+        body = parts; // The browser sets the type, with the boundary.
+      } else headers.set('Content-Type', media.value);
     }
     // A proxy may place the server below a path.
     const url = new URL(`.${address}${query.size ? `?${query}` : ''}`, new URL('.', location.href));

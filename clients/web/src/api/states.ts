@@ -1,7 +1,6 @@
-import type { Job, JobState } from './types';
+import type { Job } from 'tessera-render';
 
-export const isFinal = (state: JobState): boolean =>
-  state === 'finished' || state === 'failed' || state === 'cancelled';
+export { isFinal } from 'tessera-render';
 
 type Film = NonNullable<Job['spec']['film']>;
 

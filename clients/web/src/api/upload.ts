@@ -1,5 +1,5 @@
+import type { Scene } from 'tessera-render';
 import { api, RequestError, upload } from './client';
-import type { Scene } from './types';
 
 /** A file with its path inside the drop, `/` between folders. */
 export interface DroppedFile {

@@ -4,7 +4,7 @@
  * key, whose cookie browsers withhold from frames of other sites; a ticket opens streams for a
  * minute, so the image is then one stream as well.
  */
-import type { Job } from '../api/types';
+import type { Job } from 'tessera-render';
 import '../style/embed.css';
 import { doneShare, percent } from '../ui/format';
 

@@ -1,5 +1,5 @@
-import { problemOf, RequestError } from '../api/client';
-import { FrameParser, type TileFrame } from './frames';
+import { FrameParser, type TileFrame } from 'tessera-render';
+import { api } from '../api/client';
 
 /** The planes of a whole image as one frame. Missing tiles stay unknown (no samples). */
 export function assembled(tiles: TileFrame[], width: number, height: number): TileFrame {
@@ -58,14 +58,10 @@ export function enlarged(frame: TileFrame, width: number, height: number): TileF
 
 /** Returns every tile of a short job when it has ended. */
 export async function tilesOf(jobId: string): Promise<TileFrame[]> {
-  const response = await fetch(`v1/jobs/${jobId}/tiles?after=0`, {
+  const response = await api.send(`v1/jobs/${jobId}/tiles?after=0`, {
     headers: { accept: 'application/vnd.tessera.tiles' },
     cache: 'no-store',
   });
-  if (!response.ok) throw new RequestError(await problemOf(response));
-  const tiles: TileFrame[] = [];
-  new FrameParser().push(new Uint8Array(await response.arrayBuffer()), (tile) => {
-    if (!tile.end) tiles.push(tile);
-  });
-  return tiles;
+  const bytes = new Uint8Array(await response.arrayBuffer());
+  return new FrameParser().push(bytes).filter((tile) => !tile.end);
 }

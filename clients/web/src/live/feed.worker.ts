@@ -1,24 +1,20 @@
 /**
- * Keeps the two streams of one job open (events and tiles), off the main thread. Events are read
- * with fetch, not EventSource, so that pings are seen (a stream that is silent for longer than
- * `silenceMs` is dead, as after a laptop's sleep), status codes can be read, and the page sends
- * `Last-Event-ID` itself.
+ * Keeps the two streams of one job open (events and tiles), off the main thread.
  */
-import { EventParser, type ServerEvent } from './event_parser';
+import {
+  Client,
+  RequestError,
+  type JobEvent,
+  type Problem,
+  type TileFrame,
+} from 'tessera-render';
 import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
-import { FrameParser, type TileFrame } from './frames';
-import { plainProblem } from '../api/client';
-import type { Job, Problem, WarningEvent } from '../api/types';
 
 declare const self: DedicatedWorkerGlobalScope;
 
 /** The folder of the page: proxies may place it below a path. This script is one folder deeper. */
-const root = self.location.pathname.replace(/\/(assets|src\/live)\/[^/]*$/, '');
+const client = new Client(self.location.pathname.replace(/\/(assets|src\/live)\/[^/]*$/, '/'));
 
-const silenceMs = 40_000;
-const maxDelayMs = 6_000;
-const steadyMs = 5_000;
-const overloadedMs = 5_000;
 /** A row of tiles of an image of 1024 pixels: a page draws it within a frame. */
 const batchTiles = 32;
 
@@ -67,27 +63,27 @@ const outbox = new Outbox();
 class Feed {
   private abort = new AbortController();
   private lastEventId: string | null = null;
-  private revision = 0;
   private link: LinkState | null = null;
-  /** When to reconnect to a server with too many viewers, as stated by the server. */
-  private retryMs = overloadedMs;
-  private readonly address: string;
 
   constructor(
-    jobId: string,
+    private readonly jobId: string,
     private readonly tiles: boolean,
     private readonly planes: TilePlanes,
-  ) {
-    this.address = `${root}/v1/jobs/${encodeURIComponent(jobId)}`;
-  }
+  ) {}
 
   /** A new start requests every tile: meanwhile a restarted server may have reset its revisions. */
   start(): void {
     this.abort = new AbortController();
-    this.revision = 0;
+    const { signal } = this.abort;
     outbox.clear();
-    void this.runEvents(this.abort.signal);
-    if (this.tiles) void this.runTiles(this.abort.signal);
+    void this.readEvents(signal).catch((error: unknown) => {
+      if (signal.aborted) return;
+      if (!(error instanceof RequestError)) throw error;
+      this.setLink([404, 410].includes(error.status) ? 'gone' : 'refused', error.problem);
+      this.stop();
+    });
+    // A job without tiles, as after its film was evicted, still has its events.
+    if (this.tiles) void this.readTiles(signal).catch(() => undefined);
   }
 
   stop(): void {
@@ -100,172 +96,41 @@ class Feed {
     post({ type: 'link', state, problem });
   }
 
-  /** Reopens the event stream until the job has ended or has been deleted. */
-  private async runEvents(signal: AbortSignal): Promise<void> {
+  private async readEvents(signal: AbortSignal): Promise<void> {
     this.setLink('connecting');
-    for (let attempt = 0; !signal.aborted; ++attempt) {
-      const began = Date.now();
-      const outcome = await this.readEvents(signal).catch(() => 'lost' as const);
-      if (signal.aborted || outcome === 'done') return;
-      if (outcome !== 'overloaded') this.setLink('reconnecting');
-      // Do not reconnect immediately after a stream that broke immediately.
-      if (Date.now() - began > steadyMs) attempt = 0;
-      await delay(outcome === 'overloaded' ? this.retryMs : backoff(attempt), signal);
+    const { lastEventId } = this;
+    const onLost = (): void => this.setLink('reconnecting');
+    for await (const event of client.events(this.jobId, { signal, lastEventId, onLost })) {
+      this.lastEventId = event.id;
+      this.handle(event);
     }
-  }
-
-  private async readEvents(signal: AbortSignal): Promise<'done' | 'lost' | 'overloaded'> {
-    const watchdog = new Watchdog(signal);
-    const headers: Record<string, string> = { accept: 'text/event-stream' };
-    if (this.lastEventId) headers['last-event-id'] = this.lastEventId;
-    const response = await fetch(`${this.address}/events`, {
-      headers,
-      signal: watchdog.signal,
-      cache: 'no-store',
-    });
-    if (response.status === 204) return this.finish();
-    if (!response.ok || !response.body) return this.refused(response);
-    const parser = new EventParser();
-    const text = new TextDecoder();
-    const reader = response.body.getReader();
-    let outcome: 'done' | 'lost' | 'overloaded' = 'lost';
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) break;
-      watchdog.feed();
-      parser.push(text.decode(value, { stream: true }), (event) => {
-        if (event.id) this.lastEventId = event.id;
-        const result = this.handle(event);
-        if (result) outcome = result;
-      });
-    }
-    watchdog.stop();
-    this.retryMs = parser.retryMs ?? overloadedMs;
-    return outcome;
-  }
-
-  private finish(): 'done' {
     this.setLink('ended');
-    return 'done';
   }
 
-  private async refused(response: Response): Promise<'done' | 'lost'> {
-    if (response.status >= 500 || response.status === 429) return 'lost';
-    const problem = (await response.json().catch(() => null)) as Problem | null;
-    this.setLink(
-      response.status === 404 || response.status === 410 ? 'gone' : 'refused',
-      problem ?? plainProblem(response.status),
-    );
-    this.stop();
-    return 'done';
-  }
-
-  private handle(event: ServerEvent): 'done' | 'overloaded' | null {
-    const data = parse(event.data);
-    switch (event.type) {
+  private handle({ type, data }: JobEvent): void {
+    switch (type) {
       case 'snapshot':
         this.setLink('live');
-        post({ type: 'job', job: (data.job ?? data) as Job });
-        return null;
+        return post({ type: 'job', job: data });
       case 'state':
       case 'progress':
-        post({ type: 'patch', patch: 'fraction' in data ? { progress: data as never } : data });
-        return null;
+        return post({ type: 'patch', patch: data });
       case 'warning':
-        post({ type: 'warning', warning: data as unknown as WarningEvent });
-        return null;
+        return post({ type: 'warning', warning: data });
       case 'end':
-        post({ type: 'patch', patch: 'state' in data ? data : {} });
-        post({ type: 'complete' });
-        return this.finish();
+        post({ type: 'patch', patch: data });
+        return post({ type: 'complete' });
       case 'overloaded':
-        this.setLink('overloaded');
-        return 'overloaded';
-      default:
-        return null;
+        return this.setLink('overloaded');
     }
   }
 
-  private async runTiles(signal: AbortSignal): Promise<void> {
-    for (let attempt = 0; !signal.aborted; ++attempt) {
-      const ended = await this.readTiles(signal, () => (attempt = 0)).catch(() => {
-        // After a restart revisions may continue from an older checkpoint: request every tile
-        // again.
-        this.revision = 0;
-        return false;
-      });
-      if (ended) return;
-      await delay(backoff(attempt), signal);
-    }
+  private async readTiles(signal: AbortSignal): Promise<void> {
+    const { planes } = this;
+    const fireflies = planes === 'mean' ? 'set_aside' : undefined;
+    for await (const tile of client.tiles(this.jobId, { signal, planes, fireflies }))
+      outbox.add(tile);
   }
-
-  private async readTiles(signal: AbortSignal, onLife: () => void): Promise<boolean> {
-    const headers = { accept: 'application/vnd.tessera.tiles' };
-    const calm = this.planes === 'mean' ? '&fireflies=set_aside' : '';
-    const query = `after=${this.revision}&planes=${this.planes}${calm}`;
-    const response = await fetch(`${this.address}/tiles?${query}`, {
-      headers,
-      signal,
-      cache: 'no-store',
-    });
-    // 204: the job renders no image.
-    if ([204, 404, 410].includes(response.status)) return true;
-    if (!response.ok || !response.body) return false;
-    const parser = new FrameParser();
-    const reader = response.body.getReader();
-    let ended = false;
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return ended;
-      onLife();
-      parser.push(value, (tile) => {
-        ended ||= tile.end;
-        if (tile.end) return;
-        this.revision = Math.max(this.revision, tile.revision);
-        outbox.add(tile);
-      });
-    }
-  }
-}
-
-/** Aborts a request that is silent for `silenceMs`. */
-class Watchdog {
-  private readonly own = new AbortController();
-  private timer = 0;
-  readonly signal = this.own.signal;
-
-  constructor(outer: AbortSignal) {
-    outer.addEventListener('abort', () => this.stop(true), { once: true });
-    this.feed();
-  }
-
-  feed(): void {
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.stop(true), silenceMs) as unknown as number;
-  }
-
-  stop(abort = false): void {
-    clearTimeout(this.timer);
-    if (abort) this.own.abort();
-  }
-}
-
-function parse(text: string): Record<string, unknown> {
-  try {
-    return JSON.parse(text) as Record<string, unknown>;
-  } catch {
-    return {};
-  }
-}
-
-const backoff = (attempt: number): number =>
-  Math.min(maxDelayMs, 300 * 1.7 ** attempt) * (0.8 + 0.4 * Math.random());
-
-function delay(ms: number, signal: AbortSignal): Promise<void> {
-  return new Promise((resolve) => {
-    const timer = setTimeout(resolve, ms);
-    signal.addEventListener('abort', () => (clearTimeout(timer), resolve()), { once: true });
-  });
 }
 
 let feed: Feed | null = null;

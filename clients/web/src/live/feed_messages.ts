@@ -1,5 +1,4 @@
-import type { Job, Problem, WarningEvent } from '../api/types';
-import type { TileFrame } from './frames';
+import type { Job, Problem, TileFrame, WarningEvent } from 'tessera-render';
 
 export type LinkState =
   | 'connecting'

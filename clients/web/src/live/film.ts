@@ -1,4 +1,4 @@
-import type { TileFrame } from './frames';
+import type { TileFrame } from 'tessera-render';
 
 export interface Rect {
   x: number;

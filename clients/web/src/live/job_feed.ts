@@ -1,8 +1,7 @@
+import type { Job, Problem, TileFrame } from 'tessera-render';
 import { api, RequestError } from '../api/client';
 import { filmOf, isFinal } from '../api/states';
-import type { Job, Problem } from '../api/types';
 import type { FromFeed, LinkState, TilePlanes, ToFeed } from './feed_messages';
-import type { TileFrame } from './frames';
 import { LiveFilm, maxLivePixels, type Rect } from './film';
 import { takeTurn } from './turns';
 

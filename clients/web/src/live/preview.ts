@@ -1,5 +1,5 @@
+import { isTemporary, type Job } from 'tessera-render';
 import { api, explain, OfflineError, RequestError } from '../api/client';
-import type { Job } from '../api/types';
 import { assembled, enlarged, tilesOf } from './coarse';
 import type { FromFeed, ToFeed } from './feed_messages';
 import { LiveFilm } from './film';
@@ -10,11 +10,6 @@ export type PreviewState = 'starting' | 'live' | 'waiting' | 'unavailable' | 'fa
 const divisors = [1, 2, 4, 8];
 const coarseMs = { least: 35, most: 90 };
 const waitMs = { first: 400, most: 6000 };
-
-/** The same request may succeed later: the server did not respond or was busy. */
-const passes = (error: unknown): boolean =>
-  error instanceof OfflineError ||
-  (error instanceof RequestError && [429, 502, 503, 504].includes(error.status));
 
 /**
  * Small images of class `preview` for a moving camera. Each is rendered in two steps: a coarse one
@@ -88,7 +83,7 @@ export class Preview {
         if (!this.wish && !this.closed) await this.fine(request);
         failures = 0;
       } catch (error) {
-        if (passes(error)) {
+        if (isTemporary(error)) {
           // A newer request replaces it.
           this.wish ??= request;
           this.say('waiting', error instanceof RequestError ? explain(error) : '');
@@ -124,7 +119,7 @@ export class Preview {
     const height = Math.max(8, Math.round(this.film.height / divisors[this.divisor]));
     const job = await this.submit(request, { width, height }, 2);
     const tiles = await tilesOf(job.id).catch((error: unknown) => {
-      // A restarted server does not know the job; a broken stream is a TypeError.
+      // A restarted server does not know the job; bytes that break off are a TypeError.
       const lost =
         error instanceof RequestError ? error.status === 404 : error instanceof TypeError;
       throw lost ? new OfflineError() : error;
@@ -153,7 +148,7 @@ export class Preview {
     size: { width: number; height: number },
     samples: number,
   ): Promise<Job> {
-    const job = await api.submit({
+    const job = await api.submitRequest({
       ...request,
       film: { ...size, layers: [] },
       class: 'preview',

@@ -1,6 +1,6 @@
+import type { Job, Server } from 'tessera-render';
 import { api, explain, OfflineError, RequestError } from '../api/client';
 import { isFinal } from '../api/states';
-import type { Job, Server } from '../api/types';
 import { persistent, Store } from './store';
 import { toneMaps, type ToneMap } from '../live/tone';
 
@@ -46,7 +46,7 @@ const isDisplay = (v: unknown): v is Display =>
   toneMaps.includes((v as Display).tone);
 export const display = persistent<Display>(
   'tessera.display',
-  { exposure: 0, tone: 'srgb', showTiles: true, denoised: true, split: 0 },
+  { exposure: 0, tone: 'khronos-neutral', showTiles: true, denoised: true, split: 0 },
   isDisplay,
 );
 

@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { api } from '../api/client';
 import { isFinal } from '../api/states';
-import type { Job } from '../api/types';
 import { filesOfDrop } from '../api/upload';
 import { Icon } from '../ui/icons';
 import { Later } from '../ui/later';

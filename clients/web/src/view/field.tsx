@@ -1,6 +1,6 @@
 import type { ComponentChildren } from 'preact';
 import { useId } from 'preact/hooks';
-import type { FieldError } from '../api/types';
+import type { FieldError } from 'tessera-render';
 import { useStore } from '../ui/store';
 import { refusals } from './submit/form_model';
 

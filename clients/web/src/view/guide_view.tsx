@@ -58,10 +58,10 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
     if (there) showSection();
   }, [shown, section, there]);
   const [refusal, setRefusal] = useState('');
-  const renderPair = async (jobs: unknown[]): Promise<void> => {
+  const renderPair = async (jobs: object[]): Promise<void> => {
     setRefusal('');
     try {
-      const made = await Promise.all(jobs.map((job) => api.submit(job)));
+      const made = await Promise.all(jobs.map((job) => api.submitRequest(job)));
       go(`/compare/${made.map((job) => job.id).join('/')}`);
     } catch (error) {
       setRefusal(explain(error));
@@ -72,7 +72,7 @@ export function GuideView({ chapter, section }: { chapter: string; section: stri
     // A link to the current address triggers no event.
     if (target.closest('a')?.getAttribute('href') === location.hash) showSection();
     const pair = target.closest<HTMLElement>('[data-pair]')?.dataset.pair;
-    if (pair) void renderPair(JSON.parse(pair) as unknown[]);
+    if (pair) void renderPair(JSON.parse(pair) as object[]);
   };
 
   return (

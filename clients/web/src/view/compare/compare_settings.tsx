@@ -1,4 +1,4 @@
-import type { Job } from '../../api/types';
+import type { Job } from 'tessera-render';
 import { serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { linesOf, requestFor } from '../submit/request_texts';

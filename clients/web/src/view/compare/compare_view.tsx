@@ -1,7 +1,7 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import type { Comparison, Job } from 'tessera-render';
 import { api, relative } from '../../api/client';
 import { filmOf, isAvailable, isFinal } from '../../api/states';
-import type { Comparison, Job } from '../../api/types';
 import { compareFilms, type Figures, type Measure } from '../../live/comparison';
 import { LiveFilm } from '../../live/film';
 import type { FeedState } from '../../live/job_feed';

@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Job, MeterComparison } from 'tessera-render';
 import { api, explain } from '../../api/client';
 import { isAvailable } from '../../api/states';
-import type { Job, MeterComparison } from '../../api/types';
 import { number, percent } from '../../ui/format';
 import { MeterMap } from '../job/meter_map';
 

@@ -1,4 +1,4 @@
-import type { ErrorEstimate, Job } from '../../api/types';
+import type { ErrorEstimate, Job } from 'tessera-render';
 
 export type Bias = ErrorEstimate['bias'];
 

@@ -1,5 +1,5 @@
 import { useLayoutEffect, useRef, useState } from 'preact/hooks';
-import type { Convergence, ConvergencePoint, Job } from '../../api/types';
+import type { Convergence, ConvergencePoint, Job } from 'tessera-render';
 import { isFinal } from '../../api/states';
 import { takeTurn } from '../../live/turns';
 import { count, duration, number, percent } from '../../ui/format';

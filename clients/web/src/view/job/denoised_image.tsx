@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import type { Job } from '../../api/types';
 import { display, serverInfo } from '../../ui/server_state';
 import { Store, useStore } from '../../ui/store';
 

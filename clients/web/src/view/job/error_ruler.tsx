@@ -1,4 +1,4 @@
-import type { ConvergencePoint, Job } from '../../api/types';
+import type { ConvergencePoint, Job } from 'tessera-render';
 import { rampCss } from '../../live/heat';
 import { count, errorInWords, number, percent } from '../../ui/format';
 import { serverInfo } from '../../ui/server_state';

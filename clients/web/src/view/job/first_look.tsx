@@ -1,7 +1,7 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
 import { filmOf, isAvailable } from '../../api/states';
-import type { Job } from '../../api/types';
 import type { LiveFilm } from '../../live/film';
 import type { JobFeed } from '../../live/job_feed';
 import { display } from '../../ui/server_state';

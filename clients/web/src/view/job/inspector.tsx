@@ -1,8 +1,8 @@
 import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
+import type { Job, Pixel, PixelLayer } from 'tessera-render';
 import { api } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import type { Job, Pixel, PixelLayer } from '../../api/types';
 import type { LiveFilm } from '../../live/film';
 import { toBytes } from '../../live/tone';
 import { count, measured, number } from '../../ui/format';

@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
-import type { Job } from '../../api/types';
 import { ramps } from '../../live/heat';
 import { readRadiance, type Luminances } from '../../live/radiance';
 import { lumensPerWatt, luxScale, rampIndex, type LuxScale } from './lux';

@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { ExtendRequest, Job } from 'tessera-render';
 import { api, imageUrl, RequestError } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import type { ExtendRequest, Job } from '../../api/types';
 import type { LinkState } from '../../live/feed_messages';
 import type { JobFeed } from '../../live/job_feed';
 import { count, doneShare, duration, percent } from '../../ui/format';

@@ -1,6 +1,6 @@
 import { useState } from 'preact/hooks';
+import type { Job, Server } from 'tessera-render';
 import { api } from '../../api/client';
-import type { Job, Server } from '../../api/types';
 import { say, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { formOf } from '../submit/form_of_job';

@@ -1,7 +1,7 @@
 import { useEffect, useReducer, useRef, useState } from 'preact/hooks';
+import type { Convergence, Job } from 'tessera-render';
 import { api } from '../../api/client';
 import { isFinal } from '../../api/states';
-import type { Convergence, Job } from '../../api/types';
 import type { TilePlanes } from '../../live/feed_messages';
 import { JobFeed } from '../../live/job_feed';
 import { doneShare } from '../../ui/format';

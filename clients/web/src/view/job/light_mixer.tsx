@@ -1,7 +1,7 @@
 import { useEffect } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { api } from '../../api/client';
 import { filmOf } from '../../api/states';
-import type { Job } from '../../api/types';
 import { Store, useStore } from '../../ui/store';
 import { familiesOf, firstFamily } from './mix_families';
 import { isPart, shareModes } from './view_modes';

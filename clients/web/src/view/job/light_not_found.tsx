@@ -1,5 +1,5 @@
 import { useEffect, useRef } from 'preact/hooks';
-import type { Job } from '../../api/types';
+import type { Job } from 'tessera-render';
 import { display, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { reuse } from './job_settings';

@@ -1,5 +1,5 @@
 import { useState } from 'preact/hooks';
-import type { Job } from '../../api/types';
+import type { Job } from 'tessera-render';
 import { contourOf } from '../../live/contour';
 import { ramps } from '../../live/heat';
 import { number } from '../../ui/format';

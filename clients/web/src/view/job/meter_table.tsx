@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Job, Meter } from 'tessera-render';
 import { api, meterUrl } from '../../api/client';
 import { isAvailable } from '../../api/states';
-import type { Job, Meter } from '../../api/types';
 import { count, measured, number, percent } from '../../ui/format';
 import { MeterMap } from './meter_map';
 import { useRevision } from './server_image';

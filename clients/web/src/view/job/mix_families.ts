@@ -1,5 +1,5 @@
+import type { Job } from 'tessera-render';
 import { filmOf } from '../../api/states';
-import type { Job } from '../../api/types';
 import { isPart } from './view_modes';
 
 /** Shares of one family are disjoint; each complete family adds up to the image. */

@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
 import { filmOf, isAvailable, isFinal } from '../../api/states';
-import type { Job } from '../../api/types';
 import { number } from '../../ui/format';
 import { display } from '../../ui/server_state';
 import { useStore } from '../../ui/store';

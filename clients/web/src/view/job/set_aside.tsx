@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import type { Job } from '../../api/types';
 
 /** Smallest share of the light that is worth a sentence: one part in ten thousand. */
 const least = 0.01;

@@ -1,6 +1,6 @@
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { filmOf, isFinal } from '../../api/states';
-import type { Job } from '../../api/types';
 import type { JobFeed, FeedState } from '../../live/job_feed';
 import { Picture } from '../../live/picture';
 import { display } from '../../ui/server_state';

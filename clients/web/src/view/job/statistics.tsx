@@ -1,5 +1,5 @@
+import type { Job } from 'tessera-render';
 import { filmOf } from '../../api/states';
-import type { Job } from '../../api/types';
 import { bytes, count, duration, number } from '../../ui/format';
 
 /** The lighting chosen by default: useful to know, but not a problem. */

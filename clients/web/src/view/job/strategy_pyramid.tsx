@@ -1,7 +1,7 @@
 import { useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
 import { filmOf } from '../../api/states';
-import type { Job } from '../../api/types';
 import { display } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { useRevision } from './server_image';

@@ -1,11 +1,11 @@
 import { useEffect, useRef } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import type { LiveFilm } from '../../live/film';
 import { toneMapLabels, toneMaps, type ToneMap } from '../../live/tone';
 import { display, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 
 import { filmOf } from '../../api/states';
-import type { Job } from '../../api/types';
 import { DenoiseControls } from './denoised_image';
 import { autoExposure } from './film_reading';
 import { LightMixer } from './light_mixer';

@@ -1,6 +1,6 @@
 import { useEffect, useRef } from 'preact/hooks';
+import type { WorkerTile } from 'tessera-render';
 import { api } from '../../api/client';
-import type { WorkerTile } from '../../api/types';
 
 const lookEveryMs = 1000;
 /** As in TileFlashes: rectangles need no more pixels. */

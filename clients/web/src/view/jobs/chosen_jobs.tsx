@@ -1,7 +1,7 @@
 import { useState } from 'preact/hooks';
-import { api, imageUrl, problemOf, RequestError } from '../../api/client';
+import type { Job } from 'tessera-render';
+import { api } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import type { Job } from '../../api/types';
 import { go } from '../../ui/router';
 import { refresh, say, sayError } from '../../ui/server_state';
 import { distinct, zipOf } from '../../ui/zip';
@@ -28,9 +28,7 @@ async function forAll<T, R>(items: T[], work: (item: T) => Promise<R>): Promise<
 }
 
 async function imageOf(job: Job): Promise<Uint8Array> {
-  const response = await fetch(imageUrl(job.id, 'png'), { credentials: 'same-origin' });
-  if (!response.ok) throw new RequestError(await problemOf(response));
-  return new Uint8Array(await response.arrayBuffer());
+  return new Uint8Array(await (await api.image(job.id)).arrayBuffer());
 }
 
 async function download(jobs: Job[]): Promise<void> {

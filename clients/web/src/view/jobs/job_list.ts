@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Job, JobList as Listed, JobState } from 'tessera-render';
 import { api, RequestError } from '../../api/client';
-import type { Job, JobList as Listed, JobState } from '../../api/types';
 import { jobs, jobsNext, pageSize, sayError } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 

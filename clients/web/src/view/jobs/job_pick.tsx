@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Job } from 'tessera-render';
 import { filmOf, isAvailable, isFinal } from '../../api/states';
-import type { Job } from '../../api/types';
 import { count, percent } from '../../ui/format';
 import { useGrowing } from '../../ui/later';
 import { useJobList } from './job_list';

@@ -1,4 +1,4 @@
-import type { Job, JobState } from '../../api/types';
+import type { Job, JobState } from 'tessera-render';
 import type { FeedState } from '../../live/job_feed';
 import { doneShare, percent } from '../../ui/format';
 import { sceneName } from '../submit/scene_source';

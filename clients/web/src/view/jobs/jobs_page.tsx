@@ -1,8 +1,8 @@
 import { Fragment } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
+import type { Job, JobState } from 'tessera-render';
 import { api } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import type { Job, JobState } from '../../api/types';
 import { ago, count, duration, percent } from '../../ui/format';
 import { useGrowing } from '../../ui/later';
 import { choiceIn, keepChoice, route } from '../../ui/router';

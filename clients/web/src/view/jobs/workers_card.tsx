@@ -1,6 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Worker as Machine } from 'tessera-render';
 import { api } from '../../api/client';
-import type { Worker as Machine } from '../../api/types';
 import { count } from '../../ui/format';
 import { display, jobs } from '../../ui/server_state';
 import { useStore } from '../../ui/store';

@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { ConvergencePoint, Job } from 'tessera-render';
 import { api, explain } from '../../api/client';
 import { isFinal } from '../../api/states';
-import type { ConvergencePoint, Job } from '../../api/types';
 import { count, duration, percent } from '../../ui/format';
 import { choiceIn, keepChoice, route } from '../../ui/router';
 import { useStore } from '../../ui/store';

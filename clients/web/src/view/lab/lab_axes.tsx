@@ -1,6 +1,6 @@
 import { useLayoutEffect, useRef, useState } from 'preact/hooks';
 import type { ComponentChildren } from 'preact';
-import type { LabOutcome, LabPoint } from '../../api/types';
+import type { LabOutcome, LabPoint } from 'tessera-render';
 
 /** One run in the plots. */
 export interface Series {

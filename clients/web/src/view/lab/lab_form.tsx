@@ -1,6 +1,6 @@
 import { useId } from 'preact/hooks';
 import type { ComponentChildren } from 'preact';
-import type { Experiment, FieldError } from '../../api/types';
+import type { Experiment, FieldError } from 'tessera-render';
 import { number } from '../../ui/format';
 import { MathText } from '../../ui/math_text';
 import { NumberInput, refusalsAt } from '../field';

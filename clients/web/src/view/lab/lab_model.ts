@@ -1,4 +1,4 @@
-import type { Experiment, LabOutcome, LabPoint, LabRequest } from '../../api/types';
+import type { Experiment, LabOutcome, LabPoint, LabRequest } from 'tessera-render';
 
 /** Content of an experiment's form; n is text, because lists are typed. */
 export interface LabForm {

@@ -1,5 +1,5 @@
 import { useState } from 'preact/hooks';
-import type { Experiment } from '../../api/types';
+import type { Experiment } from 'tessera-render';
 import { digits, exact, measured, number } from '../../ui/format';
 import { MathText } from '../../ui/math_text';
 import { inkOf, labelOf, Mark, useWidth, type Series } from './lab_axes';

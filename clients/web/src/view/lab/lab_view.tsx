@@ -1,8 +1,8 @@
 import type { ComponentChildren } from 'preact';
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Experiment, FieldError } from 'tessera-render';
 import { explain, RequestError } from '../../api/client';
 import { runExperiment } from '../../api/lab';
-import type { Experiment, FieldError } from '../../api/types';
 import { go } from '../../ui/router';
 import { serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';

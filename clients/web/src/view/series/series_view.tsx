@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Batch, BatchJob, BatchSummary, Job, JobState } from 'tessera-render';
 import { api, explain, imageUrl, relative, RequestError } from '../../api/client';
 import { isFinal } from '../../api/states';
-import type { Batch, BatchJob, BatchSummary, Job, JobState } from '../../api/types';
 import { ago, doneShare } from '../../ui/format';
 import { go } from '../../ui/router';
 import { display, sayError, serverInfo } from '../../ui/server_state';

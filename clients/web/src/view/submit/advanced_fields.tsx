@@ -1,5 +1,5 @@
 import { useEffect, useState } from 'preact/hooks';
-import type { Server, TypeInfo } from '../../api/types';
+import type { Server, TypeInfo } from 'tessera-render';
 import { useStore } from '../../ui/store';
 import { Field, NumberInput, refusalsAt } from '../field';
 import { change, form, refusals, type FormValues } from './form_model';

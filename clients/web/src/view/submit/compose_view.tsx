@@ -1,7 +1,7 @@
 import { useEffect, useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
 import type { RefObject } from 'preact';
+import type { Scene } from 'tessera-render';
 import { api, RequestError } from '../../api/client';
-import type { Scene } from '../../api/types';
 import { Picture } from '../../live/picture';
 import { Preview } from '../../live/preview';
 import { Icon } from '../../ui/icons';

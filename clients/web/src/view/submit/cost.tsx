@@ -1,6 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { DryRun } from 'tessera-render';
 import { api, explain } from '../../api/client';
-import type { DryRun } from '../../api/types';
 import { bytes, duration } from '../../ui/format';
 import { serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';

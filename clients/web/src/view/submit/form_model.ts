@@ -1,5 +1,5 @@
+import type { FieldError, Server } from 'tessera-render';
 import { RequestError } from '../../api/client';
-import type { FieldError, Server } from '../../api/types';
 import { rounded } from '../../ui/format';
 import { Store } from '../../ui/store';
 import { hasArea, planeOf, pointsIn, type MeterGrid } from './meter_model';

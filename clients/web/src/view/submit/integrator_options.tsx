@@ -1,6 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
-import { api, resolved, type Member } from '../../api/client';
-import type { Server } from '../../api/types';
+import type { Server } from 'tessera-render';
+import { api, resolved, type Description, type Member } from '../../api/client';
 import { Store, useStore } from '../../ui/store';
 import { Field, NumberInput } from '../field';
 import { change, form, integratorOptions } from './form_model';
@@ -23,7 +23,7 @@ export function IntegratorOptions({ info }: { info: Server | null }) {
   const asks = options.length > 0 && members === null;
   useEffect(() => {
     if (!asks) return;
-    api.description().then(
+    api.description<Description>().then(
       (d) => {
         const member = d.components.schemas.JobRequest?.properties?.integrator ?? {};
         described.set(resolved(member, d).properties ?? {});

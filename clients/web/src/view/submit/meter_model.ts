@@ -1,4 +1,4 @@
-import type { JobRequestMeter, JobRequestMeterPlane, SceneBounds } from '../../api/types';
+import type { JobRequestMeter, JobRequestMeterPlane, SceneBounds } from 'tessera-render';
 import { rounded } from '../../ui/format';
 import { same } from './request_texts';
 

@@ -1,4 +1,4 @@
-import type { JobSpec, Scene, SceneCamera } from '../../api/types';
+import type { JobSpec, Scene, SceneCamera } from 'tessera-render';
 import { rounded } from '../../ui/format';
 import type { Pose } from './form_model';
 

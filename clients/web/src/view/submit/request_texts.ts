@@ -1,4 +1,4 @@
-import type { Job, Server } from '../../api/types';
+import type { Job, Server } from 'tessera-render';
 
 export type Members = Record<string, unknown>;
 

@@ -1,6 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
+import type { Server } from 'tessera-render';
 import { api, resolved, type Description, type Member } from '../../api/client';
-import type { Server } from '../../api/types';
 import { useStore } from '../../ui/store';
 import { change, form, formRequest, requestOf } from './form_model';
 import { hiddenSettings } from './reused_settings';
@@ -24,7 +24,7 @@ function useDefaults(active: boolean): Map<string, string> {
   useEffect(() => {
     if (!active) return;
     api
-      .description()
+      .description<Description>()
       .then((d) => setDefaults(new Map(defaultsOf(d.components.schemas.JobRequest ?? {}, d))))
       .catch(() => undefined); // In that case settings with default values are listed, too.
   }, [active]);

@@ -1,5 +1,5 @@
+import type { Scene } from 'tessera-render';
 import { explain } from '../../api/client';
-import type { Scene } from '../../api/types';
 import {
   isEnvironment,
   modelIn,

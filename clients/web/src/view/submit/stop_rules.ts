@@ -1,4 +1,4 @@
-import type { Server } from '../../api/types';
+import type { Server } from 'tessera-render';
 import type { FormValues } from './form_model';
 
 type Members<T> = {

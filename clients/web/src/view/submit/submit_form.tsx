@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Scene } from 'tessera-render';
 import { api, explain } from '../../api/client';
-import type { Scene } from '../../api/types';
 import { filesOfInput } from '../../api/upload';
 import { bytes, count } from '../../ui/format';
 import { Icon } from '../../ui/icons';
@@ -390,7 +390,7 @@ export function SubmitForm() {
         );
         go(`/series/${batch.id}`);
       } else {
-        const job = await api.submit(request);
+        const job = await api.submitRequest(request);
         go(`/jobs/${job.id}`);
       }
       void refresh();

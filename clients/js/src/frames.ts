@@ -47,13 +47,15 @@ function fromHalves(bytes: Uint8Array): Float32Array {
   return out;
 }
 
-/** Accepts chunks of any size and returns every complete frame once. Throws on invalid bytes. */
+/** Cuts a stream into frames. */
 export class FrameParser {
   private pending = new Uint8Array(1 << 16);
   private used = 0;
 
-  push(chunk: Uint8Array, onFrame: (frame: TileFrame) => void): void {
+  /** The frames that the chunk, of any size, completes. Throws on invalid bytes. */
+  push(chunk: Uint8Array): TileFrame[] {
     this.append(chunk);
+    const frames: TileFrame[] = [];
     let at = 0;
     for (;;) {
       if (this.used - at < headerBytes) break;
@@ -63,11 +65,12 @@ export class FrameParser {
       const payloadBytes = view.getUint32(4, true);
       if (!isFrame || payloadBytes > maxPayloadBytes) throw new Error('the tile stream is damaged');
       if (this.used - at < headerBytes + payloadBytes) break;
-      onFrame(this.read(view, at + headerBytes, payloadBytes));
+      frames.push(this.read(view, at + headerBytes, payloadBytes));
       at += headerBytes + payloadBytes;
     }
     this.pending.copyWithin(0, at, this.used);
     this.used -= at;
+    return frames;
   }
 
   private append(chunk: Uint8Array): void {

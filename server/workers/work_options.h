@@ -1,6 +1,7 @@
 /// WorkOptions: settings by which a coordinator controls its workers.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -10,9 +11,16 @@ namespace server {
 /// (core/render/units/result_size.h); jobs with larger results are rendered by the coordinator.
 inline constexpr std::uint64_t kResultBytesMax = std::uint64_t{1} << 30U;
 
+/// Longest CPU time of a unit, so that a worker half as fast as the mean takes 5 s for it.
+inline constexpr double kUnitSecondsMost = 2.5;
+
 struct WorkOptions {
   double lease_seconds = 15;  ///< Lease of a unit whose worker reports no progress.
-  std::string build;          ///< Build that workers must have.
+  std::chrono::steady_clock::duration lease_time() const {
+    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+        std::chrono::duration<double>(lease_seconds));
+  }
+  std::string build;  ///< Build that workers must have.
   std::string arithmetic;
   bool has_local_threads = false;  ///< Threads that also render jobs that workers can render.
   float verify_share = 0;          ///< Share of the units that two workers render.

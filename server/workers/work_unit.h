@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "core/render/units/slice_work.h"
-#include "server/jobs/job.h"
 
 namespace server {
+
+class Job;
+class RenderRun;
 
 struct WorkUnit {
   using Clock = std::chrono::steady_clock;
@@ -32,7 +34,9 @@ struct WorkUnit {
   };
 
   std::shared_ptr<RenderRun> run;
+  std::weak_ptr<Job> job;
   std::vector<core::Slice> slices;
+  double pixel_samples = 0;     ///< Of the slices.
   double expected_seconds = 0;  ///< CPU time.
   bool is_checked = false;      ///< Needs two results, which must be equal.
   int copies = 1;               ///< Number of workers intended to render it.
@@ -60,6 +64,9 @@ struct WorkUnit {
   bool has_lease(const std::string& worker) const {
     return std::any_of(leases.begin(), leases.end(),
                        [&worker](const Lease& lease) { return lease.worker == worker; });
+  }
+  void drop_lease(const std::string& worker) {
+    std::erase_if(leases, [&worker](const Lease& lease) { return lease.worker == worker; });
   }
 };
 

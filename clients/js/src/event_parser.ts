@@ -1,7 +1,4 @@
-/**
- * Parses server-sent events from text chunks by the WHATWG rules; comments are reported only as
- * signs of life.
- */
+/** Parses server-sent events from text chunks by the WHATWG rules, without their comments. */
 export interface ServerEvent {
   type: string;
   data: string;
@@ -15,21 +12,22 @@ export class EventParser {
   lastId: string | null = null;
   retryMs: number | null = null;
 
-  push(text: string, onEvent: (event: ServerEvent) => void): void {
+  /** The events that the text completes. */
+  push(text: string): ServerEvent[] {
     const lines = (this.rest + text).split(/\r\n|\n|\r/);
     this.rest = lines.pop() ?? '';
-    for (const line of lines) this.line(line, onEvent);
+    return lines.flatMap((line) => this.line(line));
   }
 
-  private line(line: string, onEvent: (event: ServerEvent) => void): void {
+  private line(line: string): ServerEvent[] {
     if (line === '') {
-      if (this.data.length)
-        onEvent({ type: this.type || 'message', data: this.data.join('\n'), id: this.lastId });
+      const { type, data } = this;
       this.type = '';
       this.data = [];
-      return;
+      return data.length
+        ? [{ type: type || 'message', data: data.join('\n'), id: this.lastId }]
+        : [];
     }
-    if (line.startsWith(':')) return;
     const colon = line.indexOf(':');
     const field = colon < 0 ? line : line.slice(0, colon);
     const value = colon < 0 ? '' : line.slice(colon + 1).replace(/^ /, '');
@@ -37,5 +35,6 @@ export class EventParser {
     else if (field === 'data') this.data.push(value);
     else if (field === 'id') this.lastId = value;
     else if (field === 'retry' && /^\d+$/.test(value)) this.retryMs = Number(value);
+    return [];
   }
 }

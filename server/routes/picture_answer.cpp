@@ -1,0 +1,190 @@
+#include "server/routes/picture_answer.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "api/answers/job_view.h"
+#include "api/json/error_codes.h"
+#include "api/json/values.h"
+#include "core/base/sha256.h"
+#include "core/error/pixel_error.h"
+#include "core/layers/exposure.h"
+#include "core/settings/registry.h"
+#include "server/http/conditional.h"
+#include "server/http/negotiation.h"
+#include "server/pictures/denoised_look.h"
+#include "server/pictures/image_look.h"
+#include "server/pictures/picture.h"
+#include "server/routes/answers.h"
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+
+namespace {
+
+/// Prints a share, such as "0.21%".
+std::string percent_text(double share) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2f%%", 100 * share);
+  return text.data();
+}
+
+std::string picture_etag(const Request& request, const Picture& picture,
+                         const std::string& revision) {
+  std::string query = picture.view.id + "." + std::string(picture.format.extension) + "?";
+  for (const auto& [name, value] : request.query_params) {
+    query += name == "revision" ? "" : name + "=" + value + "&";
+  }
+  // Includes the state, since a finished image carries its digest.
+  return make_etag("r" + revision + "-" + std::string(api::to_text(picture.view.state)) + "-" +
+                   core::sha256_hex(query.data(), query.size()).substr(0, 16));
+}
+
+}  // namespace
+
+std::vector<std::string> tone_map_names() {
+  std::vector<std::string> names;
+  for (const core::ToneMapEntry& entry : core::tone_maps()) {
+    names.emplace_back(entry.name);
+  }
+  return names;
+}
+
+const core::ImageFormat* choose_format(const Request& request, std::string_view extension) {
+  const auto formats = core::image_formats();
+  if (!extension.empty()) {
+    const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& format) {
+      return format.extension == extension || (extension == "jpeg" && format.extension == "jpg") ||
+             (extension == "tiff" && format.extension == "tif");
+    });
+    return found == formats.end() ? nullptr : &*found;
+  }
+  std::vector<std::string_view> offers;
+  for (const core::ImageFormat& format : formats) {
+    offers.push_back(format.mime);
+  }
+  const auto chosen = negotiate_media_type(request.headers.joined("Accept").value_or(""), offers);
+  return chosen ? &formats[*chosen] : nullptr;
+}
+
+Error unknown_format() {
+  std::string list;
+  for (const core::ImageFormat& format : core::image_formats()) {
+    list += (list.empty() ? "" : ", ") + std::string(format.mime) + " (." +
+            std::string(format.extension) + ")";
+  }
+  return Error{api::kNotAcceptable, "images come as " + list, ""};
+}
+
+std::shared_ptr<const core::DenoisedPicture> planes_of(const DenoiseService::Pointer& made) {
+  return made ? std::shared_ptr<const core::DenoisedPicture>(made, &made->picture) : nullptr;
+}
+std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made,
+                                         const api::JobView& job) {
+  return made ? std::optional(api::promised(made->view, job)) : std::nullopt;
+}
+
+std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const Job& job,
+                                                   const core::ImageFormat& format) {
+  if (!wants_names(format, job.record().view.spec.render.film)) {
+    return nullptr;
+  }
+  const auto view = jobs.scene_view(job);
+  return view ? view->scene : nullptr;
+}
+
+Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,
+                        const core::ImageFormat& format, const api::ImageQuery& query) {
+  const auto film = context.jobs.films().film(*job);
+  if (!film) {
+    return error_answer(request, film.error());
+  }
+  DenoiseService::Pointer denoised;
+  if (wants_denoised(query)) {
+    auto made = context.denoising.get(job, **film, query.revision, MemoryGate::kPatience);
+    if (!made) {
+      return error_answer(request, made.error());
+    }
+    denoised = *std::move(made);
+  }
+  const std::uint32_t revision = denoised ? denoised->view.revision : (*film)->revision();
+  if (query.revision && *query.revision > revision) {
+    return error_answer(request,
+                        Error{ErrorCode::kConflict,
+                              "revision " + std::to_string(*query.revision) +
+                                  " does not exist yet; the newest is " + std::to_string(revision),
+                              "/revision"});
+  }
+  const core::PixelRect crop = (*film)->crop();
+  const api::JobView view = context.jobs.view(*job);
+  const Picture picture{.format = format,
+                        .query = query,
+                        .view = view,
+                        .rect = query.rect.value_or(crop),
+                        .denoised = planes_of(denoised),
+                        .denoised_view = view_of(denoised, view),
+                        .scene = scene_for_names(context.jobs, *job, format),
+                        .tenant = request.access.tenant};
+  if (const auto refused = refused_part(picture.rect, crop)) {
+    return error_answer(request, *refused);
+  }
+  // A better picture of the same film may follow a quick one.
+  const std::string etag = picture_etag(
+      request, picture, std::to_string(revision) + (denoised && denoised->is_preview ? "p" : ""));
+  if (is_not_modified(request, etag)) {
+    Response response = not_modified(etag);
+    response.headers.set("Cache-Control", "no-cache");
+    response.headers.add("Vary", "Accept");
+    return response;
+  }
+  const PictureMaker maker(context.memory, context.about);
+  const auto encoded = maker.make(**film, picture, MemoryGate::kPatience);
+  if (!encoded) {
+    return error_answer(request, encoded.error());
+  }
+  Response response = bytes_response(200, format.mime, encoded->content);
+  response.headers.set("ETag", etag);
+  response.headers.set("Cache-Control", "no-cache");
+  response.headers.add("Vary", "Accept");
+  response.headers.set("X-Tessera-Revision", std::to_string(revision));
+  if (encoded->range) {
+    response.headers.set("X-Tessera-Range",
+                         api::number_text(static_cast<double>(encoded->range->low)) + "," +
+                             api::number_text(static_cast<double>(encoded->range->high)));
+  }
+  if (encoded->set_aside) {
+    response.headers.set("X-Tessera-Set-Aside", percent_text(*encoded->set_aside));
+  }
+  if (encoded->exposure_stops) {
+    response.headers.set("X-Tessera-Exposure",
+                         core::exposure_text(static_cast<double>(*encoded->exposure_stops)));
+  }
+  if (const std::string ignored = ignored_look(format, query); !ignored.empty()) {
+    response.headers.set("X-Tessera-Ignored", ignored);
+  }
+  response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
+  response.headers.set("X-Tessera-Bias", api::bias_of(view));
+  core::ErrorInterval error = view.progress.error;
+  if (!core::error_is_valid(error, view.spec.render)) {
+    error.low = error.high = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (const std::string text = error_text(error); !text.empty()) {
+    response.headers.set("X-Tessera-Error", text);
+  }
+  if (picture.denoised_view) {
+    const DenoisedFacts facts = denoised_facts(*picture.denoised_view, query);
+    response.headers.set("X-Tessera-Denoiser", facts.denoiser);
+    response.headers.set("X-Tessera-Bias", facts.bias);
+    if (!facts.error.empty()) {
+      response.headers.set("X-Tessera-Error", facts.error);
+    }
+  }
+  return response;
+}
+
+}  // namespace server

@@ -1,0 +1,305 @@
+// POST /v1/render: upload, job and image in one request.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "api/answers/job_view.h"
+#include "api/json/errors.h"
+#include "api/json/limits.h"
+#include "api/queries/render_query.h"
+#include "core/base/mutex.h"
+#include "core/base/sha256.h"
+#include "core/color/rgb.h"
+#include "core/lights/studio.h"
+#include "server/http/form_data.h"
+#include "server/http/text.h"
+#include "server/pictures/image_look.h"
+#include "server/routes/answers.h"
+#include "server/routes/asset_upload.h"
+#include "server/routes/context.h"
+#include "server/routes/job_answers.h"
+#include "server/routes/picture_answer.h"
+#include "server/routes/scene_upload.h"
+
+namespace server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// Jobs whose first request still waits for its image, and whether others have asked for the same.
+class FirstClients {
+ public:
+  void enter(const std::string& job) {
+    const core::MutexLock lock(mutex_);
+    is_shared_[job] = false;
+  }
+  /// Another request was answered with this job.
+  void share(const std::string& job) {
+    const core::MutexLock lock(mutex_);
+    if (const auto found = is_shared_.find(job); found != is_shared_.end()) {
+      found->second = true;
+    }
+  }
+  /// Returns whether no other request has asked for it.
+  bool leave(const std::string& job) {
+    const core::MutexLock lock(mutex_);
+    const bool is_shared = is_shared_[job];
+    is_shared_.erase(job);
+    return !is_shared;
+  }
+
+ private:
+  core::Mutex mutex_;
+  std::map<std::string, bool> is_shared_ GUARDED_BY(mutex_);
+};
+
+/// A request as it was sent. Views are of the body in `upload`.
+struct Sent {
+  SceneService::Upload upload;
+  std::string_view scene = {};
+  std::string scene_name = {};  ///< of its file; empty: unknown
+  std::optional<std::string_view> environment = {};
+  std::vector<SceneService::SideFile> sides = {};
+  std::string_view job = {};
+};
+
+Error at(std::string pointer, std::string detail) {
+  return Error{ErrorCode::kInvalidArgument, std::move(detail), std::move(pointer)};
+}
+
+/// Sorts the parts of a form. Fields of text are parameters, as those of the query.
+core::Status read_form(std::string_view body, std::string_view content_type, Sent& sent,
+                       Request& request) {
+  auto parts =
+      parse_form_data(body, content_type, static_cast<std::size_t>(api::limits::kSceneFiles));
+  if (!parts) {
+    return parts.error();
+  }
+  const auto take_once = [](auto& place, std::string_view content, const std::string& name) {
+    const bool is_first = place == std::decay_t<decltype(place)>{};
+    place = content;
+    return is_first ? core::ok_status() : core::Status(at("/" + name, "appears more than once"));
+  };
+  for (FormPart& part : *parts) {
+    const std::string_view content = part.content(body);
+    core::Status taken = core::ok_status();
+    if (part.name == "job") {
+      taken = take_once(sent.job, content, part.name);
+    } else if (!part.is_file()) {
+      request.query_params.emplace_back(std::move(part.name), content);
+    } else if (part.name == "scene") {
+      taken = take_once(sent.scene, content, part.name);
+      sent.scene_name = part.filename.value_or("");
+    } else if (part.name == "environment") {
+      taken = take_once(sent.environment, content, part.name);
+    } else if (part.name != "file") {
+      taken = at(api::join_pointer("", part.name),
+                 "unknown part; files are scene, environment, file and job");
+    } else if (part.filename.value_or("").empty()) {
+      taken = at("/file", "needs the name that the scene gives it");
+    } else {
+      sent.sides.push_back({.name = *std::move(part.filename), .content = content});
+    }
+    if (!taken) {
+      return taken;
+    }
+  }
+  return core::ok_status();
+}
+
+core::Result<Sent> read_request(const RouteContext& context, Request& request) {
+  auto upload = read_body(context, request);
+  if (!upload) {
+    return upload.error();
+  }
+  Sent sent{.upload = *std::move(upload)};
+  const std::string_view body(reinterpret_cast<const char*>(sent.upload.content.data()),
+                              sent.upload.content.size());
+  const std::string content_type(request.header("Content-Type").value_or(""));
+  const std::string type = media_type(content_type);
+  if (type == "multipart/form-data") {
+    if (const auto read = read_form(body, content_type, sent, request); !read) {
+      return read.error();
+    }
+  } else if (type == "application/json") {
+    sent.job = body;
+  } else {
+    sent.scene = body;
+  }
+  return sent;
+}
+
+/// Adds the uploaded scene. Pre: there is one; nothing else of the request is needed afterwards.
+core::Result<SceneService::Added> add_scene(const RouteContext& context, const Request& request,
+                                            Sent sent) {
+  const SceneOrigin origin{
+      .access = request.access, .name = sent.scene_name, .stop = request.stop_token()};
+  core::Bytes& content = sent.upload.content;
+  const auto* begin = reinterpret_cast<const std::byte*>(sent.scene.data());
+  if (!sent.sides.empty()) {
+    if (is_zip_archive(sent.scene)) {
+      return at("/file", "a zip contains all files of its scene");
+    }
+    // The sides stay where they are; the scene gets memory of its own.
+    auto room = sent.upload.lease.grow(sent.scene.size());
+    if (!room) {
+      return room.error();
+    }
+    SceneService::Upload scene(core::Bytes(begin, begin + sent.scene.size()));
+    std::swap(scene.lease, sent.upload.lease);
+    return context.scenes.add_with_sides(std::move(scene), sent.sides, origin);
+  }
+  const auto offset = begin - content.data();
+  const bool is_zip = is_zip_archive(sent.scene);
+  content.resize(static_cast<std::size_t>(offset) + sent.scene.size());
+  content.erase(content.begin(), content.begin() + offset);
+  return is_zip ? context.scenes.add_zip(std::move(sent.upload), origin)
+                : context.scenes.add_file(std::move(sent.upload), origin);
+}
+
+/// Chooses the exposure. Studio light has a known strength, and a white product stays white in it;
+/// the automatic exposure, which knows only the image, would show white on white as grey.
+void expose(const api::JobSpec& spec, api::ImageQuery& look) {
+  const core::EnvironmentSettings& light = spec.environment;
+  const float strength = light.intensity * core::luminance(light.color);
+  look.auto_exposure = !light.preset || !(strength > 0);
+  if (!look.auto_exposure) {
+    constexpr auto kMost = static_cast<float>(api::limits::kExposureStops);
+    const float stops = core::Studio(*light.preset).front_exposure_stops() - std::log2(strength);
+    look.exposure_stops = std::clamp(stops, -kMost, kMost);
+  }
+}
+
+Response accepted(const RouteContext& context, const Job& job) {
+  constexpr double kSoonest = 1;
+  constexpr double kLatest = 60;
+  const api::JobView view = context.jobs.view(job);
+  const double eta = view.progress.eta_seconds.value_or(kSoonest);
+  Response response = job_answer(202, job, view);
+  response.headers.set("Retry-After",
+                       std::to_string(std::lround(std::clamp(std::ceil(eta), kSoonest, kLatest))));
+  return response;
+}
+
+/// Waits for the job, and returns its image.
+Response waited_answer(const RouteContext& context, const Request& request, const JobPointer& job,
+                       double wait_seconds, const core::ImageFormat& format,
+                       const api::ImageQuery& look) {
+  wait_for_end(*job, deadline_in(wait_seconds), request.stop_token());
+  const api::JobView view = context.jobs.view(*job);
+  if (!api::is_final(view.state)) {
+    return accepted(context, *job);
+  }
+  if (view.failure) {
+    return problem_answer(request, *view.failure);
+  }
+  if (view.state == api::JobState::kCancelled) {
+    return error_answer(request, ErrorCode::kConflict, "the job was cancelled");
+  }
+  return picture_answer(context, request, job, format, look);
+}
+
+Response render(const RouteContext& context, FirstClients& first_clients, Request& request) {
+  auto sent = read_request(context, request);
+  if (!sent) {
+    return error_answer(request, sent.error());
+  }
+  auto query = api::parse_render_query(request.query_params, tone_map_names());
+  if (!query) {
+    return problem_answer(request, query.problem());
+  }
+  const core::ImageFormat* format = choose_format(request, query->format);
+  if (format == nullptr) {
+    return error_answer(request, unknown_format());
+  }
+  if (const auto refused = refused_look(*format, query->look)) {
+    return error_answer(request, *refused);
+  }
+  // The job part must be read before the memory of the body is handed over.
+  const std::string job_text(sent->job);
+  api::RenderUploads uploads;
+  if (sent->environment) {
+    const std::string_view content = *sent->environment;
+    const auto stored =
+        store_asset(context, request.access,
+                    {.id = core::sha256_hex(content.data(), content.size()),
+                     .declared_bytes = content.size(),
+                     .read = [&](const BodyReader::Sink& sink) { return sink(content); }});
+    if (!stored) {
+      return error_answer(request, stored.error());
+    }
+    uploads.environment_asset = stored->id;
+  }
+  if (!sent->scene.empty()) {
+    const auto added = add_scene(context, request, *std::move(sent));
+    if (auto refused = refused_scene(request, added)) {
+      return *std::move(refused);
+    }
+    uploads.scene = added->id;
+  } else {
+    sent->upload = SceneService::Upload({});
+  }
+  auto job = api::parse_render_job(job_text, *query, uploads);
+  if (!job) {
+    return problem_answer(request, job.problem());
+  }
+  if (!job->spec.has_image) {
+    return error_answer(request, at("/film", "must not be null: the answer is an image"));
+  }
+  if (const auto facts = context.scenes.facts(job->spec.scene, request.access)) {
+    api::frame_model(job->spec, *facts);  // A scene that does not exist is refused below.
+  }
+  if (!query->has_exposure && !format->high_dynamic_range) {
+    expose(job->spec, query->look);
+  }
+  if (auto refused = refuse_webhook(context, request, job->spec)) {
+    return *std::move(refused);
+  }
+  if (!take_stream_place(context, request)) {
+    return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
+  }
+  const std::string spec = api::spec_json(job->spec);
+  const std::string hash = core::sha256_hex(spec.data(), spec.size());
+  const auto submitted = context.jobs.submit(
+      *std::move(job),
+      {.access = request.access, .key = hash, .body_hash = hash, .is_by_content = true});
+  if (!submitted) {
+    return problem_answer(request, submitted.problem());
+  }
+  const JobPointer& made = submitted->job;
+  if (submitted->is_replay) {
+    first_clients.share(made->id());
+  } else {
+    first_clients.enter(made->id());
+  }
+  const double wait = std::min(query->wait_seconds.value_or(context.config.wait_max_seconds),
+                               context.config.wait_max_seconds);
+  Response response = waited_answer(context, request, made, wait, *format, query->look);
+  const bool is_only = !submitted->is_replay && first_clients.leave(made->id());
+  // A stopping server keeps the job for its next start.
+  if (is_only && context.ready && request.stop_token().stop_requested()) {
+    static_cast<void>(context.jobs.cancel(made));  // Fails only for a job that has already ended.
+  }
+  response.headers.set("Location", "/v1/jobs/" + made->id());
+  return response;
+}
+
+}  // namespace
+
+void add_render_handlers(const RouteContext& context, HandlerTable& table) {
+  table["render"] = {.handler = [clients = std::make_shared<FirstClients>()](
+                                    const RouteContext& routes,
+                                    Request& request) { return render(routes, *clients, request); },
+                     .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+}
+
+}  // namespace server

@@ -1,0 +1,476 @@
+// Waves against one path at a time over the product of features, drawn at random: each setting has
+// a sky, lights, materials with and without textures, panes in front of them, a camera, a filter
+// and options of its own. Both use the same random numbers, so pictures differ only where rounding
+// sends a path elsewhere. A failure prints the seed and what was drawn.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/lights/made_environment.h"
+#include "core/math/numbers.h"
+#include "core/wave/wave_tracer.h"
+#include "tests/support/differing_pixels.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace {
+
+using core::MaterialDescription;
+using core::Rgb;
+using core::Vec3;
+using test_support::Random;
+
+constexpr int kSettings = 200;
+constexpr int kSide = 8;
+constexpr int kSamples = 4;
+/// Of a picture: rounding sends one path in ten thousand elsewhere, more of long ones through
+/// glass.
+constexpr std::size_t kPixelsMost = 8;
+
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : random_(seed) {}
+  bool often(float share) { return random_.uniform() < share; }
+  float between(float low, float high) { return low + (high - low) * random_.uniform(); }
+  int below(int count) { return static_cast<int>(random_.bits() % static_cast<unsigned>(count)); }
+  Rgb color() { return {between(0.1F, 1), between(0.1F, 1), between(0.1F, 1)}; }
+  template <typename T, std::size_t N>
+  T one_of(const std::array<T, N>& values) {
+    return values[static_cast<std::size_t>(below(static_cast<int>(N)))];
+  }
+  /// Adds a word to the description of what was drawn.
+  void say(const std::string& word) { words_ += (words_.empty() ? "" : ", ") + word; }
+  const std::string& words() const { return words_; }
+
+ private:
+  Random random_;
+  std::string words_;
+};
+
+/// What is drawn, with one fault if asked: the planted ones that a comparison must see.
+enum class Fault {
+  kNone,
+  kNoSun,
+  kRougher,
+  kOtherTexels,
+  kTiltedNormals,
+  kOneBounceLess,
+  kDimLights
+};
+
+struct Kind {
+  const char* name;
+  void (*make)(MaterialDescription& m, Draw& draw);
+};
+constexpr std::array kKinds = {
+    Kind{"lambert",
+         [](MaterialDescription& m, Draw&) {
+           m.specular = 0;
+           m.roughness = 1;
+         }},
+    Kind{"plastic", [](MaterialDescription& m, Draw& draw) { m.ior = draw.between(1.3F, 2); }},
+    Kind{"metal", [](MaterialDescription& m, Draw&) { m.metallic = 1; }},
+    Kind{"half metal",
+         [](MaterialDescription& m, Draw& draw) {
+           m.metallic = draw.between(0.2F, 0.8F);
+           m.specular = draw.between(0, 1);
+           m.specular_color = draw.color();
+         }},
+    Kind{"mirror",
+         [](MaterialDescription& m, Draw& draw) {
+           m.metallic = draw.often(0.5F) ? 1.0F : 0.0F;
+           m.roughness = 0;
+         }},
+    Kind{"brushed metal",
+         [](MaterialDescription& m, Draw& draw) {
+           m.metallic = 1;
+           m.anisotropy = draw.between(0.3F, 1);
+           m.anisotropy_rotation_rad = draw.between(0, 3);
+         }},
+    Kind{"coat",
+         [](MaterialDescription& m, Draw& draw) {
+           m.clearcoat = draw.between(0.3F, 1);
+           m.clearcoat_roughness = draw.often(0.5F) ? 0 : draw.between(0.1F, 0.6F);
+         }},
+    Kind{"cloth",
+         [](MaterialDescription& m, Draw& draw) {
+           m.sheen_color = draw.color();
+           m.sheen_roughness = draw.between(0.2F, 1);
+         }},
+    Kind{"film",
+         [](MaterialDescription& m, Draw& draw) {
+           m.iridescence = draw.between(0.3F, 1);
+           m.metallic = draw.often(0.5F) ? 1.0F : 0.0F;
+         }},
+    Kind{"leaf",
+         [](MaterialDescription& m, Draw& draw) {
+           m.diffuse_transmission = draw.between(0.2F, 0.9F);
+           m.diffuse_transmission_color = draw.color();
+         }},
+    Kind{"thin glass",
+         [](MaterialDescription& m, Draw& draw) {
+           m.transmission = draw.between(0.6F, 1);
+           m.roughness = draw.often(0.6F) ? 0 : draw.between(0.1F, 0.6F);
+         }},
+    Kind{"solid glass",
+         [](MaterialDescription& m, Draw& draw) {
+           m.transmission = 1;
+           m.thickness = 1;
+           m.roughness = draw.often(0.6F) ? 0 : draw.between(0.1F, 0.6F);
+           m.attenuation_distance = draw.often(0.5F) ? 0.4F : 0.0F;
+           m.attenuation_color = draw.color();
+         }},
+    Kind{"holes",
+         [](MaterialDescription& m, Draw& draw) {
+           m.alpha_mode = core::AlphaMode::kMask;
+           m.base_alpha = draw.between(0.5F, 1);
+         }},
+    Kind{"blended",
+         [](MaterialDescription& m, Draw& draw) {
+           m.alpha_mode = core::AlphaMode::kBlend;
+           m.base_alpha = draw.between(0.2F, 1);
+         }},
+    Kind{"glow",
+         [](MaterialDescription& m, Draw& draw) {
+           m.emissive = draw.color() * draw.between(0.2F, 3);
+           m.double_sided = draw.often(0.5F);
+         }},
+    Kind{"unlit", [](MaterialDescription& m, Draw&) { m.unlit = true; }},
+};
+
+/// Noise in bytes or floats.
+int add_image(core::SceneDescription& scene, Draw& draw) {
+  core::Image image;
+  image.width = 32;
+  image.height = 8;
+  image.channels = 4;
+  image.type = draw.often(0.5F) ? core::PixelType::kU8 : core::PixelType::kF32;
+  const bool is_byte = image.type == core::PixelType::kU8;
+  image.bytes.resize(image.value_count() * (is_byte ? 1 : sizeof(float)));
+  for (std::size_t i = 0; i < image.value_count(); ++i) {
+    const float value = draw.between(0, 1);
+    if (is_byte) {
+      image.bytes[i] = static_cast<std::byte>(255 * value);
+    } else {
+      std::memcpy(&image.bytes[sizeof(float) * i], &value, sizeof(float));
+    }
+  }
+  scene.images.push_back(std::make_shared<const core::Image>(std::move(image)));
+  return static_cast<int>(scene.images.size()) - 1;
+}
+
+/// Lookups with the same coordinates, most of the time: lanes read only these together.
+void add_textures(MaterialDescription& m, core::SceneDescription& scene, Draw& draw, Fault fault) {
+  core::TextureDescription common;
+  const auto turn = [&](core::TextureDescription& slot) {
+    slot.uv_set = draw.below(2);
+    slot.wrap_u = static_cast<core::TextureWrap>(draw.below(3));
+    slot.wrap_v = static_cast<core::TextureWrap>(draw.below(3));
+    const float size = draw.between(0.3F, 3);
+    slot.uv_transform = {size, 0.3F, draw.between(-1, 1), -0.3F, size, draw.between(-1, 1)};
+    if (fault == Fault::kOtherTexels) {
+      slot.uv_transform[2] += 0.1F;
+    }
+  };
+  turn(common);
+  common.nearest = draw.often(0.1F);
+  const auto fill = [&](core::TextureDescription& slot, float share) {
+    if (!draw.often(share)) {
+      return;
+    }
+    slot = common;
+    if (draw.often(0.1F)) {
+      turn(slot);
+    }
+    slot.image = add_image(scene, draw);
+  };
+  fill(m.base_color_texture, 0.8F);
+  fill(m.metallic_roughness_texture, 0.5F);
+  fill(m.normal_texture, 0.4F);
+  m.normal_scale = draw.between(0.2F, 1) * (fault == Fault::kTiltedNormals ? 1.3F : 1.0F);
+  fill(m.emissive_texture, is_black(m.emissive) ? 0 : 0.5F);
+  fill(m.specular_texture, m.specular < 1 ? 0.3F : 0);
+  fill(m.transmission_texture, m.transmission > 0 ? 0.3F : 0);
+  fill(m.clearcoat_texture, m.clearcoat > 0 ? 0.3F : 0);
+  fill(m.clearcoat_normal_texture, m.clearcoat > 0 ? 0.3F : 0);
+  fill(m.sheen_color_texture, m.sheen_roughness > 0 ? 0.3F : 0);
+  fill(m.anisotropy_texture, m.anisotropy > 0 ? 0.3F : 0);
+}
+
+/// is_closed: the surface may bound a solid.
+int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Fault fault) {
+  const Kind& kind = kKinds[static_cast<std::size_t>(draw.below(static_cast<int>(kKinds.size())))];
+  MaterialDescription m;
+  m.base_color = draw.color();
+  m.metallic = 0;
+  m.roughness = draw.between(0.05F, 1);
+  m.double_sided = draw.often(0.3F);
+  kind.make(m, draw);
+  const bool is_textured = draw.often(0.5F);
+  if (is_textured) {
+    add_textures(m, scene, draw, fault);
+  }
+  if (!is_closed) {
+    m.thickness = 0;
+  }
+  if (fault == Fault::kRougher) {
+    m.roughness = std::min(1.0F, m.roughness + 0.02F);
+  }
+  draw.say(std::string(is_textured ? "textured " : "") + kind.name);
+  scene.materials.push_back(m);
+  return static_cast<int>(scene.materials.size()) - 1;
+}
+
+/// Adds the attributes that textures need, and sometimes colours.
+core::PrimitiveDescription finished(core::PrimitiveDescription p, Draw& draw) {
+  const float size = draw.often(0.2F) ? 30.0F : 3.0F;
+  p.uv = {};
+  for (const Vec3 at : p.positions) {
+    p.uv[0].push_back({size * (at.x + at.z), size * at.y});
+    p.uv[1].push_back({size * at.y, 0.7F * size * (at.x - at.z)});
+    p.tangents.push_back({0.6F, 0, 0.8F, at.x < 0.5F ? 1.0F : -1.0F});
+  }
+  if (draw.often(0.15F)) {
+    for (std::size_t i = 0; i < p.positions.size(); ++i) {
+      const Rgb c = draw.color();
+      p.colors.push_back({c.r, c.g, c.b, 1});
+    }
+  }
+  return p;
+}
+
+core::Transform placed(Draw& draw) {
+  const float angle = draw.between(0, core::kTwoPi);
+  const float size = draw.between(0.7F, 1.2F);
+  const float mirror = draw.often(0.3F) ? -1.0F : 1.0F;
+  core::Transform out;
+  out.x = Vec3{std::cos(angle), 0, -std::sin(angle)} * (size * mirror);
+  out.y = {0, size, 0};
+  out.z = Vec3{std::sin(angle), 0, std::cos(angle)} * size;
+  return out;
+}
+
+/// Balls on a floor before a wall, the right ones behind a pane.
+void add_shapes(core::SceneDescription& scene, Draw& draw, Fault fault) {
+  const auto add = [&](core::PrimitiveDescription shape, bool is_closed,
+                       const core::Transform& to_world) {
+    shape.material = add_material(scene, draw, is_closed, fault);
+    scene.meshes.emplace_back();
+    scene.meshes.back().primitives = {finished(std::move(shape), draw)};
+    scene.instances.push_back({static_cast<int>(scene.meshes.size()) - 1, to_world});
+  };
+  add(test_support::quad({-2, 0, -1}, {0, 0, 3}, {4, 0, 0}, 0), false, {});
+  if (draw.often(0.5F)) {
+    add(test_support::quad({-2, 0, -1}, {4, 0, 0}, {0, 2, 0}, 0), false, {});
+  }
+  for (const float x : {-0.8F, 0.0F, 0.8F}) {
+    core::Transform at = placed(draw);
+    at.t = {x, 0.4F, draw.between(-0.5F, 0.2F)};
+    add(test_support::sphere({0, 0, 0}, 0.38F, 6, false, 0), true, at);
+  }
+  if (draw.often(0.7F)) {
+    core::PrimitiveDescription pane =
+        test_support::quad({0, 0.1F, 1}, {1.2F, 0, 0.1F}, {0, 1.2F, 0}, 0);
+    draw.say("pane:");
+    add(std::move(pane), false, {});
+  }
+}
+
+void add_lights(core::SceneDescription& scene, Draw& draw, Fault fault) {
+  const float scale = fault == Fault::kDimLights ? 0.98F : 1.0F;
+  const auto add = [&](core::PrimitiveDescription shape, Rgb radiance) {
+    shape.material = static_cast<int>(scene.materials.size());
+    MaterialDescription m = test_support::emitter(radiance * scale);
+    m.double_sided = draw.often(0.3F);
+    if (draw.often(0.2F)) {
+      m.emissive_texture.image = add_image(scene, draw);
+    }
+    scene.materials.push_back(m);
+    scene.meshes.emplace_back();
+    scene.meshes.back().primitives = {finished(std::move(shape), draw)};
+    scene.instances.push_back({static_cast<int>(scene.meshes.size()) - 1, {}});
+  };
+  const int quads = draw.one_of(std::array{0, 0, 1, 2, 5});
+  for (int i = 0; i < quads; ++i) {
+    const Vec3 corner = {draw.between(-1.5F, 1), draw.between(1.6F, 2.2F), draw.between(-1, 1)};
+    add(test_support::quad(corner, {0.5F, 0, 0}, {0, 0.1F, 0.4F}, 0), draw.color() * 10);
+  }
+  const bool has_ball = draw.often(0.2F);
+  if (has_ball) {
+    add(test_support::sphere({-1.4F, 1.3F, 0.5F}, 0.2F, 5, false, 0), draw.color() * 8);
+  }
+  const int lamps = draw.one_of(std::array{0, 0, 1, 3});
+  for (int i = 0; i < lamps; ++i) {
+    core::PunctualLightDescription lamp;
+    lamp.type = static_cast<core::PunctualType>(draw.below(3));
+    lamp.intensity = draw.color() * scale;
+    lamp.range_m = draw.often(0.2F) ? 3.0F : 0.0F;
+    lamp.inner_cone_rad = 0.4F;
+    lamp.outer_cone_rad = 1.2F;
+    // Tilted: a light in the plane of a wall is above or below it by rounding.
+    lamp.to_world = {{1, 0, 0}, {0, 0.6F, -0.8F}, {0, 0.8F, 0.6F}, {draw.between(-1, 1), 2, 0.3F}};
+    scene.lights.push_back(lamp);
+  }
+  draw.say(std::to_string(quads) + " quads" + (has_ball ? ", a ball" : "") + " and " +
+           std::to_string(lamps) + " lamps");
+}
+
+std::shared_ptr<const core::Environment> sky(Draw& draw, Fault fault) {
+  core::EnvironmentSettings settings;
+  settings.color = draw.color();
+  settings.rotation_degrees = draw.between(0, 360);
+  const int type = draw.below(5);
+  draw.say(std::array{"no sky", "constant sky", "studio", "map",
+                      "map with a sun"}[static_cast<std::size_t>(type)]);
+  if (type == 0) {
+    return nullptr;
+  }
+  if (type < 3) {
+    if (type == 2) {
+      settings.preset = static_cast<core::EnvironmentPreset>(draw.below(3));
+    }
+    return *core::make_environment(settings);
+  }
+  core::Image image;
+  image.width = 16;
+  image.height = 8;
+  image.channels = 3;
+  image.type = core::PixelType::kF32;
+  image.bytes.resize(image.value_count() * sizeof(float));
+  for (std::size_t i = 0; i < image.value_count(); ++i) {
+    const float value = draw.between(0, 1) + (draw.often(0.02F) ? 30.0F : 0.0F);
+    std::memcpy(&image.bytes[sizeof(float) * i], &value, sizeof(float));
+  }
+  core::SunDisc sun;
+  sun.direction = core::normalize({draw.between(-1, 1), draw.between(0, 0.7F), -1});
+  sun.radiance = draw.color() * 40;
+  sun.angular_radius_rad = draw.between(0.05F, 0.3F);
+  const bool has_sun = type == 4 && fault != Fault::kNoSun;
+  return *core::Environment::create(&image, settings, has_sun ? &sun : nullptr);
+}
+
+void set_camera(core::View& view, Draw& draw) {
+  const bool looks_up = draw.often(0.3F);
+  view.camera.position = Vec3{draw.between(-0.7F, 0.7F), draw.between(0.6F, 1.5F), 2.8F};
+  view.camera.target = looks_up ? Vec3{0, 1.6F, 0} : Vec3{0.1F, 0.5F, 0};
+  const float fov_degrees = draw.between(25, 60);
+  const int type = draw.below(6);
+  if (type == 0) {
+    view.camera.type = core::CameraType::kOrthographic;
+  } else if (type == 1) {
+    view.camera.type = core::CameraType::kPanorama;
+  } else {
+    view.camera.vertical_fov_degrees = fov_degrees;
+    if (type == 2) {
+      view.camera.aperture_radius_m = 0.1F;
+      view.camera.focus_distance_m = 2;
+    }
+  }
+  draw.say(std::array{"orthographic", "panorama", "lens",
+                      "perspective"}[static_cast<std::size_t>(std::min(type, 3))]);
+}
+
+void set_options(core::RenderSettings& s, Draw& draw, Fault fault) {
+  s.film.filter = {static_cast<core::FilterType>(draw.below(5)), draw.between(0.5F, 2)};
+  s.film.albedo = s.film.normal = s.film.depth = true;
+  s.max_depth = draw.one_of(std::array{1, 2, 3, 5, 8});
+  draw.say("depth " + std::to_string(s.max_depth));
+  if (fault == Fault::kOneBounceLess) {
+    --s.max_depth;
+  }
+  if (draw.often(0.4F)) {
+    s.estimator.splitting = core::SplittingType::kFixed;
+    s.estimator.split_count = draw.one_of(std::array{2, 3, 4});
+    draw.say("split " + std::to_string(s.estimator.split_count));
+  }
+  if (draw.often(0.3F)) {
+    s.sampler = draw.one_of(std::array{core::SamplerType::kIndependent, core::SamplerType::kHalton,
+                                       core::SamplerType::kZsobol});
+  }
+  if (draw.often(0.3F)) {
+    s.light_sampler =
+        draw.often(0.5F) ? core::LightSamplerType::kPower : core::LightSamplerType::kUniform;
+  }
+  if (draw.often(0.3F)) {
+    s.background.type = static_cast<core::BackgroundType>(1 + draw.below(3));
+    s.background.color = draw.color();
+    s.background.through_glass = draw.often(0.5F);
+    draw.say("backdrop");
+  }
+}
+
+struct Setting {
+  std::string words;
+  core::View view;
+};
+
+Setting setting(std::uint64_t seed, Fault fault = Fault::kNone) {
+  Draw draw(seed);
+  core::SceneDescription scene;
+  add_shapes(scene, draw, fault);
+  add_lights(scene, draw, fault);
+  auto environment = sky(draw, fault);
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  view.environment = std::move(environment);
+  set_camera(view, draw);
+  set_options(view.settings, draw, fault);
+  view.settings.seed = seed;
+  return {draw.words(), std::move(view)};
+}
+
+struct Planted {
+  const char* name;
+  Fault fault;
+  int least;
+};
+
+/// The first seed; --gtest_random_seed draws other settings.
+std::uint64_t first_seed() {
+  return static_cast<std::uint64_t>(GTEST_FLAG_GET(random_seed)) * kSettings;
+}
+/// Tests whether lanes serve the setting; others test nothing here.
+bool is_served(const core::View& view) {
+  return core::make_wave_tracer({view.scene->data(), view.environment.get(), view.settings}) !=
+         nullptr;
+}
+
+TEST(WaveProduct, RandomSettingsLookAsOnePathAtATime) {
+  std::size_t count = 0;
+  for (std::uint64_t seed = first_seed(); seed < first_seed() + kSettings; ++seed) {
+    const Setting one = setting(seed);
+    EXPECT_TRUE(is_served(one.view)) << "seed " << seed << ": " << one.words;
+    const std::size_t differing =
+        test_support::differing_pixels(one.view, seed % 8 == 0 ? 1 : 8, one.view, kSamples, 1);
+    EXPECT_LE(differing, kPixelsMost) << "seed " << seed << ": " << one.words;
+    count += differing;
+  }
+  EXPECT_LE(count, std::size_t{kSettings * kSide * kSide / 800});
+}
+
+// The planted faults, each in one of the two only; `least` of 16 settings notice it.
+TEST(WaveProduct, SeesPlantedFaults) {
+  for (const auto& [name, fault, least] :
+       {Planted{"no sun", Fault::kNoSun, 1}, Planted{"rougher", Fault::kRougher, 8},
+        Planted{"other texels", Fault::kOtherTexels, 4},
+        Planted{"tilted normals", Fault::kTiltedNormals, 3},
+        Planted{"one bounce less", Fault::kOneBounceLess, 3},
+        Planted{"dim lights", Fault::kDimLights, 4}}) {
+    int seen = 0;
+    for (std::uint64_t seed = first_seed(); seed < first_seed() + 16; ++seed) {
+      const core::View faulty = setting(seed, fault).view;
+      seen +=
+          test_support::differing_pixels(faulty, 8, setting(seed).view, kSamples, 1) > kPixelsMost
+              ? 1
+              : 0;
+    }
+    EXPECT_GE(seen, least) << name;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,332 @@
+// LeaseTable under a clock that only the test moves.
+#include "server/workers/lease_table.h"
+
+#include <gtest/gtest.h>
+
+#include "server/jobs/job.h"
+
+namespace server {
+namespace {
+
+using core::ErrorCode;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class LeaseTableTest : public testing::Test {
+ protected:
+  static constexpr int kLease = 15;
+
+  LeaseTableTest() { options_.lease_seconds = kLease; }
+
+  static LeaseTable::Sender sender(const std::string& worker) { return {worker, "key " + worker}; }
+
+  /// Returns the orders.
+  api::WorkerOrders report(const std::string& worker, std::map<std::string, double> units = {}) {
+    api::WorkerReport sent;
+    sent.threads = 2;
+    sent.units = std::move(units);
+    auto orders = table_.report(sender(worker), sent, now_, 0);
+    EXPECT_TRUE(orders);
+    return orders ? *orders : api::WorkerOrders();
+  }
+  /// Reports of all of these workers until the time has passed, so that none is taken for lost.
+  void pass(seconds time, const std::vector<std::string>& workers = {}) {
+    for (int s = 0; s < time.count(); ++s) {
+      now_ += seconds(1);
+      for (const std::string& worker : workers) {
+        report(worker);
+      }
+    }
+  }
+  void add(const std::string& name) {
+    WorkUnit unit;
+    unit.job = job_;
+    unit.pixel_samples = 1000;
+    unit.expected_seconds = 2;
+    table_.add(name, std::move(unit), now_);
+  }
+  /// The code of the error; empty: the worker has the unit now.
+  std::optional<ErrorCode> lease(const std::string& name, const std::string& worker) {
+    const auto unit = table_.lease(name, sender(worker), now_);
+    return unit ? std::nullopt : std::optional(unit.error().code);
+  }
+  static LeaseTable::Work work(int tile) {
+    LeaseTable::Work work(1);
+    work.front().slice.tile = tile;
+    return work;
+  }
+  LeaseTable::Settled take(const std::string& name, const std::string& worker,
+                           LeaseTable::Work work) {
+    EXPECT_TRUE(table_.begin_result(name, sender(worker)));
+    return table_.take_result(name, worker, std::move(work), 100, now_);
+  }
+  std::string state_of(const std::string& worker) {
+    for (const api::WorkerView& view : table_.workers(now_)) {
+      if (view.id == worker) {
+        return view.state;
+      }
+    }
+    return "absent";
+  }
+  bool is_hopeless(const std::string& name) {
+    const auto names = table_.hopeless(now_);
+    return std::find(names.begin(), names.end(), name) != names.end();
+  }
+
+  Log log_{LogLevel::kError};
+  WorkOptions options_;
+  LeaseTable table_{options_, log_};
+  LeaseTable::Time now_ = LeaseTable::Time() + std::chrono::hours(1);
+  JobPointer job_ = std::make_shared<Job>(JobRecord(), Job::History::kInLog);
+};
+
+TEST_F(LeaseTableTest, ProgressAndNothingElseExtendsALease) {
+  report("a");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  now_ += seconds(10);
+  report("a", {{"u", 1.5}});  // until 25 s
+  now_ += seconds(10);
+  report("a", {{"u", 1.5}});  // no progress
+  table_.expire(now_);
+  EXPECT_TRUE(table_.held("u", sender("a")));
+  now_ += seconds(5);
+  table_.expire(now_);
+  EXPECT_TRUE(table_.held("u", sender("a"))) << "the lease ends after 25 s, not at them";
+  now_ += milliseconds(1);
+  table_.expire(now_);
+  EXPECT_EQ(table_.held("u", sender("a")).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(table_.counts().expired, 1U);
+}
+
+TEST_F(LeaseTableTest, ALostUnitGoesToAnotherWorkerAndItsResultIsRefused) {
+  report("a");
+  report("b");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  pass(seconds(kLease + 1), {"a", "b"});
+  table_.expire(now_);
+  EXPECT_EQ(table_.begin_result("u", sender("a")).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(report("a", {{"u", 3}}).dropped, std::vector<std::string>{"u"});
+  pass(seconds(1), {"a", "b"});  // a rests for a second
+  EXPECT_EQ(lease("u", "a"), ErrorCode::kUnavailable) << "meant for b, which has not failed it";
+  EXPECT_EQ(lease("u", "b"), std::nullopt);
+  EXPECT_TRUE(take("u", "b", work(1)).work);
+  table_.close("u");
+  EXPECT_EQ(table_.begin_result("u", sender("b")).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(table_.counts().taken, 1U);
+}
+
+TEST_F(LeaseTableTest, AWorkerThatFailsRestsForTwiceAsLongEachTime) {
+  report("a");
+  for (const int rest : {1, 2, 4, 8, 16, 32, 64, 64}) {
+    add("u");
+    ASSERT_EQ(lease("u", "a"), std::nullopt);
+    ASSERT_TRUE(table_.hand_back("u", sender("a"), "disk full", now_));
+    EXPECT_EQ(report("a").reason.substr(0, 15),
+              "it rests for " + std::to_string(rest) + (rest < 10 ? " " : ""));
+    pass(seconds(rest - 1), {"a"});
+    EXPECT_EQ(state_of("a"), "suspended");
+    EXPECT_EQ(lease("u", "a"), ErrorCode::kUnavailable);
+    pass(seconds(1), {"a"});
+    EXPECT_EQ(state_of("a"), "idle");
+    table_.remove_if([](const WorkUnit&) { return true; });
+  }
+  // A result that is accepted after its rest ends the row.
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_TRUE(take("u", "a", work(1)).work);
+  table_.close("u");
+  add("v");
+  ASSERT_EQ(lease("v", "a"), std::nullopt);
+  ASSERT_TRUE(table_.hand_back("v", sender("a"), "disk full", now_));
+  EXPECT_EQ(report("a").reason.substr(0, 14), "it rests for 1");
+}
+
+TEST_F(LeaseTableTest, AFailedUnitIsHopelessOnlyOnceNoWorkerCouldTakeIt) {
+  report("a");
+  report("b");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  ASSERT_TRUE(table_.hand_back("u", sender("a"), "no memory", now_));
+  EXPECT_FALSE(is_hopeless("u")) << "b may take it";
+  ASSERT_EQ(lease("u", "b"), std::nullopt);
+  EXPECT_FALSE(is_hopeless("u")) << "b renders it";
+  ASSERT_TRUE(table_.hand_back("u", sender("b"), "no memory", now_));
+  EXPECT_TRUE(is_hopeless("u"));
+  table_.begin_own("u");
+  EXPECT_FALSE(is_hopeless("u")) << "the coordinator renders it";
+  EXPECT_EQ(table_.counts().own, 1U);
+}
+
+TEST_F(LeaseTableTest, ThreeWorkersLostWithAUnitAreReported) {
+  for (const char* worker : {"a", "b", "c"}) {
+    report(worker);
+  }
+  add("u");
+  int lost = 0;
+  for (const char* worker : {"a", "b", "c"}) {
+    ASSERT_EQ(lease("u", worker), std::nullopt) << worker;
+    pass(seconds(kLease + 1), {"a", "b", "c"});
+    EXPECT_EQ(table_.expire(now_).size(), ++lost == 3 ? 1U : 0U) << worker;
+  }
+}
+
+TEST_F(LeaseTableTest, AWorkersIdBelongsToTheKeyThatReportedItFirst) {
+  report("a");
+  add("u");
+  const LeaseTable::Sender thief = {"a", "another key"};
+  EXPECT_EQ(table_.report(thief, {}, now_, 0).error().code, ErrorCode::kForbidden);
+  EXPECT_EQ(table_.lease("u", thief, now_).error().code, ErrorCode::kForbidden);
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_EQ(table_.begin_result("u", thief).error().code, ErrorCode::kForbidden);
+  EXPECT_EQ(table_.hand_back("u", thief, "", now_).error().code, ErrorCode::kForbidden);
+}
+
+TEST_F(LeaseTableTest, OneResultIsTakenAtATime) {
+  report("a");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  ASSERT_TRUE(table_.begin_result("u", sender("a")));
+  EXPECT_EQ(table_.begin_result("u", sender("a")).error().code, ErrorCode::kUnavailable);
+  pass(seconds(2 * kLease), {"a"});
+  table_.expire(now_);
+  EXPECT_TRUE(table_.held("u", sender("a"))) << "its result has arrived";
+  table_.cancel("u");
+  EXPECT_TRUE(table_.begin_result("u", sender("a")));
+}
+
+TEST_F(LeaseTableTest, AReservedUnitIsNotRemovedButNoLongerRenderedHere) {
+  report("a");
+  add("u");
+  add("v");
+  table_.begin_own("u");
+  const auto removed = table_.remove_if([](const WorkUnit&) { return true; });
+  EXPECT_EQ(removed.size(), 1U);
+  ASSERT_TRUE(table_.units().contains("u"));
+  EXPECT_TRUE(table_.units().at("u").own.stop_requested());
+}
+
+TEST_F(LeaseTableTest, ALongUnitAtTheEndOfAPassIsGivenToAnIdleWorkerToo) {
+  report("a");
+  report("b");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  pass(seconds(2), {"a", "b"});
+  table_.double_last_units(now_);
+  EXPECT_EQ(lease("u", "b"), ErrorCode::kConflict) << "it takes as long as was expected";
+  pass(seconds(1), {"a", "b"});
+  table_.double_last_units(now_);
+  EXPECT_EQ(lease("u", "a"), ErrorCode::kUnavailable) << "it has it already";
+  EXPECT_EQ(lease("u", "b"), std::nullopt);
+  EXPECT_TRUE(take("u", "b", work(1)).work);
+  table_.close("u");
+  EXPECT_EQ(table_.take_to_report(), std::set<std::string>{"a"}) << "a should stop rendering it";
+}
+
+TEST_F(LeaseTableTest, NamesArePublishedAgainOnlyIfMessagesAreMissing) {
+  report("a");
+  add("u");
+  add("v");
+  EXPECT_EQ(table_.take_to_publish(now_), (std::vector<std::string>{"u", "v"}));
+  EXPECT_TRUE(table_.take_to_publish(now_).empty());
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_EQ(table_.messages_expected(now_ + seconds(2 * kLease)), std::nullopt);
+  now_ += seconds(2 * kLease) + milliseconds(1);
+  EXPECT_EQ(table_.messages_expected(now_), 2U) << "v waits, and a keeps the message of u";
+  table_.note_messages(false, now_);
+  EXPECT_TRUE(table_.take_to_publish(now_).empty());
+  now_ += seconds(2 * kLease) + milliseconds(1);
+  table_.note_messages(true, now_);
+  EXPECT_EQ(table_.take_to_publish(now_), std::vector<std::string>{"v"});
+}
+
+/// Every unit is rendered by two workers.
+class VerifiedUnitsTest : public LeaseTableTest {
+ protected:
+  VerifiedUnitsTest() {
+    options_.verify_share = 1;
+    report("a");
+    report("b");
+  }
+};
+
+TEST_F(VerifiedUnitsTest, ASingleWorkerIsNotVerified) {
+  pass(seconds(kLease), {"a"});
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_TRUE(take("u", "a", work(1)).work);
+}
+
+TEST_F(VerifiedUnitsTest, EqualResultsAreTakenOnce) {
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_EQ(lease("u", "a"), ErrorCode::kUnavailable) << "two results of one worker prove nothing";
+  ASSERT_EQ(lease("u", "b"), std::nullopt);
+  EXPECT_FALSE(take("u", "a", work(1)).work);
+  const LeaseTable::Settled settled = take("u", "b", work(1));
+  EXPECT_TRUE(settled.work);
+  EXPECT_FALSE(settled.is_disputed);
+  EXPECT_EQ(table_.counts().verified, 1U);
+}
+
+TEST_F(VerifiedUnitsTest, TheWorkerWhoseResultDiffersFromTheCoordinatorsIsSuspended) {
+  // Before the dispute, a result of the liar is taken unverified: b did not answer.
+  add("early");
+  ASSERT_EQ(lease("early", "b"), std::nullopt);
+  EXPECT_FALSE(take("early", "b", work(1)).work);
+  EXPECT_TRUE(table_.take_unverified(now_).empty()) << "a may still verify it";
+  pass(seconds(10), {"a", "b"});
+  EXPECT_TRUE(table_.take_unverified(now_).empty()) << "it waits for ten seconds";
+  now_ += milliseconds(1);
+  EXPECT_EQ(table_.take_unverified(now_).size(), 1U);
+  table_.close("early");
+
+  add("u");
+  add("v");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  ASSERT_EQ(lease("u", "b"), std::nullopt);
+  ASSERT_EQ(lease("v", "b"), std::nullopt);
+  EXPECT_FALSE(take("v", "b", work(1)).work);
+  EXPECT_FALSE(take("u", "a", work(1)).work);
+  const LeaseTable::Settled settled = take("u", "b", work(2));
+  EXPECT_FALSE(settled.work);
+  EXPECT_TRUE(settled.is_disputed);
+  table_.begin_own("u");
+  const auto doubted = table_.judge("u", core::content_digest(work(1)));
+  EXPECT_EQ(doubted, std::vector<JobPointer>{job_}) << "it took a result of b unverified";
+  table_.close("u");
+  EXPECT_EQ(state_of("a"), "idle");
+  EXPECT_EQ(state_of("b"), "suspended");
+  EXPECT_EQ(lease("v", "b"), ErrorCode::kUnavailable);
+  EXPECT_FALSE(table_.units().at("v").first) << "b's other result is not believed";
+  pass(seconds(1000), {"a", "b"});
+  EXPECT_EQ(state_of("b"), "suspended") << "until it is restarted";
+  EXPECT_EQ(table_.counts().suspended, 1U);
+}
+
+TEST_F(VerifiedUnitsTest, TwoWorkersOfOneKeyDoNotVerifyEachOtherWhileThereAreOtherKeys) {
+  const LeaseTable::Sender twin = {"twin", "key a"};
+  api::WorkerReport sent;
+  sent.threads = 1;
+  ASSERT_TRUE(table_.report(twin, sent, now_, 0));
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_EQ(table_.lease("u", twin, now_).error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(lease("u", "b"), std::nullopt);
+}
+
+TEST_F(LeaseTableTest, SilentWorkersAreForgottenAfterTenMinutes) {
+  report("a");
+  pass(seconds(kLease));
+  EXPECT_EQ(state_of("a"), "lost");
+  pass(seconds(39 * kLease));
+  table_.expire(now_);
+  EXPECT_EQ(state_of("a"), "lost");
+  now_ += milliseconds(1);
+  table_.expire(now_);
+  EXPECT_EQ(state_of("a"), "absent");
+}
+
+}  // namespace
+}  // namespace server

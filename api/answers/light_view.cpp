@@ -37,7 +37,10 @@ const View<LightNotFound>& light_not_found_view() {
        {"reason",
         shape::nullable(shape::text("A sentence: whose light is missing, and which integrator "
                                     "finds it; null: no tile lacks light.")),
-        [](const LightNotFound& l) { return l.reason.empty() ? Json(nullptr) : Json(l.reason); }}}};
+        [](const LightNotFound& l) { return l.reason.empty() ? Json(nullptr) : Json(l.reason); }},
+       {"integrators",
+        shape::list(shape::text(), "The integrators in `reason`; empty: no tile lacks light."),
+        [](const LightNotFound& l) -> Json { return l.integrators; }}}};
   return kView;
 }
 
@@ -65,6 +68,7 @@ std::optional<LightNotFound> parse_light_not_found(std::string_view text) {
   light.confidence = read->value("confidence", light.confidence);
   light.particles = read->value("particles", 0U);
   light.tiles = read->value("lacking", std::vector<int>());
+  light.integrators = read->value("integrators", std::vector<std::string>());
   const auto reason = read->find("reason");
   light.reason =
       reason != read->end() && reason->is_string() ? reason->get<std::string>() : std::string();

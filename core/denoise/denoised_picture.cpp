@@ -20,6 +20,9 @@ namespace {
 /// three tiles of 32 without the middle one.
 constexpr int kWeightWindow = 48;
 constexpr int kWeightGap = 16;
+/// A smoother image is shown if its error is at most this share of the plain one's: with a smaller
+/// gain it looks worse than the plain one (FLIP, tests/bench/run --mixed).
+constexpr double kWorthwhile = 0.9;
 
 struct Halves {
   ColorPlanes a;
@@ -109,6 +112,7 @@ void for_pixels(const PixelRect& rect, const Body& body) {
   }
 }
 
+/// Minimises squares around each pixel.
 Plane mixing_weights(const PixelRect& rect, const Compared& of) {
   SummedArea gain(rect.width, rect.height);  // (F - mu)(F - I)
   SummedArea distance(rect.width, rect.height);
@@ -159,6 +163,34 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
     out.plane[i] = static_cast<float>(squares.error(window));
   });
   return out;
+}
+
+/// Fills the weights and the errors of the images. The mixed image is the plain or the denoised one
+/// if the error of the whole image says so: weights that are best by squares, and for other
+/// pixels, may be worse by the error. The plain image is the safe choice, so the smaller one of its
+/// two estimates counts. Choosing by errors of the whole image tells almost nothing about a pixel's
+/// own noise. Pre: out.plain_tiles.
+void judge(const FilmSnapshot& film, const Compared& of, DenoisedPicture& out) {
+  const auto size = [&](const Errors& errors) {
+    return error_of_roots(out.plain_tiles, errors.roots, film.errors, 0.95).relative;
+  };
+  Errors full = errors_of(film, of, nullptr);
+  out.weight = mixing_weights(film.rect, of);
+  Errors mixed = errors_of(film, of, &out.weight);
+  Plane ones(film.pixel_count(), 1.0F);
+  Errors plain = errors_of(film, of, &ones);
+  const double by_halves = ErrorEstimate(out.plain_tiles, film.errors).image(0.95).relative;
+  if (kWorthwhile * std::min(size(plain), by_halves) < std::min(size(mixed), size(full))) {
+    out.weight = std::move(ones);
+    mixed = std::move(plain);
+  } else if (size(full) < size(mixed)) {
+    out.weight.assign(film.pixel_count(), 0);
+    mixed = full;
+  }
+  out.mixed_roots = std::move(mixed.roots);
+  out.mixed_error = std::move(mixed.plane);
+  out.full_roots = std::move(full.roots);
+  out.full_error = std::move(full.plane);
 }
 
 /// Fills F - I, pooled around each pixel, and its standard error, estimated from the halves: half
@@ -314,7 +346,8 @@ DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfP
   const Halves shown = {halves[0].mean, halves[1].mean};
   const Halves clean = {filtered[0], filtered[1]};
   const Compared of = {raw, clean, shown, floor_of(film)};
-  out.weight = mixing_weights(film.rect, of);
+  out.plain_tiles = half_sums(film);
+  judge(film, of, out);
   for (std::size_t c = 0; c < 3; ++c) {
     out.full[c].resize(film.pixel_count());
     out.mixed[c].resize(film.pixel_count());
@@ -325,13 +358,6 @@ DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfP
       out.mixed[c][i] = f + out.weight[i] * (mean - f);
     }
   }
-  out.plain_tiles = half_sums(film);
-  Errors full = errors_of(film, of, nullptr);
-  out.full_roots = std::move(full.roots);
-  out.full_error = std::move(full.plane);
-  Errors mixed = errors_of(film, of, &out.weight);
-  out.mixed_roots = std::move(mixed.roots);
-  out.mixed_error = std::move(mixed.plane);
   fill_bias(raw, clean, out);
   return out;
 }

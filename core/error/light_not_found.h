@@ -15,6 +15,7 @@ struct LightNotFound {
   std::uint32_t particles = 0;
   std::vector<int> tiles;  ///< that lack light
   std::string reason;      ///< a sentence: which light, and what finds its light; empty: none lacks
+  std::vector<std::string> integrators;  ///< that find that light, as in `reason`
 };
 
 }  // namespace core

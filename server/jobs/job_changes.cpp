@@ -10,6 +10,7 @@
 #include "api/json/errors.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
+#include "server/scenes/scene_facts.h"
 
 namespace server {
 
@@ -62,6 +63,20 @@ Verdict priority_allowed(int priority, const Access& access) {
                                         ", the highest priority that this key allows"}});
 }
 
+Verdict JobService::check_stop(const core::StopRules& stop, const std::string& scene) const {
+  if (!stop.light_not_found) {
+    return {};  // No other rule depends on the scene.
+  }
+  const auto facts = scenes_.facts(scene, Access::operators());
+  if (!facts) {
+    return facts.error();
+  }
+  if (auto faults = stop_faults_against_scene(stop, *facts); !faults.empty()) {
+    return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
+  }
+  return {};
+}
+
 Verdict JobService::apply_patch(JobRecord& record, const Job& job,
                                 const api::JobPatch& patch) const {
   api::JobView& view = record.view;
@@ -72,6 +87,11 @@ Verdict JobService::apply_patch(JobRecord& record, const Job& job,
   }
   if (api::is_final(view.state) && patch.paused.value_or(false)) {
     return Error{ErrorCode::kConflict, "the job is " + state + " and cannot be paused", "/paused"};
+  }
+  if (patch.stop_named) {
+    if (Verdict fits = check_stop(patch.spec.stop, patch.spec.scene); !fits) {
+      return fits;
+    }
   }
   const api::JobSpec before = view.spec;
   if (!api::same_spec(before, patch.spec)) {
@@ -204,6 +224,9 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
     }
     if (record.film != FilmPlace::kOnDisk) {
       return Error{ErrorCode::kConflict, "the job's film no longer exists", ""};
+    }
+    if (Verdict fits = check_stop(parsed->stop, view.spec.scene); !fits) {
+      return fits;
     }
     const auto& samples = parsed->stop.samples_per_pixel;
     // The mean has a fractional part while an adaptive epoch is under way.

@@ -217,6 +217,8 @@ class JobService {
                                                         const Together& together);
   /// Cancels earlier previews with the same key as `by`.
   void supersede(const std::string& preview_key, const Job& by, const Access& access);
+  /// Returns errors for new rules of a job that have no meaning with its scene.
+  Verdict check_stop(const core::StopRules& stop, const std::string& scene) const;
   Verdict apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;
   /// Queues a finished job again, modified by `modify`. Refused: as extend().
   Verdict queue_again(const JobPointer& job, const Journal::Modify& modify);

@@ -156,6 +156,15 @@ core::SceneSummary decode_facts(std::string_view text) {
   return summary;
 }
 
+std::vector<api::FieldError> stop_faults_against_scene(const core::StopRules& stop,
+                                                       const core::SceneSummary& facts) {
+  // Fog and motion are refused without the scene.
+  const core::Status fits =
+      core::check_light_rule(stop, core::RenderSettings(), facts.has_scattering);
+  return fits ? std::vector<api::FieldError>()
+              : std::vector<api::FieldError>{{fits.error().where, fits.error().message}};
+}
+
 std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                                                   const core::SceneSummary& facts) {
   api::Faults faults;
@@ -179,11 +188,8 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
     traits.light_groups.reset();  // absent in facts stored by an older build
   }
   api::check_rules(spec, &traits, faults);
-  // Fog and motion are refused without the scene.
-  if (const core::Status fits =
-          core::check_light_rule(spec.stop, core::RenderSettings(), facts.has_scattering);
-      !fits) {
-    faults.add(fits.error().where, fits.error().message);
+  for (const api::FieldError& fault : stop_faults_against_scene(spec.stop, facts)) {
+    faults.add(fault.pointer, fault.detail);
   }
   return faults.empty() ? std::vector<api::FieldError>() : faults.problem().errors;
 }

@@ -20,9 +20,12 @@ std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_b
 core::SceneSummary decode_facts(std::string_view text);
 std::uint64_t load_bytes_of(std::string_view facts);
 
-/// Returns errors for members of the request that the scene lacks: camera name or index, a field of
-/// view for an orthographic camera, variant; and for an integrator or an option that does not
-/// support the scene's media or dispersion.
+/// Returns errors for stop rules that have no meaning with the scene's media.
+std::vector<api::FieldError> stop_faults_against_scene(const core::StopRules& stop,
+                                                       const core::SceneSummary& facts);
+/// Returns these, and errors for members of the request that the scene lacks: camera name or index,
+/// a field of view for an orthographic camera, variant; and for an integrator or an option that
+/// does not support the scene's media or dispersion.
 std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
                                                   const core::SceneSummary& facts);
 

@@ -3,7 +3,7 @@
 import json
 import os
 
-from harness import ApiTest, job_body, tessera
+from harness import ApiTest, job_body, tessera, triangle_glb
 
 
 def small(samples=16, scene="cornell-box", **members):
@@ -50,6 +50,32 @@ class LightTargets(ApiTest):
         job = self.server.render(small(medium={"scattering": [0.1, 0.1, 0.1]}))
         answer = self.server.post(f"/v1/jobs/{job['id']}/extend", {"stop": stop})
         self.assert_problem(answer, 422, "/stop/light_not_found")
+
+    def test_refuses_it_later_in_a_scene_that_scatters(self):
+        milk = {"KHR_materials_transmission": {"transmissionFactor": 1},
+                "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0.1,
+                                         "attenuationColor": [0.5, 0.5, 0.5]},
+                "KHR_materials_volume_scatter": {"multiscatterColor": [0.9, 0.9, 0.9]}}
+        glb = triangle_glb(materials=[{"extensions": milk}], extensionsUsed=list(milk))
+        scene = self.server.post("/v1/scenes", glb, {"Content-Type": "model/gltf-binary"}).json()
+        stop = {"light_not_found": 0.1}
+        refused = self.server.post("/v1/jobs", small(scene=scene["id"], stop=stop))
+        self.assert_problem(refused, 422, "/stop/light_not_found")
+        running = self.server.submit(small(65536, scene=scene["id"]))
+        answer = self.server.request("PATCH", f"/v1/jobs/{running['id']}", {"stop": stop})
+        self.assert_problem(answer, 422, "/stop/light_not_found")
+        self.assertEqual(answer.json()["errors"], refused.json()["errors"])
+        self.assertNotIn("light_not_found", self.server.job(running["id"])["spec"]["stop"])
+        self.server.post(f"/v1/jobs/{running['id']}/cancel")
+        finished = self.server.render(small(4, scene=scene["id"]))
+        answer = self.server.post(f"/v1/jobs/{finished['id']}/extend", {"stop": stop})
+        self.assert_problem(answer, 422, "/stop/light_not_found")
+        self.assertEqual(answer.json()["errors"], refused.json()["errors"])
+
+    def test_names_the_integrators_that_find_it(self):
+        job = self.server.render(small())
+        self.assertIsNone(job["light_not_found"]["reason"])
+        self.assertEqual(job["light_not_found"]["integrators"], [])
 
     def test_command_line_accepts_it(self):
         output = os.path.join(self.server.data, "found.png")

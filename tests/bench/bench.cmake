@@ -23,19 +23,29 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(adaptive_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Checks whether error targets are met.
-  add_executable(targets_bench bench/targets_bench.cpp bench/bench_views.cpp)
+  add_executable(targets_bench bench/targets_bench.cpp bench/asset_groups.cpp
+    bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
   target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Checks the coverage of intervals of single pixels.
   add_executable(coverage_bench bench/coverage_bench.cpp bench/coverage_assets.cpp
-    bench/bench_views.cpp bench/named_view.cpp
-    render/asset_files.cpp)
+    bench/asset_groups.cpp bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
   target_link_libraries(coverage_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
   # Gain of denoising, and coverage of its error intervals.
-  add_executable(denoise_bench bench/denoise_bench.cpp bench/bench_views.cpp render/asset_files.cpp)
+  add_executable(denoise_bench bench/denoise_bench.cpp bench/asset_groups.cpp
+    bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
   target_link_libraries(denoise_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+
+  # Mixed images beside denoised and plain ones, and FLIP beside the error.
+  add_executable(mixed_bench bench/mixed_bench.cpp bench/asset_groups.cpp bench/bench_views.cpp
+    bench/named_view.cpp render/asset_files.cpp)
+  target_link_libraries(mixed_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 endif()
+
+# Coverage of the meter's intervals.
+add_executable(meter_bench bench/meter_bench.cpp)
+target_link_libraries(meter_bench PRIVATE test_support core tessera_lto)
 
 # One render for callgrind.
 if(TARGET core_scene_io AND TARGET core_image_io)

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,16 +11,14 @@
 #include "core/denoise/statistical.h"
 #include "core/error/error_estimate.h"
 #include "core/film/set_aside.h"
+#include "core/render/picture/feature_pass.h"
 #include "core/settings/registry.h"
-#include "tests/bench/named_view.h"
-#include "tests/render/asset_files.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 
 namespace bench {
 namespace {
 
-constexpr int kReferenceSamples = 4096;
 /// Groups with fewer images that are not marked are not judged by these alone.
 constexpr double kLeastUnmarked = 5;
 
@@ -101,17 +98,10 @@ struct Kinds {
   Totals plain{"plain"};
   Totals calm{"set aside"};
   Totals denoised{"denoised"};
-  /// Per group: error of `mixed` over that of the better one of `full` and the plain image, which
-  /// is shown without fireflies.
-  std::vector<double> mixed;
-
   void print() {
     plain.print();
     calm.print();
     denoised.print();
-    std::sort(mixed.begin(), mixed.end());
-    std::printf("mixed      over the better of full and plain: %.2f in the median, %.2f at most\n",
-                mixed.empty() ? 0.0 : mixed[mixed.size() / 2], mixed.empty() ? 0.0 : mixed.back());
   }
 };
 
@@ -123,99 +113,67 @@ std::vector<core::Rgb> image_of(const core::ColorPlanes& planes) {
   return image;
 }
 
-double sum_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0);
-}
-
-core::View view_by(core::View view, std::string_view integrator) {
-  const core::FilmSettings film = view.settings.film;
-  view.settings = core::default_settings(integrator);
-  view.settings.film = film;
-  return view;
-}
-
-void measure(const std::string& name, core::View view, const test_support::Truth& truth,
+void measure(const AssetGroup& of, core::View view, const core::FeaturePicture& features,
              int samples, const AssetPlan& plan, Kinds& kinds) {
+  if (!core::check_rules(view)) {
+    return;  // it does not support the scene's media
+  }
   std::vector<core::ErrorInterval> seen;
   std::vector<core::ErrorInterval> seen_clean;
   std::vector<double> plain;
   std::vector<double> calm;
   std::vector<double> clean;
-  std::vector<double> full;
   for (int i = 0; i < plan.renders; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(i) + 1;
     const test_support::Picture picture = test_support::render(view, samples, plan.threads);
     const core::FilmSnapshot& film = picture.snapshot;
     seen.push_back(picture.progress.error);
-    plain.push_back(test_support::defined_error(film, truth));
+    plain.push_back(test_support::defined_error(film, of.truth));
     core::FilmSnapshot without = film;
     core::set_aside(without, without.rect);
-    calm.push_back(test_support::defined_error(without, truth));
+    calm.push_back(test_support::defined_error(without, of.truth));
     if (!core::halves_show_error(view.settings)) {
       continue;  // the errors of its denoised images are unknown
     }
-    const auto made =
-        core::denoise(film, nullptr, core::StatisticalDenoiser(), core::parallel_for(plan.threads));
+    const auto made = core::denoise(film, &features, core::StatisticalDenoiser(),
+                                    core::parallel_for(plan.threads));
     CHECK(made);
-    clean.push_back(test_support::defined_error(image_of(made->picture.mixed), truth));
-    full.push_back(test_support::defined_error(image_of(made->picture.full), truth));
+    clean.push_back(test_support::defined_error(image_of(made->picture.mixed), of.truth));
     seen_clean.push_back(made->picture.interval(core::DenoiseMode::kMixed, 0.95));
   }
   const std::string group =
-      name + ", " + view.settings.integrator + ", " + std::to_string(samples) + " samples";
+      of.name + ", " + view.settings.integrator + ", " + std::to_string(samples) + " samples";
   std::printf("%-72s", group.c_str());
   kinds.plain.add(group, seen, plain);
   kinds.calm.add(group, seen, calm);
   kinds.denoised.add(group, seen_clean, clean);
-  if (!clean.empty()) {
-    kinds.mixed.push_back(sum_of(clean) / std::min(sum_of(full), sum_of(calm)));
-    std::printf("  mixed %.2f", kinds.mixed.back());
-  }
   std::printf("\n");
   std::fflush(stdout);
 }
 
 }  // namespace
 
-bool measure_asset_coverage(const AssetPlan& plan) {
-  const auto folder = test_support::assets_folder();
-  if (!folder) {
-    return false;
-  }
+bool measure_asset_coverage(const AssetPlan& plan, const std::string& folder) {
   std::printf(
       "%d images a group, %d pixels wide; per cent covered (estimate over error): plain, "
       "without fireflies, denoised\n",
       plan.renders, plan.width);
   Kinds kinds;
-  int number = 0;
-  for (const char* name :
-       {"WaterBottle", "SunglassesKhronos", "2CylinderEngine", "blenderio_15_transmission",
-        "gen_material_matrix", "Fox", "AnisotropyDiscTest", "lamborghini", "blenderio_19_sheen",
-        "blenderio_14_emission_strength"}) {
-    for (const char* map : {"chinese_garden_1k", "studio_small_05_1k"}) {
-      if (plan.is_short && ++number % 4 > 1) {  // alternates between the maps
-        continue;
-      }
-      const std::string path = folder->string() + "/";
-      const core::View view = named_view(path + name + ".glb," + path + "env/" + map + ".hdr",
-                                         plan.width, plan.width * 9 / 16);
-      core::View long_view = view_by(view, "path");
-      long_view.settings.seed = 1U << 30U;
-      const test_support::Truth truth = test_support::truth_of(
-          test_support::render(long_view, kReferenceSamples, plan.threads).snapshot);
-      const std::string group = std::string(name) + " under " + map;
-      measure(group, view_by(view, "path"), truth, 16, plan, kinds);
-      measure(group, view_by(view, "path"), truth, 64, plan, kinds);
-      for (const std::string_view integrator : {"bdpt", "mlt", "sppm"}) {
-        measure(group, view_by(view, integrator), truth, 16, plan, kinds);
-        if (!plan.is_short) {
-          measure(group, view_by(view, integrator), truth, 64, plan, kinds);
-        }
+  const bool is_there = for_asset_groups(plan, folder, [&](const AssetGroup& group) {
+    const auto features = core::feature_pass(group.view, core::parallel_for(plan.threads));
+    CHECK(features && *features);
+    for (const std::string_view integrator : {"path", "bdpt", "mlt", "sppm"}) {
+      const core::View view = view_by(group.view, integrator);
+      measure(group, view, **features, 16, plan, kinds);
+      if (!plan.is_short || integrator == "path") {
+        measure(group, view, **features, 64, plan, kinds);
       }
     }
+  });
+  if (is_there) {
+    kinds.print();
   }
-  kinds.print();
-  return true;
+  return is_there;
 }
 
 }  // namespace bench

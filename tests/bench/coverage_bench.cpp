@@ -133,12 +133,12 @@ int main(int argc, char** argv) {
   const std::string only = word(3);        // one scene instead of all
   const std::string integrator = word(4);  // of that scene
   if (only.empty()) {
-    const bench::AssetPlan assets = {number(0, is_short ? 10 : 40), number(1, is_short ? 48 : 64),
-                                     number(2, 2), is_short};
-    if (bench::measure_asset_coverage(assets)) {
+    const bench::AssetPlan assets = {number(0, is_short ? 6 : 40), number(1, 96), number(2, 2),
+                                     is_short};
+    if (bench::measure_asset_coverage(assets, bench::folder_of(argv[0]))) {
       return 0;
     }
-    std::printf("no folder of assets (TESSERA_ASSETS names it): built-in scenes instead\n");
+    std::printf("built-in scenes instead\n");
   }
   const Plan plan = {number(0, is_short ? 20 : 200), number(1, is_short ? 48 : 64), number(2, 2)};
   std::printf(

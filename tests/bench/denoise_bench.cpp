@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,6 +21,7 @@
 #include "core/denoise/statistical.h"
 #include "core/image_io/image_codec.h"
 #include "core/render/picture/feature_pass.h"
+#include "tests/bench/asset_groups.h"
 #include "tests/bench/bench_views.h"
 #include "tests/render/asset_files.h"
 #include "tests/support/errors.h"
@@ -89,40 +89,6 @@ test_support::Picture render(core::View view, int samples, int seed, int threads
   return test_support::render(view, samples, threads);
 }
 
-template <typename T>
-void transfer(std::fstream& file, std::vector<T>& values, bool write) {
-  const auto bytes = static_cast<std::streamsize>(values.size() * sizeof(T));
-  auto* data = reinterpret_cast<char*>(values.data());
-  if (write) {
-    file.write(data, bytes);
-  } else {
-    file.read(data, bytes);
-  }
-}
-
-/// Kept in a file next to this program for later runs. Delete the files when a scene changes.
-test_support::Truth reference_of(const std::string& name, const core::View& view,
-                                 const Plan& plan) {
-  constexpr int kReferenceSeed = 1'000'000;
-  test_support::Truth out = {view.settings.film.width, view.settings.film.height, {}, {}};
-  const std::string path = plan.folder + name + "-" + std::to_string(out.width) + "-" +
-                           std::to_string(plan.reference) + ".truth";
-  std::fstream file(path, std::ios::in | std::ios::binary);
-  const bool is_kept = file.is_open();
-  if (!is_kept) {
-    out =
-        test_support::truth_of(render(view, plan.reference, kReferenceSeed, plan.threads).snapshot);
-    file.open(path, std::ios::out | std::ios::binary);
-  }
-  const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
-  out.mu.resize(count);
-  out.is_opaque.resize(count);
-  transfer(file, out.mu, !is_kept);
-  transfer(file, out.is_opaque, !is_kept);
-  CHECK(file.good());
-  return out;
-}
-
 struct Scene {
   std::string name;
   core::View view;
@@ -148,7 +114,7 @@ Scene prepare(std::string name, core::View view, const Plan& plan) {
   Scene out;
   out.name = std::move(name);
   out.view = std::move(view);
-  out.reference = reference_of(out.name, out.view, plan);
+  out.reference = bench::kept_truth(plan.folder, out.name, out.view, plan.reference, plan.threads);
   const double begin = cpu_seconds();
   auto features = core::feature_pass(out.view, core::parallel_for(plan.threads));
   CHECK(features && *features);
@@ -312,7 +278,7 @@ int main(int argc, char** argv) {
     return core::serve_oidn(0, argv[2]) ? 0 : 1;
   }
   Plan plan;
-  plan.folder = std::string(argv[0]).substr(0, std::string(argv[0]).rfind('/') + 1);
+  plan.folder = bench::folder_of(argv[0]);
   plan.seeds = argc > 1 ? std::atoi(argv[1]) : plan.seeds;
   plan.width = argc > 2 ? std::atoi(argv[2]) : plan.width;
   plan.threads = argc > 3 ? std::atoi(argv[3]) : plan.threads;

@@ -379,7 +379,8 @@ test('tiles that lack light are marked, and the integrator that finds it is offe
   // Tiles have 32 pixels: the last one of the second row, and the first of all.
   const lacking = { detected: 0.123, tiles: 2, lacking: [0, 5] };
   const reason = "The image lacks light of 'lamp' by way of 'path'; bdpt or sppm finds it.";
-  job.light_not_found = { ...job.light_not_found, ...lacking, reason };
+  const integrators = ['bdpt', 'sppm'];
+  job.light_not_found = { ...job.light_not_found, ...lacking, reason, integrators };
   await withPage(desktop, '', async (page) => {
     await page.route('**/v1/jobs?*', (route) => route.fulfill({ json: { jobs: [], next: null } }));
     await page.route(address, (route) => route.fulfill({ json: job }));

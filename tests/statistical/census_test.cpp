@@ -236,6 +236,7 @@ TEST(LightNotFound, IsDetectedWhereAPathCannotHitTheSun) {
   EXPECT_EQ(light.tiles, std::vector<int>{0});
   EXPECT_EQ(light.reason,
             "The image lacks light of 'sun' by way of 'mirror'; bdpt or sppm finds it.");
+  EXPECT_EQ(light.integrators, (std::vector<std::string>{"bdpt", "sppm"}));
 }
 
 TEST(LightNotFound, IsNotDetectedWhereConnectionsFindIt) {

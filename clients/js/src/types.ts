@@ -1242,6 +1242,8 @@ export interface LightNotFound {
    * A sentence: whose light is missing, and which integrator finds it; null: no tile lacks light.
    */
   reason: string | null;
+  /** The integrators in `reason`; empty: no tile lacks light. */
+  integrators: string[];
 }
 
 /** Cost of the job. */

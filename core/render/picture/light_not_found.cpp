@@ -129,7 +129,9 @@ void mark_lacking(std::vector<Compared>& tiles, double alpha) {
   }
 }
 
-std::string reason_of(const LightCensus& census, const View& view, bool needs_photons) {
+/// Names the light, its way and the integrators that find it.
+std::string reason_of(const LightCensus& census, const View& view,
+                      const std::vector<std::string>& finders) {
   const SceneData& scene = view.scene->data();
   std::string text = "The image lacks light";
   if (const auto source = census.caustic_source()) {
@@ -137,7 +139,11 @@ std::string reason_of(const LightCensus& census, const View& view, bool needs_ph
     text += " of '" + scene.light_groups[source->group] + "' by way of ";
     text += material.empty() ? "a smooth surface" : "'" + material + "'";
   }
-  return text + (needs_photons ? "; sppm finds it." : "; bdpt or sppm finds it.");
+  std::string names;
+  for (const std::string& name : finders) {
+    names += (names.empty() ? "" : " or ") + name;
+  }
+  return text + "; " + names + " finds it.";
 }
 
 }  // namespace
@@ -242,7 +248,9 @@ LightNotFound light_not_found(const LightCensus& census, int particles, const Fi
   out.detected = mean > 0 ? detected / mean : (detected > 0 ? 1.0 : 0.0);
   if (!out.tiles.empty()) {
     const bool needs_photons = by == CausticLight::kByConnections || 2 * mirrored > caustics;
-    out.reason = reason_of(census, view, needs_photons);
+    out.integrators =
+        needs_photons ? std::vector<std::string>{"sppm"} : std::vector<std::string>{"bdpt", "sppm"};
+    out.reason = reason_of(census, view, out.integrators);
   }
   return out;
 }

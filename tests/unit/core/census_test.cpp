@@ -43,6 +43,7 @@ void expect_same(const std::optional<LightNotFound>& a, const std::optional<Ligh
   EXPECT_EQ(a->particles, b->particles);
   EXPECT_EQ(a->tiles, b->tiles);
   EXPECT_EQ(a->reason, b->reason);
+  EXPECT_EQ(a->integrators, b->integrators);
 }
 
 std::optional<LightNotFound> rendered(const std::shared_ptr<Film>& film, int samples, int threads) {

@@ -704,6 +704,7 @@ class LightNotFound(TypedDict):
     tiles: int
     lacking: list[int]
     reason: str | None
+    integrators: list[str]
 
 
 class Statistics(TypedDict):

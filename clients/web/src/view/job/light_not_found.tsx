@@ -1,5 +1,5 @@
 import { useEffect, useRef } from 'preact/hooks';
-import type { Job, Server } from 'tessera-render';
+import type { Job } from 'tessera-render';
 import { display, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { reuse } from './job_settings';
@@ -11,12 +11,6 @@ const tileSize = 32;
 
 /** A share as a percentage of two digits. */
 const share = (v: number): string => `${Number((100 * v).toPrecision(2))}%`;
-
-/** Integrators that the reason names as finding the light, after its semicolon. */
-function findersOf(reason: string, info: Server | null): string[] {
-  const words = reason.slice(reason.lastIndexOf(';')).split(/[^\w-]+/);
-  return (info?.integrators ?? []).map(({ type }) => type).filter((type) => words.includes(type));
-}
 
 /** How much light may be missing, or whose is, and the ways to find it. */
 export function LightNotFound({ job }: { job: Job }) {
@@ -39,7 +33,7 @@ export function LightNotFound({ job }: { job: Job }) {
       </p>
       {light.reason && (
         <div class="light-actions">
-          {findersOf(light.reason, info).map((integrator) => (
+          {light.integrators.map((integrator) => (
             <button
               key={integrator}
               type="button"

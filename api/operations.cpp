@@ -325,9 +325,8 @@ constexpr std::array kOperations = {
         "`file` (files that a glTF refers to, found by their names or the last part of them) and "
         "`job` (a JobRequest); fields of text are parameters, as in the query, which is merged "
         "into the job. png, jpg and webp are exposed automatically, or for the light of a preset, "
-        "unless "
-        "`exposure` is given. "
-        "The same request again, within a day, gets the image of the first one's job. If the "
+        "unless `exposure` is given. The same request again, within a day, gets the image of the "
+        "first one's job. If the "
         "client of a job's first request leaves before it is answered, the job is cancelled, "
         "unless another request has asked for the same.",
         "write", kNoHeaders, kRenderBodies, kRendered, kRenderProblems, true, &render_parameters},

@@ -123,7 +123,7 @@ float Studio::front_exposure_stops() const {
     }
   }
   float brightest = 0;
-  constexpr int kStep = 8;  // orientations, 7 degrees apart on average: irradiance is smooth
+  constexpr int kStep = 7;  // orientations, 8 degrees apart on average: irradiance is smooth
   for (std::size_t n = 0; n < directions.size(); n += kStep) {
     if (directions[n].z < 0) {
       continue;

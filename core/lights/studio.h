@@ -16,7 +16,7 @@ class Studio {
   explicit Studio(EnvironmentPreset preset);
   /// Returns the radiance from a direction (unit, y up).
   Rgb radiance(Vec3 direction) const { return Rgb(unscaled(direction) * scale_); }
-  /// Returns the exposure in stops at which no diffuse surface that is seen from the front becomes
+  /// Returns the exposure in stops at which no diffuse surface that faces the front, +z, becomes
   /// brighter than its albedo: an incident light reading at the brightest orientation n with
   /// n.z >= 0, log2(pi / irradiance).
   float front_exposure_stops() const;

@@ -1,7 +1,7 @@
 /// Formulas that are written once, for one path and for lanes.
 ///
 /// Such a formula is a template of its number F: float, or Floats<N> for N paths at once. The types
-/// that go with F are VecOf<F> and the like; masks of floats are bools. Floats have the functions
+/// that go with F are Vec3Of<F> and the like; masks of floats are bools. Floats have the functions
 /// of lanes here, so that the same text compiles for both.
 #pragma once
 

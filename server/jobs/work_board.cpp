@@ -148,22 +148,26 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
     }
   };
   auto work = work_or_throw();
-  LeaseTable::Settled settled;
+  std::optional<LeaseTable::Work> accepted;
   {
     const core::MutexLock lock(mutex_);
     if (!work) {
       table_.refuse_result(name, sender.worker, work.error().message, Clock::now());
       return work.error();
     }
-    settled =
+    auto settled =
         table_.take_result(name, sender.worker, *std::move(work), result.size(), Clock::now());
-    if (settled.is_disputed) {
+    if (!settled) {
+      return settled.error();
+    }
+    if (settled->is_disputed) {
       render_here(name);
     }
+    accepted = std::move(settled->work);
     wake();
   }
-  if (settled.work) {
-    accept(name, *run, *std::move(settled.work));
+  if (accepted) {
+    accept(name, *run, *std::move(accepted));
   }
   return core::ok_status();
 }
@@ -207,6 +211,7 @@ void WorkBoard::render_here(const std::string& name) {
 }
 
 void WorkBoard::take_own(const std::string& name, std::optional<LeaseTable::Work> work) {
+  const std::string digest = work ? core::content_digest(*work) : "";
   std::vector<JobPointer> doubted;
   std::shared_ptr<RenderRun> run;
   {
@@ -221,7 +226,7 @@ void WorkBoard::take_own(const std::string& name, std::optional<LeaseTable::Work
       return;
     }
     run = found->second.run;
-    doubted = table_.judge(name, core::content_digest(*work));
+    doubted = table_.judge(name, digest);
   }
   accept(name, *run, *std::move(work));
   for (const JobPointer& job : doubted) {

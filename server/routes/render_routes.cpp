@@ -35,31 +35,61 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// Jobs whose first request still waits for its image, and whether others have asked for the same.
-class FirstClients {
+/// Clients that wait for jobs of this route. A job is cancelled when the last of them has left and
+/// none was answered.
+class Clients {
  public:
-  void enter(const std::string& job) {
-    const core::MutexLock lock(mutex_);
-    is_shared_[job] = false;
-  }
-  /// Another request was answered with this job.
-  void share(const std::string& job) {
-    const core::MutexLock lock(mutex_);
-    if (const auto found = is_shared_.find(job); found != is_shared_.end()) {
-      found->second = true;
+  /// Submits the job; its client waits from here to leave().
+  api::Parsed<JobService::Submitted> enter(JobService& jobs, api::ParsedJob job,
+                                           const JobService::Submission& submission) {
+    const core::MutexLock lock(mutex_);  // No client of an equal job leaves meanwhile.
+    auto submitted = jobs.submit(std::move(job), submission);
+    if (submitted) {
+      const auto [waiting, is_new] = waiting_.try_emplace(submitted->job->id());
+      ++waiting->second.clients;
+      waiting->second.is_kept = waiting->second.is_kept || (is_new && submitted->is_replay);
     }
+    return submitted;
   }
-  /// Returns whether no other request has asked for it.
-  bool leave(const std::string& job) {
+  void leave(JobService& jobs, const JobPointer& job, bool is_answered) {
     const core::MutexLock lock(mutex_);
-    const bool is_shared = is_shared_[job];
-    is_shared_.erase(job);
-    return !is_shared;
+    const auto waiting = waiting_.find(job->id());
+    waiting->second.is_kept = waiting->second.is_kept || is_answered;
+    if (--waiting->second.clients > 0) {
+      return;
+    }
+    const bool is_kept = waiting->second.is_kept;
+    waiting_.erase(waiting);
+    if (!is_kept) {
+      static_cast<void>(jobs.cancel(job));  // Fails only for a job that has already ended.
+    }
   }
 
  private:
+  struct Waiting {
+    int clients = 0;
+    bool is_kept = false;  ///< A client was answered with it, or it is older than all of them.
+  };
   core::Mutex mutex_;
-  std::map<std::string, bool> is_shared_ GUARDED_BY(mutex_);
+  std::map<std::string, Waiting> waiting_ GUARDED_BY(mutex_);
+};
+
+/// A client's wait for a job.
+class Wait {
+ public:
+  Wait(Clients& clients, JobService& jobs, JobPointer job)
+      : clients_(clients), jobs_(jobs), job_(std::move(job)) {}
+  ~Wait() { clients_.leave(jobs_, job_, is_answered_); }
+  Wait(const Wait&) = delete;
+  Wait& operator=(const Wait&) = delete;
+  /// The client has left without an answer.
+  void give_up() { is_answered_ = false; }
+
+ private:
+  Clients& clients_;
+  JobService& jobs_;
+  const JobPointer job_;
+  bool is_answered_ = true;
 };
 
 /// A request as it was sent. Views are of the body in `upload`.
@@ -84,6 +114,7 @@ core::Status read_form(std::string_view body, std::string_view content_type, Sen
   if (!parts) {
     return parts.error();
   }
+  std::size_t text_bytes = 0;  // They are copied, unlike files.
   const auto take_once = [](auto& place, std::string_view content, const std::string& name) {
     const bool is_first = place == std::decay_t<decltype(place)>{};
     place = content;
@@ -92,6 +123,13 @@ core::Status read_form(std::string_view body, std::string_view content_type, Sen
   for (FormPart& part : *parts) {
     const std::string_view content = part.content(body);
     core::Status taken = core::ok_status();
+    text_bytes += part.name == "job" || !part.is_file() ? content.size() : 0;
+    if (text_bytes > static_cast<std::size_t>(api::limits::kBodyBytes)) {
+      return Error{ErrorCode::kTooLarge,
+                   "the job and the fields of text have more than " +
+                       std::to_string(api::limits::kBodyBytes) + " bytes",
+                   ""};
+    }
     if (part.name == "job") {
       taken = take_once(sent.job, content, part.name);
     } else if (!part.is_file()) {
@@ -208,7 +246,7 @@ Response waited_answer(const RouteContext& context, const Request& request, cons
   return picture_answer(context, request, job, format, look);
 }
 
-Response render(const RouteContext& context, FirstClients& first_clients, Request& request) {
+Response render(const RouteContext& context, Clients& clients, Request& request) {
   auto sent = read_request(context, request);
   if (!sent) {
     return error_answer(request, sent.error());
@@ -245,6 +283,8 @@ Response render(const RouteContext& context, FirstClients& first_clients, Reques
       return *std::move(refused);
     }
     uploads.scene = added->id;
+  } else if (!sent->sides.empty()) {
+    return error_answer(request, at("/file", "needs the scene's document, the part \"scene\""));
   } else {
     sent->upload = SceneService::Upload({});
   }
@@ -269,25 +309,20 @@ Response render(const RouteContext& context, FirstClients& first_clients, Reques
   }
   const std::string spec = api::spec_json(job->spec);
   const std::string hash = core::sha256_hex(spec.data(), spec.size());
-  const auto submitted = context.jobs.submit(
-      *std::move(job),
+  const auto submitted = clients.enter(
+      context.jobs, *std::move(job),
       {.access = request.access, .key = hash, .body_hash = hash, .is_by_content = true});
   if (!submitted) {
     return problem_answer(request, submitted.problem());
   }
   const JobPointer& made = submitted->job;
-  if (submitted->is_replay) {
-    first_clients.share(made->id());
-  } else {
-    first_clients.enter(made->id());
-  }
-  const double wait = std::min(query->wait_seconds.value_or(context.config.wait_max_seconds),
-                               context.config.wait_max_seconds);
+  Wait waiting(clients, context.jobs, made);
+  const double wait =
+      honoured_wait(context, query->wait_seconds.value_or(context.config.wait_max_seconds));
   Response response = waited_answer(context, request, made, wait, *format, query->look);
-  const bool is_only = !submitted->is_replay && first_clients.leave(made->id());
   // A stopping server keeps the job for its next start.
-  if (is_only && context.ready && request.stop_token().stop_requested()) {
-    static_cast<void>(context.jobs.cancel(made));  // Fails only for a job that has already ended.
+  if (context.ready && request.stop_token().stop_requested()) {
+    waiting.give_up();
   }
   response.headers.set("Location", "/v1/jobs/" + made->id());
   return response;
@@ -296,7 +331,7 @@ Response render(const RouteContext& context, FirstClients& first_clients, Reques
 }  // namespace
 
 void add_render_handlers(const RouteContext& context, HandlerTable& table) {
-  table["render"] = {.handler = [clients = std::make_shared<FirstClients>()](
+  table["render"] = {.handler = [clients = std::make_shared<Clients>()](
                                     const RouteContext& routes,
                                     Request& request) { return render(routes, *clients, request); },
                      .body = BodyPolicy::stream(context.config.upload_bytes_max)};

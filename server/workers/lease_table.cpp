@@ -20,8 +20,8 @@ using Seconds = std::chrono::duration<double>;
 /// coordinator (tests/bench/farm replay --record) and comes every two seconds.
 constexpr std::size_t kWorkersMax = 10'000;
 /// How long a result waits for another worker's: that worker may be rendering another unit first,
-/// and each takes 5 s on a worker half as fast as the mean. A stopped or disconnected worker delays
-/// no job further.
+/// and each takes twice kUnitSecondsMost on a worker half as fast as the mean. A stopped or
+/// disconnected worker delays no job further.
 constexpr Seconds kVerifyWait{4 * kUnitSecondsMost};
 /// A unit lost by this many different workers fails its job: it may be what ends them.
 constexpr std::size_t kLostMax = 3;
@@ -266,32 +266,37 @@ void LeaseTable::refuse_result(const std::string& name, const std::string& worke
   }
 }
 
-LeaseTable::Settled LeaseTable::take_result(const std::string& name, const std::string& worker,
-                                            Work work, std::size_t bytes, Time now) {
-  WorkUnit& unit = units_.at(name);
+core::Result<LeaseTable::Settled> LeaseTable::take_result(const std::string& name,
+                                                          const std::string& worker, Work work,
+                                                          std::size_t bytes, Time now) {
+  const auto found = units_.find(name);
+  if (found == units_.end()) {
+    return not_open(name);
+  }
+  WorkUnit& unit = found->second;
   unit.is_busy = false;
   note_result(unit, worker, bytes, now);
   unit.drop_lease(worker);
   if (!unit.is_checked) {
     note_unverified(worker, unit.job);
     unit.is_busy = true;
-    return {.work = std::move(work)};
+    return Settled{.work = std::move(work)};
   }
   WorkUnit::Result result = {worker, core::content_digest(work), std::move(work), now};
   if (!unit.first) {
     unit.first = std::move(result);
-    return {};
+    return Settled{};
   }
   unit.is_busy = true;
   if (unit.first->digest == result.digest) {
     ++counts_.verified;
-    return {.work = std::move(result.work)};
+    return Settled{.work = std::move(result.work)};
   }
   ++counts_.differing;
   log_.write(LogLevel::kError, "results_differ",
              {{"unit", name}, {"worker", unit.first->worker}, {"other_worker", worker}});
   unit.other = std::move(result);
-  return {.work = std::nullopt, .is_disputed = true};
+  return Settled{.work = std::nullopt, .is_disputed = true};
 }
 
 void LeaseTable::note_result(WorkUnit& unit, const std::string& name, std::size_t bytes, Time now) {
@@ -403,9 +408,9 @@ std::vector<std::shared_ptr<Job>> LeaseTable::judge(const std::string& name,
   if (found == units_.end()) {
     return doubted;
   }
-  for (const auto& result : {found->second.first, found->second.other}) {
-    if (result && result->digest != digest) {
-      const auto more = suspend(result->worker,
+  for (const auto* result : {&found->second.first, &found->second.other}) {
+    if (*result && (*result)->digest != digest) {
+      const auto more = suspend(std::string((*result)->worker),
                                 "its result differed from that of the server; restart the worker "
                                 "once its machine has been checked");
       doubted.insert(doubted.end(), more.begin(), more.end());

@@ -319,10 +319,13 @@ class Render(ApiTest):
             (422, "/photo", QUICK, *form(part, ("photo", b"x", "a.jpg"))),
             (422, "/scene", QUICK, *form(part, part)),
             (422, "/file", QUICK, *form(part, ("file", b"x", ""))),
+            (422, "/file", QUICK + "&scene=cornell-box", *form(("file", b"x", "x.bin"))),
             (422, "/file", QUICK, *form(("scene", zipped(a_glb=triangle_glb()), "a.zip"),
                                         ("file", b"x", "x.bin"))),
         ):
             self.assert_problem(self.render(query, *sent), status, pointer)
+        for texts in ((("job", " " * (1 << 20) + "{}"),), (("seed", "1" * 300_000),) * 4):
+            self.assert_problem(self.render(QUICK, *form(part, *texts)), 413)
         self.assert_problem(self.render(QUICK, b"no scene at all", OCTETS), 422)
         self.assert_problem(self.render(QUICK, glb(triangle_document(nodes=[{"mesh": 7}])), GLB),
                             422)
@@ -343,26 +346,39 @@ class Render(ApiTest):
         part = self.rendered(QUICK, *form(("scene", scene, "a.glb")))
         self.assertEqual(part.headers["Location"], whole.headers["Location"])
 
-    def test_job_ends_with_its_only_client(self):
-        for others, state in ((0, "cancelled"), (1, "rendering")):
-            query = f"scene=cornell-box&size=32x32&samples=65536&wait=60&theta={others}"
-            connection = http.client.HTTPConnection("127.0.0.1", self.server.port)
-            connection.request("POST", "/v1/render?" + query, headers=self.server.with_key({}))
-            deadline = time.monotonic() + PATIENCE_S
-            while not (jobs := self.server.get(self.UNFINISHED).json()["jobs"]):
-                self.assertLess(time.monotonic(), deadline)
-                time.sleep(0.02)
-            job = jobs[0]["id"]
-            if others:
-                second = self.render(query.replace("wait=60", "wait=0"))
-                self.assertEqual(second.headers["Location"], "/v1/jobs/" + job)
-            connection.close()
-            if others:
-                time.sleep(2)  # a lost client is seen within a second
-                self.assertIn(self.server.job(job)["state"], ("loading", "rendering"))
-            else:
-                self.assertEqual(self.server.wait(job)["state"], state)
-            self.server.post(f"/v1/jobs/{job}/cancel")
+    def wait_as_client(self, query):
+        """Sends the request on a connection of its own, which is returned, and the job's id."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.server.port)
+        connection.request("POST", "/v1/render?" + query, headers=self.server.with_key({}))
+        deadline = time.monotonic() + PATIENCE_S
+        while not (jobs := self.server.get(self.UNFINISHED).json()["jobs"]):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.02)
+        return connection, jobs[0]["id"]
+
+    def check_goes_on(self, job):
+        time.sleep(2)  # a lost client is seen within a second
+        self.assertIn(self.server.job(job)["state"], ("queued", "loading", "rendering"))
+
+    def test_job_ends_with_its_last_client(self):
+        query = "scene=cornell-box&size=32x32&samples=65536&wait=60&theta=0"
+        first, job = self.wait_as_client(query)
+        second, same = self.wait_as_client(query)
+        self.assertEqual(same, job)
+        time.sleep(1)  # the second has entered
+        first.close()
+        self.check_goes_on(job)
+        second.close()
+        self.assertEqual(self.server.wait(job)["state"], "cancelled")
+
+    def test_job_goes_on_for_a_client_that_was_answered_with_it(self):
+        query = "scene=cornell-box&size=32x32&samples=65536&wait=60&theta=1"
+        first, job = self.wait_as_client(query)
+        second = self.render(query.replace("wait=60", "wait=0"))
+        self.assertEqual(second.headers["Location"], "/v1/jobs/" + job)
+        first.close()
+        self.check_goes_on(job)
+        self.server.post(f"/v1/jobs/{job}/cancel")
 
 
 class Isolated(unittest.TestCase):

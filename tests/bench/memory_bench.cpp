@@ -56,7 +56,7 @@ void report_film() {
 void report_wave() {
   const std::size_t arrays = sizeof(core::Wave);
   const std::size_t samplers = core::kWavePaths * sizeof(core::PathSampler);
-  const std::size_t waiting = core::kWavePaths * sizeof(core::WaitingPath);
+  const std::size_t waiting = core::kWavePaths * sizeof(core::ReturnedPath);
   const std::size_t due = core::kWavePaths * sizeof(core::DueSample);
   std::printf(
       "wave         %.1f KB per thread at most: arrays %.1f, samplers %.1f, paths that left their "

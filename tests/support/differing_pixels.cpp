@@ -15,7 +15,7 @@ std::size_t differing_pixels(const core::View& waves, int width, const core::Vie
   one.wave_width = 0;
   const Picture a = render(many, samples_per_pixel, threads);
   const Picture b = render(one, samples_per_pixel, threads);
-  if (a.progress.rejected_samples != 0) {
+  if (a.progress.rejected_samples != 0 || b.progress.rejected_samples != 0) {
     return a.snapshot.pixel_count();
   }
   const auto apart = [](float x, float y) {
@@ -25,7 +25,10 @@ std::size_t differing_pixels(const core::View& waves, int width, const core::Vie
   for (std::size_t p = 0; p < a.snapshot.pixel_count(); ++p) {
     const core::HalfValue x = core::pixel_value(a.snapshot, p);
     const core::HalfValue y = core::pixel_value(b.snapshot, p);
-    bool differs = x.count != y.count || apart(x.mean.r, y.mean.r) || apart(x.mean.g, y.mean.g) ||
+    if (x.count != y.count) {
+      return a.snapshot.pixel_count();
+    }
+    bool differs = apart(x.mean.r, y.mean.r) || apart(x.mean.g, y.mean.g) ||
                    apart(x.mean.b, y.mean.b) || apart(x.alpha, y.alpha);
     if (a.snapshot.has_aux) {
       const core::AuxPixel& l = a.snapshot.aux[p];

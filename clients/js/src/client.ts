@@ -55,7 +55,7 @@ export interface RenderOptions extends JobOptions {
   format?: string;
   /** Query of the image, such as `{ exposure: 'auto', denoise: 'mixed' }`. */
   query?: Query;
-  /** Stops waiting and cancels the job. */
+  /** Stops waiting, and cancels a job that no other request has been answered with. */
   signal?: AbortSignal;
 }
 
@@ -99,7 +99,14 @@ export function requestOf(scene: string, options: JobOptions = {}): JobRequest {
 
 const hasRule = ({ error, seconds, samples, stop }: JobOptions): boolean =>
   [error, seconds, samples, stop].some((rule) => rule !== undefined);
-const hasExposure = (format: string): boolean => /^(png|jpe?g|webp|avif)$/.test(format);
+const hasExposure = (format: string): boolean => /^(png|jpe?g|webp)$/.test(format);
+function raiseUnlessFinished(job: Job): void {
+  const title = `The job was ${job.state}.`;
+  if (job.state !== 'finished')
+    throw new RequestError(
+      job.failure ?? { type: 'about:blank', title, status: 409, detail: title },
+    );
+}
 /** Of the job that an answer names. */
 const idOf = (answer: Response): string => answer.headers.get('location')!.split('/').at(-1)!;
 const jobPath = (id: string): string => `v1/jobs/${encodeURIComponent(id)}`;
@@ -163,28 +170,24 @@ export class Client {
 
   /**
    * Renders an image. Without a stop rule the job ends when the average pixel is at most 3% off, or
-   * after 10 s. png, jpg and webp are exposed automatically unless `query` has an exposure.
+   * after 10 s. Unless `query` has an exposure, png, jpg and webp are exposed automatically.
    */
   async render(scene: string | Bytes, options: RenderOptions = {}): Promise<RenderedImage> {
     const { format = 'png', query, signal, ...members } = options;
     const look: Query = { ...(hasExposure(format) && { exposure: 'auto' }), ...query };
     const request = { ...members, ...(!hasRule(members) && { error: 0.03, seconds: 10 }) };
-    const answer = (await this.rendersAtOnce({ format, ...look }, signal))
-      ? await this.renderAtOnce(scene, request, { format, ...look }, signal)
-      : null;
-    const made = answer ? idOf(answer) : (await this.submit(scene, request, signal)).id;
+    while (await this.rendersAtOnce({ format, ...query })) {
+      const answer = await this.renderAtOnce(scene, request, { format, ...query }, signal);
+      const job = await this.wait(idOf(answer), signal);
+      raiseUnlessFinished(job);
+      if (answer.status !== 200) continue; // The same request gets the image of the ended job.
+      const bytes = new Uint8Array(await answer.arrayBuffer());
+      return { bytes, type: answer.headers.get('content-type') ?? '', job };
+    }
+    const made = (await this.submit(scene, request, signal)).id;
     try {
-      if (answer?.status === 200) {
-        const bytes = new Uint8Array(await answer.arrayBuffer());
-        const type = answer.headers.get('content-type') ?? '';
-        return { bytes, type, job: await this.job(made, signal) };
-      }
       const job = await this.wait(made, signal);
-      const title = `The job was ${job.state}.`;
-      if (job.state !== 'finished')
-        throw new RequestError(
-          job.failure ?? { type: 'about:blank', title, status: 409, detail: title },
-        );
+      raiseUnlessFinished(job);
       const image = await this.image(made, format, look, signal);
       return { bytes: new Uint8Array(await image.arrayBuffer()), type: image.type, job };
     } catch (error) {
@@ -194,8 +197,8 @@ export class Client {
   }
 
   /** Whether the server has POST /v1/render with these parameters; its description is read once. */
-  private async rendersAtOnce(query: Query, signal?: AbortSignal): Promise<boolean> {
-    this.described ??= this.description<Description>(signal);
+  private async rendersAtOnce(query: Query): Promise<boolean> {
+    this.described ??= this.description<Description>();
     this.described.catch(() => (this.described = undefined));
     const names = (await this.described).paths['/v1/render']?.post?.parameters?.map((p) => p.name);
     return !!names && Object.keys(query).every((name) => names.includes(name));
@@ -213,7 +216,8 @@ export class Client {
       return this.send(path, { method: 'POST', json: requestOf(scene, members), signal });
     const { scene: _, ...job } = requestOf('', members);
     const body = new FormData();
-    body.set('scene', new Blob([scene as BlobPart]), 'scene');
+    const name = scene instanceof Blob && 'name' in scene ? String(scene.name) : 'scene';
+    body.set('scene', new Blob([scene as BlobPart]), name);
     body.set('job', JSON.stringify(job));
     return this.send(path, { method: 'POST', body, signal });
   }

@@ -172,8 +172,10 @@ class Line {
   }
 }
 
+/** A server in trouble may recover: the stream is opened again. */
 const isFinalError = (error: unknown, signal?: AbortSignal): boolean =>
-  signal?.aborted || (error instanceof RequestError && !isTemporary(error));
+  signal?.aborted ||
+  (error instanceof RequestError && error.status < 500 && !isTemporary(error));
 
 /** Milliseconds to wait after some failed attempts. */
 export const backoff = (attempt: number): number =>

@@ -58,7 +58,9 @@ class LeaseTableTest : public testing::Test {
   LeaseTable::Settled take(const std::string& name, const std::string& worker,
                            LeaseTable::Work work) {
     EXPECT_TRUE(table_.begin_result(name, sender(worker)));
-    return table_.take_result(name, worker, std::move(work), 100, now_);
+    auto settled = table_.take_result(name, worker, std::move(work), 100, now_);
+    EXPECT_TRUE(settled);
+    return settled ? *std::move(settled) : LeaseTable::Settled();
   }
   std::string state_of(const std::string& worker) {
     for (const api::WorkerView& view : table_.workers(now_)) {
@@ -194,6 +196,17 @@ TEST_F(LeaseTableTest, OneResultIsTakenAtATime) {
   EXPECT_TRUE(table_.held("u", sender("a"))) << "its result has arrived";
   table_.cancel("u");
   EXPECT_TRUE(table_.begin_result("u", sender("a")));
+}
+
+TEST_F(LeaseTableTest, AResultReadWhileTheBoardStoppedIsRefused) {
+  report("a");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  ASSERT_TRUE(table_.begin_result("u", sender("a")));
+  table_.clear();
+  const auto settled = table_.take_result("u", "a", work(1), 100, now_);
+  ASSERT_FALSE(settled);
+  EXPECT_EQ(settled.error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(LeaseTableTest, AReservedUnitIsNotRemovedButNoLongerRenderedHere) {

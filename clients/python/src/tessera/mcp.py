@@ -179,7 +179,10 @@ def make_server(
         path = Path(scene).expanduser()
         if not _upload.looks_like_file(scene):
             return scene
-        if not any_file and not (files and path.resolve().is_relative_to(files.resolve())):
+        inside = files and path.resolve().is_relative_to(files.resolve())
+        if inside and path.is_dir():  # The file in it may be a link.
+            inside = files and _upload.scene_file(path).resolve().is_relative_to(files.resolve())
+        if not any_file and not inside:
             raise ValueError(f"{scene}: this server reads no files there (--files FOLDER)")
         return (await client.upload(path)).id
 
@@ -229,6 +232,8 @@ def make_server(
             request=dict(job or {}),
         )  # fmt: skip
         jobs = await batch_end(batch)
+        for each in jobs:
+            each.raise_if_failed()
         with tempfile.TemporaryDirectory() as folder:
             sheet = await batch.sheet(Path(folder, "views.png"), exposure="auto")
             image = Image(data=sheet.read_bytes(), format="png")
@@ -255,9 +260,12 @@ def make_server(
         client = client_of(context)
         found = await client.scene(await scene_of(scene, client))
         job = await client.submit(found, **GLANCE)
-        await followed(job, context)
-        objects = (await job.objects())["objects"]
-        await job.delete()
+        try:
+            await followed(job, context)
+            objects = (await job.objects())["objects"]
+        finally:
+            with anyio.CancelScope(shield=True):
+                await job.delete()
         data = found.data
         answer: dict[str, Any] = {
             "scene": found.id,

@@ -447,7 +447,8 @@ constexpr std::array kOperations = {
     Operation{
         "createComparison", "POST", "/v1/comparisons", "Results", "Compare two images.",
         "Two jobs that have ended, or a job and an uploaded image (8 and 16 bits are read as sRGB, "
-        "floats as linear; it counts as exact except for its rounding). b is the reference. The "
+        "as this server writes them with `curve=srgb`, floats as linear; it counts as exact except "
+        "for its rounding). b is the reference. The "
         "interval of the bias comes from the halves of both, and for a job whose pixels have "
         "correlated errors (zsobol, restir) from the means of its replicates (with two of them it "
         "is wide); z is the difference of the luminances in standard errors, pooled over 3 x 3 "

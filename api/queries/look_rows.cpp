@@ -68,7 +68,8 @@ void read_curve(const std::string& value, ImageReading& out, const std::string& 
 
 Json tone_map_schema(const ImageReading& defaults) {
   Json schema = text_schema();
-  schema["default"] = defaults.query.tone_map;
+  // Not "default", which generated clients send: then both names of the parameter would be given.
+  schema["x-default"] = defaults.query.tone_map;
   if (!defaults.tone_maps.empty()) {
     schema["enum"] = defaults.tone_maps;
   }

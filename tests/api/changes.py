@@ -158,7 +158,10 @@ class Owner:
         """Ends the current job."""
         with self.lock:
             if self.current is not None:
-                self.server.post(f"/v1/jobs/{self.current}/cancel")
+                _, request, after = CHANGES["cancel"]
+                self.jobs[self.current] |= {after(f, 0) for f in self.jobs[self.current]}
+                self.server.request(*request(self.current, 0))
+                self.current = None
 
 
 def survives(server, name, number):

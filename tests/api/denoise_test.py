@@ -39,8 +39,8 @@ class DenoisedPictures(ApiTest):
     def test_denoised_image_has_less_noise(self):
         plain = self.noise("/image.png")
         self.assertEqual(self.noise("/image.png?denoise=off"), plain)
-        # mixed minimises the error, not the noise: it may keep much of the plain image.
-        self.assertLess(self.noise("/image.png?denoise=mixed"), plain)
+        # mixed minimises the error, not the noise: it may be the plain image.
+        self.assertLessEqual(self.noise("/image.png?denoise=mixed"), plain)
         self.assertLess(self.noise("/image.png?denoise=full"), 0.8 * plain)
 
     def test_headers_report_the_denoiser_and_the_error(self):

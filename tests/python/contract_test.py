@@ -154,6 +154,7 @@ class Contract(ApiTest):
         first = self.ask(
             "createJob", "POST", "/v1/jobs", job_body(seed=1, **environment), waited
         ).json()
+        self.ask("render", "POST", "/v1/render?size=48x32&samples=4", {"scene": "cornell-box"})
         # Every member that depends on a choice is also in the schema of the spec.
         other = job_body(seed=2, **environment) | {
             "name": "second",

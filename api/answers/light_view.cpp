@@ -79,6 +79,9 @@ std::string light_words(const LightNotFound& light) {
   if (!light.reason.empty()) {
     return light.reason;
   }
+  if (light.at_most >= 1) {
+    return "How much light may be missing is not known: too few particles reach the image.";
+  }
   std::array<char, 32> share{};
   const double percent = 100 * light.at_most;
   std::snprintf(share.data(), share.size(), percent >= 10 ? "%.0f" : "%.2g", percent);

@@ -101,6 +101,8 @@ def job_words(job: AsyncJob) -> str:
     if light and light["reason"]:
         missing = percent(light["detected"])
         lines.append(f"{missing} of the light is not in the image. {light['reason']}")
+    elif light and light["at_most"] >= 1:
+        lines.append("How much light may be missing is not known.")
     elif light:
         lines.append(f"Up to {percent(light['at_most'])} of the light may be missing.")
     lines += [f"Warning: {each}" for each in job.warnings]

@@ -29,7 +29,9 @@ export function LightNotFound({ job }: { job: Job }) {
         {light.reason
           ? `${light.reason} ${share(light.detected)} of what the image shows is missing, on ` +
             `${light.tiles} tile${light.tiles === 1 ? '' : 's'}.`
-          : `Up to ${share(light.at_most)} of the light may be missing.`}
+          : light.at_most < 1
+            ? `Up to ${share(light.at_most)} of the light may be missing.`
+            : 'How much light may be missing is not known: too few particles reach the image.'}
       </p>
       {light.reason && (
         <div class="light-actions">

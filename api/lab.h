@@ -10,7 +10,7 @@
 
 #include "api/json/json.h"
 #include "api/problem.h"
-#include "lab/run.h"
+#include "core/lab/run.h"
 
 namespace api {
 

@@ -48,7 +48,7 @@ Parsed<ParsedJob> parse_render_job(std::string_view job, const RenderQuery& quer
 
 /// Frames the model: where the job has an orbit with an automatic radius and target, or no camera
 /// of its own or the file's, the radius becomes the least one that leaves kRenderMargin of the
-/// image's width and height free on each side.
+/// image's width and height free on each side: as much as product pages leave (a judgement).
 void frame_model(JobSpec& spec, const core::SceneSummary& scene);
 inline constexpr float kRenderMargin = 0.08F;
 

@@ -12,7 +12,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
 #include "core/base/cgroup.h"
-#include "lab/plot.h"
+#include "core/lab/plot.h"
 
 namespace cli {
 namespace {

@@ -218,6 +218,7 @@ void expose(const api::JobSpec& spec, api::ImageQuery& look) {
 }
 
 Response accepted(const RouteContext& context, const Job& job) {
+  // Retry-After has whole seconds, and an estimate of more than a minute is often wrong.
   constexpr double kSoonest = 1;
   constexpr double kLatest = 60;
   const api::JobView view = context.jobs.view(job);

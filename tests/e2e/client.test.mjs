@@ -122,7 +122,7 @@ test_('render() takes a scene by name, other formats and queries of the image', 
   assert.equal(Buffer.from(bytes.subarray(0, 2)).toString('hex'), 'ffd8');
 });
 
-/** A server with POST /v1/render, answered with one status after another, which records requests. */
+/** A server with POST /v1/render, which answers with these statuses in turn and records requests. */
 async function atOnce(...statuses) {
   const asked = [];
   const job = { id: 'a-job', state: 'finished', error: { relative: 0.01 } };

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/lab/run.h"
 #include "core/settings/photon_rules.h"
-#include "lab/run.h"
 
 namespace {
 

@@ -11,10 +11,10 @@
 
 #include <gtest/gtest.h>
 
-#include "lab/fit.h"
-#include "lab/plot.h"
-#include "lab/run.h"
-#include "lab/trial.h"
+#include "core/lab/fit.h"
+#include "core/lab/plot.h"
+#include "core/lab/run.h"
+#include "core/lab/trial.h"
 #include "tests/support/statistics.h"
 
 namespace {

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/statistics.h"
-#include "lab/run.h"
-#include "lab/stage.h"
+#include "core/lab/run.h"
+#include "core/lab/stage.h"
 #include "tests/support/statistics.h"
 
 namespace {

@@ -23,7 +23,7 @@ import sys
 
 VERSION = "14"
 LEFT_OUT = 77
-ROOTS = ("core", "lab", "api", "server", "worker", "clients/cli", "tests")
+ROOTS = ("core", "api", "server", "clients/cli", "clients/worker", "tests")
 TIDIED = ("core", "api")
 TIDIED_LONG = (*TIDIED, "server", "clients/cli")
 # The quick checks combine this many sources into one: parsing the headers is most of their work.

@@ -16,14 +16,13 @@ CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "s
               "samplers", "textures", "accel", "geometry", "media", "bsdf", "materials", "lights",
               "camera", "scene", "light_samplers", "film", "error", "denoise", "layers",
               "compare", "transport", "aovs", "integrators", "wave", "render",
-              "scene_io"]
+              "scene_io", "lab"]
 # Folder -> folders (or headers) it may include in addition to itself. The longest matching folder
 # counts.
 LAYERS = {f"core/{name}": [f"core/{lower}" for lower in CORE_ORDER[:i]]
           for i, name in enumerate(CORE_ORDER)}
 LAYERS |= {
-    "lab": ["lab", "core"],
-    "api": ["api", "lab", "core"],
+    "api": ["api", "core"],
     "server/http": ["server/http", "server/access.h", "api/json/error_codes.h",
                     "api/json/errors.h",
                     "api/problem.h", "core/base"],
@@ -38,35 +37,36 @@ LAYERS |= {
     "server/jobs": ["server/jobs", "server/workers", "server/queue", "server/scenes",
                     "server/store", "server/access.h", "server/observe", "api", "core"],
     "server/pictures": ["server/pictures", "server/scenes", "server/observe", "api", "core"],
-    "server/routes": ["server", "api", "lab", "core", "clients/web"],
-    "server": ["server", "clients/web", "api", "lab", "core"],
-    "clients/cli": ["clients/cli", "api", "lab", "core"],
-    "worker": ["worker", "clients/cli", "server/queue", "api", "core"],
+    "server/routes": ["server", "api", "core", "clients/web"],
+    "server": ["server", "clients/web", "api", "core"],
+    "clients/cli": ["clients/cli", "api", "core"],
+    "clients/worker": ["clients/worker", "clients/cli", "server/queue", "api", "core"],
     "api/flags": ["api/flags", "core/base"],
     "server/main": ["server", "clients/cli", "core/base"],
     "clients/web": ["clients/web", "core/base"],
-    "tests": ["tests", "clients/cli", "clients/web", "worker", "server", "api", "lab", "core"],
+    "tests": ["tests", "clients/cli", "clients/web", "clients/worker", "server", "api", "core"],
 }
 # Folder -> folders it must not include although the table above would allow it.
 NEVER = {
     "core/integrators": ["core/image_io/image_io.h"],
     "core/render": ["core/image_io/image_io.h"],
     "core/scene_io": ["core/integrators", "core/render", "core/film"],
-    "lab": ["core/scene_io", "core/image_io/image_io.h", "core/accel"],
+    "core/lab": ["core/scene_io", "core/image_io/image_io.h", "core/accel"],
     "api": ["core/accel", "core/scene_io"],
 }
 # Only these files of the client may link the renderer: the others start without its libraries.
 RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cli/render.cpp",
                    "clients/cli/file_inputs.cpp", "clients/cli/file_inputs.h",
                    "clients/cli/render_job.cpp", "clients/cli/render_job.h",
-                   "worker/worker.cpp", "worker/worker_jobs.cpp",
-                   "worker/worker_jobs.h"}
+                   "clients/worker/worker.cpp", "clients/worker/worker_jobs.cpp",
+                   "clients/worker/worker_jobs.h"}
 # Third-party header -> the only folders (or files) that may include it.
 CONFINED = {
-    "httplib.h": ["server/http", "clients/cli", "worker", "tests"],
+    "httplib.h": ["server/http", "clients/cli", "clients/worker", "tests"],
     "curl/": ["server/http"],
-    "nlohmann/": ["api", "clients/cli", "worker", "server", "tests", "core/scene_io/gltf_json.h"],
-    "CLI/": ["clients/cli", "worker", "api/flags", "server/config/config.cpp"],
+    "nlohmann/": ["api", "clients/cli", "clients/worker", "server", "tests",
+                  "core/scene_io/gltf_json.h"],
+    "CLI/": ["clients/cli", "clients/worker", "api/flags", "server/config/config.cpp"],
     "embree": ["core/accel"],
     "tbb/": ["core/accel"],
     "tiny_gltf.h": ["core/scene_io"],
@@ -144,7 +144,7 @@ TEST_NAME = re.compile(r"^TEST(?:_F|_P)?\(\w+, (\w+)\)")
 PRINTS = {"core/base/check.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 SOURCES = {".h", ".cpp", ".py", ".ts", ".tsx", ".sh"}
-NAMED_FILE = re.compile(r"(?<![\w./-])(?:core|lab|worker|api|server|clients|docker|tests)/"
+NAMED_FILE = re.compile(r"(?<![\w./-])(?:core|api|server|clients|docker|tests)/"
                         r"[\w./-]*\w\.(?:h|cpp|py|tsx?|mjs|json|md|txt|cmake)\b")
 # Pages of architecture, and the folders that each explains, in the order of includes.
 ROOMS = {"core/README.md": CORE_ORDER,
@@ -153,9 +153,9 @@ ROOMS = {"core/README.md": CORE_ORDER,
 # Folders of installed packages and of build output.
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
 THIS = "tests/tidy/tidy_test.py"
-ROOTS = ("core", "lab", "api", "server", "worker", "clients/cli", "tests")
+ROOTS = ("core", "api", "server", "clients/cli", "clients/worker", "tests")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
-             "clients", "lab", "worker", "tests", "docker", "build"}
+             "clients", "tests", "docker", "build"}
 
 
 def inside(path: str, place: str) -> bool:
@@ -248,7 +248,7 @@ def all_number_faults(files):
     sources = [(file.relative_to("core").as_posix(), file.read_text(encoding="utf-8"))
                for file in files
                if file.suffix in (".h", ".cpp") and inside(file.as_posix(), "core")
-               and not inside(file.as_posix(), "core/samplers")]
+               and not any(inside(file.as_posix(), f"core/{f}") for f in ("samplers", "lab"))]
     yield from number_faults(pathlib.Path(NUMBERS).read_text(encoding="utf-8"), sources)
 
 

@@ -11,8 +11,8 @@ import re
 import sys
 
 WORDINGS = pathlib.Path(__file__).with_name("words.txt")
-ROOTS = ("README.md", "clients", "api", "server", "worker", "core/denoise", "core/film",
-         "core/integrators", "lab", "core/layers", "core/render", "core/scene_io",
+ROOTS = ("README.md", "clients", "api", "server", "core/denoise", "core/film",
+         "core/integrators", "core/lab", "core/layers", "core/render", "core/scene_io",
          "core/settings")
 SUFFIXES = {".md", ".cpp", ".h", ".ts", ".tsx", ".py", ".html"}
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv", "build"}

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
+#include <strings.h>
 
 #include "api/answers/tenant_view.h"
 #include "api/answers/worker_view.h"
@@ -79,11 +80,19 @@ Json parameters_of(const Operation& operation, const std::string& path,
     const auto rows = request_headers();
     const HeaderRow& row = *std::find_if(
         rows.begin(), rows.end(), [name](const HeaderRow& each) { return each.name == name; });
-    list.push_back({{"name", row.name},
-                    {"in", "header"},
-                    {"required", false},
-                    {"description", row.summary},
-                    {"schema", Json::parse(row.schema)}});
+    Json header = {{"name", row.name},
+                   {"in", "header"},
+                   {"required", false},
+                   {"description", row.summary},
+                   {"schema", Json::parse(row.schema)}};
+    // Go has one struct for query and headers: the header Range beside the query `range`.
+    const std::string text(name);
+    if (std::any_of(list.begin(), list.end(), [&text](const Json& each) {
+          return strcasecmp(each["name"].get<std::string>().c_str(), text.c_str()) == 0;
+        })) {
+      header["x-go-name"] = text + "Header";
+    }
+    list.push_back(std::move(header));
   }
   return list;
 }

@@ -66,7 +66,7 @@ func main() {
 	made := must(client.JobsAPI.CreateJob(background).JobRequest(*request).Execute())
 	expect(made.Job != nil, "no job")
 	job := made.Job
-	crop, hasCrop := job.Spec.Film.GetCropOk()
+	crop, hasCrop := job.Spec.Film.Get().GetCropOk()
 	expect(hasCrop && crop.Width == 32, "no crop")
 	expect(job.Spec.Seed == 9007199254740991, "another seed")
 	for i := 0; i < 12 && job.State != api.FINISHED; i++ {

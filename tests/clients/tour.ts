@@ -27,7 +27,7 @@ async function tour(basePath: string) {
     },
   });
   let job = made as api.Job;
-  expect(job.spec.film.crop?.width === 32 && job.spec.seed === 9007199254740991, 'another job');
+  expect(job.spec.film?.crop?.width === 32 && job.spec.seed === 9007199254740991, 'another job');
   for (let i = 0; i < 12 && job.state !== 'finished'; ++i)
     job = await jobs.getJob({ id: job.id, wait: 10 });
   expect(job.state === 'finished' && job.statistics.rays > 0, 'not finished');

@@ -155,6 +155,27 @@ Faults defaults_of_choices(const Json& paths) {
   return faults;
 }
 
+/// Parameters of one operation whose names differ only in case: Go makes two members of one name.
+Faults colliding_parameters(const Json& paths) {
+  Faults faults;
+  each_node(paths, [&](const std::string& pointer, const Json& node) {
+    if (!pointer.ends_with("/parameters")) {
+      return;
+    }
+    std::set<std::string> seen;
+    for (const Json& parameter : node) {
+      std::string name = parameter.value("x-go-name", parameter["name"].get<std::string>());
+      for (char& c : name) {
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      }
+      if (!seen.insert(name).second) {
+        faults.push_back(pointer + "/" + name);
+      }
+    }
+  });
+  return faults;
+}
+
 const Json& schemas() { return document()["components"]["schemas"]; }
 
 TEST(GeneratedClients, EachObjectIsAComponent) {
@@ -198,6 +219,15 @@ TEST(GeneratedClients, ParametersOfSeveralTypesHaveNoDefault) {
   EXPECT_EQ(defaults_of_choices(document()["paths"]), Faults());
   EXPECT_EQ(defaults_of_choices(Json::parse(R"({"schema":{"anyOf":[],"default":0}})")),
             Faults({"/schema"}));
+}
+
+TEST(GeneratedClients, NamesOfParametersStayApart) {
+  EXPECT_EQ(colliding_parameters(document()["paths"]), Faults());
+  EXPECT_EQ(colliding_parameters(
+                Json::parse(R"({"/a":{"get":{"parameters":[{"name":"range"},{"name":"Range"}]}},)"
+                            R"("/b":{"get":{"parameters":[{"name":"range"},)"
+                            R"({"name":"Range","x-go-name":"RangeHeader"}]}}})")),
+            Faults({"/~1a/get/parameters/range"}));
 }
 
 TEST(SchemaParts, KeepDescriptionAndNullWhereTheyAreUsed) {

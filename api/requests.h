@@ -158,6 +158,8 @@ struct ImageQuery {
   bool parts = false;                  ///< EXR of all layers: one part per layer
   bool stream = false;                 ///< sends every new revision, as multipart/x-mixed-replace
 };
+/// Returns a text that is equal for queries of equal images of one revision.
+std::string image_key(const ImageQuery& query);
 /// tone_maps: the allowed names.
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps);
 

@@ -175,6 +175,9 @@ class App {
     app->batches_ =
         std::make_unique<BatchService>(*app->jobs_, app->job_table_, app->batch_table_, app->log_);
     app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->memory_gate_, app->log_);
+    app->pictures_ = std::make_unique<SingleFlightCache<EncodedPicture>>(
+        std::min(kPictureCacheBytes, app->memory_.film_cache_bytes),
+        SingleFlightCache<EncodedPicture>::Oversized::kNotKept);
     app->jobs_->set_denoised_bound([&denoising = *app->denoising_](const JobPointer& job,
                                                                    const core::Film& film,
                                                                    double confidence) {
@@ -216,6 +219,7 @@ class App {
                                              *jobs_,
                                              *batches_,
                                              *denoising_,
+                                             *pictures_,
                                              tile_frames_,
                                              streams_,
                                              tickets_,
@@ -432,6 +436,7 @@ class App {
   std::unique_ptr<JobService> jobs_;
   std::unique_ptr<BatchService> batches_;
   std::unique_ptr<DenoiseService> denoising_;
+  std::unique_ptr<SingleFlightCache<EncodedPicture>> pictures_;
   std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;
   std::unique_ptr<HttpServer> http_;

@@ -184,6 +184,27 @@ Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams 
 
 }  // namespace
 
+std::string image_key(const ImageQuery& query) {
+  // All members, so that a new one does not compile before it is part of the key.
+  const auto& [layer, exposure_stops, auto_exposure, background, tone_map, range, revision, rect,
+               max_size, denoise, mix, fireflies, parts, stream] = query;
+  Json key = {layer ? Json(*layer) : Json(),
+              exposure_stops,
+              auto_exposure,
+              tone_map,
+              static_cast<int>(denoise),
+              mix,
+              parts};
+  key.push_back(background ? Json{background->r, background->g, background->b} : Json());
+  key.push_back(range ? range->ends ? Json(*range->ends) : Json("auto") : Json());
+  key.push_back(rect ? Json{rect->x, rect->y, rect->width, rect->height} : Json());
+  key.push_back(max_size ? Json(*max_size) : Json());
+  key.push_back(fireflies ? Json(static_cast<int>(*fireflies)) : Json());
+  static_cast<void>(revision);  // the least one that is accepted
+  static_cast<void>(stream);    // how images are sent
+  return dump(key);
+}
+
 Parsed<ImageQuery> parse_image_query(QueryParams query, std::span<const std::string> tone_maps) {
   ImageReading reading;
   reading.tone_maps.assign(tone_maps.begin(), tone_maps.end());

@@ -48,7 +48,7 @@ Status check_index(const IorCurve& curve, const std::string& where) {
   for (int nm = kFirstNm; nm <= kLastNm; ++nm) {
     const float n = curve.at(static_cast<float>(nm));
     if (!(n >= 1 && n <= kMost)) {
-      char text[96];
+      char text[128];
       std::snprintf(text, sizeof text,
                     "the index of refraction is %.4g at %d nm; [1, 10000] is allowed from %d to "
                     "%d nm",

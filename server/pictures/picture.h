@@ -38,6 +38,9 @@ struct EncodedPicture {
   std::optional<float> exposure_stops;         ///< of a colour layer in a display format
 };
 
+/// Memory for encoded images of ended jobs: 60 of 1920x1080 as JPEG (half a megabyte each).
+constexpr std::uint64_t kPictureCacheBytes = std::uint64_t{32} << 20U;
+
 class PictureMaker {
  public:
   /// about: for the metadata of images of unfinished jobs. Both must outlive it.

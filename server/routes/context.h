@@ -23,7 +23,9 @@
 #include "server/observe/log.h"
 #include "server/observe/memory_gate.h"
 #include "server/observe/metrics.h"
+#include "server/pictures/picture.h"
 #include "server/scenes/scene_service.h"
+#include "server/scenes/single_flight_cache.h"
 #include "server/store/assets.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
@@ -43,6 +45,7 @@ struct RouteContext {
   JobService& jobs;
   BatchService& batches;
   DenoiseService& denoising;
+  SingleFlightCache<EncodedPicture>& pictures;  ///< of ended jobs
   TileFrames& tile_frames;
   StreamGate& streams;
   Tickets& tickets;

@@ -34,15 +34,39 @@ std::string percent_text(double share) {
   return text.data();
 }
 
-std::string picture_etag(const Request& request, const Picture& picture,
-                         const std::string& revision) {
-  std::string query = picture.view.id + "." + std::string(picture.format.extension) + "?";
-  for (const auto& [name, value] : request.query_params) {
-    query += name == "revision" ? "" : name + "=" + value + "&";
-  }
+std::string picture_etag(const api::JobView& view, const core::ImageFormat& format,
+                         const api::ImageQuery& query, const std::string& revision) {
+  const std::string text =
+      view.id + "." + std::string(format.extension) + "?" + api::image_key(query);
   // Includes the state, since a finished image carries its digest.
-  return make_etag("r" + revision + "-" + std::string(api::to_text(picture.view.state)) + "-" +
-                   core::sha256_hex(query.data(), query.size()).substr(0, 16));
+  return make_etag("r" + revision + "-" + std::string(api::to_text(view.state)) + "-" +
+                   core::sha256_hex(text.data(), text.size()).substr(0, 16));
+}
+
+core::PixelRect crop_of(const core::FilmSettings& film) {
+  return film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
+}
+
+/// Returns the image of an ended job that is kept under the job and `key`, or encodes and keeps it:
+/// without its lease on memory, since the cache is limited. Errors: of encode and of the film.
+template <typename Encode>
+core::Result<EncodedPicture> kept_picture(const RouteContext& context, const Job& job,
+                                          const std::string& key, const Encode& encode) {
+  using Made = SingleFlightCache<EncodedPicture>::Made;
+  const auto kept = context.pictures.get(job.id() + key, [&]() -> core::Result<Made> {
+    const auto film = context.jobs.films().film(job);
+    if (!film) {
+      return film.error();
+    }
+    core::Result<EncodedPicture> made = encode(**film);
+    if (!made) {
+      return made.error();
+    }
+    made->content = std::make_shared<const std::string>(*made->content);
+    const std::uint64_t bytes = made->content->size();
+    return Made{std::make_shared<const EncodedPicture>(*std::move(made)), bytes};
+  });
+  return kept ? core::Result<EncodedPicture>(**kept) : kept.error();
 }
 
 }  // namespace
@@ -100,19 +124,35 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
 
 Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,
                         const core::ImageFormat& format, const api::ImageQuery& query) {
-  const auto film = context.jobs.films().film(*job);
-  if (!film) {
-    return error_answer(request, film.error());
+  const api::JobView view = context.jobs.view(*job);
+  const core::PixelRect crop = crop_of(view.spec.render.film);
+  const core::PixelRect rect = query.rect.value_or(crop);
+  if (const auto refused = refused_part(rect, crop)) {
+    return error_answer(request, *refused);
   }
+  // The plain image of an ended job never changes; its film is read only to encode it.
+  const bool is_kept = !view.film_digest.empty() && !view.film_is_evicted && !wants_denoised(query);
+  std::shared_ptr<const core::Film> film;
   DenoiseService::Pointer denoised;
-  if (wants_denoised(query)) {
-    auto made = context.denoising.get(job, **film, query.revision, MemoryGate::kPatience);
-    if (!made) {
-      return error_answer(request, made.error());
+  std::string version = std::to_string(view.progress.revision);
+  std::uint32_t revision = view.progress.revision;
+  if (!is_kept) {
+    auto found = context.jobs.films().film(*job);
+    if (!found) {
+      return error_answer(request, found.error());
     }
-    denoised = *std::move(made);
+    film = *std::move(found);
+    if (wants_denoised(query)) {
+      auto made = context.denoising.get(job, *film, query.revision, MemoryGate::kPatience);
+      if (!made) {
+        return error_answer(request, made.error());
+      }
+      denoised = *std::move(made);
+    }
+    revision = denoised ? denoised->view.revision : film->revision();
+    // A better picture of the same film may follow a quick one.
+    version = std::to_string(revision) + (denoised && denoised->is_preview ? "p" : "");
   }
-  const std::uint32_t revision = denoised ? denoised->view.revision : (*film)->revision();
   if (query.revision && *query.revision > revision) {
     return error_answer(request,
                         Error{ErrorCode::kConflict,
@@ -120,30 +160,27 @@ Response picture_answer(const RouteContext& context, const Request& request, con
                                   " does not exist yet; the newest is " + std::to_string(revision),
                               "/revision"});
   }
-  const core::PixelRect crop = (*film)->crop();
-  const api::JobView view = context.jobs.view(*job);
-  const Picture picture{.format = format,
-                        .query = query,
-                        .view = view,
-                        .rect = query.rect.value_or(crop),
-                        .denoised = planes_of(denoised),
-                        .denoised_view = view_of(denoised, view),
-                        .scene = scene_for_names(context.jobs, *job, format),
-                        .tenant = request.access.tenant};
-  if (const auto refused = refused_part(picture.rect, crop)) {
-    return error_answer(request, *refused);
-  }
-  // A better picture of the same film may follow a quick one.
-  const std::string etag = picture_etag(
-      request, picture, std::to_string(revision) + (denoised && denoised->is_preview ? "p" : ""));
+  const std::string etag = picture_etag(view, format, query, version);
   if (is_not_modified(request, etag)) {
     Response response = not_modified(etag);
     response.headers.set("Cache-Control", "no-cache");
     response.headers.add("Vary", "Accept");
     return response;
   }
-  const PictureMaker maker(context.memory, context.about);
-  const auto encoded = maker.make(**film, picture, MemoryGate::kPatience);
+  const std::optional<api::DenoisedView> denoised_view = view_of(denoised, view);
+  const auto encode = [&](const core::Film& of) {
+    const Picture picture{.format = format,
+                          .query = query,
+                          .view = view,
+                          .rect = rect,
+                          .denoised = planes_of(denoised),
+                          .denoised_view = denoised_view,
+                          .scene = scene_for_names(context.jobs, *job, format),
+                          .tenant = request.access.tenant};
+    return PictureMaker(context.memory, context.about).make(of, picture, MemoryGate::kPatience);
+  };
+  core::Result<EncodedPicture> encoded =
+      is_kept ? kept_picture(context, *job, view.film_digest + etag, encode) : encode(*film);
   if (!encoded) {
     return error_answer(request, encoded.error());
   }
@@ -176,8 +213,8 @@ Response picture_answer(const RouteContext& context, const Request& request, con
   if (const std::string text = error_text(error); !text.empty()) {
     response.headers.set("X-Tessera-Error", text);
   }
-  if (picture.denoised_view) {
-    const DenoisedFacts facts = denoised_facts(*picture.denoised_view, query);
+  if (denoised_view) {
+    const DenoisedFacts facts = denoised_facts(*denoised_view, query);
     response.headers.set("X-Tessera-Denoiser", facts.denoiser);
     response.headers.set("X-Tessera-Bias", facts.bias);
     if (!facts.error.empty()) {

@@ -1,6 +1,7 @@
 """The image in every format and part, single pixels, the convergence curve."""
 
 import math
+import pathlib
 import struct
 
 from harness import ApiTest, job_body, png_pixels, png_size
@@ -402,6 +403,24 @@ class Furnace(ApiTest):
         deviation = math.sqrt(sum(variances)) / count
         # Four deviations, plus the error of thousands of float sums: at most 2^-23 each.
         self.assert_close(mean, 1, 4 * deviation + 1e-4)
+
+
+class KeptImages(ApiTest):
+    FLAGS = ("--film-cache", "1M")  # less than the film of 128x128
+
+    def test_an_image_of_an_ended_job_is_encoded_once(self):
+        body = job_body(samples=2)
+        body["film"] = {"width": 128, "height": 128}
+        path = f"/v1/jobs/{self.server.render(body)['id']}"
+        first = self.server.get(path + "/image.png")
+        self.assertEqual(first.status, 200, first)
+        films = pathlib.Path(self.server.data, "films")
+        for film in films.iterdir():
+            film.unlink()
+        again = self.server.get(path + "/image.png")
+        self.assertEqual((again.status, again.body), (200, first.body))
+        self.assertEqual(again.headers["ETag"], first.headers["ETag"])
+        self.assert_problem(self.server.get(path + "/image.png?exposure=1"), 410)
 
 
 class RunningJob(ApiTest):

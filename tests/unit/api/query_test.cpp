@@ -1,9 +1,13 @@
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "api/answers/server_view.h"
+#include "api/json/schemas.h"
 #include "api/queries/queries.h"
 #include "api/requests.h"
 
@@ -175,6 +179,38 @@ TEST(ImageQuery, ReadsEveryParameter) {
   const auto automatic = api::parse_image_query(Query{{"range", "auto"}}, kToneMaps);
   ASSERT_TRUE(automatic && automatic->range);
   EXPECT_FALSE(automatic->range->ends);
+}
+
+/// Values of each parameter that changes the image; x stands for the rectangle.
+const std::vector<Query> kOtherImages = {
+    {{"layer", "normal"}},  {{"exposure", "1"}},
+    {{"exposure", "auto"}}, {{"curve", "linear"}},
+    {{"tonemap", "aces"}},  {{"background", "ff8000"}},
+    {{"denoise", "full"}},  {{"fireflies", "keep"}},
+    {{"range", "auto"}},    {{"range", "0,1"}},
+    {{"mix", "1,0.5"}},     {{"x", "0"}, {"y", "0"}, {"width", "8"}, {"height", "8"}},
+    {{"max_size", "64"}},   {{"parts", "1"}}};
+
+TEST(ImageKey, DiffersForEveryParameterThatChangesTheImage) {
+  std::set<std::string> keys = {api::image_key({})};
+  std::set<std::string> names = {"revision", "stream", "ticket", "y", "width", "height"};
+  for (const Query& query : kOtherImages) {
+    const auto image = api::parse_image_query(query, kToneMaps);
+    ASSERT_TRUE(image) << query[0].first;
+    EXPECT_TRUE(keys.insert(api::image_key(*image)).second) << query[0].first;
+    names.insert(query[0].first);
+  }
+  api::Capabilities capabilities;
+  capabilities.tone_maps = kToneMaps;
+  for (const api::Json& parameter : api::image_parameters(capabilities)) {
+    EXPECT_TRUE(names.contains(parameter["name"])) << parameter["name"];
+  }
+}
+
+TEST(ImageKey, IsThatOfEqualImages) {
+  const auto image = api::parse_image_query(Query{{"revision", "3"}, {"stream", "1"}}, kToneMaps);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(api::image_key(*image), api::image_key({}));
 }
 
 TEST(ImageQuery, Answers422ToWrongValues) {

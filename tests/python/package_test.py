@@ -28,7 +28,7 @@ def run(*command):
 
 class Package(unittest.TestCase):
     def test_depends_only_on_httpx_and_numpy(self):
-        needs = importlib.metadata.requires("tessera-client")
+        needs = importlib.metadata.requires("tessera-render")
         extras = [need for need in needs if "extra ==" in need]
         names = sorted(re.match("[a-z]+", need).group() for need in needs if need not in extras)
         self.assertEqual(names, ["httpx", "numpy"])
@@ -36,7 +36,7 @@ class Package(unittest.TestCase):
         for need in needs:
             self.assertRegex(need, r">=[0-9.]+", need)
             self.assertRegex(need, r"<[0-9.]+", need)
-        self.assertEqual(importlib.metadata.version("tessera-client"), tessera.__version__)
+        self.assertEqual(importlib.metadata.version("tessera-render"), tessera.__version__)
 
     def test_is_marked_as_typed(self):
         self.assertTrue(importlib.resources.files("tessera").joinpath("py.typed").is_file())
@@ -47,7 +47,8 @@ class Package(unittest.TestCase):
 
     def test_passes_strict_type_checks(self):
         code, told = run("mypy", "--config-file", "clients/python/pyproject.toml", "--cache-dir",
-                         "build/python/mypy", "clients/python/src/tessera")
+                         "build/python/mypy", "clients/python/src/tessera",
+                         "clients/python/src/tessera_render")
         self.assertEqual(code, 0, told)
 
     def test_synchronous_client_is_generated_from_the_asynchronous_one(self):

@@ -3,7 +3,7 @@
     python -m tessera.mcp [--server URL] [--key KEY]                # stdio, started by the agent
     python -m tessera.mcp --port 8765 [--files FOLDER]              # http://127.0.0.1:8765/mcp
 
-Needs the extra `mcp`: pip install "tessera-client[mcp]". Images in answers have at most a million
+Needs the extra `mcp`: pip install "tessera-render[mcp]". Images in answers have at most a million
 pixels; the error of each is told in words. Files are read from any folder over stdio, where the
 agent's user starts this program; over HTTP only below FOLDER, without it none.
 """
@@ -25,7 +25,7 @@ try:
     from mcp.server.mcpserver import Context, Image, MCPServer
     from mcp.server.mcpserver.exceptions import ToolError
 except ModuleNotFoundError as missing:
-    raise SystemExit(f'{missing}. Install it: pip install "tessera-client[mcp]"') from missing
+    raise SystemExit(f'{missing}. Install it: pip install "tessera-render[mcp]"') from missing
 
 from . import _upload
 from ._version import __version__

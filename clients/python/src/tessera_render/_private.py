@@ -1,0 +1,96 @@
+"""A server that belongs to this process."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import secrets
+import subprocess
+import tempfile
+import threading
+from os import PathLike
+from typing import Any
+
+from tessera import Client, Job, JobOptions, TesseraError
+
+from ._program import program
+
+# When render() ends if its options have no stop rule; as POST /v1/render of the server.
+_RELATIVE_ERROR = 0.03
+_SECONDS = 10.0
+_RULES = {*JobOptions.__annotations__} & {
+    "stop", "samples_per_pixel", "relative_error", "denoised_error", "meter_error",
+    "light_not_found", "seconds", "cpu_seconds", "deadline", "request",
+}  # fmt: skip
+
+# Ends the server and removes its folder when this process closes the pipe, or dies.
+_GUARD = '"$@" & child=$!; cat >&2; kill $child; wait $child; rm -rf "$TESSERA_DATA"'
+
+_lock = threading.Lock()
+_client: Client | None = None
+_process: int | None = None  # that started the server: a forked one needs its own
+
+
+def _start() -> Client:
+    binary = program()
+    if binary is None:
+        raise TesseraError(
+            "there is no program `tessera`: install the wheel that has it, or put it in PATH, "
+            "or name a running server in TESSERA_SERVER"
+        )
+    data = tempfile.mkdtemp(prefix="tessera-")
+    key = secrets.token_hex(16)
+    guard = subprocess.Popen(
+        ["/bin/sh", "-c", _GUARD, "sh", binary, "serve", "--port", "0", "--log-level", "warning"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env={**{k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")},
+             "TESSERA_KEY": key, "TESSERA_DATA": data},
+        # Ctrl-C is for this process; the server ends with it.
+        start_new_session=True,
+    )  # fmt: skip
+    assert guard.stdout is not None and guard.stdin is not None
+    line = guard.stdout.readline()  # "listening on http://127.0.0.1:PORT"
+    if "http://" not in line:
+        guard.stdin.close()
+        guard.wait()
+        raise TesseraError(f"{binary} serve did not start; see its messages above")
+    # The port of the address, which may name a path and the key.
+    address = line.split()[-1].split("#")[0]
+
+    def stop() -> None:
+        if _process == os.getpid() and guard.stdin is not None:
+            guard.stdin.close()
+            guard.wait()
+
+    atexit.register(stop)
+    return Client(address, key)
+
+
+def client() -> Client:
+    """The client of TESSERA_SERVER, else of a private server.
+
+    The private server starts at the first call, listens on this machine with a random key, and ends
+    with this process; its jobs are not kept.
+    """
+    global _client, _process
+    with _lock:
+        if _client is None or _process != os.getpid():
+            _process = os.getpid()
+            _client = Client() if os.environ.get("TESSERA_SERVER") else _start()
+        return _client
+
+
+def render(
+    scene: str | PathLike[str], size: int | tuple[int, int] | str = (960, 540), **options: Any
+) -> Job:
+    """Renders a scene and returns the finished job: job.save("a.png"), job.image(), job.error.
+
+    scene: a .glb, a .gltf with its files, a zip, a folder, or a built-in name. size: pixels; one
+    number is a square. options: see tessera.JobOptions. Without a stop rule it ends at a relative
+    error of 3%, or after 10 seconds. Raises JobFailed if the job fails.
+    """
+    if not _RULES & options.keys():
+        options["relative_error"] = _RELATIVE_ERROR
+        options["seconds"] = _SECONDS
+    options["size"] = (size, size) if isinstance(size, int) else size
+    return client().submit(scene, **options).wait()

@@ -1,0 +1,58 @@
+"""What programs and libraries need: read by the tools of binutils and by dpkg."""
+
+import pathlib
+import re
+import subprocess
+
+# Part of every system for which a package is made: glibc and the compiler's run-time libraries.
+SYSTEM = re.compile(r"(ld-linux.*|lib(c|m|dl|rt|pthread|resolv|util|anl|stdc\+\+|gcc_s))\.so\.\d+")
+
+
+def output(*command, **options):
+    return subprocess.run(
+        [str(word) for word in command], check=True, text=True, stdout=subprocess.PIPE, **options
+    ).stdout
+
+
+def needed(file):
+    """The names of the libraries that a file names itself, in its order."""
+    return re.findall(r"\(NEEDED\).*\[(.+)\]", output("readelf", "-d", file))
+
+
+def resolved(file):
+    """Name -> path of all libraries that the loader takes for a file."""
+    lines = re.findall(r"^\s+(\S+) => (/\S+) ", output("ldd", file), re.M)
+    return {name: pathlib.Path(path).resolve() for name, path in lines}
+
+
+def closure(files, places, stop):
+    """Name -> path of what files need, directly or not, except where stop(name)."""
+    found = {}
+    waiting = [name for file in files for name in needed(file)]
+    while waiting:
+        name = waiting.pop()
+        if name in found or stop(name):
+            continue
+        if name not in places:
+            raise SystemExit(f"package: the library {name} is not on this machine")
+        found[name] = places[name]
+        waiting += needed(places[name])
+    return dict(sorted(found.items()))
+
+
+def oldest_glibc(files):
+    """(2, n): the oldest glibc that has all the symbols that the files use."""
+    versions = {(2, 17)}
+    for file in files:
+        names = re.findall(r"\bGLIBC_(\d+)\.(\d+)", output("objdump", "-T", file))
+        versions |= {(int(major), int(minor)) for major, minor in names}
+    return max(versions)
+
+
+def debian_package(file):
+    """The Debian package of a file of this machine; None if no package has it."""
+    for path in (file, pathlib.Path(*file.parts[:1], *file.parts[2:])):  # /usr/lib, or /lib before
+        done = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True)
+        if done.returncode == 0:
+            return done.stdout.split(":")[0]
+    return None

@@ -48,6 +48,16 @@ Json path_parameter(const std::string& name, const Capabilities& capabilities) {
   if (name == "x" || name == "y") {
     schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", 16383}};
     doc = name == "x" ? "Column, in pixels of the full film." : "Row, from the top.";
+  } else if (name == "signature") {
+    doc =
+        "Unpadded base64url of the HMAC-SHA256, by a signing key, of all that follows in the URL, "
+        "with its slash and query; or `public` for a public preset. `tessera sign` makes it.";
+  } else if (name == "preset" || name == "name") {
+    doc = "Name of a preset.";
+  } else if (name == "scene") {
+    doc = "Id or built-in name of a scene, or SCENE:VARIANT.";
+  } else if (name == "view") {
+    doc = "THETA,PHI.FORMAT: degrees of the camera's orbit, and the extension of the format.";
   } else if (name == "sha256") {
     schema["pattern"] = "^[0-9a-f]{64}$";
     doc = "Hash of the content, hex.";
@@ -215,6 +225,7 @@ Json tags() {
   constexpr std::array kTags = {
       Tag{"Jobs", "Submit, monitor and manage render jobs."},
       Tag{"Batches", "Sets of jobs that vary a template."},
+      Tag{"Presets", "Job templates, and images by URL."},
       Tag{"Results", "Images, pixel values and error estimates."},
       Tag{"Streams", "Live events and tiles."},
       Tag{"Scenes", "Uploaded and built-in glTF scenes."},
@@ -251,6 +262,7 @@ Json components() {
   if (find_operation("mergeFilms")->available) {
     schemas["MergeRequest"] = as_request(merge_schema());
   }
+  add_preset_schemas(schemas);
   schemas["TicketRequest"] = as_request(ticket_request_schema());
   schemas["LabRequest"] = as_request(lab_request_schema());
   add_view_schemas(schemas);

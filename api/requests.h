@@ -148,6 +148,9 @@ struct ImageQuery {
   std::optional<core::Rgb>
       background;  ///< display values, each in [0,1]; null: depends on the format
   std::string tone_map = "khronos-neutral";  ///< name of core::tone_maps()
+  std::optional<double> white_balance_k;     ///< of the light that is shown as white
+  double contrast = 1;                       ///< slope in stops about middle grey
+  int bits = 8;                              ///< of each channel; 16 only in png
   std::optional<ImageRange> range;
   std::optional<std::uint32_t> revision;  ///< at least this one
   std::optional<core::PixelRect> rect;    ///< pixels of the full film

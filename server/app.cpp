@@ -48,6 +48,7 @@
 #include "server/store/database.h"
 #include "server/store/job_table.h"
 #include "server/store/key_table.h"
+#include "server/store/preset_table.h"
 #include "server/store/scene_table.h"
 #include "server/store/session_store.h"
 #include "server/store/storage_quota.h"
@@ -105,6 +106,7 @@ class App {
         deliveries_(*database_),
         batch_table_(*database_),
         usage_(*database_),
+        presets_(*database_),
         comparisons_(*database_, data_,
                      {.count = api::limits::kComparisons, .bytes = api::limits::kComparisonBytes}),
         quota_(*database_, storage_limits(config)),
@@ -226,6 +228,7 @@ class App {
                                              key_table_,
                                              keys_,
                                              usage_,
+                                             presets_,
                                              deliveries_,
                                              *webhook_secrets_,
                                              memory_gate_,
@@ -420,6 +423,7 @@ class App {
   DeliveryTable deliveries_;
   BatchTable batch_table_;
   UsageTable usage_;
+  PresetTable presets_;
   ComparisonStore comparisons_;
   StorageQuota quota_;
   MemoryGate memory_gate_;

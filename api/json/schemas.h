@@ -15,6 +15,7 @@ Json job_request_schema();
 Json batch_request_schema();
 Json job_patch_schema();
 Json extend_schema();
+void add_preset_schemas(Json& components);
 Json scene_from_assets_schema();
 Json comparison_request_schema();
 Json merge_schema();
@@ -37,6 +38,7 @@ Json events_parameters(const Capabilities& capabilities);
 Json meter_comparison_parameters(const Capabilities& capabilities);
 Json image_parameters(const Capabilities& capabilities);
 Json render_parameters(const Capabilities& capabilities);
+Json picture_url_parameters(const Capabilities& capabilities);
 
 /// Returns the schema of a request. Defaults become `x-default` and part of the description:
 /// generators treat members with a `default` as always present, or send it.

@@ -34,7 +34,8 @@ constexpr std::array kFireflies = {
 constexpr std::array kFirefliesNames = {kFireflies[0].name, kFireflies[1].name};
 
 // As core::image_formats(), which would have to be linked into programs that only parse requests.
-constexpr std::array<std::string_view, 6> kExtensions = {"png", "jpg", "webp", "exr", "hdr", "tif"};
+constexpr std::array<std::string_view, 7> kExtensions = {"png", "jpg", "webp", "avif",
+                                                         "exr", "hdr", "tif"};
 
 }  // namespace
 

@@ -66,7 +66,8 @@ constexpr auto look_rows() {
       ParameterField<ImageReading>{
           "fireflies",
           "set_aside: light that one half alone has found and that outshines all around it is "
-          "scaled down to its neighbours, the default of png, jpg and webp; keep: the default of "
+          "scaled down to its neighbours, the default of png, jpg, webp and avif; keep: the "
+          "default of "
           "exr, hdr and tif. For beauty and light shares; denoised images are always made without "
           "fireflies. X-Tessera-Set-Aside gives the share of the light that was taken.",
           &read_fireflies, &fireflies_schema},
@@ -81,6 +82,17 @@ constexpr auto look_rows() {
                                    "Tone curve: a name of `tone_maps`, or neutral for "
                                    "khronos-neutral. Display formats only, as with exposure.",
                                    &read_curve, &curve_schema},
+      number(
+          "white_balance", [](auto& s) -> auto& { return s.query.white_balance_k; }, {1000, 40000},
+          "Colour temperature of the light that is shown as white, in kelvin: 2700 for lamps, 6500 "
+          "changes next to nothing. By Bradford's adaptation. Display formats only, as exposure."),
+      number(
+          "contrast", [](auto& s) -> auto& { return s.query.contrast; }, {0.25, 4},
+          "Stops that one stop of the scene becomes, about middle grey. Display formats only, as "
+          "exposure."),
+      number(
+          "bits", [](auto& s) -> auto& { return s.query.bits; }, {8, 16},
+          "Bits of each channel: 8 or 16. 16 only for png."),
       ParameterField<ImageReading>{"tonemap", "The same as curve.", &read_tone_map,
                                    &tone_map_schema},
       ParameterField<ImageReading>{

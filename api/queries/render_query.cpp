@@ -91,9 +91,11 @@ const auto& render_table() {
           number(
               "samples", [](auto& s) -> auto& { return s.render.samples; },
               {1, limits::kSamplesPerPixel}, "Render at most this many samples per pixel."),
-          choice(
+          text(
               "preset", [](auto& s) -> auto& { return s.render.preset; },
-              &core::environment_presets, "Studio light instead of the scene's environment."),
+              {1, limits::kNameCharacters},
+              "Studio light instead of the scene's environment: studio, tent or rim; or the name "
+              "of a stored preset, into which job and query are merged."),
           choice(
               "ground", [](auto& s) -> auto& { return s.render.ground; }, &core::grounds,
               "Ground under the model."),
@@ -133,8 +135,8 @@ Json patch_of(const RenderQuery& query, const RenderUploads& uploads) {
   if (query.samples) {
     patch["stop"]["samples_per_pixel"] = *query.samples;
   }
-  if (query.preset) {
-    patch["environment"]["preset"] = core::row_of(core::environment_presets(), *query.preset).name;
+  if (!query.preset.empty() && !names_stored_preset(query)) {
+    patch["environment"]["preset"] = query.preset;
   }
   if (uploads.environment_asset) {
     patch["environment"]["asset"] = *uploads.environment_asset;
@@ -155,6 +157,13 @@ Json patch_of(const RenderQuery& query, const RenderUploads& uploads) {
 }
 
 }  // namespace
+
+bool names_stored_preset(const RenderQuery& query) {
+  const auto lights = core::environment_presets();
+  return !query.preset.empty() &&
+         std::none_of(lights.begin(), lights.end(),
+                      [&query](const auto& light) { return light.name == query.preset; });
+}
 
 Parsed<RenderQuery> parse_render_query(QueryParams query, std::span<const std::string> tone_maps) {
   Reading reading;
@@ -197,6 +206,11 @@ Parsed<ParsedJob> parse_render_job(std::string_view job, const RenderQuery& quer
   }
   if (!request.contains("scene")) {
     request["scene"] = uploads.scene.empty() ? query.scene : uploads.scene;
+  }
+  if (!uploads.preset_job.empty()) {
+    Json from_preset = Json::parse(uploads.preset_job);
+    from_preset.merge_patch(request);
+    request = std::move(from_preset);
   }
   request.merge_patch(patch_of(query, uploads));
   if (!request.contains("stop")) {

@@ -22,7 +22,7 @@ struct RenderQuery {
   std::optional<double> relative_error;
   std::optional<double> seconds;
   std::optional<int> samples;  ///< per pixel
-  std::optional<core::EnvironmentPreset> preset;
+  std::string preset;          ///< a built-in light, or a stored preset; empty: none
   std::optional<core::GroundType> ground;
   std::optional<double> theta_degrees;  ///< of core::CameraOrbit
   std::optional<double> phi_degrees;
@@ -32,6 +32,8 @@ struct RenderQuery {
   ImageQuery look;
   bool has_exposure = false;  ///< the query names one
 };
+/// Returns whether the query names a stored preset.
+bool names_stored_preset(const RenderQuery& query);
 /// tone_maps: as parse_image_query().
 Parsed<RenderQuery> parse_render_query(QueryParams query, std::span<const std::string> tone_maps);
 
@@ -39,6 +41,7 @@ Parsed<RenderQuery> parse_render_query(QueryParams query, std::span<const std::s
 struct RenderUploads {
   std::string scene = {};                             ///< id; empty: none
   std::optional<std::string> environment_asset = {};  ///< id
+  std::string preset_job = {};                        ///< of the stored preset: JSON; empty: none
 };
 /// job: JSON of a JobRequest, whose `scene` may be missing; empty: none. The query is merged into
 /// it (RFC 7396). Without any stop rule, the job ends at kRenderError or after kRenderSeconds.

@@ -250,7 +250,7 @@ int batch(const Args& args) {
   app.add_option("-o,--output", flags.output, "Write a zip of all images to FILE")
       ->type_name("FILE");
   app.add_option("--format", flags.format, "Format of the images in the zip")
-      ->check(CLI::IsMember({"png", "jpg", "webp", "exr", "hdr", "tif"}))
+      ->check(CLI::IsMember({"png", "jpg", "webp", "avif", "exr", "hdr", "tif"}))
       ->type_name("FORMAT")
       ->capture_default_str();
   app.add_option("--sheet", flags.sheet, "Write all images on one sheet to FILE (PNG)")

@@ -18,7 +18,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::array<std::string_view, 8> kExtensions = {"png", "jpg", "jpeg", "webp",
+constexpr std::array<std::string_view, 9> kExtensions = {"png", "jpg", "jpeg", "webp", "avif",
                                                          "exr", "hdr", "tif",  "tiff"};
 
 std::string format_of(const std::string& output) {
@@ -82,7 +82,7 @@ core::Status check_look(const PictureQuery& query, const std::string& output) {
     return core::ok_status();
   }
   return Error{ErrorCode::kInvalidArgument,
-               "is for .png, .jpg and .webp; ." + format + " is linear",
+               "is for .png, .jpg, .webp and .avif; ." + format + " is linear",
                plain ? "--exposure" : "--tonemap"};
 }
 
@@ -97,7 +97,8 @@ core::Status check_picture_name(const std::string& output) {
     return core::ok_status();
   }
   return Error{ErrorCode::kInvalidArgument,
-               "unknown format; the name must end in .png .jpg .webp .exr .hdr or .tif", output};
+               "unknown format; the name must end in .png .jpg .webp .avif .exr .hdr or .tif",
+               output};
 }
 
 core::Status fetch_picture(ApiClient& client, const std::string& path, const PictureQuery& query,
@@ -139,7 +140,7 @@ int fetch(const Args& args) {
   bool film = false;
   app.add_option("id", id, "Job (the newest)")->type_name("ID");
   app.add_option("-o,--output", output,
-                 "File to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
+                 "File to write: .png .jpg .webp .avif .exr .hdr .tif; - is stdout as PNG")
       ->required()
       ->type_name("FILE");
   app.add_option("--layer", query.layer,
@@ -147,9 +148,9 @@ int fetch(const Args& args) {
                  "denoise_bias denoise_bias_error (default for EXR: all except denoised ones)")
       ->type_name("L");
   add_exposure_option(app, query.exposure);
-  app.add_option(
-         "--tonemap", query.tone_map,
-         "Tone map: khronos-neutral (default) srgb linear aces agx; only for .png, .jpg, .webp")
+  app.add_option("--tonemap", query.tone_map,
+                 "Tone map: khronos-neutral (default) srgb linear aces agx; only for .png, .jpg, "
+                 ".webp, .avif")
       ->type_name("T");
   add_denoise_option(app, query.denoise);
   add_fireflies_option(app, query.fireflies);

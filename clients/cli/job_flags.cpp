@@ -82,7 +82,7 @@ core::Result<Json> read_job_file(const std::string& path) {
 void add_fireflies_option(CLI::App& app, std::string& fireflies) {
   app.add_option("--fireflies", fireflies,
                  "set_aside: single bright pixels are scaled down to their neighbours (the default "
-                 "of .png, .jpg and .webp); keep: all light as sampled")
+                 "of .png, .jpg, .webp and .avif); keep: all light as sampled")
       ->check(CLI::IsMember({"set_aside", "keep"}))
       ->type_name("MODE");
 }
@@ -101,8 +101,9 @@ CLI::Option* add_exposure_option(CLI::App& app, std::string& exposure) {
     return text == "auto" ? std::string() : stops(text);
   };
   return app
-      .add_option("--exposure", exposure,
-                  "Exposure in stops, or auto, which fits the image; only for .png, .jpg and .webp")
+      .add_option(
+          "--exposure", exposure,
+          "Exposure in stops, or auto, which fits the image; only for .png, .jpg, .webp and .avif")
       ->check(CLI::Validator(fault, ""))
       ->type_name("STOPS");
 }
@@ -317,7 +318,7 @@ void put_view(const JobFlags& flags, Json& request) {
 void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help) {
   app.add_option("scene", flags.scene, scene_help)->type_name("SCENE");
   app.add_option("-o,--output", flags.output,
-                 "Image to write: .png .jpg .webp .exr .hdr .tif; - is stdout as PNG")
+                 "Image to write: .png .jpg .webp .avif .exr .hdr .tif; - is stdout as PNG")
       ->type_name("FILE");
   add_exposure_option(app, flags.exposure);
   add_denoise_option(app, flags.denoise);

@@ -12,6 +12,7 @@
 
 #include "api/answers/job_view.h"
 #include "api/answers/matte_manifest.h"
+#include "api/job/light_exposure.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
 #include "clients/cli/files.h"
@@ -163,12 +164,16 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
 }
 
 /// Returns the exposure of the output in stops; 0 for linear formats.
-double exposure_of(const core::Brightness& brightness, const JobFlags& flags) {
+double exposure_of(const api::JobSpec& spec, const core::Brightness& brightness,
+                   const JobFlags& flags) {
   if (find_format(flags.output)->high_dynamic_range || flags.exposure.empty()) {
     return 0;
   }
-  return flags.exposure == "auto" ? brightness.auto_exposure
-                                  : std::strtod(flags.exposure.c_str(), nullptr);
+  if (flags.exposure != "auto") {
+    return std::strtod(flags.exposure.c_str(), nullptr);
+  }
+  const auto of_light = api::light_exposure_stops(spec);
+  return of_light ? static_cast<double>(*of_light) : brightness.auto_exposure;
 }
 
 /// Returns whether the plain image is written without fireflies. Errors: --fireflies that the
@@ -214,7 +219,7 @@ core::Result<double> write_picture(const core::RenderTask& task, const LocalJob&
   core::EncodeOptions options;
   options.tone_map = core::ToneMap::kKhronosNeutral;  // as the server's images
   options.whole_channels = core::whole_channels();
-  options.exposure_stops = static_cast<float>(exposure_of(brightness, flags));
+  options.exposure_stops = static_cast<float>(exposure_of(spec, brightness, flags));
   if (format.extension == "exr") {
     api::add_mattes(options.metadata, spec.render.film, job.renderer->view().scene.get());
   }
@@ -364,7 +369,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   }
   const core::DenoisedLook& look = shown->look;
   const core::Brightness brightness = core::brightness_of(task.film(), settings.film);
-  const double exposure = exposure_of(brightness, flags);
+  const double exposure = exposure_of(job.spec, brightness, flags);
   std::vector<std::string> warnings = job.warnings;
   if (brightness.is_clipped() && flags.exposure.empty()) {
     warnings.push_back(core::clipped_warning(brightness, "--exposure "));

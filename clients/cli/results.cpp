@@ -98,7 +98,7 @@ void print_figures(const Json& comparison) {
 
 /// Image files with display values clip at white: brighter pixels of the job appear as differences.
 void warn_of_display_values(const std::vector<std::string>& names) {
-  constexpr std::array<std::string_view, 4> kDisplay = {"png", "jpg", "jpeg", "webp"};
+  constexpr std::array<std::string_view, 5> kDisplay = {"png", "jpg", "jpeg", "webp", "avif"};
   for (const std::string& name : names) {
     if (is_file(name) &&
         std::find(kDisplay.begin(), kDisplay.end(), extension_of(name)) != kDisplay.end()) {

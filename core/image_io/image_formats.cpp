@@ -9,6 +9,7 @@ constexpr std::array kFormats = {
     ImageFormat{"png", "image/png", false, true},
     ImageFormat{"jpg", "image/jpeg", false, false},
     ImageFormat{"webp", "image/webp", false, true},
+    ImageFormat{"avif", "image/avif", false, true},
     ImageFormat{"exr", "image/x-exr", true, true},
     ImageFormat{"hdr", "image/vnd.radiance", true, false},
     ImageFormat{"tif", "image/tiff", true, true},

@@ -42,14 +42,19 @@ struct ImageFormat {
   bool high_dynamic_range;     ///< stored linear, without tone mapping and exposure
   bool has_alpha;
 };
-/// png jpg webp exr hdr tif.
+/// png jpg webp avif exr hdr tif.
 std::span<const ImageFormat> image_formats();
 
 struct EncodeOptions {
   ToneMap tone_map = ToneMap::kSrgb;
-  float exposure_stops = 0;  ///< multiplies by 2^stops before tone mapping
-  bool is_color = true;      ///< false: data (normals, depth, samples); no tone curve
-  int quality = 92;          ///< jpg, webp
+  float exposure_stops = 0;                ///< multiplies by 2^stops before tone mapping
+  std::optional<float> white_kelvin = {};  ///< WhiteBalance, before contrast and tone mapping
+  /// Slope in stops: middle grey, 0.18, stays, and a stop beside it becomes this many. Before tone
+  /// mapping.
+  float contrast = 1;
+  bool is_color = true;  ///< false: data (normals, depth, samples); no tone curve
+  int quality = 92;      ///< jpg, webp, avif
+  int bits = 8;          ///< of each channel; 16 only in png
   /// Display values in [0,1]: the background of an image with four channels, which then loses its
   /// alpha. Null: none, or white in formats without alpha.
   std::optional<Rgb> background = {};
@@ -63,7 +68,7 @@ struct EncodeOptions {
 /// the range of half floats, +-65504, if is_color is false or if whole_channels are among them.
 /// With parts this is decided per part; the first has the metadata, and parts of mattes their own.
 /// Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
-/// unassociated in PNG and WebP, associated in EXR). EXR takes any channels. NaN is written
+/// unassociated in PNG, WebP and AVIF, associated in EXR). EXR takes any channels. NaN is written
 /// unchanged in float formats and as 0 in display formats. Errors: kInternal with the library's
 /// message.
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,
@@ -73,6 +78,7 @@ Result<std::string> encode_rows(const ImageRows& rows, const ImageFormat& format
                                 const EncodeOptions& options);
 /// Returns the maximum memory of encode_rows(), including its result; measured by
 /// tests/stress/memory --measure.
-std::uint64_t encoding_bytes(int width, int height, int channels, const ImageFormat& format);
+std::uint64_t encoding_bytes(int width, int height, int channels, const ImageFormat& format,
+                             int bits = 8);
 
 }  // namespace core

@@ -106,7 +106,7 @@ Studio::Studio(EnvironmentPreset preset) : preset_(preset) {
   scale_ = static_cast<float>(kRows * kColumns / sum);
 }
 
-float Studio::front_exposure_stops() const {
+float Studio::exposure_stops(Vec3 to_camera) const {
   // Midpoints that are uniform in solid angle, as above. The lights' edges are 3 degrees wide.
   constexpr int kRows = 48;
   constexpr int kColumns = 96;
@@ -125,7 +125,7 @@ float Studio::front_exposure_stops() const {
   float brightest = 0;
   constexpr int kStep = 7;  // orientations, 8 degrees apart on average: irradiance is smooth
   for (std::size_t n = 0; n < directions.size(); n += kStep) {
-    if (directions[n].z < 0) {
+    if (dot(directions[n], to_camera) < 0) {
       continue;
     }
     float irradiance = 0;
@@ -135,6 +135,14 @@ float Studio::front_exposure_stops() const {
     brightest = std::max(brightest, irradiance);
   }
   return std::log2(kPi / brightest);
+}
+
+float studio_exposure_stops(EnvironmentPreset preset, float rotation_degrees, Vec3 to_camera) {
+  // As Environment does: turning the light one way turns directions the other way.
+  const float angle = rotation_degrees * (kPi / 180);
+  const Vec3 turned = {to_camera.x * std::cos(angle) - to_camera.z * std::sin(angle), to_camera.y,
+                       to_camera.x * std::sin(angle) + to_camera.z * std::cos(angle)};
+  return Studio(preset).exposure_stops(turned);
 }
 
 float Studio::unscaled(Vec3 direction) const {

@@ -16,10 +16,10 @@ class Studio {
   explicit Studio(EnvironmentPreset preset);
   /// Returns the radiance from a direction (unit, y up).
   Rgb radiance(Vec3 direction) const { return Rgb(unscaled(direction) * scale_); }
-  /// Returns the exposure in stops at which no diffuse surface that faces the front, +z, becomes
-  /// brighter than its albedo: an incident light reading at the brightest orientation n with
-  /// n.z >= 0, log2(pi / irradiance).
-  float front_exposure_stops() const;
+  /// Returns the exposure in stops at which no diffuse surface that faces a camera in the direction
+  /// to_camera (unit) becomes brighter than its albedo: an incident light reading at the brightest
+  /// orientation n with dot(n, to_camera) >= 0, log2(pi / irradiance).
+  float exposure_stops(Vec3 to_camera) const;
 
  private:
   float unscaled(Vec3 direction) const;
@@ -27,5 +27,9 @@ class Studio {
   EnvironmentPreset preset_;
   float scale_ = 1;
 };
+
+/// Returns Studio::exposure_stops() of the preset turned by rotation_degrees, counter-clockwise
+/// seen from above. to_camera: unit, world.
+float studio_exposure_stops(EnvironmentPreset preset, float rotation_degrees, Vec3 to_camera);
 
 }  // namespace core

@@ -40,6 +40,14 @@ std::string names_of(std::span<const api::HeaderRow> rows) {
   return names;
 }
 
+const std::string& exposed_headers() {
+  static const std::string names = names_of(api::response_headers());
+  return names;
+}
+
+/// Images by URL are for the pages of all origins: their signature is their only credential.
+bool is_public_image(std::string_view path) { return path.starts_with("/i/"); }
+
 /// Returns the scope that the request's operation needs: "read", "write", "admin", "worker", or ""
 /// for none. Requests outside the table (page files, unknown paths) need none, except below /v1.
 std::string_view needed_scope(const Request& request) {
@@ -195,7 +203,7 @@ std::optional<Response> Guard::check_host_and_origin(const Request& request) con
                             std::string(without_port(host)) +
                             "'; add it with --hosts or TESSERA_HOSTS");
   }
-  if (const auto origin = request.header("Origin")) {
+  if (const auto origin = request.header("Origin"); origin && !is_public_image(request.path)) {
     if (!is_same_origin(request, *origin) && !is_named_origin(*origin)) {
       return error_answer(request, api::kForeignOrigin,
                           "pages of the origin '" + std::string(*origin) +
@@ -215,6 +223,12 @@ Access Guard::access_of(const Holder& holder) {
                    : holder.may_admin ? Access::Scope::kAll
                                       : Access::Scope::kOwn,
           .priority_max = holder.priority_max};
+}
+
+Access Guard::access_of_tenant(std::string tenant) {
+  Holder holder;
+  holder.tenant = std::move(tenant);
+  return access_of(holder);
 }
 
 std::optional<Response> Guard::authorize(Request& request, std::string_view scope) {
@@ -317,6 +331,12 @@ void Guard::decorate(const Request& request, Response& response) const {
       location && location->starts_with('/')) {
     response.headers.set("Location", base_path_of(request) + std::string(*location));
   }
+  if (is_public_image(request.path)) {
+    // With or without an Origin, because caches keep one answer for all.
+    response.headers.set("Access-Control-Allow-Origin", "*");
+    response.headers.set("Access-Control-Expose-Headers", exposed_headers());
+    return;
+  }
   // Caches must not give a page of another origin what they stored for this one.
   if (!config_.now()->origins.empty()) {
     response.headers.add("Vary", "Origin");
@@ -327,9 +347,8 @@ void Guard::decorate(const Request& request, Response& response) const {
   }
   response.headers.set("Access-Control-Allow-Origin", *origin);
   response.headers.set("Access-Control-Allow-Credentials", "true");
-  static const std::string exposed = names_of(api::response_headers());
   static const std::string allowed = names_of(api::request_headers());
-  response.headers.set("Access-Control-Expose-Headers", exposed);
+  response.headers.set("Access-Control-Expose-Headers", exposed_headers());
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
     response.headers.set("Access-Control-Allow-Headers", allowed);

@@ -37,6 +37,8 @@ class Guard {
   void decorate(const Request& request, Response& response) const;
   /// Returns the sources of pages that may frame /embed/JOB (CSP's frame-ancestors).
   std::string embed_ancestors() const;
+  /// Returns the rights of a tenant over its own things, for requests without a key.
+  Access access_of_tenant(std::string tenant);
   /// POST /v1/session: turns the bearer token into a cookie for images and events.
   Response start_session(const Request& request);
   /// DELETE /v1/session: invalidates the cookie.

@@ -84,7 +84,7 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
     }
     row = std::move(*stored);
   }
-  if (!row || row->created_at < unix_now() - kKeySeconds) {
+  if (!row || (!submission.is_by_content && row->created_at < unix_now() - kKeySeconds)) {
     return JobPointer();
   }
   auto job = find(row->job, submission.access);

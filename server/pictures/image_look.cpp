@@ -28,15 +28,28 @@ std::string ignored_look(const core::ImageFormat& format, const api::ImageQuery&
   if (!format.high_dynamic_range) {
     return "";
   }
-  std::string names = query.exposure_stops != 0 || query.auto_exposure ? "exposure" : "";
-  if (has_tone_map(query)) {
-    names += names.empty() ? "tonemap" : ", tonemap";
-  }
+  std::string names;
+  const auto add = [&names](bool is_given, std::string_view name) {
+    if (is_given) {
+      names.append(names.empty() ? "" : ", ").append(name);
+    }
+  };
+  add(query.exposure_stops != 0 || query.auto_exposure, "exposure");
+  add(has_tone_map(query), "tonemap");
+  add(query.white_balance_k.has_value(), "white_balance");
+  add(query.contrast != 1, "contrast");
   return names;
 }
 
 std::optional<core::Error> refused_look(const core::ImageFormat& format,
                                         const api::ImageQuery& query) {
+  if (query.bits != 8 && (query.bits != 16 || format.extension != "png")) {
+    return core::Error{
+        core::ErrorCode::kInvalidArgument,
+        query.bits == 16 ? "." + std::string(format.extension) + " has no 16-bit integers; png does"
+                         : "must be 8 or 16",
+        "/bits"};
+  }
   const std::string ignored = ignored_look(format, query);
   if (ignored.empty() || format.extension == kToldOnly) {
     return std::nullopt;

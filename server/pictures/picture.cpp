@@ -11,6 +11,7 @@
 
 #include "api/answers/film_view.h"
 #include "api/answers/matte_manifest.h"
+#include "api/job/light_exposure.h"
 #include "api/job/picture_origin.h"
 #include "api/json/values.h"
 #include "core/layers/exposure.h"
@@ -94,9 +95,10 @@ std::uint64_t working_bytes(const core::Film& film, const Picture& picture) {
   const bool all_layers = shows_all_layers(picture);
   const int most = picture.query.max_size.value_or(std::numeric_limits<int>::max());
   return core::LayerRows::bytes(film, picture.rect) +
-         core::encoding_bytes(
-             std::min(picture.rect.width, most), std::min(picture.rect.height, most),
-             all_layers ? static_cast<int>(core::channels_max(film)) : 4, picture.format);
+         core::encoding_bytes(std::min(picture.rect.width, most),
+                              std::min(picture.rect.height, most),
+                              all_layers ? static_cast<int>(core::channels_max(film)) : 4,
+                              picture.format, picture.query.bits);
 }
 
 std::string_view layer_of(const api::ImageQuery& query) {
@@ -125,6 +127,9 @@ std::optional<float> exposure_of(const core::Film& film, const Picture& picture)
   if (!picture.query.auto_exposure) {
     return picture.query.exposure_stops;
   }
+  if (const auto stops = api::light_exposure_stops(picture.view.spec)) {
+    return stops;
+  }
   return static_cast<float>(core::brightness_of(film, picture.view.spec.render.film).auto_exposure);
 }
 
@@ -142,6 +147,11 @@ core::EncodeOptions encode_options(const Picture& picture, const api::ServerView
     }
   }
   options.is_color = is_color(picture.query);
+  if (picture.query.white_balance_k) {
+    options.white_kelvin = static_cast<float>(*picture.query.white_balance_k);
+  }
+  options.contrast = static_cast<float>(picture.query.contrast);
+  options.bits = picture.query.bits;
   options.background = picture.query.background;
   options.parts = picture.query.parts;
   options.metadata = provenance(picture.view, about);
@@ -171,7 +181,8 @@ std::optional<Error> refused_ids(const Picture& picture) {
   }
   if (picture.query.max_size && is_linear &&
       (!is_plain || (has_ids && shows_all_layers(picture)))) {
-    return refused("ids cannot be averaged; png, jpg and webp show them in colours", "/max_size");
+    return refused("ids cannot be averaged; png, jpg, webp and avif show them in colours",
+                   "/max_size");
   }
   const bool is_exact = picture.format.extension == "exr" ||
                         (form == core::LayerForm::kIds && picture.format.extension == "tif");

@@ -163,10 +163,11 @@ core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jo
                          .values = {}};
   const std::size_t count =
       static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3;
-  const auto lease = memory_.take(
-      {.bytes = count * sizeof(float) + core::encoding_bytes(sheet.width, sheet.height, 3, png),
-       .tenant = jobs.empty() ? std::string() : jobs.front()->tenant()},
-      "the sheet");
+  const auto lease =
+      memory_.take({.bytes = count * sizeof(float) +
+                             core::encoding_bytes(sheet.width, sheet.height, 3, png, look_.bits),
+                    .tenant = jobs.empty() ? std::string() : jobs.front()->tenant()},
+                   "the sheet");
   if (!lease) {
     return lease.error();
   }
@@ -194,6 +195,7 @@ core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jo
   }
   core::EncodeOptions as_it_is;
   as_it_is.is_color = false;
+  as_it_is.bits = look_.bits;
   const auto bytes = core::encode_image(sheet, png, as_it_is);
   if (!bytes) {
     return bytes.error();

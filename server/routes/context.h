@@ -29,6 +29,7 @@
 #include "server/store/assets.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
+#include "server/store/preset_table.h"
 #include "server/store/storage_quota.h"
 #include "server/store/usage_table.h"
 #include "server/webhooks/webhook_secrets.h"
@@ -52,6 +53,7 @@ struct RouteContext {
   KeyTable& keys;
   KeyRing& key_ring;
   UsageTable& usage;
+  PresetTable& presets;
   DeliveryTable& deliveries;
   WebhookSecrets& webhook_secrets;
   MemoryGate& memory;
@@ -78,6 +80,7 @@ using HandlerTable = std::map<std::string_view, RouteHandler>;
 void add_system_handlers(const RouteContext& context, HandlerTable& table);
 void add_asset_handlers(const RouteContext& context, HandlerTable& table);
 void add_scene_handlers(const RouteContext& context, HandlerTable& table);
+void add_preset_handlers(HandlerTable& table);
 void add_render_handlers(const RouteContext& context, HandlerTable& table);
 void add_job_handlers(const RouteContext& context, HandlerTable& table);
 void add_batch_handlers(HandlerTable& table);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/answers/job_text.h"
+#include "core/base/sha256.h"
 #include "server/routes/answers.h"
 #include "server/routes/webhook_address.h"
 
@@ -32,6 +33,12 @@ std::optional<Response> refuse_webhook(const RouteContext& context, const Reques
   return fault ? std::optional(error_answer(
                      request, Error{ErrorCode::kInvalidArgument, *fault, "/webhook/url"}))
                : std::nullopt;
+}
+
+JobService::Submission submission_by_content(const Access& access, const api::JobSpec& spec) {
+  const std::string text = api::spec_json(spec);
+  const std::string hash = core::sha256_hex(text.data(), text.size());
+  return {.access = access, .key = hash, .body_hash = hash, .is_by_content = true};
 }
 
 double honoured_wait(const RouteContext& context, double asked_seconds) {

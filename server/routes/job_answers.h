@@ -22,6 +22,10 @@ Response job_answer(int status, const Job& job, const api::JobView& view);
 std::optional<Response> refuse_webhook(const RouteContext& context, const Request& request,
                                        const api::JobSpec& spec);
 
+/// Returns the submission that gets the job of an equal request, if there is one
+/// (JobService::Submission::is_by_content).
+JobService::Submission submission_by_content(const Access& access, const api::JobSpec& spec);
+
 /// Returns the time to wait, which gateways in front of the server must outlast.
 double honoured_wait(const RouteContext& context, double asked_seconds);
 WaitClock::time_point deadline_in(double seconds);

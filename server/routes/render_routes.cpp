@@ -14,11 +14,10 @@
 #include "api/answers/job_view.h"
 #include "api/json/errors.h"
 #include "api/json/limits.h"
+#include "api/presets.h"
 #include "api/queries/render_query.h"
 #include "core/base/mutex.h"
 #include "core/base/sha256.h"
-#include "core/color/rgb.h"
-#include "core/lights/studio.h"
 #include "server/http/form_data.h"
 #include "server/http/text.h"
 #include "server/pictures/image_look.h"
@@ -27,6 +26,7 @@
 #include "server/routes/context.h"
 #include "server/routes/job_answers.h"
 #include "server/routes/picture_answer.h"
+#include "server/routes/preset_routes.h"
 #include "server/routes/scene_upload.h"
 
 namespace server {
@@ -204,19 +204,6 @@ core::Result<SceneService::Added> add_scene(const RouteContext& context, const R
                 : context.scenes.add_file(std::move(sent.upload), origin);
 }
 
-/// Chooses the exposure. Studio light has a known strength, and a white product stays white in it;
-/// the automatic exposure, which knows only the image, would show white on white as grey.
-void expose(const api::JobSpec& spec, api::ImageQuery& look) {
-  const core::EnvironmentSettings& light = spec.environment;
-  const float strength = light.intensity * core::luminance(light.color);
-  look.auto_exposure = !light.preset || !(strength > 0);
-  if (!look.auto_exposure) {
-    constexpr auto kMost = static_cast<float>(api::limits::kExposureStops);
-    const float stops = core::Studio(*light.preset).front_exposure_stops() - std::log2(strength);
-    look.exposure_stops = std::clamp(stops, -kMost, kMost);
-  }
-}
-
 Response accepted(const RouteContext& context, const Job& job) {
   // Retry-After has whole seconds, and an estimate of more than a minute is often wrong.
   constexpr double kSoonest = 1;
@@ -278,6 +265,17 @@ Response render(const RouteContext& context, Clients& clients, Request& request)
     }
     uploads.environment_asset = stored->id;
   }
+  if (api::names_stored_preset(*query)) {
+    const auto preset = stored_preset(context.presets, query->preset, request.access.tenant);
+    if (!preset) {
+      return problem_answer(request, preset.problem());
+    }
+    if (!*preset) {
+      return error_answer(
+          request, at("/preset", "no light and no preset has the name \"" + query->preset + "\""));
+    }
+    uploads.preset_job = (*preset)->job;
+  }
   if (!sent->scene.empty()) {
     const auto added = add_scene(context, request, *std::move(sent));
     if (auto refused = refused_scene(request, added)) {
@@ -300,7 +298,7 @@ Response render(const RouteContext& context, Clients& clients, Request& request)
     api::frame_model(job->spec, *facts);  // A scene that does not exist is refused below.
   }
   if (!query->has_exposure && !format->high_dynamic_range) {
-    expose(job->spec, query->look);
+    query->look.auto_exposure = true;
   }
   if (auto refused = refuse_webhook(context, request, job->spec)) {
     return *std::move(refused);
@@ -308,11 +306,8 @@ Response render(const RouteContext& context, Clients& clients, Request& request)
   if (!take_stream_place(context, request)) {
     return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
   }
-  const std::string spec = api::spec_json(job->spec);
-  const std::string hash = core::sha256_hex(spec.data(), spec.size());
-  const auto submitted = clients.enter(
-      context.jobs, *std::move(job),
-      {.access = request.access, .key = hash, .body_hash = hash, .is_by_content = true});
+  const auto submission = submission_by_content(request.access, job->spec);
+  const auto submitted = clients.enter(context.jobs, *std::move(job), submission);
   if (!submitted) {
     return problem_answer(request, submitted.problem());
   }

@@ -42,6 +42,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_system_handlers(context, table);
   add_asset_handlers(context, table);
   add_scene_handlers(context, table);
+  add_preset_handlers(table);
   add_render_handlers(context, table);
   add_job_handlers(context, table);
   add_batch_handlers(table);

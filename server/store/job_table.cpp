@@ -387,9 +387,10 @@ core::Result<std::optional<IdempotencyRow>> JobTable::find_key(std::string_view 
 
 Status JobTable::forget_keys_before(double created_at) {
   auto session = database_.session();
-  // A client-chosen id is kept as long as its job.
+  // A client-chosen id, and the hash of a whole request, are kept as long as their job.
   Statement forget = session.prepare(
-      "DELETE FROM idempotency WHERE created_at<? AND (key NOT GLOB 'put *'"
+      "DELETE FROM idempotency WHERE created_at<?"
+      " AND ((key NOT GLOB 'put *' AND key NOT GLOB 'content *')"
       " OR NOT EXISTS (SELECT 1 FROM jobs WHERE jobs.id=idempotency.job))");
   return forget.bind(created_at).run();
 }

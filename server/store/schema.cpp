@@ -397,6 +397,24 @@ ALTER TABLE jobs DROP COLUMN split_count;
 ALTER TABLE jobs DROP COLUMN pause_reason;
 ALTER TABLE jobs DROP COLUMN light_not_found;
 )sql",
+    // Presets, and keys that sign URLs of their images.
+    R"sql(
+CREATE TABLE presets(
+  tenant TEXT NOT NULL,
+  name TEXT NOT NULL,
+  body TEXT NOT NULL,
+  is_public INTEGER NOT NULL,
+  created_at REAL NOT NULL,
+  PRIMARY KEY(tenant, name)
+) WITHOUT ROWID;
+CREATE UNIQUE INDEX presets_public ON presets(name) WHERE is_public=1;
+CREATE TABLE signing_keys(
+  id TEXT PRIMARY KEY,
+  key TEXT NOT NULL,
+  tenant TEXT NOT NULL,
+  created_at REAL NOT NULL
+) WITHOUT ROWID;
+)sql",
 };
 
 }  // namespace

@@ -7,9 +7,9 @@ import struct
 from harness import ApiTest, job_body, png_pixels, png_size
 
 MAGIC = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "webp": b"RIFF", "exr": b"\x76\x2f\x31\x01",
-         "hdr": b"#?", "tif": (b"II*\0", b"MM\0*")}
+         "hdr": b"#?", "tif": (b"II*\0", b"MM\0*"), "avif": b"\0\0\0\x1cftypavif"}
 MIME = {"png": "image/png", "jpg": "image/jpeg", "webp": "image/webp", "exr": "image/x-exr",
-        "hdr": "image/vnd.radiance", "tif": "image/tiff"}
+        "hdr": "image/vnd.radiance", "tif": "image/tiff", "avif": "image/avif"}
 
 
 class Images(ApiTest):
@@ -48,6 +48,28 @@ class Images(ApiTest):
             self.assertEqual(
                 self.image("/image", Accept=accept).headers["Content-Type"], mime, accept
             )
+
+    def test_png_has_sixteen_bits_if_asked(self):
+        deep = self.image("/image.png?bits=16")
+        self.assertEqual((png_size(deep.body)[:2], deep.body[24]), ((70, 40), 16))  # IHDR's depth
+        self.assertEqual(self.image("/image.png?bits=8").body, self.image("/image.png").body)
+        for rest in ("/image.jpg?bits=16", "/image.exr?bits=16", "/image.png?bits=12"):
+            self.assert_problem(self.server.get(self.path + rest), 422, "/bits")
+
+    def test_white_balance_and_contrast_change_the_image_only(self):
+        def mean(query):
+            rows = png_pixels(self.image("/image.png?curve=linear" + query).body)
+            flat = [pixel for row in rows for pixel in row]
+            return [sum(p[c] for p in flat) / len(flat) for c in range(3)]
+
+        plain, warm = mean(""), mean("&white_balance=2700")
+        self.assertLess(warm[0] / warm[2], plain[0] / plain[2])  # a lamp's light becomes bluer
+        self.assertNotEqual(mean("&contrast=2"), plain)
+        self.assertEqual(mean("&contrast=1"), plain)
+        for name, bad, good in (("white_balance", 500, 3000), ("contrast", 0, 2)):
+            for file in (f"png?{name}={bad}", f"exr?{name}={good}"):
+                answer = self.server.get(f"{self.path}/image.{file}")
+                self.assert_problem(answer, 422, "/" + name)
 
     def test_image_without_accept_is_png(self):
         self.assertEqual(self.image("/image").headers["Content-Type"], "image/png")
@@ -108,7 +130,7 @@ class Images(ApiTest):
             tags.add(first.headers["ETag"])
         self.assertEqual(len(tags), 6)
         self.assertEqual(
-            len({self.image("/image", Accept=m).headers["ETag"] for m in MIME.values()}), 6
+            len({self.image("/image", Accept=m).headers["ETag"] for m in MIME.values()}), len(MIME)
         )
 
     def test_equal_images_have_equal_bytes(self):

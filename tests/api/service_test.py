@@ -48,7 +48,8 @@ class Service(ApiTest):
         self.assertIn("path", [i["type"] for i in about["integrators"]])
         self.assertLessEqual({"KHR_materials_volume", "EXT_mesh_gpu_instancing"},
                              set(about["extensions"]))
-        self.assertEqual(set(about["image_formats"]), {"png", "jpg", "webp", "exr", "hdr", "tif"})
+        self.assertEqual(set(about["image_formats"]),
+                         {"png", "jpg", "webp", "avif", "exr", "hdr", "tif"})
         self.assertEqual(set(about["filters"]),
                          {"box", "tent", "gaussian", "mitchell", "blackman-harris"})
         self.assertLessEqual({"srgb", "linear", "aces", "agx", "khronos-neutral"},

@@ -205,11 +205,11 @@ test('the PNG can be downloaded', { timeout: 300_000 }, () =>
   withRender(desktop, async (page) => {
     await finished(page);
     await page.click('[data-testid=download]');
-    for (const format of ['png', 'jpg', 'webp', 'exr', 'hdr', 'tif']) {
+    for (const format of ['png', 'jpg', 'webp', 'avif', 'exr', 'hdr', 'tif']) {
       const link = page.getByTestId(`download-${format}`);
       if (!(await link.count())) continue;
       const shown = /as shown here/.test(await link.textContent());
-      assert.equal(shown, ['png', 'jpg', 'webp'].includes(format), format);
+      assert.equal(shown, ['png', 'jpg', 'webp', 'avif'].includes(format), format);
       assert.equal(/exposure/.test(await link.getAttribute('href')), shown, format);
     }
     const [download] = await Promise.all([

@@ -285,3 +285,42 @@ test('changing a setting in the form does not change others', {
     assert.deepEqual([plain.ground.height, plain.labels], [null, {}]);
   });
 });
+
+test('the URL of an image shows the same view and size', { skip, timeout: 120_000 }, async () => {
+  const { position, target } = requests['a polished sweep through a lens'].camera;
+  const placed = { ...common, scene: 'glass', seed: 3, camera: { position, target } };
+  const orbit = { theta_degrees: 30, phi_degrees: 75, radius: 4, target: [0, 1, 0] };
+  for (const request of [placed, { ...placed, camera: { orbit } }]) {
+    const job = await post(request);
+    await until('the image', async () => {
+      const { state } = await (await ask(`${server.url}/v1/jobs/${job.id}`)).json();
+      return state === 'finished';
+    });
+    await withPage(desktop, `#/jobs/${job.id}`, async (page) => {
+      await page.evaluate(() => {
+        const writeText = (text) => Promise.resolve((globalThis.copied = text));
+        Object.defineProperty(navigator, 'clipboard', { value: { writeText } });
+      });
+      await page.click('[data-testid=more]');
+      await page.click('[data-testid=copy-url]');
+      const url = await until('the URL', () => page.evaluate(() => globalThis.copied));
+      assert.match(url, new RegExp(`/i/public/render-${job.id.slice(0, 8)}/glass/`));
+      await until('the final image', async () => {
+        const answer = await ask(url);
+        if (answer.status !== 200) return false;
+        assert.equal(answer.headers.get('content-type'), 'image/webp');
+        return /immutable/.test(answer.headers.get('cache-control'));
+      });
+      const { jobs } = await (await ask(`${server.url}/v1/jobs?limit=1`)).json();
+      assert.notEqual(jobs[0].id, job.id);
+      assert.deepEqual(jobs[0].spec.film, job.spec.film);
+      assert.equal(jobs[0].spec.seed, 3);
+      const { camera } = jobs[0].spec;
+      if (job.spec.camera.orbit) return assert.deepEqual(camera, job.spec.camera);
+      assert.deepEqual(camera.orbit.target, target);
+      const [x, y, z] = position.map((p, i) => p - target[i]);
+      assert.ok(Math.abs(camera.orbit.radius - Math.hypot(x, y, z)) < 1e-5);
+      assert.ok(Math.abs(camera.orbit.theta_degrees - (Math.atan2(x, z) * 180) / Math.PI) < 1e-3);
+    });
+  }
+});

@@ -118,6 +118,7 @@ class Contract(ApiTest):
         self.files_and_scenes()
         self.jobs()
         self.laboratory()
+        self.presets()
         self.keys_and_webhooks()
         self.assertEqual(
             sorted(set(self.operations) - self.answered), [], "operations without a test"
@@ -249,6 +250,20 @@ class Contract(ApiTest):
         self.ask("compareMeters", "GET", f"/v1/comparisons?a={ids[0]}&b={ids[0]}")
         self.ask("getComparison", "GET", compared["links"]["self"])
         self.ask("getComparisonMap", "GET", compared["links"]["z"])
+
+    def presets(self):
+        self.ask("putPreset", "PUT", "/v1/presets/p", {
+            "job": {"film": {"width": 48, "height": 32}, "stop": {"samples_per_pixel": 4}},
+            "public": True})
+        self.ask("putPreset", "PUT", "/v1/presets/p", {"job": {}, "public": 1})
+        self.ask("getPreset", "GET", "/v1/presets/p")
+        self.ask("listPresets", "GET", "/v1/presets")
+        self.ask("getPicture", "GET", "/i/public/p/cornell-box/30,75.png")
+        self.ask("getPicture", "GET", "/i/forged/p/cornell-box/30,75.png")
+        self.ask("deletePreset", "DELETE", "/v1/presets/p")
+        key = self.ask("createSigningKey", "POST", "/v1/signing-keys").json()
+        self.ask("listSigningKeys", "GET", "/v1/signing-keys")
+        self.ask("deleteSigningKey", "DELETE", "/v1/signing-keys/" + key["id"])
 
     def keys_and_webhooks(self):
         made = self.ask("createKey", "POST", "/v1/keys", {"name": "n", "tenant": "t"}).json()

@@ -154,7 +154,7 @@ class Jobs(ServerTest):
     def test_image_files_have_their_formats(self):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **SMALL).wait()
         starts = {"png": b"\x89PNG", "jpg": b"\xff\xd8", "webp": b"RIFF", "exr": b"v/1\x01",
-                  "hdr": b"#?RADIANCE", "tif": b"II*\0"}
+                  "hdr": b"#?RADIANCE", "tif": b"II*\0", "avif": b"\0\0\0\x1cftypavif"}
         with tempfile.TemporaryDirectory() as folder:
             for name, start in starts.items():
                 path = job.save(os.path.join(folder, "p." + name))

@@ -17,7 +17,7 @@ from pathlib import Path
 import anyio
 import httpx
 import numpy as np
-from harness import png_pixels, png_size
+from harness import BINARY, png_pixels, png_size, tessera
 from mcp import Client, StdioServerParameters, stdio_client
 from support import REPOSITORY, ServerTest
 
@@ -71,9 +71,11 @@ class Agent(ServerTest):
         """Runs the coroutine with a connected client; by default to a server over stdio."""
 
         async def run():
+            # The verb starts the first python3 in PATH.
+            path = os.path.dirname(sys.executable) + ":" + os.environ["PATH"]
             start = StdioServerParameters(
-                command=sys.executable, args=["-m", "tessera.mcp", "--server", self.url()],
-                env={**os.environ},
+                command=BINARY, args=["mcp", "--server", self.url()],
+                env={**os.environ, "PATH": path},
             )  # fmt: skip
             async with Client(target or stdio_client(start)) as agent:
                 return await conversation(agent)
@@ -294,6 +296,17 @@ class OverHttp(Agent):
 
         file, built_in = self.talk(conversation, address)
         self.assertEqual((file.is_error, built_in.is_error), (True, False))
+
+    def test_verb_says_what_is_missing(self):
+        python = self.folder / "python3"
+        python.write_text(f'#!/bin/sh\nexec {sys.executable} -I -S "$@"\n')  # no packages
+        python.chmod(0o755)
+        code, told, said = tessera("mcp", environ={"PATH": str(self.folder)})
+        self.assertEqual((code, told), (1, ""))
+        self.assertIn("has no package tessera; install it: pip install", said)
+        code, _, said = tessera("mcp", environ={"PATH": "/nowhere"})
+        self.assertEqual(code, 1)
+        self.assertIn("cannot start python3", said)
 
     def test_a_page_elsewhere_cannot_call_it(self):
         address = self.serve()

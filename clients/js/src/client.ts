@@ -28,6 +28,8 @@ import type {
   Meter,
   MeterComparison,
   Pixel,
+  Preset,
+  PresetRequest,
   Scene,
   SceneList,
   Server,
@@ -99,7 +101,7 @@ export function requestOf(scene: string, options: JobOptions = {}): JobRequest {
 
 const hasRule = ({ error, seconds, samples, stop }: JobOptions): boolean =>
   [error, seconds, samples, stop].some((rule) => rule !== undefined);
-const hasExposure = (format: string): boolean => /^(png|jpe?g|webp)$/.test(format);
+const hasExposure = (format: string): boolean => /^(png|jpe?g|webp|avif)$/.test(format);
 function raiseUnlessFinished(job: Job): void {
   const title = `The job was ${job.state}.`;
   if (job.state !== 'finished')
@@ -170,7 +172,7 @@ export class Client {
 
   /**
    * Renders an image. Without a stop rule the job ends when the average pixel is at most 3% off, or
-   * after 10 s. Unless `query` has an exposure, png, jpg and webp are exposed automatically.
+   * after 10 s. Unless `query` has an exposure, png, jpg, webp and avif are exposed automatically.
    */
   async render(scene: string | Bytes, options: RenderOptions = {}): Promise<RenderedImage> {
     const { format = 'png', query, signal, ...members } = options;
@@ -407,6 +409,11 @@ export class Client {
   }
   async removeBatch(id: string): Promise<void> {
     await this.send(batchPath(id), { method: 'DELETE' });
+  }
+
+  /** Stores a preset: a job without its scene, for images by URL. */
+  putPreset(name: string, preset: PresetRequest): Promise<Preset> {
+    return this.json(`v1/presets/${encodeURIComponent(name)}`, { method: 'PUT', json: preset });
   }
 
   compare(a: string, b: string): Promise<Comparison> {

@@ -638,6 +638,69 @@ export interface MergeRequest {
   films: string[];
 }
 
+/** A job template for many images. */
+export interface PresetRequest {
+  /** A JobRequest without `scene`; class normal. */
+  job: Record<string, unknown>;
+  /**
+   * Images need no signature, in the film's size and in those of `sizes`. The name must be free
+   * among the public presets of all tenants. Default: false.
+   */
+  public?: boolean;
+  /** Sizes [width, height] of public images in pixels, `dpr` included. Default: []. */
+  sizes?: [number, number][];
+  /**
+   * The first request of an image waits at most this long (and at most --max-wait); then it gets
+   * the image as it is, if every pixel has a sample, or 503. Default: 2.
+   */
+  deadline_seconds?: number;
+}
+
+/** A preset. */
+export interface Preset {
+  /** A JobRequest without `scene`; class normal. */
+  job: Record<string, unknown>;
+  /**
+   * Images need no signature, in the film's size and in those of `sizes`. The name must be free
+   * among the public presets of all tenants.
+   */
+  public: boolean;
+  /** Sizes [width, height] of public images in pixels, `dpr` included. */
+  sizes: [number, number][];
+  /**
+   * The first request of an image waits at most this long (and at most --max-wait); then it gets
+   * the image as it is, if every pixel has a sample, or 503.
+   */
+  deadline_seconds: number;
+  name: string;
+}
+
+/** All presets. */
+export interface PresetList {
+  /** Sorted by name. */
+  presets: Preset[];
+}
+
+/** A new signing key. */
+export interface SigningKey {
+  id: string;
+  /** Unpadded base64url of 32 random bytes, which is returned only once. */
+  key: string;
+}
+
+/** A signing key, without its text. */
+export interface SigningKeyRow {
+  id: string;
+  tenant: string;
+  created_at: string;
+}
+
+/** All signing keys. */
+export interface SigningKeyList {
+  /** Oldest first. */
+  keys: SigningKeyRow[];
+}
+
 /** Jobs for which to create a ticket. */
 export interface TicketRequest {
   /** Jobs that the ticket's bearer may watch. */

@@ -5,8 +5,10 @@
 #include <cstring>
 #include <exception>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +18,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "core/color/white_balance.h"
 #include "core/image_io/oiio/oiio.h"
 
 namespace core::oiio {
@@ -26,12 +29,15 @@ constexpr int kWebpSideMax = 16383;
 
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 
-std::uint8_t quantize(float v) noexcept {
-  return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255.0F));
+/// Value: std::uint8_t or std::uint16_t.
+template <typename Value>
+Value quantize(float v) noexcept {
+  constexpr auto kMost = static_cast<float>(std::numeric_limits<Value>::max());
+  return static_cast<Value>(std::lround(std::clamp(v, 0.0F, 1.0F) * kMost));
 }
 
-// Converts one row for display: exposure, division by alpha, tone map and rounding. Data is only
-// clipped.
+// Converts one row for display: exposure, division by alpha, white balance, contrast, tone map and
+// rounding. Data is only clipped.
 class DisplayRow {
  public:
   DisplayRow(int channels, int channels_out, const EncodeOptions& options)
@@ -39,17 +45,23 @@ class DisplayRow {
         background_(options.background.value_or(Rgb(1))),
         channels_out_(channels_out),
         gain_(options.is_color ? std::exp2(options.exposure_stops) : 1.0F),
+        contrast_(options.is_color ? options.contrast : 1),
         tone_map_(options.is_color ? options.tone_map : ToneMap::kLinear),
-        is_before_(channels == 4 && channels_out == 3) {}
+        is_before_(channels == 4 && channels_out == 3) {
+    if (options.is_color && options.white_kelvin) {
+      white_balance_.emplace(*options.white_kelvin);
+    }
+  }
 
-  std::uint8_t* write(const float* in, std::uint8_t* to) const {
+  template <typename Value>
+  Value* write(const float* in, Value* to) const {
     const float alpha = channels_ == 4 ? in[3] : 1.0F;
     const float scale = channels_ == 4 && alpha > 0 ? gain_ / alpha : gain_;
     if (channels_ == 1) {
-      const std::uint8_t grey = quantize(apply_tone_map(tone_map_, Rgb(in[0] * scale)).r);
+      const auto grey = quantize<Value>(shown(Rgb(in[0] * scale)).r);
       return std::fill_n(to, channels_out_, grey);
     }
-    Rgb c = apply_tone_map(tone_map_, Rgb{in[0], in[1], in[2]} * scale);
+    Rgb c = shown(Rgb{in[0], in[1], in[2]} * scale);
     if (is_before_) {
       // Blends display values, as a browser does.
       const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
@@ -58,20 +70,36 @@ class DisplayRow {
       };
       c = {blend(c.r, background_.r), blend(c.g, background_.g), blend(c.b, background_.b)};
     }
-    *to++ = quantize(c.r);
-    *to++ = quantize(c.g);
-    *to++ = quantize(c.b);
+    *to++ = quantize<Value>(c.r);
+    *to++ = quantize<Value>(c.g);
+    *to++ = quantize<Value>(c.b);
     if (channels_out_ == 4) {
-      *to++ = std::isnan(alpha) ? std::uint8_t{0} : quantize(alpha);
+      *to++ = std::isnan(alpha) ? Value{0} : quantize<Value>(alpha);
     }
     return to;
   }
 
  private:
+  Rgb shown(Rgb linear) const {
+    if (white_balance_) {
+      linear = (*white_balance_)(linear);
+    }
+    if (contrast_ != 1) {
+      linear = {contrasted(linear.r), contrasted(linear.g), contrasted(linear.b)};
+    }
+    return apply_tone_map(tone_map_, linear);
+  }
+  float contrasted(float v) const {
+    constexpr float kMiddleGrey = 0.18F;
+    return v > 0 ? kMiddleGrey * std::pow(v / kMiddleGrey, contrast_) : v;
+  }
+
   int channels_;
   Rgb background_;
   int channels_out_;
   float gain_;
+  std::optional<WhiteBalance> white_balance_;
+  float contrast_;
   ToneMap tone_map_;
   bool is_before_;
 };
@@ -221,6 +249,21 @@ class PngHead {
   std::string bytes_ = std::string(128, '\0');
 };
 
+/// fill(y, to): writes row y.
+template <typename Fill>
+Status write_avif(const OIIO::ImageSpec& spec, const ImageSink& sink, const Fill& fill) {
+  // OpenImageIO writes HEIF only by name; the attribute Compression makes it AV1.
+  const TemporaryFile file;
+  const auto output = OIIO::ImageOutput::create("heif");
+  if (!file.is_open() || !output) {
+    return failed(!output ? "OpenImageIO: " + OIIO::geterror() : "there is no temporary file");
+  }
+  const bool good = output->open(file.path(), spec) &&
+                    write_part<std::uint8_t>(*output, spec, OIIO::TypeDesc::UINT8, fill) &&
+                    output->close();
+  return good ? file.give(sink) : Status(failed("OpenImageIO: " + output->geterror()));
+}
+
 Status write_display(const ImageRows& image, const ImageFormat& format,
                      const EncodeOptions& options, const ImageSink& sink) {
   // A WebpOutput that could not be opened frees memory that it never had (OpenImageIO 2.4), so it
@@ -231,9 +274,11 @@ Status write_display(const ImageRows& image, const ImageFormat& format,
                  "a WebP image has at most " + std::to_string(kWebpSideMax) + " pixels per side",
                  ""};
   }
-  const int channels =
-      drops_alpha(image, format, options) || (webp && image.channels() == 1) ? 3 : image.channels();
-  OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
+  const bool avif = format.extension == "avif";
+  const bool needs_color = (webp || avif) && image.channels() == 1;
+  const int channels = drops_alpha(image, format, options) || needs_color ? 3 : image.channels();
+  const OIIO::TypeDesc type = options.bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
+  OIIO::ImageSpec spec(image.width, image.height, channels, type);
   spec.attribute("oiio:UnassociatedAlpha", 1);
   if (options.is_color && options.tone_map != ToneMap::kLinear) {
     spec.attribute("oiio:ColorSpace", "sRGB");
@@ -242,21 +287,28 @@ Status write_display(const ImageRows& image, const ImageFormat& format,
     spec.attribute("png:compressionLevel", 1);
     add_metadata(spec, options);
   } else {
-    spec.attribute("Compression", (webp ? "webp:" : "jpeg:") + std::to_string(options.quality));
+    const std::string_view name = format.extension == "jpg" ? "jpeg" : format.extension;
+    spec.attribute("Compression", std::string(name) + ":" + std::to_string(options.quality));
   }
   const DisplayRow display(image.channels(), channels, options);
+  const auto fill = [&](int y, auto* to) {
+    const float* in = image.row(y);
+    for (int x = 0; x < image.width; ++x) {
+      to = display.write(in, to);
+      in += image.channels();
+    }
+  };
+  if (avif) {
+    return write_avif(spec, sink, fill);
+  }
   PngHead head(sink);
   const ImageSink through_head = [&head](std::uint64_t offset, std::span<const std::byte> piece) {
     return head.write(offset, piece);
   };
-  const Status written = write_rows<std::uint8_t>(format.extension, spec, OIIO::TypeDesc::UINT8,
-                                                  through_head, [&](int y, std::uint8_t* to) {
-                                                    const float* in = image.row(y);
-                                                    for (int x = 0; x < image.width; ++x) {
-                                                      to = display.write(in, to);
-                                                      in += image.channels();
-                                                    }
-                                                  });
+  const Status written =
+      options.bits == 16
+          ? write_rows<std::uint16_t>(format.extension, spec, type, through_head, fill)
+          : write_rows<std::uint8_t>(format.extension, spec, type, through_head, fill);
   return written && format.extension == "png" ? head.set_intent_to_perceptual() : written;
 }
 

@@ -1,6 +1,7 @@
 #include "core/image_io/image_io.h"
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "core/color/white_balance.h"
 #include "core/image_io/image_size.h"
 
 namespace {
@@ -136,6 +138,88 @@ TEST_P(EachFormat, SameImageGivesTheSameBytes) {
   options.metadata = {{"tessera:seed", "7"}};
   const core::FloatImage image = ramp(16, 16, {"R", "G", "B"});
   EXPECT_EQ(encoded(image, GetParam(), options), encoded(image, GetParam(), options));
+}
+
+// Both halves of ISO/IEC 14496-12: the file's brand, and the item's size in the box `ispe`.
+TEST(Avif, HasItsBrandItsSizeAndTheSameBytesEachTime) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"Y"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}) {
+    const core::FloatImage image = ramp(40, 9, names);
+    const Bytes file = encoded(image, "avif");
+    const std::string text(reinterpret_cast<const char*>(file.data()), file.size());
+    EXPECT_EQ(text.substr(4, 8), "ftypavif");
+    EXPECT_NE(text.find(std::string("ispe\0\0\0\0\0\0\0\x28\0\0\0\x09", 16)), std::string::npos);
+    // The auxiliary image of alpha: ISO/IEC 23000-22.
+    EXPECT_EQ(text.find("urn:mpeg:mpegB:cicp:systems:auxiliary:alpha") != std::string::npos,
+              names.size() == 4);
+    EXPECT_EQ(file, encoded(image, "avif"));
+  }
+}
+
+std::uint16_t short_at(const core::Image& image, std::size_t i) {
+  std::uint16_t value = 0;
+  std::memcpy(&value, image.bytes.data() + i * sizeof(value), sizeof(value));
+  return value;
+}
+
+core::FloatImage flat(core::Rgb color) {
+  return {1, 1, {"R", "G", "B"}, {color.r, color.g, color.b}};
+}
+
+TEST(Png, SixteenBitsHaveSixteenBits) {
+  core::EncodeOptions options;
+  options.bits = 16;
+  options.tone_map = core::ToneMap::kLinear;
+  const core::FloatImage image = ramp(33, 7, {"R", "G", "B"});
+  const core::Image back = decoded(encoded(image, "png", options));
+  ASSERT_EQ(back.type, core::PixelType::kU16);
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    EXPECT_EQ(short_at(back, i), std::lround(image.values[i] * 65535)) << i;
+  }
+}
+
+TEST(Look, ContrastIsTheSlopeInStopsAboutMiddleGrey) {
+  core::EncodeOptions options;
+  options.bits = 16;
+  options.tone_map = core::ToneMap::kLinear;
+  options.contrast = 1.5F;
+  // One stop below, at, and one stop above 0.18: 1.5 stops below, at, and above.
+  const core::FloatImage image = flat({0.09F, 0.18F, 0.36F});
+  const core::Image back = decoded(encoded(image, "png", options));
+  const double expected[] = {0.18 * std::exp2(-1.5), 0.18, 0.18 * std::exp2(1.5)};
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(short_at(back, c), expected[c] * 65535, 1) << c;
+  }
+  options.is_color = false;  // data stays as it is
+  EXPECT_NEAR(short_at(decoded(encoded(image, "png", options)), 0), 0.09 * 65535, 1);
+}
+
+// CIE standard illuminant A is a black body of 2855.5 K in today's temperature scale (ISO/CIE
+// 11664-2), x = 0.44758, y = 0.40745.
+TEST(Look, WhiteBalanceMakesIlluminantAGrey) {
+  const double x = 0.44758;
+  const double y = 0.40745;
+  const double xyz[3] = {x / y, 1, (1 - x - y) / y};
+  const auto row = [&xyz](double a, double b, double c) {
+    return static_cast<float>(0.5 * (a * xyz[0] + b * xyz[1] + c * xyz[2]));
+  };
+  const core::Rgb lamp = {row(3.2404542, -1.5371385, -0.4985314),
+                          row(-0.9692660, 1.8760108, 0.0415560),
+                          row(0.0556434, -0.2040259, 1.0572252)};
+  EXPECT_GT(lamp.r, 3 * lamp.b);
+  const core::Rgb grey = core::WhiteBalance(2855.5F)(lamp);
+  EXPECT_NEAR(grey.r, 0.5F, 1e-3F);
+  EXPECT_NEAR(grey.g, 0.5F, 1e-3F);
+  EXPECT_NEAR(grey.b, 0.5F, 1e-3F);
+  EXPECT_GT(std::fabs(core::WhiteBalance(2900)(lamp).b - 0.5F), 5e-3F);  // and nothing else
+  core::EncodeOptions options;
+  options.tone_map = core::ToneMap::kLinear;
+  options.bits = 16;
+  options.white_kelvin = 2855.5F;
+  const core::Image back = decoded(encoded(flat(lamp), "png", options));
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(short_at(back, c), 0.5 * 65535, 1e-3 * 65535) << c;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(ImageIo, EachFormat,

@@ -103,18 +103,38 @@ TEST(Studios, FrontExposureMakesTheBrightestWhiteOne) {
     for (const Vec3 d : directions) {
       light.push_back(static_cast<double>(studio.radiance(d).g));
     }
-    double brightest = 0;
+    std::vector<double> irradiance;  // over pi
     for (std::size_t n = 0; n < directions.size(); n += 10) {
       double sum = 0;
-      for (std::size_t i = 0; i < directions.size() && directions[n].z >= 0; ++i) {
+      for (std::size_t i = 0; i < directions.size(); ++i) {
         sum += light[i] * std::max(0.0, static_cast<double>(dot(directions[n], directions[i])));
       }
-      brightest = std::max(brightest, sum * 4 / kPoints);  // 4 pi / (pi kPoints)
+      irradiance.push_back(sum * 4 / kPoints);  // 4 pi / (pi kPoints)
     }
-    const double stops = static_cast<double>(studio.front_exposure_stops());
-    EXPECT_NEAR(brightest * std::exp2(stops), 1, 0.03) << row.name;
-    EXPECT_LT(stops, 0) << row.name;  // its mean radiance is 1, so that some side has more
+    for (const Vec3 camera : {Vec3{0, 0, 1}, Vec3{0, 0, -1}, Vec3{0.8F, 0.6F, 0}}) {
+      double brightest = 0;
+      for (std::size_t n = 0; n < irradiance.size(); ++n) {
+        if (dot(directions[10 * n], camera) >= 0) {
+          brightest = std::max(brightest, irradiance[n]);
+        }
+      }
+      const double stops = static_cast<double>(studio.exposure_stops(camera));
+      EXPECT_NEAR(brightest * std::exp2(stops), 1, 0.03) << row.name << camera.x << camera.z;
+    }
+    // Its mean radiance is 1, so that some side has more.
+    EXPECT_LT(studio.exposure_stops({0, 0, 1}), 0) << row.name;
   }
+}
+
+TEST(Studio, ExposureTurnsWithTheLight) {
+  constexpr auto kRim = core::EnvironmentPreset::kRim;
+  const core::Studio studio(kRim);
+  // Turned by a quarter counter-clockwise seen from above, the front is +x and the back is -x.
+  EXPECT_NEAR(core::studio_exposure_stops(kRim, 90, {1, 0, 0}), studio.exposure_stops({0, 0, 1}),
+              1e-4F);
+  EXPECT_NEAR(core::studio_exposure_stops(kRim, 90, {-1, 0, 0}), studio.exposure_stops({0, 0, -1}),
+              1e-4F);
+  EXPECT_GT(studio.exposure_stops({0, 0, 1}), studio.exposure_stops({0, 0, -1}) + 0.3F);
 }
 
 TEST(Sky, IrradianceOfAHorizontalSurfaceMatchesTheIntegral) {

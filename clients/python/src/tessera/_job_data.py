@@ -17,6 +17,7 @@ FORMATS = {
     "jpg": "jpg",
     "jpeg": "jpg",
     "webp": "webp",
+    "avif": "avif",
     "exr": "exr",
     "hdr": "hdr",
     "tif": "tif",
@@ -176,7 +177,7 @@ class JobData:
         if FORMATS[format] in LINEAR:
             for name, plain in (("exposure", (0,)), ("tonemap", ("srgb", "linear"))):
                 if params.get(name, plain[0]) not in plain:
-                    raise ValueError(f"{name} is for png, jpg and webp; {format} is linear")
+                    raise ValueError(f"{name} is for png, jpg, webp and avif; {format} is linear")
         if "part" in params:
             params |= zip(("x", "y", "width", "height"), params.pop("part"), strict=True)
         headers = {"Accept": "*/*"}

@@ -125,7 +125,7 @@ class AsyncJob(JobData):
         return decode_tiff(response.content)
 
     async def picture(self, format: str = "png", **options: Any) -> bytes:
-        """Returns the bytes of an image file: png, jpg, webp, exr, hdr or tif.
+        """Returns the bytes of an image file: png, jpg, webp, avif, exr, hdr or tif.
 
         options: layer (by default beauty, or all layers for exr), exposure (stops, or auto),
         tonemap (srgb, linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision

@@ -124,7 +124,7 @@ class Job(JobData):
         return decode_tiff(response.content)
 
     def picture(self, format: str = "png", **options: Any) -> bytes:
-        """Returns the bytes of an image file: png, jpg, webp, exr, hdr or tif.
+        """Returns the bytes of an image file: png, jpg, webp, avif, exr, hdr or tif.
 
         options: layer (by default beauty, or all layers for exr), exposure (stops, or auto),
         tonemap (srgb, linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision

@@ -364,6 +364,52 @@ class MergeRequest(TypedDict):
     films: list[str]
 
 
+class PresetRequest(TypedDict):
+    """A job template for many images."""
+
+    job: dict[str, Any]
+    public: NotRequired[bool]
+    sizes: NotRequired[list[list[int]]]
+    deadline_seconds: NotRequired[float]
+
+
+class Preset(TypedDict):
+    """A preset."""
+
+    job: dict[str, Any]
+    public: bool
+    sizes: list[list[int]]
+    deadline_seconds: float
+    name: str
+
+
+class PresetList(TypedDict):
+    """All presets."""
+
+    presets: list[Preset]
+
+
+class SigningKey(TypedDict):
+    """A new signing key."""
+
+    id: str
+    key: str
+
+
+class SigningKeyRow(TypedDict):
+    """A signing key, without its text."""
+
+    id: str
+    tenant: str
+    created_at: str
+
+
+class SigningKeyList(TypedDict):
+    """All signing keys."""
+
+    keys: list[SigningKeyRow]
+
+
 class TicketRequest(TypedDict):
     """Jobs for which to create a ticket."""
 

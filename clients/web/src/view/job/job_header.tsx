@@ -12,6 +12,7 @@ import { useStore } from '../../ui/store';
 import { Menu } from '../menu';
 import { sameSize, sizeText } from '../jobs/job_pick';
 import { sceneTitle, stateLabel } from '../jobs/job_words';
+import { orbitOf, storeAsUrl } from './picture_url';
 
 /**
  * shown: encoded for display, with the page's exposure and tone curve; the others contain the
@@ -21,6 +22,7 @@ const formatNotes: Record<string, { note: string; shown?: boolean }> = {
   png: { note: '8 bit, as shown here', shown: true },
   jpg: { note: 'small, as shown here', shown: true },
   webp: { note: 'small, as shown here', shown: true },
+  avif: { note: 'small, as shown here', shown: true },
   exr: { note: 'linear floats, all layers' },
   hdr: { note: 'linear, Radiance' },
   tif: { note: 'linear floats' },
@@ -105,16 +107,24 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
   const others = (useStore(jobs) ?? [])
     .filter((j) => j.id !== job.id && sameSize(j, job) && isAvailable(j, 'image'))
     .slice(0, 4);
-  const copyLink = async (): Promise<void> => {
-    const { query } = route.get();
-    const link = location.href.replace(/#.*/, `#/jobs/${job.id}${query && `?${query}`}`);
-    // Over plain HTTP browsers deny access to the clipboard: then the link is shown.
+  // Over plain HTTP browsers deny access to the clipboard: then the link is shown.
+  const copy = async (link: string, done: string): Promise<void> => {
     const copied = await navigator.clipboard?.writeText(link).then(
       () => true,
       () => false,
     );
-    say(copied ? 'Link copied.' : link);
+    say(copied ? done : link);
   };
+  const copyLink = (): Promise<void> => {
+    const { query } = route.get();
+    const link = location.href.replace(/#.*/, `#/jobs/${job.id}${query && `?${query}`}`);
+    return copy(link, 'Link copied.');
+  };
+  const copyUrl = (): Promise<void> =>
+    act(async () => {
+      const { name, url } = await storeAsUrl(job);
+      await copy(url, `URL of the image copied. Its settings are the public preset ${name}.`);
+    });
   if (link === 'gone')
     return (
       <header class="job-header">
@@ -223,6 +233,22 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
           <button type="button" data-closes onClick={copyLink}>
             <Icon name="link" /> Copy link
           </button>
+          {isAvailable(job, 'image') && (
+            <button
+              type="button"
+              data-closes
+              data-testid="copy-url"
+              disabled={!orbitOf(job.spec)}
+              title={
+                orbitOf(job.spec)
+                  ? 'An address of the image for <img>, by a public preset'
+                  : 'Only for views of your own: the file’s camera has no angles'
+              }
+              onClick={copyUrl}
+            >
+              <Icon name="link" /> Copy as URL
+            </button>
+          )}
           {others.map((o) => (
             <button
               key={o.id}

@@ -186,12 +186,16 @@ Parsed<BatchPicturesQuery> parse_pictures_query(const Table& table, QueryParams 
 
 std::string image_key(const ImageQuery& query) {
   // All members, so that a new one does not compile before it is part of the key.
-  const auto& [layer, exposure_stops, auto_exposure, background, tone_map, range, revision, rect,
-               max_size, denoise, mix, fireflies, parts, stream] = query;
+  const auto& [layer, exposure_stops, auto_exposure, background, tone_map, white_balance_k,
+               contrast, bits, range, revision, rect, max_size, denoise, mix, fireflies, parts,
+               stream] = query;
   Json key = {layer ? Json(*layer) : Json(),
               exposure_stops,
               auto_exposure,
               tone_map,
+              white_balance_k ? Json(*white_balance_k) : Json(),
+              contrast,
+              bits,
               static_cast<int>(denoise),
               mix,
               parts};

@@ -15,14 +15,14 @@ namespace {
 constexpr const char* kText =
     "Serves the tools of an agent (Model Context Protocol): render, views, inspect, compare and "
     "improve, over stdio or at http://127.0.0.1:PORT/mcp. The Python package does it: "
-    "pip install \"tessera-client[mcp]\" for the python3 in PATH. It needs a running server.";
+    "pip install \"tessera-render[mcp]\" for the python3 in PATH. It needs a running server.";
 
 /// Says what is missing in one sentence instead of a traceback.
 constexpr const char* kProgram =
     "import importlib.util, sys\n"
     "if importlib.util.find_spec('tessera') is None:\n"
     "    sys.exit('tessera mcp: ' + sys.executable + ' has no package tessera; install it: '\n"
-    "             'pip install \"tessera-client[mcp]\"')\n"
+    "             'pip install \"tessera-render[mcp]\"')\n"
     "from tessera.mcp import main\n"
     "main(sys.argv[1:])\n";
 

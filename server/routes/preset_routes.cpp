@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "api/answers/job_view.h"
@@ -16,13 +14,11 @@
 #include "api/json/limits.h"
 #include "api/queries/render_query.h"
 #include "core/base/url_signature.h"
-#include "server/http/conditional.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/job_answers.h"
 #include "server/routes/picture_answer.h"
-#include "server/scenes/single_flight_cache.h"
 #include "server/store/key_table.h"
 
 namespace server {
@@ -200,16 +196,6 @@ api::Parsed<Granted> grant(const RouteContext& context, const Request& request) 
   return api::make_problem(ErrorCode::kForbidden, "the signature is not that of this URL");
 }
 
-/// A final image that was sent.
-struct SentPicture {
-  Headers headers;
-  std::string content;
-};
-/// Encoding takes a thousand times as long as sending. The bytes are those of some thousand images
-/// of a page.
-using SentPictures = SingleFlightCache<SentPicture>;
-constexpr std::uint64_t kSentBytes = std::uint64_t{128} << 20U;
-
 Response busy(const Request& request, std::string why) {
   return error_answer(request, ErrorCode::kUnavailable, std::move(why));
 }
@@ -251,31 +237,7 @@ Response image_of(const RouteContext& context, const Request& request, const Job
   return response;
 }
 
-Response sent_answer(const Request& request, const SentPictures::Pointer& sent) {
-  const std::string_view etag = sent->headers.find("ETag").value_or("");
-  Response response = is_not_modified(request, etag)
-                          ? not_modified(std::string(etag))
-                          : bytes_response(200, "", SharedBytes(sent, &sent->content));
-  const bool is_whole = response.status == 200;
-  response.headers.set("Cache-Control", sent->headers.find("Cache-Control").value_or(""));
-  if (is_whole) {
-    response.headers = sent->headers;
-  }
-  return response;
-}
-
-void keep(SentPictures& sent, const std::string& key, const Response& response) {
-  const auto* const content = std::get_if<SharedBytes>(&response.body);
-  if (response.status != 200 || content == nullptr) {
-    return;
-  }
-  const std::uint64_t bytes = (*content)->size();
-  sent.put(key, {.value = std::make_shared<const SentPicture>(
-                     SentPicture{.headers = response.headers, .content = **content}),
-                 .bytes = bytes});
-}
-
-Response picture(const RouteContext& context, SentPictures& sent, Request& request) {
+Response picture(const RouteContext& context, Request& request) {
   const auto granted = grant(context, request);
   if (!granted) {
     return problem_answer(request, granted.problem());
@@ -314,11 +276,6 @@ Response picture(const RouteContext& context, SentPictures& sent, Request& reque
                                              : problem_answer(request, submitted.problem());
   }
   const JobPointer& job = submitted->job;
-  const std::string key = job->id() + "." + std::string(format->extension);
-  if (const auto known = sent.peek(key)) {
-    return sent_answer(request, known);
-  }
-  request.query_params.clear();  // The job and the format are all of the image.
   api::JobView view = context.jobs.view(*job);
   if (!api::is_final(view.state)) {
     if (!take_stream_place(context, request)) {
@@ -326,11 +283,7 @@ Response picture(const RouteContext& context, SentPictures& sent, Request& reque
     }
     view = first_view(context, request, job, granted->preset.deadline_seconds);
   }
-  Response response = image_of(context, request, job, *format, view);
-  if (api::is_final(view.state)) {
-    keep(sent, key, response);
-  }
-  return response;
+  return image_of(context, request, job, *format, view);
 }
 
 }  // namespace
@@ -361,12 +314,7 @@ void add_preset_handlers(HandlerTable& table) {
   table["createSigningKey"] = {.handler = &create_key};
   table["listSigningKeys"] = {.handler = &list_keys};
   table["deleteSigningKey"] = {.handler = &remove_key};
-  // Without Oversized::kNotKept, one large image would take the place of all others.
-  table["getPicture"] = {.handler = [sent = std::make_shared<SentPictures>(
-                                         kSentBytes, SentPictures::Oversized::kNotKept)](
-                                        const RouteContext& context, Request& request) {
-    return picture(context, *sent, request);
-  }};
+  table["getPicture"] = {.handler = &picture};
 }
 
 }  // namespace server

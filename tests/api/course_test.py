@@ -50,6 +50,7 @@ TOPICS = [
     ("spatial and temporal reuse", r"pixels and frames", 11, "restir-1d"),
     ("path integral, strategies (s, t)", r"p_\{s,t\}", 12, "path-integral"),
     ("detailed balance", r"detailed balance", 13, "metropolis"),
+    ("acceptance and mixing", r"`acceptance` and `jump`.*\*mixing\*", 13, "metropolis"),
     ("mutations and start-up bias", r"mutations.*start-up bias", 13, "metropolis"),
     ("density estimation, bias and radius", r"b \\sim r\^2", 14, "density-estimation"),
     ("progressive radius", r"progressive", 14, "ppm-1d"),

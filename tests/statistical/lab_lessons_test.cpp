@@ -128,12 +128,13 @@ TEST(LabLessons, CostsOfWalksAreThoseOfBranchingProcesses) {
   EXPECT_NEAR(point_of(setup_of("roulette-efficiency", "constant"), 1024).cost / 1024, 4, 0.03);
 }
 
+void expect_mean(const LabSetup& setup, std::int64_t n, double mean) {
+  const Point p = point_of(setup, n, 256);
+  EXPECT_NEAR(p.mean, mean, 4 * p.standard_error)
+      << setup.experiment->name << " " << setup.estimator_name();
+}
+
 TEST(LabLessons, BiasesMatchTheirPredictions) {  // four standard errors each
-  const auto expect_mean = [](const LabSetup& setup, std::int64_t n, double mean) {
-    const Point p = point_of(setup, n, 256);
-    EXPECT_NEAR(p.mean, mean, 4 * p.standard_error)
-        << setup.experiment->name << " " << setup.estimator_name();
-  };
   expect_mean(setup_of("mse", "forgotten"), 256, 2);
   expect_mean(setup_of("density-estimation", "fixed"), 4096, 0.75 * (1 + 1.0 / 16));
   expect_mean(setup_of("density-estimation", "edge"), 4096, 1);
@@ -149,6 +150,24 @@ TEST(LabLessons, BiasesMatchTheirPredictions) {  // four standard errors each
   // 1 + ... of four surfaces, 2 (1 - 2^-4); without 1/q the mean albedo is halved by q.
   expect_mean(setup_of("roulette-efficiency", "cut-off"), 1024, 2 - 0.125);
   expect_mean(setup_of("roulette-efficiency", "forgotten"), 1024, 1 / (1 - 0.375));
+}
+
+TEST(LabLessons, ChainsAcceptAndMoveAsIntegralsOfTheTargetSay) {
+  // Fresh numbers: the integrals of min(f(x), f(y)) and of (y - x)^2 times it, for f = 3x^2.
+  LabSetup accepted = setup_of("metropolis", "acceptance");
+  LabSetup jump = setup_of("metropolis", "jump");
+  set(accepted, "large", 1);
+  set(jump, "large", 1);
+  expect_mean(accepted, 4096, 0.5);
+  expect_mean(jump, 4096, 1.0 / 30);
+  // Every second mutation is a small step of at most 1/2, around the ends: mean over d of
+  // (1 - d)^3 + d^3 is 1/2, and of d^2 times it 1/12 - 3/32 + 3/80.
+  for (LabSetup* setup : {&accepted, &jump}) {
+    set(*setup, "large", 0.5);
+    set(*setup, "step", 0.5);
+  }
+  expect_mean(accepted, 4096, 0.5);
+  expect_mean(jump, 4096, (1.0 / 30 + 1.0 / 12 - 3.0 / 32 + 3.0 / 80) / 2);
 }
 
 TEST(LabLessons, PathIntegralHasTheFormFactorsOfTheCrossedStrings) {

@@ -35,10 +35,14 @@ inline float cosine_hemisphere_pdf_solid_angle(float cos_theta) noexcept {
 }
 
 /// Density 1 / (2 pi).
-inline Vec3 uniform_hemisphere(Vec2 u) noexcept {
-  const float r = safe_sqrt(1 - u.x * u.x);
-  const float phi = kTwoPi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), u.x};
+template <typename U = Vec2>
+Vec3Of<decltype(U::x)> uniform_hemisphere(U u) noexcept {
+  using F = decltype(u.x);
+  const F r = safe_sqrt(1 - u.x * u.x);
+  F sine;
+  F cosine;
+  sincos(kTwoPi * u.y, sine, cosine);
+  return {r * cosine, r * sine, u.x};
 }
 
 /// Density 1 / (4 pi).

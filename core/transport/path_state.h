@@ -49,7 +49,7 @@ struct PathState {
   MediumStack media{};            ///< the solids that contain the current segment
   std::uint32_t solid_holes = 0;  ///< holes in solids that the current segment has passed
   float passed_m = 0;             ///< length of the segment up to the last of them
-  std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes so far
+  std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes at this depth
   float wavelength_nm = 0;        ///< hero wavelength; 0: the path carries all of them
   /// The number of its hero wavelength, if paths share one; their throughput then leaves out its
   /// colour. Negative: the path draws its own.

@@ -42,6 +42,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
     path.is_sharp = false;
   }
   ++path.depth;
+  path.alpha_tests = 0;  // numbers are by depth too
 }
 
 void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,

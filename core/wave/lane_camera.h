@@ -22,6 +22,7 @@ struct CameraRayLanes {
   Floats<N> start_m;  ///< as in Camera::CameraRay
   Floats<N> t_max;
   Floats<N> weight;  ///< of the reconstruction filter
+  Vec2s<N> film_px;
 };
 
 /// Filters without negative lobes and cameras without a lens are evaluated in SIMD, all others lane
@@ -62,6 +63,7 @@ class LaneCamera {
         out.weight.v[k] = at.weight;
       }
     }
+    out.film_px = {x, y};
     if (pinhole_) {
       through_pinhole(*pinhole_, x, y, out);
       return out;

@@ -24,21 +24,21 @@ struct SkyLanes {
 
 class LaneEnvironment {
  public:
-  /// environment: may be null; then no other member may be called.
-  explicit LaneEnvironment(const Environment* environment) {
+  /// environment: may be null; then no other member may be called. density: of sample().
+  LaneEnvironment(const Environment* environment, SkyDensity density)
+      : is_compensated_(density == SkyDensity::kCompensated) {
     if (environment != nullptr) {
       map_ = environment->map();
-      distribution_ = &environment->distribution(SkyDensity::kCompensated);
+      distribution_ = &environment->distribution(density);
     }
   }
 
-  /// Samples with SkyDensity::kCompensated, for surfaces that face `normal`.
+  /// Samples for surfaces that face `normal`.
   template <std::size_t N>
   SkyLanes<N> sample(Vec3s<N> normal, Vec2s<N> u) const {
     if (map_.width == 0) {
-      const Vec3s<N> local = cosine_hemisphere(u);
-      return {frame_from_normal(normal).to_world(local), constant<N>(),
-              local.z * Floats<N>(kInvPi)};
+      const Vec3s<N> local = is_compensated_ ? cosine_hemisphere(u) : uniform_hemisphere(u);
+      return {frame_from_normal(normal).to_world(local), constant<N>(), over_hemisphere(local.z)};
     }
     const auto at = sample_square(*distribution_, u);
     Floats<N> sin_phi;
@@ -59,7 +59,7 @@ class LaneEnvironment {
   template <std::size_t N>
   Floats<N> pdf_solid_angle(Vec3s<N> normal, Vec3s<N> d, const MapPoints<N>& at) const {
     if (map_.width == 0) {
-      return max(dot(normal, d), Floats<N>(0)) * Floats<N>(kInvPi);
+      return over_hemisphere(dot(normal, d));
     }
     return over_sphere(pdf_square(*distribution_, Vec2s<N>{at.u, at.v}), at.sin_theta);
   }
@@ -112,6 +112,13 @@ class LaneEnvironment {
     const Floats<N> zero(0);
     return select(sin_theta > zero, pdf_unit / (Floats<N>(2 * kPi * kPi) * sin_theta), zero);
   }
+  /// As LightSampler::hemisphere_pdf_solid_angle().
+  template <std::size_t N>
+  Floats<N> over_hemisphere(Floats<N> cosine) const {
+    const Floats<N> zero(0);
+    return is_compensated_ ? max(cosine, zero) * Floats<N>(kInvPi)
+                           : select(cosine > zero, Floats<N>(1 / kTwoPi), zero);
+  }
   template <std::size_t N>
   Vec3s<N> constant() const {
     return Vec3s<N>(Vec3{map_.constant.r, map_.constant.g, map_.constant.b});
@@ -151,6 +158,7 @@ class LaneEnvironment {
 
   Environment::Map map_;
   const Distribution2D* distribution_ = nullptr;
+  bool is_compensated_;
 };
 
 }  // namespace core

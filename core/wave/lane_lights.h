@@ -25,25 +25,25 @@ struct LightLanes {
   Floats<N> pdf_solid_angle;
   Mask<N> is_far;
   Mask<N> is_delta;
+  Ints<N> light;  ///< as in LightSample
 };
 
 class LaneLights {
  public:
   LaneLights(const SceneData& scene, const MisLightSampler& lights)
-      : scene_(scene), lights_(lights), sky_(lights.sky_beside_tree()) {
+      : scene_(scene), lights_(lights), sky_(lights.sky_beside_tree(), lights.sky_density()) {
     has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() &&
                std::none_of(scene.triangle_lights.begin(), scene.triangle_lights.end(),
                             [](const TriangleLight& t) { return t.varies; }) &&
                scene.light_tree.size() == scene.triangle_lights.size();
     const Environment* sky = lights.sky_beside_tree();
-    has_sky_ =
-        sky != nullptr && !sky->has_sun() && lights.sky_density() == SkyDensity::kCompensated;
+    has_sky_ = sky != nullptr && !sky->has_sun();
   }
 
   /// Samples for the lanes in `asked`; the results of the others are unspecified.
   template <std::size_t N>
-  LightLanes<N> sample(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick,
-                       Vec2s<N> u) const {
+  [[gnu::always_inline]] LightLanes<N> sample(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal,
+                                              Floats<N> u_pick, Vec2s<N> u) const {
     if (has_few_) {
       return from_few(point, normal, u_pick, u);
     }
@@ -57,6 +57,8 @@ class LaneLights {
       out.radiance = seen.radiance;
       out.pdf_solid_angle = (Floats<N>(1) - by_tree) * seen.pdf_solid_angle;
       out.is_far = Mask<N>::of((1U << N) - 1);
+      out.light = Ints<N>(
+          static_cast<std::int32_t>(scene_.triangle_lights.size() + scene_.punctual_lights.size()));
     }
     for (; alone != 0; alone &= alone - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(alone));
@@ -92,11 +94,13 @@ class LaneLights {
     out.pdf_solid_angle.v[k] = s.pdf_solid_angle;
     out.is_far.v[k] = s.is_far ? -1 : 0;
     out.is_delta.v[k] = s.is_delta ? -1 : 0;
+    out.light.v[k] = static_cast<std::int32_t>(s.light);
   }
 
   /// LightSampler::from_triangle() for the triangles that the tree selects.
   template <std::size_t N>
-  LightLanes<N> from_few(Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick, Vec2s<N> u) const {
+  [[gnu::always_inline]] LightLanes<N> from_few(Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick,
+                                                Vec2s<N> u) const {
     const auto pick = scene_.light_tree.pick_few(point, normal, u_pick);
     const TriangleRows<N> t = rows(pick.light);
     const TrianglePoint<Floats<N>> at = sample_triangle(t, point, u);
@@ -107,6 +111,7 @@ class LaneLights {
     out.radiance = t.radiance;
     out.is_far = Mask<N>::of(0);
     out.is_delta = Mask<N>::of(0);
+    out.light = pick.light;
     return out;
   }
 

@@ -17,8 +17,7 @@ bool turns_tangents(const MeshData& mesh, const Material& m) {
 }
 
 bool is_foreign(const Material& m) {
-  const bool blends = m.has_alpha && m.factors.alpha_mode != AlphaMode::kMask;
-  return m.has_layers || m.transmits || m.is_volume || m.is_clear || blends || m.factors.unlit ||
+  return m.has_layers || m.transmits || m.is_volume || m.is_clear || m.factors.unlit ||
          m.factors.anisotropy > 0;
 }
 
@@ -81,7 +80,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     placed_.push_back({mesh.positions.data(), data(mesh.normals), data(mesh.round_sides),
                        mesh.indices.data(), &materials_[mesh.material],
                        maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
-                       data(mesh.tangents), placed.first_light, kind, m.has_alpha,
+                       data(mesh.tangents), placed.first_light, kind, m.has_alpha, m.is_clear,
                        m.factors.double_sided, m.is_emissive && m.emissive.texture != nullptr});
   }
 }
@@ -97,18 +96,13 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   const auto instance_of = [this](const RawHit& hit) {
     return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
   };
-  const auto entry_of = [this](const PlacedInstance* instance, const RawHit& hit) -> const Entry& {
-    return placed_[(instance == nullptr ? 0 : instance->first_placed) + hit.geometry];
-  };
   for (unsigned rest = on; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const unsigned bit = 1U << k;
     const RawHit& hit = hits[k];
     const PlacedInstance* instance = instance_of(hit);
-    const Entry& mesh = entry_of(instance, hit);
-    if (mesh.kind == Kind::kForeign ||
-        (mesh.may_be_hole &&
-         scene_.coverage(hit, {segments.origin.lane(k), segments.direction.lane(k)}) < 1)) {
+    const Entry& mesh = entry_of(hit);
+    if (mesh.kind == Kind::kForeign) {
       out.foreign |= bit;
     } else if (mesh.kind == Kind::kTextured || (mesh.shines_by_texture && shines(mesh, hit))) {
       textured |= bit;
@@ -126,7 +120,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
       for (unsigned rest = mapped; rest != 0; rest &= rest - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(rest));
         const PlacedInstance* instance = instance_of(hits[k]);
-        add_maps(maps, k, entry_of(instance, hits[k]), hits[k],
+        add_maps(maps, k, entry_of(hits[k]), hits[k],
                  instance == nullptr ? nullptr : &instance->to_world);
       }
       textured |= mapped & ~apply_maps(segments, triangles, maps, Mask<N>::of(mapped), out).bits();

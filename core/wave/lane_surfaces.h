@@ -51,6 +51,14 @@ class LaneSurfaces {
   template <std::size_t N>
   void meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned on,
             MetLanes<N>& out) const;
+  /// Returns the coverage of a hit: below 1 at holes.
+  float coverage(const RawHit& hit, const Ray& ray) const {
+    return entry_of(hit).may_be_hole ? scene_.coverage(hit, ray) : 1;
+  }
+  /// Returns whether a hit lets no light through. Pre: solids share no space.
+  bool blocks(const RawHit& hit, const Ray& ray) const {
+    return !entry_of(hit).is_clear && !(coverage(hit, ray) < 1);
+  }
 
  private:
   enum class Kind { kPlain, kMapped, kTextured, kForeign };
@@ -71,6 +79,7 @@ class LaneSurfaces {
     std::uint32_t first_light;
     Kind kind;
     bool may_be_hole;
+    bool is_clear;
     bool is_double_sided;
     bool shines_by_texture;
   };
@@ -78,6 +87,11 @@ class LaneSurfaces {
   template <std::size_t N>
   struct Rows;
 
+  const Entry& entry_of(const RawHit& hit) const {
+    const std::size_t first =
+        hit.instance == kNoInstance ? 0 : scene_.instances[hit.instance].first_placed;
+    return placed_[first + hit.geometry];
+  }
   bool shines(const Entry& mesh, const RawHit& hit) const;
   template <std::size_t N>
   static void add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,

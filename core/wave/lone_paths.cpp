@@ -13,7 +13,7 @@ bool is_for_lanes(const TracedPath& path) noexcept {
   const Vec3 n = path.last.light_normal;
   const bool may_be_lit_from_behind = dot(n, n) == 0;
   return path.media.empty() && std::fabs(path.eta_scale - 1) <= kRounding &&
-         path.wavelength_nm == 0 && path.null_scatterings == 0 && path.alpha_tests == 0 &&
+         path.wavelength_nm == 0 && path.null_scatterings == 0 && path.medium_scatterings == 0 &&
          !(path.last.pdf_bsdf > 0 && may_be_lit_from_behind);
 }
 
@@ -50,14 +50,22 @@ void add_waiting(Wave& wave, const TracedPath& path, std::int32_t slot) noexcept
 
 }  // namespace
 
-void LonePaths::follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept {
+template <typename Options>
+void LonePaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept {
   PathVertex vertex;
   while (scalar_.next_vertex(path, vertex)) {
+    if (catcher_ != nullptr && catcher_->catches(path, vertex)) {
+      const auto i = slot_of(slot);
+      catcher_->catch_light(path, vertex,
+                            {wave.caught->film_x_px.at[i], wave.caught->film_y_px.at[i]});
+      return;
+    }
     const Surface bsdf = make_bsdf(vertex.shading, vertex.wo_world);
     if (!scalar_.visit(path, vertex, bsdf)) {
       return;
     }
-    if (split_count_ > 1 && path.depth == 0 && !scalar_.is_at_max_depth(path)) {
+    const bool may_split = catcher_ == nullptr || catcher_->may_split(vertex);
+    if (split_count_ > 1 && path.depth == 0 && may_split && !scalar_.is_at_max_depth(path)) {
       split(wave, path, vertex, bsdf, slot);
       return;
     }
@@ -71,8 +79,9 @@ void LonePaths::follow(Wave& wave, TracedPath& path, std::int32_t slot) const no
   }
 }
 
-bool LonePaths::extend(TracedPath& path, const PathVertex& vertex,
-                       const Surface& bsdf) const noexcept {
+template <typename Options>
+bool LonePaths<Options>::extend(TracedPath& path, const PathVertex& vertex,
+                                const Surface& bsdf) const noexcept {
   if (!scalar_.is_at_max_depth(path)) {
     scalar_.add_direct_light(path, vertex, bsdf);
   }
@@ -80,8 +89,9 @@ bool LonePaths::extend(TracedPath& path, const PathVertex& vertex,
 }
 
 /// As PathTracer::split().
-void LonePaths::split(Wave& wave, TracedPath& path, const PathVertex& vertex, const Surface& bsdf,
-                      std::int32_t slot) const noexcept {
+template <typename Options>
+void LonePaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex& vertex,
+                               const Surface& bsdf, std::int32_t slot) const noexcept {
   const float share = 1 / static_cast<float>(split_count_);
   Rgb sum;
   for (int k = 0; k < split_count_; ++k) {
@@ -104,7 +114,8 @@ void LonePaths::split(Wave& wave, TracedPath& path, const PathVertex& vertex, co
   path.out.radiance += sum * share;
 }
 
-void LonePaths::take_back(Wave& wave, int depth) noexcept {
+template <typename Options>
+void LonePaths<Options>::take_back(Wave& wave, int depth) noexcept {
   std::erase_if(wave.waiting, [&](const ReturnedPath& back) {
     if (back.depth == depth) {
       wave.paths.add(back.path);
@@ -113,11 +124,16 @@ void LonePaths::take_back(Wave& wave, int depth) noexcept {
   });
 }
 
-TracedPath LonePaths::handed_over(const WavePath& from, const PathSampler& sampler,
-                                  std::uint64_t& rays) noexcept {
+template <typename Options>
+TracedPath LonePaths<Options>::handed_over(const WavePath& from, const PathSampler& sampler,
+                                           std::uint64_t& rays) const noexcept {
   TracedPath path{PathState{.sampler = sampler, .rays = rays}};
   for_each_pair(from, path, [](const auto& wave, auto& to) { copy(wave, to); });
+  path.last.light_samples = static_cast<float>(scalar_.options().candidates);
   return path;
 }
+
+template class LonePaths<DefaultOptions>;
+template class LonePaths<WholeOptions>;
 
 }  // namespace core

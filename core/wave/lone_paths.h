@@ -1,34 +1,38 @@
 /// Paths that leave the lanes at an unsupported surface and return after it.
 #pragma once
 
+#include "core/integrators/path/catcher.h"
 #include "core/integrators/path/path_tracer.h"
 #include "core/wave/wave_access.h"
 
 namespace core {
 
+template <typename Options>
 class LonePaths {
  public:
-  LonePaths(const PathTracer<DefaultOptions>& scalar, int split_count)
-      : scalar_(scalar), split_count_(split_count) {}
+  /// catcher: null if there is none.
+  LonePaths(const PathTracer<Options>& scalar, const CatcherTracer<Options>* catcher)
+      : scalar_(scalar), catcher_(catcher), split_count_(scalar.options().split_count) {}
 
   /// Follows a path until lanes can continue it, then adds it to wave.waiting, or to its end. slot:
   /// of WavePaths.
   void follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept;
 
   /// Returns a path of the lanes with a ray of any length.
-  static TracedPath handed_over(const WavePath& from, const PathSampler& sampler,
-                                std::uint64_t& rays) noexcept;
+  TracedPath handed_over(const WavePath& from, const PathSampler& sampler,
+                         std::uint64_t& rays) const noexcept;
 
   /// Appends the paths that wait for this depth to wave.paths.
   static void take_back(Wave& wave, int depth) noexcept;
 
  private:
-  using Surface = DefaultOptions::Surface;
+  using Surface = typename Options::Surface;
   bool extend(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
   void split(Wave& wave, TracedPath& path, const PathVertex& vertex, const Surface& bsdf,
              std::int32_t slot) const noexcept;
 
-  const PathTracer<DefaultOptions>& scalar_;
+  const PathTracer<Options>& scalar_;
+  const CatcherTracer<Options>* catcher_;
   int split_count_;
 };
 

@@ -5,8 +5,10 @@
 /// A path uses the same random numbers as in PathTracer, and its result is a function of them
 /// alone, equal to the scalar result up to rounding: it does not depend on the other paths of the
 /// wave. At surfaces that lanes do not support (glass, layers, holes) a path is handed to
-/// PathTracer, which returns it after them. Source of the order of work: Laine, Karras and Aila,
-/// Megakernels Considered Harmful, 2013; Lee et al., Vectorized Production Path Tracing, 2017.
+/// PathTracer, which returns it after them. On a catcher the light that the model blocks is summed
+/// beside the light that it bounces, and both are combined at the end. Source of the order of work:
+/// Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al., Vectorized Production
+/// Path Tracing, 2017.
 #pragma once
 
 #include <cstddef>
@@ -118,7 +120,19 @@ struct WaveShadows {
   WaveFloats cone_width_m;
   WaveArray<std::int32_t> is_sharp;
   WaveArray<std::int32_t> slot;
+  WaveArray<std::int32_t> light;  ///< as in LightSample; for shares of the light
   std::size_t count = 0;
+};
+
+/// Paths that end on a catcher; their radiance in WaveResults is what the model bounces.
+struct WaveCaught {
+  WaveArray<std::int32_t> on;  ///< whether the path is one of them
+  WaveVec3 blocked;            ///< light samples that the model blocks
+  WaveVec3 kept_away;          ///< light of the environment behind the model
+  WaveVec3 bare;               ///< BareGround::radiance()
+  WaveVec3 direction;          ///< of the camera ray
+  WaveFloats film_x_px;
+  WaveFloats film_y_px;
 };
 
 /// A path returned by PathTracer.
@@ -158,7 +172,9 @@ class Wave {
   WaveShadows shadows;
   WaveResults results;
   std::vector<PathSampler> samplers;
-  std::vector<ReturnedPath> waiting;  ///< empty when the wave has ended
+  std::vector<ReturnedPath> waiting;   ///< empty when the wave has ended
+  std::vector<Rgb> shares;             ///< of the light of each sample; [sample * shares + share]
+  std::unique_ptr<WaveCaught> caught;  ///< null without a catcher
 };
 
 /// Traces the paths of waves. Immutable and shared by all threads.

@@ -130,15 +130,22 @@ void keep_first_surface(WaveResults& to, std::size_t slot, Mask<N> on, const Fir
   keep(to.depth_m, s.depth_m);
   store(to.hit.at + slot, select(on, Ints<N>(1), load<N>(to.hit.at + slot)));
 }
-/// Multiplies the first `count` results by the filter weights and sets non-finite ones to zero;
-/// returns the number of these.
+/// Multiplies the first `count` results by the filter weights, with their alpha if asked, and sets
+/// non-finite ones and their weights to zero; returns the number of these.
 template <std::size_t N>
-std::uint64_t take_in_weights(WaveResults& results, std::size_t count) {
+std::uint64_t take_in_weights(WaveResults& results, std::size_t count, bool has_alpha) {
   std::uint64_t rejected = 0;
   for (std::size_t first = 0; first < count; first += N) {
-    const Vec3s<N> radiance = load<N>(results.radiance, first) * load<N>(results.weight.at + first);
-    const Mask<N> finite = is_finite(radiance.x + radiance.y + radiance.z);
+    const Floats<N> weight = load<N>(results.weight.at + first);
+    const Vec3s<N> radiance = load<N>(results.radiance, first) * weight;
+    Mask<N> finite = is_finite(radiance.x + radiance.y + radiance.z);
+    if (has_alpha) {
+      const Floats<N> alpha = load<N>(results.alpha.at + first) * weight;
+      finite = finite & is_finite(alpha);
+      store(results.alpha.at + first, select(finite, alpha, Floats<N>(0)));
+    }
     store(results.radiance, first, select(finite, radiance, Vec3s<N>(Vec3{})));
+    store(results.weight.at + first, select(finite, weight, Floats<N>(0)));
     const auto there = static_cast<unsigned>((1ULL << std::min(N, count - first)) - 1);
     rejected += static_cast<std::uint64_t>(std::popcount(~finite.bits() & there));
   }

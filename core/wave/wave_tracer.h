@@ -8,8 +8,9 @@
 
 namespace core {
 
-/// Returns null for jobs that require scalar tracing: another integrator than "path", options other
-/// than the defaults, a camera in a solid, or an Embree without packets. width: lanes, 8, or 1 for
+/// Returns null for jobs that require scalar tracing: another integrator than "path", estimators
+/// other than the defaults with any number of light candidates, fog, wavelengths, a camera in a
+/// solid, or an Embree without packets. width: lanes, 8, or 1 for
 /// tests.
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width = 8);
 

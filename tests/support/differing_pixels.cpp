@@ -36,6 +36,12 @@ std::size_t differing_pixels(const core::View& waves, int width, const core::Vie
       differs = differs || l.hits != m.hits || apart(l.albedo.g, m.albedo.g) ||
                 apart(l.normal_world.x, m.normal_world.x) || apart(l.depth_m, m.depth_m);
     }
+    const std::size_t shares = a.snapshot.shares.size() / a.snapshot.pixel_count();
+    for (std::size_t i = p * shares; i < (p + 1) * shares; ++i) {
+      const core::Rgb s = a.snapshot.shares[i];
+      const core::Rgb t = b.snapshot.shares[i];
+      differs = differs || apart(s.r, t.r) || apart(s.g, t.g) || apart(s.b, t.b);
+    }
     count += differs ? 1 : 0;
   }
   return count;

@@ -151,14 +151,13 @@ void CatcherTracer<Options>::add_light_sample(TracedPath& path, const PathVertex
   const Rgb value = direct.value * (direct.weight(paths_.options().mis) / light.pdf_solid_angle);
   Vec3 wi = light.wi_world;
   Vec3 target = light.target;
-  const bool is_of_model = light.triangle != kNoLight;
-  if (shadow_.softness > 0 && !is_of_model) {
+  if (is_soft() && !is_of_model(light)) {
     const Vec4 v = path.sampler.get_4d(choice_group(path.depth));
     wi = soft(vertex, wi, {v.x, v.y});
     target = vertex.shading.origin + wi * length(light.target - vertex.shading.origin);
   }
   const Rgb open = visibility_from(scene_, path, vertex, wi, target, light.is_far).transmittance;
-  if (is_of_model) {
+  if (is_of_model(light)) {
     changes.diffuse.bounced += value * open;
   } else {
     changes.diffuse.blocked += value * (Rgb(1) - open);
@@ -176,10 +175,10 @@ void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& v
     return;
   }
   Change& change = sample.is_delta ? changes.mirrored : changes.diffuse;
-  const bool is_soft = shadow_.softness > 0 && !sample.is_delta;
+  const bool softens = is_soft() && !sample.is_delta;
   const Vec3 wi = vertex.shading.frame.to_world(sample.wi_local);
   Rgb hidden;  // fraction of the environment that a softened shadow takes
-  if (is_soft) {
+  if (softens) {
     const Vec4 v = path.sampler.get_4d(choice_group(depth));
     hidden =
         Rgb(1) -
@@ -202,14 +201,15 @@ void CatcherTracer<Options>::add_direction(TracedPath& path, const PathVertex& v
     paths_.follow(path);
     // The ray may leave the scene through holes.
     change.bounced += path.out.radiance - (path.out.hit ? Rgb{} : kept_away);
-    hidden = is_soft ? hidden : Rgb(path.out.hit ? 1.0F : 0.0F);
+    hidden = softens ? hidden : Rgb(path.out.hit ? 1.0F : 0.0F);
   }
   change.blocked += kept_away * hidden;
 }
 
 template <typename Options>
-void CatcherTracer<Options>::catch_light(TracedPath& path, const PathVertex& vertex,
+void CatcherTracer<Options>::catch_light(TracedPath& path, PathVertex& vertex,
                                          Vec2 film_px) const noexcept {
+  vertex.light_normal = vertex.shading.horizon;
   const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
   if (!path.out.hit) {
     record_first_surface(path.out, vertex, bsdf.albedo());
@@ -222,10 +222,18 @@ void CatcherTracer<Options>::catch_light(TracedPath& path, const PathVertex& ver
     add_light_sample(from, vertex, bsdf, changes);
     add_direction(from, vertex, bsdf, changes);
   }
+  const Caught out = caught(changes, bare_.radiance(vertex.point.position, vertex.wo_world),
+                            path.ray.direction, film_px);
+  path.out.radiance += path.beta * out.color;
+  path.out.alpha -= luminance(path.beta) * (1 - out.alpha);
+}
+
+template <typename Options>
+auto CatcherTracer<Options>::caught(Changes changes, Rgb bare, Vec3 direction,
+                                    Vec2 film_px) const noexcept -> Caught {
   changes.diffuse.blocked *= shadow_.strength;
-  const Rgb bare = bare_.radiance(vertex.point.position, vertex.wo_world);
   const auto share = [](float part, float whole) { return whole > 0 ? part / whole : 0.0F; };
-  const std::optional<Rgb> seen = backdrop_.seen(path.ray.direction);
+  const std::optional<Rgb> seen = backdrop_.seen(direction);
   const Rgb blocked = changes.diffuse.blocked + changes.mirrored.blocked;
   const Rgb bounced = changes.diffuse.bounced + changes.mirrored.bounced;
   float alpha = 0;
@@ -243,8 +251,7 @@ void CatcherTracer<Options>::catch_light(TracedPath& path, const PathVertex& ver
     alpha = share(luminance(blocked), luminance(bare));
     color = bounced - blocked + bare * alpha;
   }
-  path.out.radiance += path.beta * color;
-  path.out.alpha -= luminance(path.beta) * (seen ? 0.0F : 1 - alpha);
+  return {color, seen ? 1.0F : alpha};
 }
 
 template <typename Options>
@@ -254,20 +261,20 @@ PathSample CatcherTracer<Options>::trace(const Camera::CameraRay& camera_ray,
   TracedPath path{start_path(scene_, camera_ray, sampler, rays)};
   PathVertex vertex;
   while (paths_.next_vertex(path, vertex)) {
-    const bool is_ground = scene_.ground && vertex.point.placed == *scene_.ground;
-    if (is_ground && (path.depth == 0 || paths_.sees_backdrop(path))) {
-      vertex.light_normal = vertex.shading.horizon;
+    if (catches(path, vertex)) {
       catch_light(path, vertex, camera_ray.film_px);
       return path.out;
     }
-    // The branches of a split path would not be caught behind glass.
-    const bool is_glass = backdrop_.is_through_glass() && vertex.shading.bsdf.transmission > 0;
-    if (!paths_.go_on(path, vertex, !is_glass)) {
+    if (!paths_.go_on(path, vertex, may_split(vertex))) {
       return path.out;
     }
   }
   return path.out;
 }
+
+template class CatcherTracer<StudyOptions>;
+template class CatcherTracer<DefaultOptions>;
+template class CatcherTracer<WholeOptions>;
 
 std::unique_ptr<const Integrator> make_catcher(const IntegratorInput& input) {
   if (needs_whole_options(input)) {

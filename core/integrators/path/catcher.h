@@ -64,7 +64,8 @@ class CatcherTracer final : public Integrator {
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;
 
- private:
+  // Steps of trace(), for paths that are traced together (core/wave).
+
   /// The change of the ground's light due to the model.
   struct Change {
     Rgb blocked;
@@ -74,8 +75,31 @@ class CatcherTracer final : public Integrator {
     Change diffuse;
     Change mirrored;
   };
+  /// What the camera sees of the ground.
+  struct Caught {
+    Rgb color;
+    float alpha = 1;
+  };
+  /// Returns whether the path ends here, on ground that the camera sees.
+  bool catches(const TracedPath& path, const PathVertex& vertex) const noexcept {
+    return scene_.ground && vertex.point.placed == *scene_.ground &&
+           (path.depth == 0 || paths_.sees_backdrop(path));
+  }
   /// Ends the path on the ground.
-  void catch_light(TracedPath& path, const PathVertex& vertex, Vec2 film_px) const noexcept;
+  void catch_light(TracedPath& path, PathVertex& vertex, Vec2 film_px) const noexcept;
+  /// Returns whether the path may be split here: branches would not be caught behind glass.
+  bool may_split(const PathVertex& vertex) const noexcept {
+    return !(backdrop_.is_through_glass() && vertex.shading.bsdf.transmission > 0);
+  }
+  /// bare: BareGround::radiance(). direction: of the camera path, unit.
+  Caught caught(Changes changes, Rgb bare, Vec3 direction, Vec2 film_px) const noexcept;
+  const BareGround& bare_ground() const noexcept { return bare_; }
+  /// Returns whether a light sample is of the model's own light, which is bounced.
+  static bool is_of_model(const LightSample& light) noexcept { return light.triangle != kNoLight; }
+  /// Returns whether lights of the shadow are widened.
+  bool is_soft() const noexcept { return shadow_.softness > 0; }
+
+ private:
   void add_light_sample(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                         Changes& changes) const noexcept;
   void add_direction(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,

@@ -10,30 +10,34 @@
 /// candidate, which has no closed form, is not needed.
 #pragma once
 
-#include <algorithm>
+#include <type_traits>
 
+#include "core/math/generic.h"
 #include "core/math/numbers.h"
-#include "core/math/vec.h"
 
 namespace core {
 
 /// Returns x modulo 1, for x >= 0.
-constexpr float fraction(float x) {
-  return x < 1 ? x : x - static_cast<float>(static_cast<int>(x));
+template <typename F>
+F fraction(F x) noexcept {
+  return x - to_floats(truncated(x));
 }
 
-struct Candidate {
-  float pick = 0;  ///< selects the light
-  Vec2 place;      ///< on the light
+template <typename F>
+struct CandidateOf {
+  F pick;           ///< selects the light
+  Vec2Of<F> place;  ///< on the light
 };
 
-/// Returns candidate k of `count`; u is uniform in [0,1)^3. The light is picked in stratum k, and
-/// the point on it by an R2 sequence (Roberts 2018), so that all candidates together have the light
-/// sampler's density.
-inline Candidate candidate(Vec4 u, int k, int count) {
+/// Returns candidate k of `count`; u is uniform in [0,1)^3: a Vec4 or its lanes. The light is
+/// picked in stratum k, and the point on it by an R2 sequence (Roberts 2018), so that all
+/// candidates together have the light sampler's density.
+template <typename U>
+auto candidate(const U& u, int k, int count) noexcept {
+  using F = std::remove_cvref_t<decltype(u.x)>;
   const auto i = static_cast<float>(k);
-  return {std::min((u.x + i) / static_cast<float>(count), kOneMinusEpsilon),
-          {fraction(u.y + i * 0.754877666F), fraction(u.z + i * 0.569840291F)}};
+  return CandidateOf<F>{min((u.x + F(i)) / F(static_cast<float>(count)), F(kOneMinusEpsilon)),
+                        {fraction(u.y + F(i * 0.754877666F)), fraction(u.z + F(i * 0.569840291F))}};
 }
 
 }  // namespace core

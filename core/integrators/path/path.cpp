@@ -212,7 +212,7 @@ PathLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& 
       static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
   Rgb control;
   for (int i = 0; i < count; ++i) {
-    const Candidate at = candidate(u, i, count);
+    const auto at = candidate(u, i, count);
     const PathLight one =
         unoccluded(path, vertex, bsdf, lights_.sample(p, vertex.light_normal, at.pick, at.place));
     control += one.control * (1 / static_cast<float>(count));

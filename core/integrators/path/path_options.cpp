@@ -21,14 +21,18 @@ StudyOptions::StudyOptions(const RenderSettings& s)
 DefaultOptions::DefaultOptions(const RenderSettings& settings)
     : split_count(StudyOptions(settings).split_count), max_depth(settings.max_depth) {}
 
-bool DefaultOptions::serves(const RenderSettings& settings) {
+bool has_default_estimators(const RenderSettings& settings) {
+  using D = DefaultOptions;
   const StudyOptions asked(settings);
-  const bool power_of_two = asked.mis.type == mis.type && asked.mis.exponent == mis.exponent;
-  return asked.strategy == strategy && power_of_two && asked.roulette == roulette &&
-         asked.control_variate == control_variate && asked.fit == fit &&
-         asked.candidates == candidates && asked.first_candidates == first_candidates &&
-         asked.expected_values == expected_values && !settings.spectral &&
+  const bool power_of_two = asked.mis.type == D::mis.type && asked.mis.exponent == D::mis.exponent;
+  return asked.strategy == D::strategy && power_of_two && asked.roulette == D::roulette &&
+         asked.control_variate == D::control_variate && asked.fit == D::fit &&
+         asked.expected_values == D::expected_values && !settings.spectral &&
          settings.light_sampler != LightSamplerType::kRestir;
+}
+
+bool DefaultOptions::serves(const RenderSettings& settings) {
+  return has_default_estimators(settings) && StudyOptions(settings).candidates == candidates;
 }
 
 bool DefaultOptions::serves(const IntegratorInput& input) {

@@ -75,6 +75,9 @@ struct DefaultOptions {
   int max_depth;
 };
 
+/// Returns whether the estimators are the defaults, for any number of light candidates.
+bool has_default_estimators(const RenderSettings& settings);
+
 /// Returns whether the job has scattering media or shares of the light.
 bool needs_whole_options(const IntegratorInput& input);
 

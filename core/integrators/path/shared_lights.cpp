@@ -174,7 +174,7 @@ void SharedLightsTracer::draw(Member& member, Place& place) const noexcept {
            static_cast<float>(count),
            vertex.light_normal == Vec3{}};
   const auto sampled = [&](int k) {
-    const Candidate at = candidate(u, k, count);
+    const auto at = candidate(u, k, count);
     return owner_.lights().point_of(
         owner_.lights().sample(p, vertex.light_normal, at.pick, at.place));
   };

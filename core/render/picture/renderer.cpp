@@ -123,6 +123,8 @@ class PictureRenderer final : public Renderer {
                     const std::stop_token& stop) const;
   bool render_shares(TileState& state, const FillRule& rule, int last_sample,
                      const std::stop_token& stop) const;
+  void keep_shares(TileState& state, const DueSample& at, float weight,
+                   std::span<Rgb> shares) const;
   bool render_groups(TileState& state, const FillRule& rule, int last_sample,
                      const std::stop_token& stop, GroupTracer& tracer) const;
   bool count_mattes(TileState& state, const FillRule& rule, int first_sample,
@@ -177,6 +179,8 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
   const WaveStart start = {
       camera_, filter_,
       PathSampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate)};
+  const std::size_t shares = settings.film.shares.size();
+  state.shares.resize(state.pixels.size() * shares);
   // Not cleared: begin() sets everything that is read.
   const auto wave = std::make_unique_for_overwrite<Wave>();
   return fill_tile_in_waves(
@@ -185,7 +189,13 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
         planned_.waves->begin(*wave, start, due);
         planned_.waves->trace(*wave, state.rays, state.rejected_samples);
       },
-      [&](std::size_t i) { return wave->result(i); });
+      [&](const DueSample& at, std::size_t i) {
+        if (shares > 0) {
+          keep_shares(state, at, wave->results.weight.at[i],
+                      std::span(wave->shares).subspan(i * shares, shares));
+        }
+        return wave->result(i);
+      });
 }
 
 bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int last_sample,
@@ -193,10 +203,7 @@ bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int 
   const RenderSettings& settings = view_.settings;
   PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
                       settings.first_replicate);
-  const auto replicates = static_cast<std::size_t>(settings.replicates);
   const PixelRect rect = state.rect;
-  PathSampler falling(settings.sampler, settings.replicates, settings.seed | kIrradianceStream,
-                      settings.first_replicate);
   std::vector<Rgb> shares(settings.film.shares.size());
   state.shares.resize(state.pixels.size() * shares.size());
   return fill_tile(state, rule, last_sample, stop, [&](int x, int y, int s) {
@@ -205,21 +212,33 @@ bool PictureRenderer::render_shares(TileState& state, const FillRule& rule, int 
     const std::uint64_t rejected = state.rejected_samples;
     PathSample sample = planned_.integrator->trace_shares(from.ray, sampler, state.rays, shares);
     finish(sample, from, state.rejected_samples);
-    const float weight = state.rejected_samples == rejected ? from.weight : 0.0F;
-    for (std::size_t i = 0; i < shares.size(); ++i) {
-      if (settings.film.shares[i].is_irradiance) {
-        falling.start(x, y, s);
-        shares[i] = irradiance(from.ray, falling, state);
-      }
-      shares[i] = weight != 0 ? shares[i] * weight : Rgb{};
-    }
     const auto pixel = static_cast<std::size_t>(y - rect.y) * static_cast<std::size_t>(rect.width) +
                        static_cast<std::size_t>(x - rect.x);
-    const std::size_t at = pixel * replicates + static_cast<std::size_t>(s) % replicates;
-    add_shares(std::span(state.shares).subspan(at * shares.size(), shares.size()), shares,
-               state.pixels[at].count + 1);
+    keep_shares(state, {x, y, s, pixel}, state.rejected_samples == rejected ? from.weight : 0.0F,
+                shares);
     return sample;
   });
+}
+
+/// Adds the shares of a sample of this weight, and the irradiance, to the tile.
+void PictureRenderer::keep_shares(TileState& state, const DueSample& at, float weight,
+                                  std::span<Rgb> shares) const {
+  const RenderSettings& settings = view_.settings;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (settings.film.shares[i].is_irradiance) {
+      PathSampler sampler(settings.sampler, settings.replicates, settings.seed,
+                          settings.first_replicate);
+      PathSampler falling(settings.sampler, settings.replicates, settings.seed | kIrradianceStream,
+                          settings.first_replicate);
+      falling.start(at.x, at.y, at.sample);
+      shares[i] = irradiance(start(sampler, at.x, at.y, at.sample).ray, falling, state);
+    }
+    shares[i] = weight != 0 ? shares[i] * weight : Rgb{};
+  }
+  const auto replicates = static_cast<std::size_t>(settings.replicates);
+  const std::size_t of = at.pixel * replicates + static_cast<std::size_t>(at.sample) % replicates;
+  add_shares(std::span(state.shares).subspan(of * shares.size(), shares.size()), shares,
+             state.pixels[of].count + 1);
 }
 
 Rgb PictureRenderer::irradiance(const Camera::CameraRay& ray, const PathSampler& sampler,
@@ -292,10 +311,10 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   bool whole = false;
   if (groups != nullptr) {
     whole = render_groups(state, rule, last_sample, stop, *groups);
-  } else if (!settings.film.shares.empty()) {
-    whole = render_shares(state, rule, last_sample, stop);
   } else if (planned_.waves != nullptr) {
     whole = render_waves(state, rule, last_sample, stop);
+  } else if (!settings.film.shares.empty()) {
+    whole = render_shares(state, rule, last_sample, stop);
   } else {
     whole = fill_tile(state, rule, last_sample, stop,
                       [&](int x, int y, int s) { return trace(sampler, x, y, s, rays, rejected); });

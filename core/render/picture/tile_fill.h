@@ -144,9 +144,9 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
 }
 
 /// As fill_tile(), for independent paths traced `wave` at a time, one sample of each pixel after
-/// the other. trace(due) traces; result(i) then returns the PathSample of due[i]. The content does
-/// not depend on `wave`, because each pixel gets its samples in the order of the plan. Does not
-/// support fits.
+/// the other. trace(due) traces; result(due[i], i) then returns the PathSample of due[i]. The
+/// content does not depend on `wave`, because each pixel gets its samples in the order of the plan.
+/// Does not support fits.
 template <typename Trace, typename Result>
 bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave, int last_sample,
                         const std::stop_token& stop, Trace&& trace, Result&& result) {
@@ -155,7 +155,8 @@ bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave
   const auto flush = [&] {
     trace(std::span<const DueSample>(due));
     for (std::size_t i = 0; i < due.size(); ++i) {
-      add_to_tile(state, rule.replicates, due[i].pixel, due[i].sample, result(i));
+      const PathSample sample = result(due[i], i);
+      add_to_tile(state, rule.replicates, due[i].pixel, due[i].sample, sample);
     }
     due.clear();
   };

@@ -112,7 +112,7 @@ float worst_of_sky(bool is_background) {
         return Rgb{static_cast<float>(x), static_cast<float>(y), 1};
       },
       37);
-  const core::LaneEnvironment lanes(sky.get());
+  const core::LaneEnvironment lanes(sky.get(), core::SkyDensity::kCompensated);
   test_support::Random random(3);
   float worst = 0;
   for (int round = 0; round < 1000; ++round) {

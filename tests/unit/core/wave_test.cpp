@@ -418,7 +418,10 @@ TEST(WaveFill, TileContentEqualsThatOfPixelAfterPixel) {
     ASSERT_TRUE(core::fill_tile_in_waves(
         other, rule, 4, 7, {},
         [&](std::span<const core::DueSample> wave) { due.assign(wave.begin(), wave.end()); },
-        [&](std::size_t i) { return sample_of(due[i].x, due[i].y, due[i].sample); }));
+        [&](const core::DueSample& at, std::size_t i) {
+          EXPECT_EQ(at.pixel, due[i].pixel);
+          return sample_of(at.x, at.y, at.sample);
+        }));
     EXPECT_EQ(one.samples, other.samples);
     for (std::size_t p = 0; p < 30; ++p) {
       EXPECT_EQ(one.pixels[p].count, other.pixels[p].count);

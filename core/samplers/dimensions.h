@@ -28,7 +28,7 @@
 ///   volume  z       wavelengths of a spectral path        path
 ///   volume  w       hero wavelength                       surface_event scene_colors bdpt
 ///   choice  x       which of several light candidates,    path shared_lights catcher
-///                   or a turn of a softened shadow
+///                   or a turn of a softened shadow        wave_tracer
 ///   choice  y       Russian roulette of the shadow ray,   path catcher
 ///                   or that turn
 ///   choice  z       which of the shared light samples,    shared_lights catcher
@@ -48,7 +48,7 @@
 ///   stretch y z     where on it                           path_media
 ///   stretch w       how far along the stretch             path_media
 ///   time    x       when within the open shutter          renderer feature_pass
-///   extra   0..     holes along a segment                 intersect visibility
+///   extra   0..     holes along a segment                 intersect visibility wave_tracer
 ///   extra   2^30..  volume x and y, behind holes in       medium_sample
 ///                   solids
 ///   extra   2^31..  analog absorption                     path

@@ -53,12 +53,11 @@ def make(build, tree, provided=None):
         subprocess.run(["strip", "--strip-all", str(place)], check=True)
     # DT_RPATH, not DT_RUNPATH: it also applies to what the libraries need, which so stay as
     # Debian built them.
-    for name in PROGRAMS:
+    for name in (*PROGRAMS, MODULE):
+        where = "$ORIGIN" if name == MODULE else "$ORIGIN/../lib/tessera"
         subprocess.run(
-            ["patchelf", "--force-rpath", "--set-rpath", "$ORIGIN/../lib/tessera", tree / name],
-            check=True,
+            ["patchelf", "--force-rpath", "--set-rpath", where, tree / name], check=True
         )
-    subprocess.run(["patchelf", "--set-rpath", "$ORIGIN", tree / MODULE], check=True)
     programs = [build / pathlib.Path(name).name for name in (*PROGRAMS, MODULE)]
     places = {}
     for file in programs:

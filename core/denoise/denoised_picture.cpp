@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/statistics.h"
 #include "core/error/pixel_error.h"
 #include "core/error/squared_error.h"
 #include "core/film/set_aside.h"
@@ -20,9 +21,6 @@ namespace {
 /// three tiles of 32 without the middle one.
 constexpr int kWeightWindow = 48;
 constexpr int kWeightGap = 16;
-/// A smoother image is shown if its error is at most this share of the plain one's: with a smaller
-/// gain it looks worse than the plain one (FLIP, tests/bench/run --mixed).
-constexpr double kWorthwhile = 0.9;
 
 struct Halves {
   ColorPlanes a;
@@ -87,18 +85,18 @@ ColorSum scale_of(const Pixel& p, double floor) {
   return out;
 }
 
-/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of the
-/// denoised one: d of the mixed image would vanish where it is the plain one.
+/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of its
+/// halves: each against the other half as it is shown, because F - I shows nothing where F is I.
 struct Measured {
   double m = 0;
-  double square = 0;
+  std::array<double, 2> squares{};
 };
 Measured measure(const Pixel& p, double floor, double w) {
   const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
   const ColorSum xb = mix(p.filtered_b, p.shown_b, w);
   const ColorSum scale = scale_of(p, floor);
   return {relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale),
-          relative_square(mix(p.filtered_a, p.filtered_b, 0.5), mix(p.a, p.b, 0.5), scale)};
+          {relative_square(xa, p.shown_b, scale), relative_square(xb, p.shown_a, scale)}};
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -155,7 +153,7 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
     const auto [a, b] = error_halves(film, i);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
     const Measured seen = measure(pixel_at(of, i), of.floor, w);
-    squares.set(x, y, seen.m, seen.square, !is_empty(a, b));
+    squares.set(x, y, seen.m, seen.squares, !is_empty(a, b));
   });
   Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {
@@ -165,27 +163,55 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
   return out;
 }
 
-/// Fills the weights and the errors of the images. The mixed image is the plain or the denoised one
-/// if the error of the whole image says so: weights that are best by squares, and for other
-/// pixels, may be worse by the error. The plain image is the safe choice, so the smaller one of its
-/// two estimates counts. Choosing by errors of the whole image tells almost nothing about a pixel's
-/// own noise. Pre: out.plain_tiles.
+/// Returns how far the gain from one image to the other may be from its estimate, with this
+/// confidence: Student's t with the spread of the tiles' gains. Noise that both images share
+/// cancels in each, and errors of neighbouring windows are alike. A gain in one tile alone is
+/// uncertain.
+double reach_of_gain(const ErrorRoots& from, const ErrorRoots& to, double pixels,
+                     double confidence) {
+  const auto n = static_cast<double>(from.tiles.size());
+  if (n < 2) {
+    return std::numeric_limits<double>::infinity();
+  }
+  double sum = 0;
+  double squares = 0;
+  for (std::size_t t = 0; t < from.tiles.size(); ++t) {
+    const double gain = from.tiles[t] - to.tiles[t];
+    sum += gain;
+    squares += gain * gain;
+  }
+  const double variance = std::max(squares - sum * sum / n, 0.0) * n / (n - 1);
+  return student_t_quantile(0.5 + 0.5 * confidence, n - 1) * std::sqrt(variance) / pixels;
+}
+
+/// Fills the weights and the errors of the images. By the error of the whole image, the mixed image
+/// is the denoised one if that is better, and the plain one unless that is worse with a confidence
+/// of 95%: weights that are best by squares, and for other pixels, may be worse by the error. The
+/// plain image is the safe choice, so the smaller one of its two estimates counts. Choosing by
+/// errors of the whole image tells almost nothing about a pixel's own noise. Pre: out.plain_tiles.
 void judge(const FilmSnapshot& film, const Compared& of, DenoisedPicture& out) {
+  constexpr double kConfidence = 0.95;
   const auto size = [&](const Errors& errors) {
-    return error_of_roots(out.plain_tiles, errors.roots, film.errors, 0.95).relative;
+    return error_of_roots(out.plain_tiles, errors.roots, film.errors, kConfidence).relative;
   };
   Errors full = errors_of(film, of, nullptr);
   out.weight = mixing_weights(film.rect, of);
   Errors mixed = errors_of(film, of, &out.weight);
-  Plane ones(film.pixel_count(), 1.0F);
-  Errors plain = errors_of(film, of, &ones);
-  const double by_halves = ErrorEstimate(out.plain_tiles, film.errors).image(0.95).relative;
-  if (kWorthwhile * std::min(size(plain), by_halves) < std::min(size(mixed), size(full))) {
-    out.weight = std::move(ones);
-    mixed = std::move(plain);
-  } else if (size(full) < size(mixed)) {
+  if (size(full) < size(mixed)) {
     out.weight.assign(film.pixel_count(), 0);
     mixed = full;
+  }
+  Plane ones(film.pixel_count(), 1.0F);
+  Errors plain = errors_of(film, of, &ones);
+  const double by_halves = ErrorEstimate(out.plain_tiles, film.errors).image(kConfidence).relative;
+  double pixels = 0;
+  for (const TileSums& tile : out.plain_tiles) {
+    pixels += tile.pixels;
+  }
+  const double gain = std::min(size(plain), by_halves) - size(mixed);
+  if (!(gain > reach_of_gain(plain.roots, mixed.roots, pixels, kConfidence))) {
+    out.weight = std::move(ones);
+    mixed = std::move(plain);
   }
   out.mixed_roots = std::move(mixed.roots);
   out.mixed_error = std::move(mixed.plane);

@@ -16,8 +16,8 @@
 /// A)(FB
 /// - B) over 4, since B stands for mu where A is not involved. Both are pooled around the pixel,
 /// excluding its immediate neighbourhood, so that w does not depend on the pixel's own samples. As
-/// I goes to mu, so does G: it is consistent. Its m is that of GA = FA + w (A - FA) and GB. If the
-/// plain or the denoised image has a smaller error as a whole, w is 1 or 0 everywhere.
+/// I goes to mu, so does G: it is consistent. Its m is that of GA = FA + w (A - FA) and GB. w is 0
+/// everywhere if F has a smaller error as a whole, and 1 unless G is better than I beyond doubt.
 #pragma once
 
 #include <string>

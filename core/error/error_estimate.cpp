@@ -52,7 +52,7 @@ ErrorInterval error_interval(double grain, double doubt, double reach, ErrorForm
   const bool is_of_halves = form == ErrorForm::kHalves;
   const double root = grain / kMeanOfRoot;
   const double low =
-      is_of_halves ? grain - std::max(grain, 0.5) * doubt : 0.5 * grain * (1 - doubt);
+      is_of_halves ? grain - std::max(grain, 0.5) * doubt : kMeanOfRoot * grain * (1 - doubt);
   const double high = (is_of_halves ? grain : root) + doubt;
   return {.relative = std::min(is_of_halves ? grain + 0.5 * doubt : grain, 1.0),
           .low = std::max(low - reach, 0.0),
@@ -72,9 +72,7 @@ ErrorInterval error_of_roots(std::span<const TileSums> references, const ErrorRo
   }
   const double grain =
       mean_over(sums, std::accumulate(roots.tiles.begin(), roots.tiles.end(), 0.0));
-  const double root = grain / kMeanOfRoot;
-  const double quantile = normal_quantile(0.5 + 0.5 * confidence);
-  const double reach = std::sqrt(root * root + quantile * roots.deviation) - root;
+  const double reach = normal_quantile(0.5 + 0.5 * confidence) * roots.deviation;
   return error_interval(grain, mean_over(sums, sums.doubt),
                         reach_of(sums, errors, confidence) + reach, ErrorForm::kSquares);
 }

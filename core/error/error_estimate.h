@@ -53,10 +53,10 @@ ErrorInterval unknown_error();
 inline constexpr double kMeanOfRoot = 0.8;
 
 /// Returns the error from its parts. kSquares: with R = grain / 0.8
-///   error = 0.8 R,   low = 0.4 R (1 - doubt) - z,   high = R + doubt + z.
+///   error = 0.8 R,   low = 0.64 R (1 - doubt) - z,   high = R + doubt + z.
 /// 0.8 is kMeanOfRoot: R is the root mean square of Gaussian errors with this mean, which errors
-/// that are all alike reach (Jensen). If they are on half as many pixels as seems, the mean is half
-/// of that.
+/// that are all alike reach (Jensen). 0.64 is its square: edges concentrate errors once more
+/// (measured by tests/bench/run --coverage).
 ErrorInterval error_interval(double grain, double doubt, double reach,
                              ErrorForm form = ErrorForm::kHalves);
 
@@ -64,12 +64,11 @@ ErrorInterval error_interval(double grain, double doubt, double reach,
 struct ErrorRoots {
   /// Per tile: sum over its windows of n times their mean error, n the window's counted pixels.
   std::vector<double> tiles;
-  double deviation = 0;  ///< standard error of the mean of m over the image
+  double deviation = 0;  ///< standard error of the mean error, by the noise in the windows
 };
 
 /// Returns an error of form kSquares. references: sums of the independent images that m was
-/// measured with. grain is the mean of the errors; z is that of the references, plus the reach of
-/// R: sqrt(R^2 + q deviation) - R.
+/// measured with. grain is the mean of the errors; z is that of the references, plus q deviation.
 ErrorInterval error_of_roots(std::span<const TileSums> references, const ErrorRoots& roots,
                              PixelErrors errors, double confidence);
 

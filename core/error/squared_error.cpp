@@ -48,12 +48,12 @@ SquaredErrors::SquaredErrors(const PixelRect& rect)
       squares_(rect.width, rect.height),
       counts_(rect.width, rect.height) {}
 
-void SquaredErrors::set(int x, int y, double m, double square, bool counts) {
+void SquaredErrors::set(int x, int y, double m, const std::array<double, 2>& squares, bool counts) {
   const double value = counts ? m : 0;
   energies_.set(x, y, value);
   chessboard_.set(x, y, (x + y) % 2 == 0 ? value : -value);
-  sizes_.set(x, y, counts ? std::sqrt(square) : 0);
-  squares_.set(x, y, counts ? square : 0);
+  sizes_.set(x, y, counts ? 0.5 * (std::sqrt(squares[0]) + std::sqrt(squares[1])) : 0);
+  squares_.set(x, y, counts ? 0.5 * (squares[0] + squares[1]) : 0);
   counts_.set(x, y, counts ? 1 : 0);
 }
 
@@ -105,21 +105,21 @@ ErrorRoots SquaredErrors::roots() const {
   }
   const double mean = sum / pixels;
   double spread = 0;
-  double squares = 0;
   for (const Window& window : windows) {
     const double apart = window.mean - mean;
     spread += window.pixels * apart * apart;
-    squares += window.pixels * window.pixels * apart * apart;
   }
   const double kept = spread > 0 ? std::max(0.0, 1 - noise / spread) : 0;
+  double squares = 0;
   for (const Window& window : windows) {
     const double drawn = std::clamp(mean + kept * (window.mean - mean), window.mean - window.noise,
                                     window.mean + window.noise);
-    out.tiles[window.tile] += window.pixels * error_of(drawn, window.evenness);
+    const double error = error_of(drawn, window.evenness);
+    out.tiles[window.tile] += window.pixels * error;
+    const double reach = window.pixels * (error_of(drawn + window.noise, window.evenness) - error);
+    squares += reach * reach;
   }
-  // One window says nothing about the spread between windows: its two colours do.
-  out.deviation = std::max(std::sqrt(squares) / pixels,
-                           std::sqrt(noise / pixels / static_cast<double>(windows.size())));
+  out.deviation = std::sqrt(squares) / pixels;
   return out;
 }
 

@@ -18,8 +18,8 @@
 /// those without noise stay as they are (Efron and Morris 1972, limited translation).
 ///
 /// The mean error of a window is below R where the error is on few of its pixels. It is taken to be
-/// spread as unevenly as the difference d of x, y and their references u, v, which consists of that
-/// error and of noise: with k = (mean |d|) / (root mean square of d), as R / k on a fraction k^2 of
+/// spread as unevenly as differences d of x, y and independent images, which consist of that error
+/// and of noise: with k = (mean |d|) / (root mean square of d), as R / k on a fraction k^2 of
 /// the pixels, which has both moments. k is kMeanOfRoot for Gaussian errors, and where d is 0.
 ///
 /// The error of an image is relative to the larger of it and mu, which in half of the pixels is mu,
@@ -56,9 +56,10 @@ class SquaredErrors {
  public:
   explicit SquaredErrors(const PixelRect& rect);
 
-  /// x, y: from the corner of the rectangle; call with increasing rows and columns. square: d^2, as
-  /// relative_square(). counts: whether the pixel counts (a sample has seen something).
-  void set(int x, int y, double m, double square, bool counts);
+  /// x, y: from the corner of the rectangle; call with increasing rows and columns. squares: d^2 of
+  /// x and of y, as relative_square(). counts: whether the pixel counts (a sample has seen
+  /// something).
+  void set(int x, int y, double m, const std::array<double, 2>& squares, bool counts);
 
   /// Returns the mean error of the window; 0 if no pixel counts or its mean m is negative.
   double error(const PixelRect& window) const;

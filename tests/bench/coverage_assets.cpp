@@ -1,6 +1,7 @@
 #include "tests/bench/coverage_assets.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -27,36 +28,46 @@ class Totals {
  public:
   explicit Totals(const char* name) : name_(name) {}
 
-  /// Prints the group: per cent covered (estimate over error).
+  /// Prints the group: per cent covered, of all and of those that are not marked; the median of
+  /// estimate over error; the mean width of the intervals over the error.
   void add(const std::string& group, const std::vector<core::ErrorInterval>& seen,
            const std::vector<double>& errors) {
     if (seen.empty()) {
-      std::printf("             -");
+      std::printf("                        -");
       return;
     }
     double covered = 0;
     double unmarked = 0;
     double unmarked_covered = 0;
+    double width = 0;
     std::vector<double> ratios;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const bool is_covered = seen[i].low <= errors[i] && errors[i] <= seen[i].high;
       covered += is_covered ? 1 : 0;
       unmarked += seen[i].unreliable ? 0 : 1;
       unmarked_covered += is_covered && !seen[i].unreliable ? 1 : 0;
+      width += (seen[i].high - seen[i].low) / errors[i];
       ratios.push_back(seen[i].relative / errors[i]);
     }
     const auto images = static_cast<double>(seen.size());
     all_.add(group, images, covered);
     unmarked_.add(group, unmarked, unmarked_covered);
+    widths_ += width;
     std::sort(ratios.begin(), ratios.end());
     ratios_.insert(ratios_.end(), ratios.begin(), ratios.end());
-    std::printf("  %5.1f (%.2f)", 100 * covered / images, ratios[ratios.size() / 2]);
+    const std::string among_unmarked =
+        unmarked > 0 ? std::to_string(std::lround(100 * unmarked_covered / unmarked)) : "-";
+    std::printf("  %5.1f %4s %5.2f %5.2f", 100 * covered / images, among_unmarked.c_str(),
+                ratios[ratios.size() / 2], width / images);
   }
 
   void print() {
     std::sort(ratios_.begin(), ratios_.end());
-    std::printf("%-10s estimate over error %.2f in the median (10%%: %.2f, 90%%: %.2f)\n", name_,
-                share_of_ratios(0.5), share_of_ratios(0.1), share_of_ratios(0.9));
+    std::printf(
+        "%-10s estimate over error %.2f in the median (10%%: %.2f, 90%%: %.2f); intervals are %.2f "
+        "errors wide in the mean\n",
+        name_, share_of_ratios(0.5), share_of_ratios(0.1), share_of_ratios(0.9),
+        widths_ / std::max(all_.count, 1.0));
     all_.print("all");
     unmarked_.print("not marked unreliable");
   }
@@ -92,6 +103,7 @@ class Totals {
   Images all_;
   Images unmarked_;
   std::vector<double> ratios_;
+  double widths_ = 0;
 };
 
 struct Kinds {
@@ -155,8 +167,9 @@ void measure(const AssetGroup& of, core::View view, const core::FeaturePicture& 
 
 bool measure_asset_coverage(const AssetPlan& plan, const std::string& folder) {
   std::printf(
-      "%d images a group, %d pixels wide; per cent covered (estimate over error): plain, "
-      "without fireflies, denoised\n",
+      "%d images a group, %d pixels wide; per cent covered, the same of images that are not marked "
+      "unreliable, estimate over error (median), width over error (mean): plain, without "
+      "fireflies, denoised\n",
       plan.renders, plan.width);
   Kinds kinds;
   const bool is_there = for_asset_groups(plan, folder, [&](const AssetGroup& group) {

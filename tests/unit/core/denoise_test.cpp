@@ -347,6 +347,24 @@ TEST(DenoisedError, OfThePlainImageIsThePlainError) {
   EXPECT_EQ(seen.doubt, core::ErrorEstimate(picture.plain_tiles, film.errors).image(0.95).doubt);
 }
 
+// A denoiser that does nothing but for one firefly in each 8x8 pixels, which was set aside: F - I
+// is that firefly, the error is everywhere.
+TEST(DenoisedError, OfAnImageWithoutFirefliesIsThatOfItsPixels) {
+  const FilmSnapshot calm = noisy(0.4, 1);
+  FilmSnapshot film = calm;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    if (i % 8 == 3 && i / kSide % 8 == 4) {
+      core::ReplicatePixel& p = film.pixels[2 * i];
+      p.mean_r = p.mean_g = p.mean_b = 5 * p.mean_r;
+    }
+  }
+  const std::array<HalfPicture, 2> halves = halves_of(calm);
+  const std::vector<ColorPlanes> same = {halves[0].mean, halves[1].mean};
+  const core::DenoisedPicture picture = core::denoised_picture(film, halves, same);
+  const double error = true_error(picture.full);
+  EXPECT_NEAR(picture.interval(DenoiseMode::kFull, 0.95).relative, error, 0.15 * error);
+}
+
 TEST(DenoisedPicture, MixedIsAtMostSlightlyWorseThanTheBetterOne) {
   for (const double noise : {0.05, 0.4, 1.6}) {
     double full = 0;
@@ -389,6 +407,54 @@ TEST(DenoisedPicture, MixedIsPlainIfThatIsBetterAsAWhole) {
   const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), clean);
   EXPECT_GT(true_error(picture.full), 1.5 * true_error(plain));
   EXPECT_LT(true_error(picture.mixed), 1.1 * true_error(plain));
+}
+
+/// Both halves of the film, drawn towards the truth by this share where `where` holds.
+template <typename Where>
+std::vector<ColorPlanes> drawn(const FilmSnapshot& film, double share, const Where& where) {
+  std::vector<ColorPlanes> out = {core::half_picture(film, 0).mean,
+                                  core::half_picture(film, 1).mean};
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const int x = static_cast<int>(i) % kSide;
+    const int y = static_cast<int>(i) / kSide;
+    for (ColorPlanes& half : out) {
+      for (Plane& plane : half) {
+        const auto value = static_cast<double>(plane[i]);
+        plane[i] =
+            where(x, y) ? static_cast<float>(std::lerp(value, truth_at(x, y), share)) : plane[i];
+      }
+    }
+  }
+  return out;
+}
+
+// A denoiser that removes 6% of the noise everywhere: all tiles agree on the gain.
+TEST(DenoisedPicture, MixedTakesAClearGainOfAFewPerCent) {
+  const FilmSnapshot film = noisy(0.4, 1);
+  const std::vector<ColorPlanes> clean = drawn(film, 0.06, [](int, int) { return true; });
+  const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), clean);
+  ColorPlanes mean = picture.full;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    mean[0][i] = core::pixel_value(film, i).mean.r;
+  }
+  EXPECT_NEAR(true_error(picture.mixed), 0.94 * true_error(mean), 0.01 * true_error(mean));
+}
+
+// The noise is in one window of 8x8 pixels, of which the denoiser removes all: more than half of
+// the error, but one place is no evidence. The standard error of the sum of four tiles' gains, one
+// of them not 0, is that one.
+TEST(DenoisedPicture, MixedTakesNoDoubtfulGain) {
+  const auto is_loud = [](int x, int y) { return x / 8 == 3 && y / 8 == 5; };
+  const FilmSnapshot film =
+      noisy_where([&](int x, int y) { return is_loud(x, y) ? 2.0 : 0.01; }, 1);
+  const core::DenoisedPicture picture =
+      core::denoised_picture(film, halves_of(film), drawn(film, 1, is_loud));
+  ColorPlanes mean = picture.full;
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    mean[0][i] = core::pixel_value(film, i).mean.r;
+  }
+  EXPECT_LT(true_error(picture.full), 0.8 * true_error(mean));
+  EXPECT_EQ(picture.weight, Plane(film.pixel_count(), 1.0F));
 }
 
 // The denoiser multiplies everything by 0.9. The window is centred on a part of the ramp without

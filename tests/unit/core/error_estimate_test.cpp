@@ -243,7 +243,7 @@ TEST(ErrorEstimate, WorstTileDividesItsConfidenceAmongTiles) {
 }
 
 // 1,024 pixels, of which the references give sum of r^2 = 2 and a doubt of 1/8. The mean error is
-// 0.08, so R = 0.1; its standard deviation in squares is 0.001.
+// 0.08, so R = 0.1; its standard error is 0.001.
 TEST(ErrorEstimate, IntervalFromRootsIsInClosedForm) {
   core::TileSums references;
   references.pixels = 1024;
@@ -253,13 +253,12 @@ TEST(ErrorEstimate, IntervalFromRootsIsInClosedForm) {
   const core::ErrorRoots roots = {{1024 * 0.08}, 0.001};
   for (const auto& [confidence, quantile] :
        {std::pair(0.95, 1.959964), std::pair(0.5, 0.6744898)}) {
-    const double reach =
-        quantile * std::sqrt(2 * 2.0) / 1024 + std::sqrt(0.01 + quantile * 0.001) - 0.1;
+    const double reach = quantile * (std::sqrt(2 * 2.0) / 1024 + 0.001);
     const core::ErrorInterval e =
         core::error_of_roots({&references, 1}, roots, core::PixelErrors::kIndependent, confidence);
     EXPECT_NEAR(e.relative, 0.08, 1e-9);
     EXPECT_NEAR(e.reach, reach, 1e-8) << confidence;
-    EXPECT_NEAR(e.low, 0.04 * (1 - 0.125) - reach, 1e-8) << confidence;
+    EXPECT_NEAR(e.low, 0.064 * (1 - 0.125) - reach, 1e-8) << confidence;
     EXPECT_NEAR(e.high, 0.1 + 0.125 + reach, 1e-8) << confidence;
   }
 }

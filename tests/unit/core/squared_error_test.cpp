@@ -54,7 +54,7 @@ core::SquaredErrors squares_of(const M& m, int side = kSide) {
   core::SquaredErrors out({8, 16, side, side});
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
-      out.set(x, y, m(x, y), 1, true);
+      out.set(x, y, m(x, y), {1, 1}, true);
     }
   }
   return out;
@@ -74,14 +74,15 @@ TEST(SquaredErrors, KeepDifferencesBetweenWindows) {
 }
 
 // A quarter of the pixels of each window is 80% off, a root mean square of 40%, and the others are
-// right: their mean is share(0.8) / 4. The errors are seen through d, as F - I shows them.
+// right: their mean is share(0.8) / 4. The errors are seen through d.
 TEST(SquaredErrors, OnFewPixelsCountOnThese) {
   core::SquaredErrors squares({0, 0, 16, 16});
   core::SquaredErrors blind({0, 0, 16, 16});
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 16; ++x) {
-      squares.set(x, y, 0.16, x % 4 == 0 ? 0.64 : 0, true);
-      blind.set(x, y, 0.16, 0.16, true);
+      const double square = x % 4 == 0 ? 0.64 : 0;
+      squares.set(x, y, 0.16, {square, square}, true);
+      blind.set(x, y, 0.16, {0.16, 0.16}, true);
     }
   }
   EXPECT_NEAR(mean_root(squares.roots(), 256), share(0.8) / 4, 1e-9);
@@ -93,7 +94,7 @@ TEST(SquaredErrors, LeaveOutPixelsThatDoNotCount) {
   core::SquaredErrors squares({0, 0, 8, 8});
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
-      squares.set(x, y, x < 4 ? 0.09 : 7, 1, x < 4);
+      squares.set(x, y, x < 4 ? 0.09 : 7, {1, 1}, x < 4);
     }
   }
   EXPECT_NEAR(squares.error({0, 0, 8, 8}), share(0.3), 1e-9);
@@ -101,19 +102,15 @@ TEST(SquaredErrors, LeaveOutPixelsThatDoNotCount) {
 }
 
 // m with the mean 0.0025 and a standard deviation of 0.1, that of its windows 0.1 / 8. The root of
-// each window alone is E sqrt(max(0, N(0.0025, 0.0125))) = 0.056; the standard error of the mean is
-// 0.1 / 96.
+// each window alone is E sqrt(max(0, N(0.0025, 0.0125))) = 0.056.
 TEST(SquaredErrors, AreNotRaisedByNoise) {
   test_support::Moments roots;
   test_support::Moments raw;
-  test_support::Moments deviations;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     test_support::Random random(seed);
     const core::SquaredErrors squares =
         squares_of([&](int, int) { return 0.0025 + 0.1 * random.normal(); });
-    const core::ErrorRoots found = squares.roots();
-    roots.add(mean_root(found));
-    deviations.add(found.deviation);
+    roots.add(mean_root(squares.roots()));
     double alone = 0;
     for (int y = 0; y < kSide; y += core::kEnergyWindow) {
       for (int x = 0; x < kSide; x += core::kEnergyWindow) {
@@ -124,7 +121,27 @@ TEST(SquaredErrors, AreNotRaisedByNoise) {
   }
   EXPECT_NEAR(roots.mean, share(0.05), 0.006);
   EXPECT_GT(raw.mean, roots.mean + 0.003) << "what drawing the windows together avoids";
-  EXPECT_NEAR(deviations.mean, 0.1 / kSide, 0.0001);
+}
+
+// m = 0.04 and noise of 0.04 in a pixel, 0.005 in a window: its root has a standard error of
+// 0.005 / (2 sqrt(0.04)), the mean of 144 a twelfth. d share(R) / d R = 1 / (1 + R / 2)^2.
+TEST(SquaredErrors, HaveTheStandardErrorOfTheirNoise) {
+  const auto deviation = [](double far_m) {
+    test_support::Moments out;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      test_support::Random random(seed);
+      out.add(squares_of([&](int x, int) {
+                return (x < kSide / 2 ? 0.04 : far_m) + 0.04 * random.normal();
+              })
+                  .roots()
+                  .deviation);
+    }
+    return out.mean;
+  };
+  const double expected = 0.0125 / 12 / (1.1 * 1.1);
+  EXPECT_NEAR(deviation(0.04), expected, 0.1 * expected);
+  // Structure is not noise: windows with an error of 60% know it better.
+  EXPECT_LT(deviation(0.36), expected);
 }
 
 }  // namespace

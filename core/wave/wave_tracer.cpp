@@ -140,8 +140,8 @@ class LaneTracer final : public WaveTracer {
   void go_alone(Wave& wave, std::size_t i, const RawHit& met, int depth, std::uint64_t& rays) const;
   void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
   template <bool kCatches = false>
-  void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf, const Numbers& numbers,
-              int depth) const;
+  [[gnu::flatten]] void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                               const Numbers& numbers, int depth) const;
   Unshadowed unshadowed(const Vertex& at, const BsdfLanes<N>& bsdf, Mask<N> asked, Floats<N> u_pick,
                         Vec2s<N> u) const;
   [[gnu::noinline]] Unshadowed resampled(const Wave& wave, const Vertex& at,

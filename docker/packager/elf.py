@@ -49,10 +49,17 @@ def oldest_glibc(files):
     return max(versions)
 
 
-def debian_package(file):
-    """The Debian package of a file of this machine; None if no package has it."""
-    for path in (file, pathlib.Path(*file.parts[:1], *file.parts[2:])):  # /usr/lib, or /lib before
-        done = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True)
-        if done.returncode == 0:
-            return done.stdout.split(":")[0]
-    return None
+def debian_packages(files):
+    """File -> Debian package, of the files of this machine that belong to one."""
+    asked = {}
+    for file in files:
+        for path in (file, file.parents[-1].joinpath(*file.parts[2:])):  # /usr/lib, once /lib
+            asked[str(path)] = file
+    # It exits with 1 if one of the paths is unknown.
+    done = subprocess.run(["dpkg", "-S", *asked], capture_output=True, text=True)
+    found = {}
+    for line in done.stdout.splitlines():
+        package, _, path = line.rpartition(": ")
+        if path in asked and not package.startswith("diversion "):
+            found[asked[path]] = package.split(":")[0]
+    return found

@@ -65,7 +65,7 @@ def make(build, tree, provided=None):
     copied, replaced = _copy_libraries(programs, places, tree, left_out)
     _describe(copied, tree)
     _texts(tree)
-    return {elf.debian_package(path) for path in (*copied.values(), *replaced)}
+    return set(elf.debian_packages([*copied.values(), *replaced]).values())
 
 
 def _copy_libraries(programs, places, tree, left_out):
@@ -92,11 +92,11 @@ def _describe(files, tree):
     shutil.copyfile(ROOT / "LICENSE", doc / "LICENSE")
     shutil.copyfile(ROOT / "docker/CHANGELOG.md", doc / "CHANGELOG.md")
     packages = {}
+    owners = elf.debian_packages(files.values())
     for name, path in files.items():
-        package = elf.debian_package(path)
-        if package is None:
+        if path not in owners:
             raise SystemExit(f"package: {path} is of no Debian package: its licence is not known")
-        packages.setdefault(package, []).append(name)
+        packages.setdefault(owners[path], []).append(name)
     entries = []
     for package, names in sorted(packages.items()):
         shutil.copyfile(

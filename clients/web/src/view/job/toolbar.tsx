@@ -5,6 +5,7 @@ import { toneMapLabels, toneMaps, type ToneMap } from '../../live/tone';
 import { display, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 
+import { api, imageUrl } from '../../api/client';
 import { filmOf } from '../../api/states';
 import { DenoiseControls } from './denoised_image';
 import { autoExposure } from './film_reading';
@@ -58,6 +59,7 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
       {mode !== 'irradiance' && (
         <LightControls
           film={film}
+          job={job}
           disabled={mode !== 'picture' && mode !== 'mix' && !isShare(mode)}
         />
       )}
@@ -66,28 +68,58 @@ export function Toolbar({ job, mode, film, tooLarge, onMode }: ToolbarProps) {
   );
 }
 
-/** Lets the page's exposure follow the film while it is automatic. */
-export function useAutoExposure(film: LiveFilm | null): void {
+/** The server's automatic exposure of a job; null while it has no sample. */
+async function serversExposure(id: string): Promise<number | null> {
+  const path = imageUrl(id, 'png', { exposure: 'auto', max_size: 1 });
+  const answer = await api.send(path).catch(() => null);
+  const stops = answer?.headers.get('x-tessera-exposure');
+  return stops ? Number(stops) : null;
+}
+
+/**
+ * Lets the page's exposure follow the film while it is automatic. In the light of a preset it is a
+ * reading of that light, which only the server knows, and which stays the same.
+ */
+export function useAutoExposure(film: LiveFilm | null, job: Job | null = null): void {
   const { auto } = useStore(display);
+  const lit = job?.spec.environment?.preset ? job.id : null;
   useEffect(() => {
     if (!film || auto === false) return;
-    const read = (): void => {
-      const exposure = autoExposure(film);
+    let gone = false;
+    let ofLight: number | null = null;
+    const read = async (): Promise<void> => {
+      if (lit) ofLight ??= await serversExposure(lit);
+      const exposure = lit ? ofLight : autoExposure(film);
       const shown = display.get();
-      if (exposure !== null && exposure !== shown.exposure) display.set({ ...shown, exposure });
+      if (!gone && exposure !== null && exposure !== shown.exposure)
+        display.set({ ...shown, exposure });
     };
-    read();
+    void read();
     let seen = film.version;
-    const timer = setInterval(() => film.version !== seen && ((seen = film.version), read()), 500);
-    return () => clearInterval(timer);
-  }, [film, auto]);
+    const timer = setInterval(
+      () => film.version !== seen && ((seen = film.version), void read()),
+      500,
+    );
+    return () => {
+      gone = true;
+      clearInterval(timer);
+    };
+  }, [film, auto, lit]);
 }
 
 /** Exposure and tone curve: applied to the floats in the page, without a request. */
-export function LightControls({ film, disabled }: { film: LiveFilm | null; disabled: boolean }) {
+export function LightControls({
+  film,
+  job,
+  disabled,
+}: {
+  film: LiveFilm | null;
+  job?: Job | null;
+  disabled: boolean;
+}) {
   const shown = useStore(display);
   const set = (patch: Partial<typeof shown>): void => display.set({ ...display.get(), ...patch });
-  useAutoExposure(film);
+  useAutoExposure(film, job);
   return (
     <div class="light">
       <label class="exposure" title="Exposure in stops; double-click resets">

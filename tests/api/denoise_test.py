@@ -25,22 +25,26 @@ class DenoisedPictures(ApiTest):
         cls.job = cls.server.render(small(denoise={"type": "statistical"}))
         cls.path = f"/v1/jobs/{cls.job['id']}"
 
-    def image(self, rest):
-        answer = self.server.get(self.path + rest)
+    def image(self, rest, job=None):
+        answer = self.server.get((f"/v1/jobs/{job}" if job else self.path) + rest)
         self.assertEqual(answer.status, 200, answer)
         return answer
 
-    def noise(self, rest):
+    def noise(self, rest, job=None):
         """Mean absolute difference of neighbours on a smooth wall of the box."""
-        rows = png_pixels(self.image(rest).body)
+        rows = png_pixels(self.image(rest, job).body)
         pairs = [(rows[y][x], rows[y][x + 1]) for y in range(8, 18) for x in range(30, 40)]
         return sum(abs(a[c] - b[c]) for a, b in pairs for c in range(3)) / len(pairs)
 
     def test_denoised_image_has_less_noise(self):
         plain = self.noise("/image.png")
         self.assertEqual(self.noise("/image.png?denoise=off"), plain)
-        self.assertLess(self.noise("/image.png?denoise=mixed"), plain)
+        # mixed minimises the error, not the noise: it may be the plain image.
+        self.assertLessEqual(self.noise("/image.png?denoise=mixed"), plain)
         self.assertLess(self.noise("/image.png?denoise=full"), 0.8 * plain)
+        job = self.server.render(small(samples=4, denoise={"type": "statistical"}))["id"]
+        plain = self.noise("/image.png", job)
+        self.assertLessEqual(self.noise("/image.png?denoise=mixed", job), plain)
 
     def test_headers_report_the_denoiser_and_the_error(self):
         mixed = self.image("/image.png?denoise=mixed")

@@ -222,7 +222,8 @@ Parsed<PictureUrl> parse_picture_url(std::string_view scene, std::string_view vi
     const auto angle = [&](std::string_view text, const Range& range) {
       return read_number(number_in_query(std::string(text)), range, "/view", faults).value_or(0);
     };
-    url.theta_degrees = angle(view.substr(0, comma), {-36000, 36000});
+    // One image has one job, also of a turntable that does not end.
+    url.theta_degrees = std::remainder(angle(view.substr(0, comma), {-36000, 36000}), 360.0);
     url.phi_degrees = angle(view.substr(comma + 1, point - comma - 1), {0, 180});
     url.format = view.substr(point + 1);
   }
@@ -253,10 +254,13 @@ Parsed<PictureJob> parse_picture_job(const Preset& preset, const PictureUrl& url
     width *= url.pixel_ratio;
     height *= url.pixel_ratio;
   }
-  const auto pixels = [](double side) {
-    return static_cast<int>(
-        std::clamp(std::round(side), 1.0, static_cast<double>(limits::kFilmSide)));
-  };
+  if (std::max(width, height) > static_cast<double>(limits::kFilmSide)) {
+    return make_problem(
+        core::ErrorCode::kInvalidArgument,
+        {{width > height ? "/w" : "/h",
+          "the image would be larger than " + std::to_string(limits::kFilmSide) + " pixels"}});
+  }
+  const auto pixels = [](double side) { return static_cast<int>(std::max(std::round(side), 1.0)); };
   const std::array<int, 2> size = {pixels(width), pixels(height)};
   const bool is_listed =
       size == std::array{film.width, film.height} ||

@@ -1,6 +1,8 @@
 // Signs URLs of images, without a server.
+#include <algorithm>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 #include "clients/cli/command.h"
 #include "core/base/url_signature.h"
@@ -23,6 +25,16 @@ int sign(const Args& args) {
     if (!path.starts_with('/')) {
       return complain("sign",
                       {core::ErrorCode::kInvalidArgument, "the path must begin with /", path});
+    }
+    // A browser would encode these, and ask for another URL than the signed one.
+    const auto is_encoded = [](char c) {
+      return c <= ' ' || c > '~' || std::string_view("\"#'<>").find(c) != std::string_view::npos;
+    };
+    if (std::any_of(path.begin(), path.end(), is_encoded)) {
+      return complain("sign", {core::ErrorCode::kInvalidArgument,
+                               "spaces, quotes, #, <, > and letters beyond ASCII must be encoded "
+                               "first, such as %20",
+                               path});
     }
     std::printf("/i/%s%s\n", core::url_signature(key, path).c_str(), path.c_str());
     return kDone;

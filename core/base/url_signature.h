@@ -16,6 +16,9 @@
 
 namespace core {
 
+/// Characters of a signature: 256 bits, six in each.
+constexpr std::size_t kSignatureSize = 43;
+
 inline std::string encode_base64url(std::span<const std::byte> bytes) {
   std::string text = encode_base64(bytes);
   std::replace(text.begin(), text.end(), '+', '-');

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "core/base/check.h"
@@ -164,24 +165,30 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
 }
 
 /// Returns how far the gain from one image to the other may be from its estimate, with this
-/// confidence: Student's t with the spread of the tiles' gains. Noise that both images share
-/// cancels in each, and errors of neighbouring windows are alike. A gain in one tile alone is
-/// uncertain.
-double reach_of_gain(const ErrorRoots& from, const ErrorRoots& to, double pixels,
+/// confidence: Student's t with the spread of the tiles' gains around what their pixels would have
+/// of the whole gain (the ratio estimator; Cochran, Sampling Techniques, 1977, chapter 6). Noise
+/// that both images share cancels in each, and errors of neighbouring windows are alike. A gain in
+/// one tile alone is uncertain.
+double reach_of_gain(const ErrorRoots& from, const ErrorRoots& to, std::span<const TileSums> tiles,
                      double confidence) {
-  const auto n = static_cast<double>(from.tiles.size());
+  double n = 0;
+  double pixels = 0;
+  double sum = 0;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    n += tiles[t].pixels > 0 ? 1 : 0;
+    pixels += tiles[t].pixels;
+    sum += from.tiles[t] - to.tiles[t];
+  }
   if (n < 2) {
     return std::numeric_limits<double>::infinity();
   }
-  double sum = 0;
   double squares = 0;
-  for (std::size_t t = 0; t < from.tiles.size(); ++t) {
-    const double gain = from.tiles[t] - to.tiles[t];
-    sum += gain;
-    squares += gain * gain;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const double apart = from.tiles[t] - to.tiles[t] - tiles[t].pixels * sum / pixels;
+    squares += apart * apart;
   }
-  const double variance = std::max(squares - sum * sum / n, 0.0) * n / (n - 1);
-  return student_t_quantile(0.5 + 0.5 * confidence, n - 1) * std::sqrt(variance) / pixels;
+  return student_t_quantile(0.5 + 0.5 * confidence, n - 1) * std::sqrt(squares * n / (n - 1)) /
+         pixels;
 }
 
 /// Fills the weights and the errors of the images. By the error of the whole image, the mixed image
@@ -204,12 +211,8 @@ void judge(const FilmSnapshot& film, const Compared& of, DenoisedPicture& out) {
   Plane ones(film.pixel_count(), 1.0F);
   Errors plain = errors_of(film, of, &ones);
   const double by_halves = ErrorEstimate(out.plain_tiles, film.errors).image(kConfidence).relative;
-  double pixels = 0;
-  for (const TileSums& tile : out.plain_tiles) {
-    pixels += tile.pixels;
-  }
   const double gain = std::min(size(plain), by_halves) - size(mixed);
-  if (!(gain > reach_of_gain(plain.roots, mixed.roots, pixels, kConfidence))) {
+  if (!(gain > reach_of_gain(plain.roots, mixed.roots, out.plain_tiles, kConfidence))) {
     out.weight = std::move(ones);
     mixed = std::move(plain);
   }

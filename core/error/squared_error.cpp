@@ -116,6 +116,7 @@ ErrorRoots SquaredErrors::roots() const {
                                     window.mean + window.noise);
     const double error = error_of(drawn, window.evenness);
     out.tiles[window.tile] += window.pixels * error;
+    // Of each window alone: less than the whole error's where noise drew the windows together.
     const double reach = window.pixels * (error_of(drawn + window.noise, window.evenness) - error);
     squares += reach * reach;
   }

@@ -72,7 +72,9 @@ void LonePaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slot)
     if (!extend(path, vertex, bsdf)) {
       return;
     }
-    if (!scalar_.sees_backdrop(path) && is_for_lanes(path)) {
+    // Lanes weight a continuation by the number of branches: one that was not split stays here.
+    if (!scalar_.sees_backdrop(path) && is_for_lanes(path) &&
+        path.branch_weight == 1 / static_cast<float>(split_count_)) {
       add_waiting(wave, path, slot);
       return;
     }

@@ -2,7 +2,8 @@
 
 namespace core {
 
-// Memory of a thread in addition to its tile.
+// Memory of a thread in addition to its tile; a catcher adds WaveCaught, and layers of the light
+// their shares of each sample.
 static_assert(sizeof(Wave) + kWavePaths * sizeof(PathSampler) <= 160 * 1024);
 
 PathSample Wave::result(std::size_t i) const noexcept {

@@ -59,8 +59,9 @@ class LaneTracer final : public WaveTracer {
 
   std::size_t samples_max() const noexcept override {
     const std::size_t most = kWavePaths / static_cast<std::size_t>(split_count_) / 8 * 8;
-    // A chunk on the catcher is compacted in two parts.
-    return catcher_.is_in_lanes() ? most - 8 : most;
+    // A chunk on the catcher is compacted in two parts. Of n paths that split, the first
+    // continuations take the places of the n themselves, so that there is room.
+    return catcher_.is_in_lanes() && split_count_ == 1 ? most - 8 : most;
   }
   void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
   void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
@@ -460,19 +461,21 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   }
   surfaces_.meet(segments, hits, met & ~alone, at.met);
   at.met.foreign |= alone;
-  for (unsigned rest = at.met.foreign; rest != 0; rest &= rest - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    go_alone(wave, first + k, hits[k], depth, rays);
-  }
   const unsigned on = met & ~at.met.foreign;
+  at.on = Mask<N>::of(on);
+  const unsigned lit = (at.on & is_not_black(at.met.emitted)).bits();
+  // In the order of the paths: continuations of one sample add up alike in any chunks.
+  for (unsigned rest = at.met.foreign | lit; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    if ((at.met.foreign >> k & 1U) != 0) {
+      go_alone(wave, first + k, hits[k], depth, rays);
+    } else {
+      add_emission(
+          wave, first + k, at.met, k, [&] { return scene_.placed_mesh(hits[k]).group; }, depth);
+    }
+  }
   if (on == 0) {
     return;
-  }
-  at.on = Mask<N>::of(on);
-  for (unsigned lit = (at.on & is_not_black(at.met.emitted)).bits(); lit != 0; lit &= lit - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(lit));
-    add_emission(
-        wave, first + k, at.met, k, [&] { return scene_.placed_mesh(hits[k]).group; }, depth);
   }
   if (depth >= max_depth_ && depth > 0) {
     return;

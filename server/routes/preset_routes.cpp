@@ -1,6 +1,7 @@
 #include "server/routes/preset_routes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -144,11 +145,16 @@ Response remove_key(const RouteContext& context, Request& request) {
   return empty_response();
 }
 
-/// Returns the part of the URL that the signature covers.
+/// Returns the part of the URL that the signature covers: the last three segments of its path, as
+/// they were sent, and its query.
 std::string_view signed_part(const Request& request) {
+  constexpr int kSegments = 3;
   const std::string_view target = request.target;
-  const std::size_t begin = target.find("/i/") + 3;
-  return target.substr(std::min(target.find('/', begin), target.size()));
+  std::size_t begin = std::min(target.find('?'), target.size());
+  for (int i = 0; i < kSegments; ++i) {
+    begin = target.rfind('/', begin - 1);
+  }
+  return target.substr(begin);
 }
 
 /// The preset that a URL may use.
@@ -178,6 +184,12 @@ api::Parsed<Granted> grant(const RouteContext& context, const Request& request) 
     return preset ? api::Parsed<Granted>({.tenant = (*row)->tenant, .preset = *std::move(preset)})
                   : api::Parsed<Granted>(preset.problem());
   }
+  const auto forged = [] {
+    return api::make_problem(ErrorCode::kForbidden, "the signature is not that of this URL");
+  };
+  if (signature.size() != core::kSignatureSize) {
+    return forged();
+  }
   const auto keys = context.presets.keys();
   if (!keys) {
     return api::from_error(keys.error());
@@ -193,7 +205,7 @@ api::Parsed<Granted> grant(const RouteContext& context, const Request& request) 
     return *preset ? api::Parsed<Granted>({.tenant = row.tenant, .preset = **std::move(preset)})
                    : api::Parsed<Granted>(no_preset_problem(name));
   }
-  return api::make_problem(ErrorCode::kForbidden, "the signature is not that of this URL");
+  return forged();
 }
 
 Response busy(const Request& request, std::string why) {
@@ -252,9 +264,17 @@ Response picture(const RouteContext& context, Request& request) {
   if (!made) {
     return problem_answer(request, made.problem());
   }
-  if (request.path_param("signature") == kPublic && !made->is_size_listed) {
-    return error_answer(request, ErrorCode::kForbidden,
-                        "this size is not among the sizes of the preset");
+  if (request.path_param("signature") == kPublic) {
+    if (!made->is_size_listed) {
+      return error_answer(request, ErrorCode::kForbidden,
+                          "this size is not among the sizes of the preset");
+    }
+    // Each angle is an image to render: the number of those that anybody may ask for is limited.
+    if (std::floor(url->theta_degrees) != url->theta_degrees ||
+        std::floor(url->phi_degrees) != url->phi_degrees) {
+      return error_answer(request, ErrorCode::kForbidden,
+                          "angles of public images are whole degrees");
+    }
   }
   const core::ImageFormat* format = choose_format(request, url->format);
   if (format == nullptr) {
@@ -268,6 +288,9 @@ Response picture(const RouteContext& context, Request& request) {
   if (auto refused = refuse_webhook(context, request, made->job.spec)) {
     return *std::move(refused);
   }
+  if (!take_stream_place(context, request)) {
+    return busy(request, "too many streams are open");
+  }
   const auto submission = submission_by_content(request.access, made->job.spec);
   const auto submitted = context.jobs.submit(std::move(made->job), submission);
   if (!submitted) {
@@ -278,9 +301,6 @@ Response picture(const RouteContext& context, Request& request) {
   const JobPointer& job = submitted->job;
   api::JobView view = context.jobs.view(*job);
   if (!api::is_final(view.state)) {
-    if (!take_stream_place(context, request)) {
-      return busy(request, "too many streams are open");
-    }
     view = first_view(context, request, job, granted->preset.deadline_seconds);
   }
   return image_of(context, request, job, *format, view);

@@ -182,6 +182,8 @@ class Pictures(ApiTest):
             (422, ["/view"], "/p/cornell-box/30,181.png"),
             (406, [], "/p/cornell-box/30,75.bmp"),
             (422, ["/w"], "/p/cornell-box/30,75.png?w=0"),
+            (422, ["/w"], "/p/cornell-box/30,75.png?w=16384&h=100&dpr=4"),
+            (422, ["/h"], "/p/cornell-box/30,75.png?h=16384&w=100&dpr=1.1"),
             (422, ["/dpr"], "/p/cornell-box/30,75.png?dpr=0"),
             (422, ["/seed"], "/p/cornell-box/30,75.png?seed=1"),
             (422, ["/variant"], "/p/cornell-box:red/30,75.png"),
@@ -254,6 +256,15 @@ class Pictures(ApiTest):
                               ("?w=49", 403), ("?w=48&h=25", 403)):
             answer = settled(self.server, "/i/public/open/cornell-box/5,75.png" + query)
             self.assertEqual(answer.status, status, query)
+        before = self.jobs()
+        for view in ("5.5,75", "5,75.25", "1e-9,75"):
+            self.assert_problem(self.server.get(f"/i/public/open/cornell-box/{view}.png"), 403)
+        self.assertEqual(self.jobs(), before)
+
+    def test_a_turn_is_the_same_image(self):
+        tags = {self.final(f"/p/cornell-box/{theta},74.png").headers["ETag"]
+                for theta in ("-30.5", "329.5", "-390.5", "3.295e2")}
+        self.assertEqual(len(tags), 1)
 
     def test_pages_of_all_origins_may_use_it(self):
         rest = "/p/cornell-box/30,75.png"
@@ -288,7 +299,9 @@ class Pictures(ApiTest):
         self.assertEqual((code, told.strip()), (0, signed(self.key, rest)), said)
         code, told, _ = tessera("sign", rest, environ={"TESSERA_SIGNING_KEY": self.key})
         self.assertEqual((code, told.strip()), (0, signed(self.key, rest)))
-        self.assertNotEqual(tessera("sign", rest[1:], "--key", self.key)[0], 0)
+        # Browsers would encode the last ones, and ask for another URL.
+        for wrong in (rest[1:], "/p/a b/0,90.png", "/p/ä/0,90.png", rest + "&x='"):
+            self.assertNotEqual(tessera("sign", wrong, "--key", self.key)[0], 0, wrong)
 
 
 class Tenants(unittest.TestCase):

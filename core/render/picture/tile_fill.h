@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/color/rgb.h"
 #include "core/film/due_sample.h"
 #include "core/film/film.h"
@@ -150,6 +151,7 @@ bool fill_tile(TileState& state, const FillRule& rule, int last_sample, const st
 template <typename Trace, typename Result>
 bool fill_tile_in_waves(TileState& state, const FillRule& rule, std::size_t wave, int last_sample,
                         const std::stop_token& stop, Trace&& trace, Result&& result) {
+  CHECK(wave > 0);
   std::vector<DueSample> due;
   due.reserve(wave);
   const auto flush = [&] {

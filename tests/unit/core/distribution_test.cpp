@@ -120,7 +120,7 @@ TEST(WarpChi2, SamplesFollowTheirDensities) {
   EXPECT_GT(chi2_warp(core::cosine_hemisphere<core::Vec2>,
                       [](Vec3 w) { return core::cosine_hemisphere_pdf_solid_angle(w.z); }),
             kLevel);
-  EXPECT_GT(chi2_warp(core::uniform_hemisphere,
+  EXPECT_GT(chi2_warp(core::uniform_hemisphere<core::Vec2>,
                       [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
             kLevel);
   EXPECT_GT(chi2_warp(core::uniform_sphere, [](Vec3) { return 0.25F * core::kInvPi; }), kLevel);

@@ -506,6 +506,45 @@ TEST(WaveProduct, RandomSettingsLookAsOnePathAtATime) {
   EXPECT_LE(count, times * kPixels / 800);
 }
 
+/// A catcher under a clear ball, in front of a grey one that is seen through it.
+core::View ball_before_another(int split_count) {
+  core::SceneDescription scene;
+  scene.materials = {test_support::lambert({0.8F, 0.8F, 0.8F}), {}};
+  MaterialDescription& glass = scene.materials[1];
+  glass.transmission = 1;
+  glass.thickness = 1;
+  glass.roughness = 0;
+  scene.meshes.resize(2);
+  scene.meshes[0].primitives = {test_support::sphere({0, 0.5F, -1}, 0.5F, 12, false, 0)};
+  scene.meshes[1].primitives = {test_support::sphere({0, 0.4F, 0.3F}, 0.4F, 24, false, 1)};
+  scene.instances = {{0, {}}, {1, {}}};
+  core::GroundSettings below;
+  below.type = core::GroundType::kCatcher;
+  core::add_ground(scene, below);
+  core::View view = test_support::view_of(test_support::build(std::move(scene)), 3 * kSide, kSide);
+  view.environment = *core::make_environment({});
+  view.camera.position = {0, 0.5F, 2.5F};
+  view.camera.target = {0, 0.4F, 0};
+  view.settings.max_depth = 8;
+  view.settings.ground = below;
+  view.settings.background.type = core::BackgroundType::kTransparent;
+  view.settings.background.through_glass = true;
+  view.settings.film.errors_over_white = true;
+  view.settings.estimator.splitting = core::SplittingType::kFixed;
+  view.settings.estimator.split_count = split_count;
+  return view;
+}
+
+// Paths go through the clear ball unsplit, and reflections off it return to the lanes. 64 is the
+// largest count: one sample takes an eighth of a wave.
+TEST(WaveProduct, CatchersSplitOnlyWhatIsNotSeenThroughGlass) {
+  for (const int count : {2, 8, 40, 64}) {
+    const core::View view = ball_before_another(count);
+    EXPECT_TRUE(is_served(view));
+    EXPECT_LE(test_support::differing_pixels(view, 8, view, 2, 1), std::size_t{3}) << count;
+  }
+}
+
 // The planted faults, each in one of the two only; `least` of 16 settings notice it.
 TEST(WaveProduct, SeesPlantedFaults) {
   for (const auto& [name, fault, least] :

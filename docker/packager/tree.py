@@ -19,6 +19,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 LIBRARIES = "lib/tessera"
 PROGRAMS = ("bin/tessera", "bin/tessera-server")
 MODULE = LIBRARIES + "/libtessera-images.so"
+# All of core/image_io/image_formats.cpp.
+FORMATS = ("png", "jpg", "webp", "avif", "exr", "hdr", "tif")
 COMPLETIONS = {
     "bash": "share/bash-completion/completions/tessera",
     "zsh": "share/zsh/site-functions/_tessera",
@@ -147,7 +149,7 @@ def elf_files(tree):
 
 def check(tree, work):
     """Renders an image of each format with the tree, so that a missing library is noticed here."""
-    for extension in ("png", "jpg", "webp", "exr", "hdr", "tif"):
+    for extension in FORMATS:
         picture = work / f"check.{extension}"
         subprocess.run(
             [tree / PROGRAMS[0], "render", "cornell-box", "-o", picture, "--size", "32x32",

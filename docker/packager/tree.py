@@ -19,8 +19,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 LIBRARIES = "lib/tessera"
 PROGRAMS = ("bin/tessera", "bin/tessera-server")
 MODULE = LIBRARIES + "/libtessera-images.so"
-# All of core/image_io/image_formats.cpp.
-FORMATS = ("png", "jpg", "webp", "avif", "exr", "hdr", "tif")
 COMPLETIONS = {
     "bash": "share/bash-completion/completions/tessera",
     "zsh": "share/zsh/site-functions/_tessera",
@@ -32,6 +30,12 @@ def version():
     """The project's version, from its only place."""
     text = (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
     return re.search(r"^project\(tessera VERSION ([\d.]+)", text, re.M).group(1)
+
+
+def formats():
+    """The extensions of the images that Tessera writes, from their only place."""
+    text = (ROOT / "core/image_io/image_formats.cpp").read_text(encoding="utf-8")
+    return re.findall(r'ImageFormat\{"(\w+)"', text)
 
 
 def make(build, tree, provided=None):
@@ -149,7 +153,7 @@ def elf_files(tree):
 
 def check(tree, work):
     """Renders an image of each format with the tree, so that a missing library is noticed here."""
-    for extension in FORMATS:
+    for extension in formats():
         picture = work / f"check.{extension}"
         subprocess.run(
             [tree / PROGRAMS[0], "render", "cornell-box", "-o", picture, "--size", "32x32",

@@ -11,7 +11,8 @@ from . import tree
 def engine():
     """The first of Docker and Podman that answers."""
     for name in ("docker", "podman"):
-        if shutil.which(name) and subprocess.run([name, "info"], capture_output=True).returncode == 0:
+        found = shutil.which(name)
+        if found and subprocess.run([found, "info"], capture_output=True).returncode == 0:
             return name
     raise SystemExit(
         "package: an image needs a running Docker engine, or Podman; without them, "

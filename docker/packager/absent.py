@@ -1,7 +1,7 @@
-"""Stand-ins for libraries of OpenImageIO that Tessera never calls.
+"""Stand-ins for libraries of OpenImageIO and libheif that Tessera never calls.
 
 Debian's OpenImageIO reads forty formats and so loads 260 libraries, 300 MB with ffmpeg, OpenCV,
-GDAL and OpenVDB. Tessera reads and writes six formats by it (core/image_io/image_formats.cpp). In
+GDAL and OpenVDB. Tessera reads and writes few formats by it (core/image_io/image_formats.cpp). In
 place of the libraries of other formats a package has libraries that define the same symbols, each
 of which ends the process with a sentence. None of their code is copied, nor their licences.
 """
@@ -16,16 +16,20 @@ UNUSED = re.compile(
     r"lib(opencv_\w+"  # video capture
     r"|dcm\w+|of(log|std)"  # DICOM
     r"|av(codec|format|util)|swscale"  # video
-    r"|gif|heif|openjp2|openvdb|raw_r"  # GIF, HEIC and AVIF, JPEG 2000, volumes, camera raw
+    r"|gif|openjp2|openvdb|raw_r"  # GIF, JPEG 2000, volumes, camera raw
+    r"|dav1d|de265|x265"  # libheif: reading AVIF, and HEIC; it writes AVIF by libaom
     r"|OpenColorIO"  # colour conversion; its own is in core/color
     r"|freetype"  # text in images
     r")(-[\d.]+)?\.so[\d.]*"
 )
-# Symbol -> what it does instead. OpenImageIO calls these when it is loaded (the DICOM reader
-# registers colour models) and when it lists the versions of its libraries.
+# Symbol -> what it does instead. These are called when OpenImageIO is loaded or ends (the DICOM
+# reader registers colour models, libheif prepares its decoder) and when it lists the versions of
+# its libraries.
 AT_LOAD = {
     "_ZN10DiRegisterC1Ev": "nothing",
     "_ZN10DiRegisterD1Ev": "nothing",
+    "de265_free": "nothing",
+    "de265_init": "nothing",
     "libraw_version": "no_version",
     "opj_version": "no_version",
 }

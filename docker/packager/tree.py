@@ -32,6 +32,12 @@ def version():
     return re.search(r"^project\(tessera VERSION ([\d.]+)", text, re.M).group(1)
 
 
+def formats():
+    """The extensions of the images that Tessera writes, from their only place."""
+    text = (ROOT / "core/image_io/image_formats.cpp").read_text(encoding="utf-8")
+    return re.findall(r'ImageFormat\{"(\w+)"', text)
+
+
 def make(build, tree, provided=None):
     """Fills the folder `tree` from a build.
 
@@ -147,7 +153,7 @@ def elf_files(tree):
 
 def check(tree, work):
     """Renders an image of each format with the tree, so that a missing library is noticed here."""
-    for extension in ("png", "jpg", "webp", "exr", "hdr", "tif"):
+    for extension in formats():
         picture = work / f"check.{extension}"
         subprocess.run(
             [tree / PROGRAMS[0], "render", "cornell-box", "-o", picture, "--size", "32x32",

@@ -19,10 +19,10 @@ MACHINES = {"amd64": "x86_64"}
 
 
 def _pure_wheel(work):
-    """The wheel of the client as pip builds it from pyproject.toml."""
+    """The wheel of the client as pip builds it from pyproject.toml, by the packages of Debian."""
     subprocess.run(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", work,
-         tree.ROOT / "clients/python"],
+        ["/usr/bin/python3", "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation",
+         "--wheel-dir", work, tree.ROOT / "clients/python"],
         check=True, stdout=sys.stderr,
     )  # fmt: skip
     (wheel,) = work.glob("*.whl")

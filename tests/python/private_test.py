@@ -28,9 +28,10 @@ class PrivateServer(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
         (self.folder / "tmp").mkdir()
 
-    def start(self, script, path=f"{os.path.dirname(os.path.abspath(BINARY))}:/usr/bin:/bin"):
+    def start(self, script, path=f"{os.path.dirname(os.path.abspath(BINARY))}:/usr/bin:/bin",
+              **settings):
         clean = {name: text for name, text in os.environ.items() if not name.startswith("TESSERA_")}
-        environment = clean | {"PATH": path, "TMPDIR": str(self.folder / "tmp")}
+        environment = clean | {"PATH": path, "TMPDIR": str(self.folder / "tmp")} | settings
         process = subprocess.Popen([sys.executable, "-c", script], cwd=self.folder, text=True,
                                    env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE)
@@ -64,6 +65,24 @@ class PrivateServer(unittest.TestCase):
         self.assertEqual(refused.exception.code, 401)
         process.send_signal(signal.SIGKILL)
         self.assertTrue(self.gone(address))
+
+    def test_takes_settings_of_this_machine_but_of_no_other_server(self):
+        program = self.folder / "tessera"
+        program.write_text("#!/bin/sh\nenv >env\necho listening on http://127.0.0.1:9\n"
+                           "exec sleep 60\n")
+        program.chmod(0o755)
+        kept = {"TESSERA_OIDN": "/oidn", "TESSERA_THREADS": "1"}
+        others = {"TESSERA_KEY": "k", "TESSERA_DATA": "/data", "TESSERA_CONFIG": "/config",
+                  "TESSERA_PORT": "1", "TESSERA_LISTEN": "0.0.0.0", "TESSERA_QUEUE": "nats://a"}
+        _, faults = self.start("from tessera_render import client; client()",
+                               path=f"{self.folder}:/usr/bin:/bin", **kept, **others
+                               ).communicate(timeout=60)
+        self.assertNotIn("Error", faults)
+        lines = (self.folder / "env").read_text().splitlines()
+        got = dict(line.split("=", 1) for line in lines if line.startswith("TESSERA_"))
+        self.assertEqual({name: got.get(name) for name in kept}, kept)
+        self.assertEqual(got.keys() - kept.keys(), {"TESSERA_KEY", "TESSERA_DATA"})
+        self.assertFalse(got.items() & others.items())
 
     def test_says_what_is_missing(self):
         _, faults = self.start(RENDER, path="/nowhere").communicate(timeout=60)

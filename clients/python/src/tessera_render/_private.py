@@ -23,6 +23,9 @@ _RULES = {*JobOptions.__annotations__} & {
     "light_not_found", "seconds", "cpu_seconds", "deadline", "request",
 }  # fmt: skip
 
+# Settings of this machine. The others are of another server: its address, keys, data and the like.
+_KEPT = {"TESSERA_OIDN", "TESSERA_ISA", "TESSERA_MEMORY", "TESSERA_THREADS"}
+
 # Ends the server and removes its folder when this process closes the pipe, or dies.
 _GUARD = '"$@" & child=$!; cat >&2; kill $child; wait $child; rm -rf "$TESSERA_DATA"'
 
@@ -43,7 +46,8 @@ def _start() -> Client:
     guard = subprocess.Popen(
         ["/bin/sh", "-c", _GUARD, "sh", binary, "serve", "--port", "0", "--log-level", "warning"],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        env={**{k: v for k, v in os.environ.items() if not k.startswith("TESSERA_")},
+        env={**{name: value for name, value in os.environ.items()
+                if name in _KEPT or not name.startswith("TESSERA_")},
              "TESSERA_KEY": key, "TESSERA_DATA": data},
         # Ctrl-C is for this process; the server ends with it.
         start_new_session=True,
@@ -70,7 +74,8 @@ def client() -> Client:
     """The client of TESSERA_SERVER, else of a private server.
 
     The private server starts at the first call, listens on this machine with a random key, and ends
-    with this process; its jobs are not kept.
+    with this process; its jobs are not kept. Of the variables TESSERA_*, it takes those of this
+    machine: TESSERA_OIDN, TESSERA_ISA, TESSERA_MEMORY and TESSERA_THREADS.
     """
     global _client, _process
     with _lock:

@@ -180,6 +180,8 @@ class App {
     app->pictures_ = std::make_unique<SingleFlightCache<EncodedPicture>>(
         std::min(kPictureCacheBytes, app->memory_.film_cache_bytes),
         SingleFlightCache<EncodedPicture>::Oversized::kNotKept);
+    app->memory_gate_.add_reclaimer(
+        [&pictures = *app->pictures_] { return pictures.drop_unused(); });
     app->jobs_->set_denoised_bound([&denoising = *app->denoising_](const JobPointer& job,
                                                                    const core::Film& film,
                                                                    double confidence) {

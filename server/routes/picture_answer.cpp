@@ -47,11 +47,12 @@ core::PixelRect crop_of(const core::FilmSettings& film) {
   return film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
 }
 
-/// Returns the image of an ended job that is kept under the job and `key`, or encodes and keeps it:
-/// without its lease on memory, since the cache is limited. Errors: of encode and of the film.
+/// Returns the image of an ended job that is kept under the job and `key`, or encodes and keeps it.
+/// Errors: of encode and of the film.
 template <typename Encode>
 core::Result<EncodedPicture> kept_picture(const RouteContext& context, const Job& job,
-                                          const std::string& key, const Encode& encode) {
+                                          const std::string& key, const std::string& tenant,
+                                          const Encode& encode) {
   using Made = SingleFlightCache<EncodedPicture>::Made;
   const auto kept = context.pictures.get(job.id() + key, [&]() -> core::Result<Made> {
     const auto film = context.jobs.films().film(job);
@@ -62,11 +63,16 @@ core::Result<EncodedPicture> kept_picture(const RouteContext& context, const Job
     if (!made) {
       return made.error();
     }
-    made->content = std::make_shared<const std::string>(*made->content);
     const std::uint64_t bytes = made->content->size();
+    made->content = with_lease(
+        std::make_shared<const std::string>(*made->content),
+        context.memory.note({.bytes = bytes, .tenant = tenant}, MemoryGate::Kind::kIdle));
     return Made{std::make_shared<const EncodedPicture>(*std::move(made)), bytes};
   });
-  return kept ? core::Result<EncodedPicture>(**kept) : kept.error();
+  if (!kept) {
+    return kept.error();
+  }
+  return **kept;
 }
 
 }  // namespace
@@ -180,7 +186,8 @@ Response picture_answer(const RouteContext& context, const Request& request, con
     return PictureMaker(context.memory, context.about).make(of, picture, MemoryGate::kPatience);
   };
   core::Result<EncodedPicture> encoded =
-      is_kept ? kept_picture(context, *job, view.film_digest + etag, encode) : encode(*film);
+      is_kept ? kept_picture(context, *job, view.film_digest + etag, request.access.tenant, encode)
+              : encode(*film);
   if (!encoded) {
     return error_answer(request, encoded.error());
   }

@@ -35,6 +35,22 @@ Response no_preset(const Request& request, std::string_view name) {
                       "no preset has the name \"" + std::string(name) + "\"");
 }
 
+/// Returns the presets that the request may see, its own first.
+core::Result<std::vector<PresetRow>> visible_presets(const RouteContext& context,
+                                                     const Access& access) {
+  auto rows = context.presets.list(access.tenant);
+  if (rows) {
+    std::erase_if(*rows, [&](const PresetRow& row) { return !access.sees(row.tenant); });
+  }
+  return rows;
+}
+
+/// The first of this name, or the end.
+auto named(const std::vector<PresetRow>& rows, std::string_view name) {
+  return std::find_if(rows.begin(), rows.end(),
+                      [name](const PresetRow& row) { return row.name == name; });
+}
+
 Response put(const RouteContext& context, Request& request) {
   const std::string name(request.path_param("name"));
   if (!api::is_preset_name(name)) {
@@ -70,7 +86,13 @@ Response put(const RouteContext& context, Request& request) {
 
 Response get(const RouteContext& context, Request& request) {
   const std::string_view name = request.path_param("name");
-  const auto preset = stored_preset(context.presets, name, request.access.tenant);
+  const auto rows = visible_presets(context, request.access);
+  if (!rows) {
+    return error_answer(request, rows.error());
+  }
+  const auto found = named(*rows, name);
+  const std::string& tenant = found == rows->end() ? request.access.tenant : found->tenant;
+  const auto preset = stored_preset(context.presets, name, tenant);
   if (!preset) {
     return problem_answer(request, preset.problem());
   }
@@ -78,24 +100,33 @@ Response get(const RouteContext& context, Request& request) {
 }
 
 Response list(const RouteContext& context, Request& request) {
-  const auto rows = context.presets.list(request.access.tenant);
+  const auto rows = visible_presets(context, request.access);
   if (!rows) {
     return error_answer(request, rows.error());
   }
-  std::map<std::string, api::Preset> presets = api::ready_presets();
+  std::map<std::string, api::Preset> presets;
   for (const PresetRow& row : *rows) {
     auto preset = api::parse_preset(row.body);
     if (!preset) {
       return problem_answer(request, preset.problem());
     }
-    presets.insert_or_assign(row.name, *std::move(preset));
+    presets.try_emplace(row.name, *std::move(preset));
   }
+  presets.insert(api::ready_presets().begin(), api::ready_presets().end());
   return json_response(200, api::preset_list_json(presets));
 }
 
 Response remove(const RouteContext& context, Request& request) {
   const std::string_view name = request.path_param("name");
-  const auto removed = context.presets.remove(name, request.access.tenant);
+  const auto rows = visible_presets(context, request.access);
+  if (!rows) {
+    return error_answer(request, rows.error());
+  }
+  const auto found = named(*rows, name);
+  if (found == rows->end()) {
+    return no_preset(request, name);
+  }
+  const auto removed = context.presets.remove(name, found->tenant);
   if (!removed) {
     return error_answer(request, removed.error());
   }

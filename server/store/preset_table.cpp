@@ -113,7 +113,7 @@ core::Result<std::optional<PresetRow>> PresetTable::find_public(std::string_view
 core::Result<std::vector<PresetRow>> PresetTable::list(const std::string& tenant) {
   auto session = database_.session();
   Statement select = session.prepare(
-      "SELECT name, body, is_public, tenant FROM presets WHERE tenant=? ORDER BY name");
+      "SELECT name, body, is_public, tenant FROM presets ORDER BY tenant<>?, tenant, name");
   select.bind(std::string_view(tenant));
   return preset_rows(select);
 }

@@ -40,7 +40,7 @@ class PresetTable {
   /// Returns the tenant's own preset; empty if there is none.
   core::Result<std::optional<PresetRow>> find(std::string_view name, const std::string& tenant);
   core::Result<std::optional<PresetRow>> find_public(std::string_view name);
-  /// By name.
+  /// Returns the presets of all tenants, first those of this one.
   core::Result<std::vector<PresetRow>> list(const std::string& tenant);
   /// Returns false if there is none.
   core::Result<bool> remove(std::string_view name, const std::string& tenant);

@@ -42,9 +42,11 @@ class DenoisedPictures(ApiTest):
         # mixed minimises the error, not the noise: it may be the plain image.
         self.assertLessEqual(self.noise("/image.png?denoise=mixed"), plain)
         self.assertLess(self.noise("/image.png?denoise=full"), 0.8 * plain)
-        job = self.server.render(small(samples=4, denoise={"type": "statistical"}))["id"]
+        # The twelve tiles of a larger image agree on the gain.
+        job = self.server.render(small(samples=4, film={"width": 128, "height": 96},
+                                       denoise={"type": "statistical"}))["id"]
         plain = self.noise("/image.png", job)
-        self.assertLessEqual(self.noise("/image.png?denoise=mixed", job), plain)
+        self.assertLess(self.noise("/image.png?denoise=mixed", job), plain)
 
     def test_headers_report_the_denoiser_and_the_error(self):
         mixed = self.image("/image.png?denoise=mixed")

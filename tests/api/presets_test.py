@@ -341,6 +341,13 @@ class Tenants(unittest.TestCase):
         self.assertEqual(server.request("PUT", "/v1/presets/open", open_, theirs).status, 409)
         answer = settled(server, f"/i/public/open/{scene}/0,90.png")
         self.assertEqual(answer.status, 200)
+        # Whoever runs the server sees it, and can withdraw it.
+        server.key = "operators-own"
+        listed = [each["name"] for each in server.get("/v1/presets").json()["presets"]]
+        self.assertEqual(listed, sorted(READY + ["open", "p"]))
+        self.assertEqual(server.request("DELETE", "/v1/presets/open").status, 204)
+        server.key = None
+        self.assertEqual(server.get(f"/i/public/open/{scene}/0,90.png").status, 404)
         self.assertTrue(answer.headers["Cache-Control"].startswith("public"))
         # A full queue: later, not never.
         long = {"scene": "cornell-box", "stop": {"samples_per_pixel": 65536}}

@@ -6,6 +6,7 @@ webhooks_test; tickets and stored comparisons in the unit tests.
 """
 
 import contextlib
+import itertools
 import socket
 import threading
 import time
@@ -165,15 +166,16 @@ class Memory(SaturationTest):
     def test_images_that_are_not_read(self):
         small = self.finished("a", furnace(16, 16))
         large = self.finished("b", furnace(1600, 900))
-        head = (f"GET /v1/jobs/{large}/image.tif HTTP/1.1\r\n"
+        # Different images: equal ones are encoded once.
+        head = (f"GET /v1/jobs/{large}/image.tif?x=0&y=%d&width=1600&height=840 HTTP/1.1\r\n"
                 f"Host: 127.0.0.1:{self.server.port}\r\n"
-                f"Authorization: {self.keys['b']['Authorization']}\r\n\r\n").encode()
+                f"Authorization: {self.keys['b']['Authorization']}\r\n\r\n")
         with contextlib.ExitStack() as open_ones:
             slow = []
-            for _ in range(40):
+            for y in range(40):
                 sent = socket.create_connection(("127.0.0.1", self.server.port), PATIENCE_S)
                 slow.append(open_ones.enter_context(sent))
-                sent.sendall(head)
+                sent.sendall((head % y).encode())
             stop = threading.Event()
 
             def trickle():  # Enough that the server does not close the connections.
@@ -197,9 +199,11 @@ class Memory(SaturationTest):
     def until_memory_is_short(self, job):
         """Until b gets no memory for a further image within a second."""
         deadline = time.monotonic() + PATIENCE_S
+        left = itertools.cycle(range(100))
         while time.monotonic() < deadline:
             try:
-                self.ask("b", "GET", f"/v1/jobs/{job}/image.tif", timeout=1)
+                part = f"x={next(left)}&y=0&width=1500&height=900"
+                self.ask("b", "GET", f"/v1/jobs/{job}/image.tif?{part}", timeout=1)
             except TimeoutError:
                 return
         self.fail("b does not use up the memory")

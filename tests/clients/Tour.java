@@ -61,7 +61,7 @@ public final class Tour {
 
     File picture = new ResultsApi(client).getImageInFormat(job.getId(), "png", null, null, null,
         null, null, null, null, null, null, null, null, null, null, null, null, null, null, null,
-        null, null);
+        null, null, null, null, null);
     expect(begins(picture, "\u0089PNG"), "no PNG");
     expect(jobs.listJobs(null, null, null, null, null, 10).getJobs().get(0).getId().equals(job.getId()),
         "not in the list");

@@ -182,14 +182,23 @@ TEST(ImageQuery, ReadsEveryParameter) {
 }
 
 /// Values of each parameter that changes the image; x stands for the rectangle.
-const std::vector<Query> kOtherImages = {
-    {{"layer", "normal"}},  {{"exposure", "1"}},
-    {{"exposure", "auto"}}, {{"curve", "linear"}},
-    {{"tonemap", "aces"}},  {{"background", "ff8000"}},
-    {{"denoise", "full"}},  {{"fireflies", "keep"}},
-    {{"range", "auto"}},    {{"range", "0,1"}},
-    {{"mix", "1,0.5"}},     {{"x", "0"}, {"y", "0"}, {"width", "8"}, {"height", "8"}},
-    {{"max_size", "64"}},   {{"parts", "1"}}};
+const std::vector<Query> kOtherImages = {{{"layer", "normal"}},
+                                         {{"exposure", "1"}},
+                                         {{"exposure", "auto"}},
+                                         {{"curve", "linear"}},
+                                         {{"tonemap", "aces"}},
+                                         {{"background", "ff8000"}},
+                                         {{"white_balance", "5000"}},
+                                         {{"contrast", "1.5"}},
+                                         {{"bits", "16"}},
+                                         {{"denoise", "full"}},
+                                         {{"fireflies", "keep"}},
+                                         {{"range", "auto"}},
+                                         {{"range", "0,1"}},
+                                         {{"mix", "1,0.5"}},
+                                         {{"x", "0"}, {"y", "0"}, {"width", "8"}, {"height", "8"}},
+                                         {{"max_size", "64"}},
+                                         {{"parts", "1"}}};
 
 TEST(ImageKey, DiffersForEveryParameterThatChangesTheImage) {
   std::set<std::string> keys = {api::image_key({})};

@@ -126,6 +126,19 @@ const auto& url_table() {
   return kTable;
 }
 
+bool is_whole(double value) { return std::floor(value) == value; }
+
+bool is_view_listed(const Preset& preset, const PictureUrl& url) {
+  const Json job = Json::parse(preset.job);
+  const auto is_own = [&job](const char* name, double degrees) {
+    const auto pointer = Json::json_pointer("/camera/orbit") / name;
+    return job.contains(pointer) && job[pointer].is_number() &&
+           std::remainder(job[pointer].get<double>() - degrees, 360.0) == 0;
+  };
+  return (is_whole(url.theta_degrees) && is_whole(url.phi_degrees)) ||
+         (is_own("theta_degrees", url.theta_degrees) && is_own("phi_degrees", url.phi_degrees));
+}
+
 }  // namespace
 
 Parsed<Preset> parse_preset(std::string_view body) {
@@ -270,7 +283,9 @@ Parsed<PictureJob> parse_picture_job(const Preset& preset, const PictureUrl& url
   if (!job) {
     return job.problem();
   }
-  return PictureJob{.job = *std::move(job), .is_size_listed = is_listed};
+  return PictureJob{.job = *std::move(job),
+                    .is_size_listed = is_listed,
+                    .is_view_listed = is_view_listed(preset, url)};
 }
 
 void add_preset_schemas(Json& components) {

@@ -64,6 +64,7 @@ Parsed<PictureUrl> parse_picture_url(std::string_view scene, std::string_view vi
 struct PictureJob {
   ParsedJob job;
   bool is_size_listed = false;  ///< the film's own, or one of the preset's sizes
+  bool is_view_listed = false;  ///< whole degrees, or the angles of the preset's own orbit
 };
 /// Problems: of parse_job(), such as 413 for too many pixels.
 Parsed<PictureJob> parse_picture_job(const Preset& preset, const PictureUrl& url);

@@ -1,7 +1,6 @@
 #include "server/routes/preset_routes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -301,10 +300,10 @@ Response picture(const RouteContext& context, Request& request) {
                           "this size is not among the sizes of the preset");
     }
     // Each angle is an image to render: the number of those that anybody may ask for is limited.
-    if (std::floor(url->theta_degrees) != url->theta_degrees ||
-        std::floor(url->phi_degrees) != url->phi_degrees) {
-      return error_answer(request, ErrorCode::kForbidden,
-                          "angles of public images are whole degrees");
+    if (!made->is_view_listed) {
+      return error_answer(
+          request, ErrorCode::kForbidden,
+          "angles of public images are whole degrees, or those of the preset's orbit");
     }
   }
   const core::ImageFormat* format = choose_format(request, url->format);

@@ -260,6 +260,11 @@ class Pictures(ApiTest):
         for view in ("5.5,75", "5,75.25", "1e-9,75"):
             self.assert_problem(self.server.get(f"/i/public/open/cornell-box/{view}.png"), 403)
         self.assertEqual(self.jobs(), before)
+        self.server.request("PUT", "/v1/presets/placed", {"public": True, "job": {
+            **SMALL["job"], "camera": {"orbit": {"theta_degrees": 320.25, "phi_degrees": 75.5}}}})
+        for view, status in (("-39.75,75.5", 200), ("320.25,75", 403), ("320,75.5", 403)):
+            answer = settled(self.server, f"/i/public/placed/cornell-box/{view}.png")
+            self.assertEqual(answer.status, status, view)
 
     def test_a_turn_is_the_same_image(self):
         tags = {self.final(f"/p/cornell-box/{theta},74.png").headers["ETag"]

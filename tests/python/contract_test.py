@@ -329,6 +329,11 @@ class Contract(ApiTest):
             "format": "png",
             "map": "z.png",
             "worker": "w",
+            "name": "p",
+            "signature": "public",
+            "preset": "p",
+            "scene": "cornell-box",
+            "view": "0,90.png",
         }
         for path, methods in self.document["paths"].items():
             place = re.sub(r"\{(\w+)\}", lambda match: ids[match[1]], path)

@@ -28,14 +28,14 @@ export async function storeAsUrl({ id, spec }: Job): Promise<{ name: string; url
   const orbit = orbitOf(spec);
   if (!orbit) throw new Error('The camera of the file has no angles: choose a view of your own.');
   const name = `render-${id.slice(0, 8)}`;
-  const { theta_degrees, phi_degrees, ...place } = orbit;
+  const { theta_degrees, phi_degrees } = orbit;
   const { scene, variant, ...settings } = spec;
   const job: PresetRequest['job'] = {
     ...settings,
     name: '',
     labels: {},
     webhook: null,
-    camera: { ...spec.camera, position: null, target: null, orbit: place },
+    camera: { ...spec.camera, position: null, target: null, orbit },
   };
   await api.putPreset(name, { job, public: true });
   const what = encodeURIComponent(scene) + (variant ? `:${encodeURIComponent(variant)}` : '');

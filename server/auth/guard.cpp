@@ -41,8 +41,8 @@ std::string names_of(std::span<const api::HeaderRow> rows) {
 }
 
 const std::string& exposed_headers() {
-  static const std::string names = names_of(api::response_headers());
-  return names;
+  static const std::string kNames = names_of(api::response_headers());
+  return kNames;
 }
 
 /// Images by URL are for the pages of all origins: their signature is their only credential.
@@ -347,11 +347,11 @@ void Guard::decorate(const Request& request, Response& response) const {
   }
   response.headers.set("Access-Control-Allow-Origin", *origin);
   response.headers.set("Access-Control-Allow-Credentials", "true");
-  static const std::string allowed = names_of(api::request_headers());
+  static const std::string kAllowed = names_of(api::request_headers());
   response.headers.set("Access-Control-Expose-Headers", exposed_headers());
   if (request.method == "OPTIONS") {
     response.headers.set("Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, PATCH, DELETE");
-    response.headers.set("Access-Control-Allow-Headers", allowed);
+    response.headers.set("Access-Control-Allow-Headers", kAllowed);
     // Chromium's longest, two hours.
     response.headers.set("Access-Control-Max-Age", "7200");
   }

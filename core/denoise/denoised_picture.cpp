@@ -86,8 +86,8 @@ ColorSum scale_of(const Pixel& p, double floor) {
   return out;
 }
 
-/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of its
-/// halves: each against the other half as it is shown, because F - I shows nothing where F is I.
+/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of the
+/// denoised one against the image as it is shown: fireflies that are set aside tell nothing of it.
 struct Measured {
   double m = 0;
   std::array<double, 2> squares{};
@@ -96,8 +96,10 @@ Measured measure(const Pixel& p, double floor, double w) {
   const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
   const ColorSum xb = mix(p.filtered_b, p.shown_b, w);
   const ColorSum scale = scale_of(p, floor);
+  const double square =
+      relative_square(mix(p.filtered_a, p.filtered_b, 0.5), mix(p.shown_a, p.shown_b, 0.5), scale);
   return {relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale),
-          {relative_square(xa, p.shown_b, scale), relative_square(xb, p.shown_a, scale)}};
+          {square, square}};
 }
 
 /// Calls body(i, x, y) for each pixel.

@@ -18,9 +18,10 @@
 /// those without noise stay as they are (Efron and Morris 1972, limited translation).
 ///
 /// The mean error of a window is below R where the error is on few of its pixels. It is taken to be
-/// spread as unevenly as differences d of x, y and independent images, which consist of that error
-/// and of noise: with k = (mean |d|) / (root mean square of d), as R / k on a fraction k^2 of
-/// the pixels, which has both moments. k is kMeanOfRoot for Gaussian errors, and where d is 0.
+/// spread as unevenly as a difference d of x, y and an image that is also seen, which consists of
+/// that error and of noise: with k = (mean |d|) / (root mean square of d), as R / k on a fraction
+/// k^2 of the pixels, which has both moments. k is kMeanOfRoot for Gaussian errors, and where d is
+/// 0.
 ///
 /// The error of an image is relative to the larger of it and mu, which in half of the pixels is mu,
 /// 1 + R / k times s. The mean error is thus k^2 (R / k) / (1 + R / (2 k)).

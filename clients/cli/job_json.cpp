@@ -22,9 +22,9 @@ double number_at(const Json& object, const char* key, double fallback) {
 }
 
 const Json& object_in(const Json& object, const char* key) {
-  static const Json empty = Json::object();
+  static const Json kEmpty = Json::object();
   const auto found = object.find(key);
-  return found != object.end() && found->is_object() ? *found : empty;
+  return found != object.end() && found->is_object() ? *found : kEmpty;
 }
 
 bool is_final_state(const std::string& state) {

@@ -90,7 +90,7 @@ ColorSum scale_of(const Pixel& p, double floor) {
 /// denoised one against the image as it is shown: fireflies that are set aside tell nothing of it.
 struct Measured {
   double m = 0;
-  std::array<double, 2> squares{};
+  double square = 0;
 };
 Measured measure(const Pixel& p, double floor, double w) {
   const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
@@ -99,7 +99,7 @@ Measured measure(const Pixel& p, double floor, double w) {
   const double square =
       relative_square(mix(p.filtered_a, p.filtered_b, 0.5), mix(p.shown_a, p.shown_b, 0.5), scale);
   return {relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale),
-          {square, square}};
+          square};
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -156,7 +156,7 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
     const auto [a, b] = error_halves(film, i);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
     const Measured seen = measure(pixel_at(of, i), of.floor, w);
-    squares.set(x, y, seen.m, seen.squares, !is_empty(a, b));
+    squares.set(x, y, seen.m, seen.square, !is_empty(a, b));
   });
   Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {

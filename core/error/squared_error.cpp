@@ -48,12 +48,12 @@ SquaredErrors::SquaredErrors(const PixelRect& rect)
       squares_(rect.width, rect.height),
       counts_(rect.width, rect.height) {}
 
-void SquaredErrors::set(int x, int y, double m, const std::array<double, 2>& squares, bool counts) {
+void SquaredErrors::set(int x, int y, double m, double square, bool counts) {
   const double value = counts ? m : 0;
   energies_.set(x, y, value);
   chessboard_.set(x, y, (x + y) % 2 == 0 ? value : -value);
-  sizes_.set(x, y, counts ? 0.5 * (std::sqrt(squares[0]) + std::sqrt(squares[1])) : 0);
-  squares_.set(x, y, counts ? 0.5 * (squares[0] + squares[1]) : 0);
+  sizes_.set(x, y, counts ? std::sqrt(square) : 0);
+  squares_.set(x, y, counts ? square : 0);
   counts_.set(x, y, counts ? 1 : 0);
 }
 

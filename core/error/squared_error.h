@@ -57,10 +57,9 @@ class SquaredErrors {
  public:
   explicit SquaredErrors(const PixelRect& rect);
 
-  /// x, y: from the corner of the rectangle; call with increasing rows and columns. squares: d^2 of
-  /// x and of y, as relative_square(). counts: whether the pixel counts (a sample has seen
-  /// something).
-  void set(int x, int y, double m, const std::array<double, 2>& squares, bool counts);
+  /// x, y: from the corner of the rectangle; call with increasing rows and columns. square: d^2, as
+  /// relative_square(). counts: whether the pixel counts (a sample has seen something).
+  void set(int x, int y, double m, double square, bool counts);
 
   /// Returns the mean error of the window; 0 if no pixel counts or its mean m is negative.
   double error(const PixelRect& window) const;

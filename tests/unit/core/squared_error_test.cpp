@@ -54,7 +54,7 @@ core::SquaredErrors squares_of(const M& m, int side = kSide) {
   core::SquaredErrors out({8, 16, side, side});
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
-      out.set(x, y, m(x, y), {1, 1}, true);
+      out.set(x, y, m(x, y), 1, true);
     }
   }
   return out;
@@ -81,8 +81,8 @@ TEST(SquaredErrors, OnFewPixelsCountOnThese) {
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 16; ++x) {
       const double square = x % 4 == 0 ? 0.64 : 0;
-      squares.set(x, y, 0.16, {square, square}, true);
-      blind.set(x, y, 0.16, {0.16, 0.16}, true);
+      squares.set(x, y, 0.16, square, true);
+      blind.set(x, y, 0.16, 0.16, true);
     }
   }
   EXPECT_NEAR(mean_root(squares.roots(), 256), share(0.8) / 4, 1e-9);
@@ -94,7 +94,7 @@ TEST(SquaredErrors, LeaveOutPixelsThatDoNotCount) {
   core::SquaredErrors squares({0, 0, 8, 8});
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
-      squares.set(x, y, x < 4 ? 0.09 : 7, {1, 1}, x < 4);
+      squares.set(x, y, x < 4 ? 0.09 : 7, 1, x < 4);
     }
   }
   EXPECT_NEAR(squares.error({0, 0, 8, 8}), share(0.3), 1e-9);

@@ -19,7 +19,7 @@ class DirectIntegrator final : public Integrator {
       : scene_(input.scene),
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
-        lights_(input.scene, input.environment, LightSamplerType::kTree, SkyDensity::kCompensated) {
+        lights_(input.scene, input.environment, LightPick::kTree, SkyDensity::kCompensated) {
   }
 
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,

@@ -59,7 +59,7 @@ Stage::Stage(double side, double hidden)
     : half_(side / 2),
       edge_(-side / 2 + hidden * side),
       scene_(make_scene(half_)),
-      lights_(scene_, nullptr, LightSamplerType::kTree),
+      lights_(scene_, nullptr, LightPick::kTree),
       bsdf_(lambert(), kUp, kUp) {}
 
 double Stage::exact(double x_from) const noexcept {

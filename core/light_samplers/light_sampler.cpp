@@ -13,12 +13,10 @@
 namespace core {
 
 LightSampler::LightSampler(const SceneData& scene, const Environment* environment,
-                           LightSamplerType type, SkyDensity sky)
+                           LightPick pick, SkyDensity sky)
     : scene_(scene),
       environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
-      type_(type == LightSamplerType::kRis || type == LightSamplerType::kRestir
-                ? LightSamplerType::kTree
-                : type),
+      pick_(pick),
       sky_(sky),
       triangles_(scene.triangle_lights.size()) {
   const auto& punctual = scene.punctual_lights;
@@ -32,7 +30,7 @@ LightSampler::LightSampler(const SceneData& scene, const Environment* environmen
     fluence += luminance(punctual[i].intensity);
   }
   irradiance_far_ = fluence / 4;
-  if (type_ == LightSamplerType::kPower && light_count_ > 0) {
+  if (pick_ == LightPick::kPower && light_count_ > 0) {
     power_ = Distribution1D(light_powers(scene, environment_));
   }
 }
@@ -113,21 +111,19 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
   }
   std::size_t light = 0;
   float prob = 0;
-  switch (type_) {
-    case LightSamplerType::kUniform:
+  switch (pick_) {
+    case LightPick::kUniform:
       light = std::min(static_cast<std::size_t>(u_pick * static_cast<float>(light_count_)),
                        light_count_ - 1);
       prob = 1 / static_cast<float>(light_count_);
       break;
-    case LightSamplerType::kPower: {
+    case LightPick::kPower: {
       const auto pick = power_.sample(u_pick);
       light = pick.cell;
       prob = power_.prob_cell(light);
       break;
     }
-    case LightSamplerType::kRis:  // unreachable, like the next: see the constructor
-    case LightSamplerType::kRestir:
-    case LightSamplerType::kTree: {
+    case LightPick::kTree: {
       const float by_tree = prob_tree(point, normal_world);
       if (u_pick < by_tree) {
         const auto pick = scene_.light_tree.pick(point, normal_world,
@@ -175,10 +171,10 @@ float LightSampler::prob_environment(Vec3 point, Vec3 normal_world) const noexce
   if (environment_ == nullptr) {
     return 0;
   }
-  if (type_ == LightSamplerType::kUniform) {
+  if (pick_ == LightPick::kUniform) {
     return 1 / static_cast<float>(light_count_);
   }
-  if (type_ == LightSamplerType::kPower) {
+  if (pick_ == LightPick::kPower) {
     return power_.prob_cell(light_count_ - 1);
   }
   return (1 - prob_tree(point, normal_world)) / static_cast<float>(far_count_);
@@ -206,10 +202,10 @@ float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_the
 }
 
 float LightSampler::prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {
-  if (type_ == LightSamplerType::kUniform) {
+  if (pick_ == LightPick::kUniform) {
     return 1 / static_cast<float>(light_count_);
   }
-  if (type_ == LightSamplerType::kPower) {
+  if (pick_ == LightPick::kPower) {
     return power_.prob_cell(light);
   }
   const float by_tree = prob_tree(point, normal_world);

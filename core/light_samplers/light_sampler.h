@@ -1,9 +1,7 @@
 /// LightSampler: picks a light and a point on it, for one scene and one environment.
 ///
-/// uniform: all lights with equal probability. power: by emitted power. tree: the scene's light
-/// tree, with the environment and directional lights beside it, in proportion to the light that
-/// each could send to the point. ris: as tree, for candidates that the integrator resamples.
-/// restir: as tree, for samples that neighbouring pixels share.
+/// How a light is picked (LightPick) is apart from how its samples are used: `ris` resamples and
+/// `restir` shares samples of lights that the tree picks.
 #pragma once
 
 #include <cstdint>
@@ -52,11 +50,26 @@ struct LightView {
   bool is_delta = false;
 };
 
+/// How a light is picked.
+enum class LightPick {
+  kUniform,  ///< all with equal probability
+  kPower,    ///< in proportion to emitted power
+  /// By the scene's light tree, with the environment and directional lights beside it, in
+  /// proportion to the light that each could send to the point.
+  kTree
+};
+
+constexpr LightPick light_pick(LightSamplerType type) noexcept {
+  return type == LightSamplerType::kUniform ? LightPick::kUniform
+         : type == LightSamplerType::kPower ? LightPick::kPower
+                                            : LightPick::kTree;
+}
+
 class LightSampler {
  public:
   /// Scene and environment must outlive it; environment may be null.
-  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type)
-      : LightSampler(scene, environment, type, SkyDensity::kRadiance) {}
+  LightSampler(const SceneData& scene, const Environment* environment, LightPick pick)
+      : LightSampler(scene, environment, pick, SkyDensity::kRadiance) {}
 
   bool empty() const noexcept { return light_count_ == 0; }
   /// normal_world: geometric normal on the side that light may come from; zero: both sides.
@@ -65,12 +78,12 @@ class LightSampler {
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
   /// Returns whether sample() uses only the light tree, at every point.
   bool has_tree_alone() const noexcept {
-    return type_ == LightSamplerType::kTree && far_count_ == 0;
+    return pick_ == LightPick::kTree && far_count_ == 0;
   }
   /// Returns the environment if sample() chooses between it and the light tree only; else null. Its
   /// directions are then sampled by sky_density().
   const Environment* sky_beside_tree() const noexcept {
-    return type_ == LightSamplerType::kTree && far_count_ == 1 ? environment_ : nullptr;
+    return pick_ == LightPick::kTree && far_count_ == 1 ? environment_ : nullptr;
   }
   /// Returns the probability with which sample() uses the tree, for several points.
   template <std::size_t N>
@@ -106,7 +119,7 @@ class LightSampler {
                         Vec3 normal_world) const noexcept;
 
  protected:
-  LightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
+  LightSampler(const SceneData& scene, const Environment* environment, LightPick pick,
                SkyDensity sky);
   template <std::size_t N>
   Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
@@ -129,7 +142,7 @@ class LightSampler {
 
   const SceneData& scene_;
   const Environment* environment_;  ///< null if black
-  LightSamplerType type_;
+  LightPick pick_;
   SkyDensity sky_;
   std::size_t triangles_ = 0;
   std::size_t local_punctual_ = 0;  ///< point and spot
@@ -144,9 +157,9 @@ class LightSampler {
 /// does not convert to a LightSampler, whose samples find all light.
 class MisLightSampler : private LightSampler {
  public:
-  MisLightSampler(const SceneData& scene, const Environment* environment, LightSamplerType type,
+  MisLightSampler(const SceneData& scene, const Environment* environment, LightPick pick,
                   SkyDensity sky)
-      : LightSampler(scene, environment, type, sky) {}
+      : LightSampler(scene, environment, pick, sky) {}
   using LightSampler::empty;
   using LightSampler::has_delta;
   using LightSampler::has_local;

@@ -160,7 +160,7 @@ Moments lamps(Fault fault, int samples) {
   }
   const auto scene =
       test_support::build(test_support::scene_of({test_support::emitter(Rgb(1))}, row));
-  const core::LightSampler lights(scene->data(), nullptr, LightSamplerType::kRis);
+  const core::LightSampler lights(scene->data(), nullptr, core::LightPick::kTree);
   const core::MisRule mis;
   constexpr int kCandidates = 4;
   const auto cosine = [](Vec3 w) { return std::max(w.z, 0.0F) * core::kInvPi; };

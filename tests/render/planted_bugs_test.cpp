@@ -24,7 +24,7 @@ Moments direct_light(Fault fault, int samples) {
   const auto scene = test_support::build(
       test_support::scene_of({test_support::emitter(Rgb(1))},
                              {test_support::quad({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 0)}));
-  const core::LightSampler lights(scene->data(), nullptr, core::LightSamplerType::kTree);
+  const core::LightSampler lights(scene->data(), nullptr, core::LightPick::kTree);
   const Bsdf bsdf({.f0 = {0, 0, 0}, .f90 = 0}, {0, 0, 1}, {0, 0, 1});
   const core::MisRule power = {core::MisType::kPower, 2};
   const core::MisRule balance = {core::MisType::kBalance, 1};

@@ -205,7 +205,7 @@ Moments row_of_points(Fault fault, int samples) {
       test_support::scene_of({test_support::emitter(Rgb(1))},
                              {test_support::quad({0, 0.2F, -0.5F}, {0, 1, 0}, {0, 0, 1}, 0),
                               test_support::quad({-1, 1.5F, 2}, {2, 0, 0}, {0, 0, 0.5F}, 0)}));
-  const core::LightSampler lights(scene->data(), nullptr, LightSamplerType::kRestir);
+  const core::LightSampler lights(scene->data(), nullptr, core::LightPick::kTree);
   constexpr std::size_t kHere = 4;  // x = 0.1: before the first emitter, with four points behind it
   const Vec3 up = {0, 1, 0};
   test_support::Random random(11);

@@ -6,19 +6,19 @@
 #include <gtest/gtest.h>
 
 #include "core/light_samplers/light_sampler.h"
-#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
 namespace {
 
 using core::Environment;
+using core::LightPick;
 using core::LightSampler;
-using core::LightSamplerType;
 using core::Rgb;
 using core::Vec3;
 using test_support::Random;
 
+constexpr LightPick kPicks[] = {LightPick::kUniform, LightPick::kPower, LightPick::kTree};
 const double kLevel = test_support::sidak(0.01, 60);
 
 /// Uses cells of half a texel of a map of width x height. In a cell the density times sin(theta) is
@@ -205,7 +205,7 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
   const auto sky = test_support::sky_map(
       16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x % 3 + y)); });
   const auto plain = test_support::constant_sky(Rgb(2));
-  for (const auto& type : core::light_samplers()) {
+  for (const LightPick pick : kPicks) {
     for (const int lights_more : {0, 1, 2, 3, 4}) {
       const bool punctual = lights_more > 0;
       const bool environment = lights_more > 1;
@@ -213,14 +213,14 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
       const bool by_cosine = lights_more == 3;
       const auto scene = test_support::build(lights_scene(punctual));
       const core::MisLightSampler lights(
-          scene->data(), environment ? (constant ? plain : sky).get() : nullptr, type.value,
+          scene->data(), environment ? (constant ? plain : sky).get() : nullptr, pick,
           by_cosine ? core::SkyDensity::kCompensated : core::SkyDensity::kRadiance);
       for (const Vec3 normal : {Vec3{0, 1, 0}, Vec3{}}) {
         const Vec3 point = {0.1F, 0, -0.2F};
         const auto report = test_support::chi2_sphere(
             [&](Random& r) -> std::optional<Vec3> {
-              const float pick = r.uniform();
-              const auto s = lights.sample(point, normal, pick, r.uniform_2d());
+              const float u_pick = r.uniform();
+              const auto s = lights.sample(point, normal, u_pick, r.uniform_2d());
               if (!(s.pdf_solid_angle > 0) || s.is_delta) {
                 return std::nullopt;
               }
@@ -229,7 +229,7 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
             [&](Vec3 w) { return density(scene->data(), lights, point, normal, w); }, 100000, 4,
             {.rows = 14, .columns = 16, .depth_least = 3, .depth_most = 8});
         EXPECT_GT(report.p_value, kLevel)
-            << type.name << (punctual ? " punctual" : "") << (environment ? " sky" : "")
+            << static_cast<int>(pick) << (punctual ? " punctual" : "") << (environment ? " sky" : "")
             << (constant ? " constant" : "") << (by_cosine ? " cosine" : "") << " normal "
             << normal.y;
       }
@@ -244,12 +244,12 @@ double p_of_share(float lamp, float asked) {
       test_support::scene_of({test_support::emitter(Rgb(lamp))},
                              {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 0)}));
   const auto sky = test_support::constant_sky(Rgb(1));
-  const LightSampler lights(scene->data(), sky.get(), LightSamplerType::kTree);
+  const LightSampler lights(scene->data(), sky.get(), LightPick::kTree);
   const Vec3 normal = {0, 1, 0};
   return test_support::chi2_sphere(
              [&](Random& r) -> std::optional<Vec3> {
-               const float pick = r.uniform();
-               const auto s = lights.sample({}, normal, pick, r.uniform_2d());
+               const float u_pick = r.uniform();
+               const auto s = lights.sample({}, normal, u_pick, r.uniform_2d());
                return s.pdf_solid_angle > 0 ? std::optional(s.wi_world) : std::nullopt;
              },
              [&](Vec3 w) {
@@ -277,7 +277,7 @@ double share_of_sky(float lamp, float sky_radiance) {
       test_support::scene_of({test_support::emitter(Rgb(lamp))},
                              {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 0)}));
   const auto sky = test_support::constant_sky(Rgb(sky_radiance));
-  const LightSampler lights(scene->data(), sky.get(), LightSamplerType::kTree);
+  const LightSampler lights(scene->data(), sky.get(), LightPick::kTree);
   // A constant sky is sampled evenly over the hemisphere.
   const float density = lights.pdf_environment({0, 1, 0}, {}, {0, 1, 0});
   return 2 * std::numbers::pi * static_cast<double>(density);
@@ -296,11 +296,11 @@ TEST(LightSampler, FaintEmitterOrSkyKeepsTwoFifthsOfTheSamples) {
 
 TEST(LightSamplerChi2, DetectsADensityTwoPercentTooLarge) {
   const auto scene = test_support::build(lights_scene(false));
-  const LightSampler lights(scene->data(), nullptr, LightSamplerType::kUniform);
+  const LightSampler lights(scene->data(), nullptr, LightPick::kUniform);
   const auto report = test_support::chi2_sphere(
       [&](Random& r) -> std::optional<Vec3> {
-        const float pick = r.uniform();
-        const auto s = lights.sample({}, {}, pick, r.uniform_2d());
+        const float u_pick = r.uniform();
+        const auto s = lights.sample({}, {}, u_pick, r.uniform_2d());
         return s.pdf_solid_angle > 0 ? std::optional(s.wi_world) : std::nullopt;
       },
       [&](Vec3 w) { return 1.02F * density(scene->data(), lights, {}, {}, w); }, 500000, 4);
@@ -310,14 +310,14 @@ TEST(LightSamplerChi2, DetectsADensityTwoPercentTooLarge) {
 // The density that sample() reports equals the density that a BSDF sample would get there.
 TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {
   const auto scene = test_support::build(lights_scene(false));
-  for (const auto& type : core::light_samplers()) {
-    const LightSampler lights(scene->data(), nullptr, type.value);
+  for (const LightPick pick : kPicks) {
+    const LightSampler lights(scene->data(), nullptr, pick);
     Random random(6);
     int outer = 0;
     for (int i = 0; i < 20000; ++i) {
       const Vec3 point = {random.uniform() - 0.5F, 0.1F, random.uniform() - 0.5F};
-      const float pick = random.uniform();
-      const auto s = lights.sample(point, {0, 1, 0}, pick, random.uniform_2d());
+      const float u_pick = random.uniform();
+      const auto s = lights.sample(point, {0, 1, 0}, u_pick, random.uniform_2d());
       if (!(s.pdf_solid_angle > 0)) {
         continue;
       }
@@ -327,7 +327,7 @@ TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {
         ++outer;  // on an edge that the intersection misses
       }
     }
-    EXPECT_LT(outer, 10) << type.name;
+    EXPECT_LT(outer, 10) << static_cast<int>(pick);
   }
 }
 

@@ -49,7 +49,7 @@ class BidirectionalPathTracer final : public Integrator {
       : scene_(input.scene),
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
-        lights_(input.scene, input.environment, LightSamplerType::kTree),
+        lights_(input.scene, input.environment, LightPick::kTree),
         emission_(input.scene, input.environment),
         weights_(input, lights_, emission_),
         ledger_(input),

@@ -84,7 +84,7 @@ class PhotonTracer final : public Integrator {
       : scene_(input.scene),
         settings_(input.settings),
         emission_(input.scene, input.environment),
-        lights_(input.scene, input.environment, LightSamplerType::kTree),
+        lights_(input.scene, input.environment, LightPick::kTree),
         camera_paths_(input),
         paths_(photon_paths(settings_)),
         is_progressive_(radius_shrinks(settings_)) {

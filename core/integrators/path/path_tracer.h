@@ -51,7 +51,7 @@ class PathTracer final : public Integrator {
       : scene_(input.scene),
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
-        lights_(input.scene, input.environment, input.settings.light_sampler,
+        lights_(input.scene, input.environment, light_pick(input.settings.light_sampler),
                 sky_density(input.settings)),
         options_(input.settings),
         ledger_(input),

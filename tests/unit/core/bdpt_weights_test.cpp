@@ -100,7 +100,7 @@ class Paths {
         settings_(settings_with(lamp)),
         fog_(settings_.fog.value_or(core::FogSettings{}), data().center, data().radius_m),
         camera_(camera_of(is_orthographic)),
-        lights_(data(), sky_.get(), core::LightSamplerType::kTree),
+        lights_(data(), sky_.get(), core::LightPick::kTree),
         emission_(data(), sky_.get()),
         weights_({data(), sky_.get(), settings_, &camera_}, lights_, emission_) {}
 

@@ -229,9 +229,9 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
             [&](Vec3 w) { return density(scene->data(), lights, point, normal, w); }, 100000, 4,
             {.rows = 14, .columns = 16, .depth_least = 3, .depth_most = 8});
         EXPECT_GT(report.p_value, kLevel)
-            << static_cast<int>(pick) << (punctual ? " punctual" : "") << (environment ? " sky" : "")
-            << (constant ? " constant" : "") << (by_cosine ? " cosine" : "") << " normal "
-            << normal.y;
+            << static_cast<int>(pick) << (punctual ? " punctual" : "")
+            << (environment ? " sky" : "") << (constant ? " constant" : "")
+            << (by_cosine ? " cosine" : "") << " normal " << normal.y;
       }
     }
   }

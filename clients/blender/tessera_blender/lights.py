@@ -94,7 +94,7 @@ def panel(
 
     The corners are counter-clockwise seen from the lit side. It emits evenly and by the cosine, on
     one side: power = factor * radiance * area, the area 1 for power that is not normalized.
-    factor: pi; before version 4 Cycles has 4 (Blender's issue 109404).
+    factor: pi; Cycles has 4 before Blender 4.
     """
     corners = [
         y_up(*(row[0] * x + row[1] * y + row[3] for row in matrix[:3])) for x, y in outline(light)

@@ -8,12 +8,29 @@ import numpy as np
 WIDTH, HEIGHT = 96, 64
 
 
+def principled(made):
+    return next(node for node in made.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+
+
+def lambert():
+    """Gives Cycles the diffuse lobe of glTF: before Blender 4 that of Principled is Disney's."""
+    for made in bpy.data.materials if bpy.app.version < (4,) else ():
+        tree, shader = made.node_tree, principled(made)
+        if shader.inputs["Metallic"].default_value == 0:
+            diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+            diffuse.inputs["Color"].default_value = shader.inputs["Base Color"].default_value
+            output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+            if shader.inputs["Emission Strength"].default_value <= 1:  # not one that glows
+                tree.links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
+
+
 def material(name, color=(0.8, 0.8, 0.8), **inputs):
     """Principled BSDF without its dielectric layer, unless inputs name one."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
-    shader = next(n for n in made.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    shader = principled(made)
     shader.inputs["Base Color"].default_value = (*color, 1)
+    shader.distribution = "MULTI_GGX"
     level = "Specular IOR Level" if "Specular IOR Level" in shader.inputs else "Specular"
     for key, value in ({level: 0.0, "Roughness": 1.0} | inputs).items():
         shader.inputs[key].default_value = value
@@ -133,7 +150,7 @@ def materials():
     ball("metal", material("metal", (0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.4), (-2, 0, 0.8))
     ball("matte", material("matte", (0.1, 0.4, 0.7)), (0, 0, 0.8))
     glow = material("glow", (0, 0, 0))
-    shader = next(n for n in glow.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    shader = principled(glow)
     shader.inputs["Emission Color" if "Emission Color" in shader.inputs else "Emission"
                   ].default_value = (1, 0.4, 0.1, 1)
     shader.inputs["Emission Strength"].default_value = 4

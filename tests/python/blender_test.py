@@ -8,12 +8,12 @@ import math
 import pathlib
 import sys
 import tempfile
-import tomllib
 import unittest
 from types import SimpleNamespace as Having
 
 import numpy as np
 import OpenEXR
+import tomllib
 from support import REPOSITORY
 
 HOME = pathlib.Path(REPOSITORY) / "clients/blender"

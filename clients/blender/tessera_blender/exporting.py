@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import struct
 from contextlib import nullcontext
 from pathlib import Path
@@ -98,10 +99,11 @@ def _add_panel(document: dict[str, Any], name: str, corners: Any, radiance: list
 
 
 def _area_lights(document: dict[str, Any], depsgraph: Any) -> None:
+    factor = math.pi if bpy.app.version >= (4,) else 4.0
     for instance in depsgraph.object_instances:
         thing = instance.object
         if thing.type == "LIGHT" and thing.data.type == "AREA" and instance.show_self:
-            corners, radiance = lights.panel(thing.data, instance.matrix_world)
+            corners, radiance = lights.panel(thing.data, instance.matrix_world, factor)
             rgb = [max(0.0, radiance * c) for c in lights.color(thing.data)]
             if any(rgb):
                 _add_panel(document, thing.name, corners, rgb)

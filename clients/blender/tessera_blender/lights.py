@@ -87,15 +87,17 @@ def _area(points: list[list[float]]) -> float:
     return math.sqrt(sum(t * t for t in total)) / 2
 
 
-def panel(light: Any, matrix: Any) -> tuple[list[list[float]], float]:
+def panel(
+    light: Any, matrix: Any, factor: float = math.pi
+) -> tuple[list[list[float]], float]:
     """An area light as corners in the server's axes, and its radiance [W/(m2 sr)].
 
     The corners are counter-clockwise seen from the lit side. It emits evenly and by the cosine, on
-    one side: power = pi * radiance * area, by Blender's own size, without the object's scale for
-    power that is not normalized.
+    one side: power = factor * radiance * area, the area 1 for power that is not normalized.
+    factor: pi; Cycles has 4 before Blender 4.
     """
     corners = [
         y_up(*(row[0] * x + row[1] * y + row[3] for row in matrix[:3])) for x, y in outline(light)
     ]
     surface = _area(corners) if getattr(light, "normalize", True) else 1.0
-    return corners, (power(light) / (math.pi * surface) if surface > 0 else 0.0)
+    return corners, (power(light) / (factor * surface) if surface > 0 else 0.0)

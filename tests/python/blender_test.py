@@ -221,6 +221,20 @@ class Losses(unittest.TestCase):
         self.assertEqual(len(list(losses.of_camera(fisheye))), 1)
 
 
+    def test_a_scene_lists_shared_data_once(self):
+        glass = Node("BSDF_GLASS")
+        made = Having(name="m", **tree(Node("OUTPUT_MATERIAL", {
+            "Surface": glass, "Volume": None, "Displacement": None}, is_active_output=True)))
+        balls = [Having(name=name, type="MESH", modifiers=[], material_slots=[
+            Having(material=made), Having(material=None)]) for name in "ab"]
+        scene = Having(render=Having(pixel_aspect_x=1, pixel_aspect_y=1, use_motion_blur=True,
+                                     use_multiview=False),
+                       view_layers=[Having(use=True)], world=None, camera=None)
+        found = losses.of_scene(scene, balls)
+        self.assertEqual(len(found), 2, found)
+        self.assertIn("Motion blur", found)
+
+
 class Passes(unittest.TestCase):
     def test_depth_of_a_wall_is_even(self):
         # A wall 3 m in front: rays to its edges are longer.

@@ -21,25 +21,27 @@ if not __package__.startswith("bl_ext."):
 
 def _modules():  # type: ignore[no-untyped-def]
     """Imported late, so that modules that need no Blender can be imported without it."""
-    from . import engine, panels, properties
+    from . import engine, main_thread, panels, properties
 
-    return engine, panels, properties
+    return engine, main_thread, panels, properties
 
 
 def register() -> None:
     import bpy
 
-    engine, panels, properties = _modules()
+    engine, main_thread, panels, properties = _modules()
     for each in (*properties.CLASSES, engine.TesseraEngine, *panels.CLASSES):
         bpy.utils.register_class(each)
     properties.attach()
     panels.attach()
+    main_thread.attach()
 
 
 def unregister() -> None:
     import bpy
 
-    engine, panels, properties = _modules()
+    engine, main_thread, panels, properties = _modules()
+    main_thread.detach()
     panels.detach()
     properties.detach()
     for each in reversed((*properties.CLASSES, engine.TesseraEngine, *panels.CLASSES)):

@@ -28,28 +28,19 @@ class TesseraEngine(bpy.types.RenderEngine):
     bl_use_preview = False
 
     def update(self, _data: Any, depsgraph: Any) -> None:
-        """Exports and uploads here, where Blender allows scripts to change its data."""
+        """Exports, uploads and submits."""
         self._job, self._fault = None, ""
         try:
             for loss in losses.of_depsgraph(depsgraph):
                 self.report({"WARNING"}, loss)
             self.update_stats("", "Tessera: exporting and uploading")
             client = server.connect()
-            self._evaluate(depsgraph.scene.original)
-            uploaded = jobs.upload(client, depsgraph)
+            uploaded = jobs.upload(client, depsgraph, self.is_animation)
             for warning in uploaded.warnings:
                 self.report({"WARNING"}, f"Tessera: {warning}")
             self._job = jobs.submit(client, depsgraph, uploaded)
         except (TesseraError, OSError, ValueError, RuntimeError) as fault:
             self._fault = str(fault)
-
-    def _evaluate(self, scene: Any) -> None:
-        """Brings the objects that the exporter reads to the frame that is rendered. A still keeps
-        changes without a key frame, as the viewport shows them."""
-        if self.is_animation:
-            scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
-        else:
-            bpy.context.view_layer.update()
 
     def render(self, depsgraph: Any) -> None:
         scene = depsgraph.scene

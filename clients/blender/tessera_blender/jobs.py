@@ -10,6 +10,7 @@ import bpy
 from tessera import Client, Job, Scene
 
 from . import cameras, exporting, passes, worlds
+from .main_thread import in_main_thread
 
 
 def _background(scene: Any) -> dict[str, Any]:
@@ -39,10 +40,27 @@ def _environment(scene: Any, client: Client) -> dict[str, Any] | None:
     return worlds.member(world, asset)
 
 
-def upload(client: Client, depsgraph: Any) -> Scene:
-    """Exports and uploads the scene, without files that the server has already."""
+def _evaluate(scene: Any, animation: bool) -> None:
+    """Brings the objects that the exporter reads to the frame that is rendered. A still keeps
+    changes without a key frame, as the viewport shows them."""
+    if animation:
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+    else:
+        bpy.context.view_layer.update()
+
+
+def upload(client: Client, depsgraph: Any, animation: bool = False) -> Scene:
+    """Exports and uploads the scene, without files that the server has already.
+
+    animation: whether Blender renders its frames one after another.
+    """
     with tempfile.TemporaryDirectory(prefix="tessera-") as folder:
-        return client.upload(exporting.export(depsgraph, Path(folder)))
+
+        def export() -> Path:
+            _evaluate(depsgraph.scene.original, animation)
+            return exporting.export(depsgraph, Path(folder))
+
+        return client.upload(in_main_thread(export))
 
 
 def submit(client: Client, depsgraph: Any, uploaded: Scene) -> Job:

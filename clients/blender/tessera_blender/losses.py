@@ -136,15 +136,20 @@ def of_scene(scene: Any, things: Any) -> list[str]:
     found += worlds.read_world(scene.world).losses
     if scene.camera is not None:
         found += of_camera(scene.camera.data)
+    lamps: dict[str, Any] = {}
+    materials: dict[str, Any] = {}
     for thing in things:
         found += _of_object(thing)
         if thing.type == "LIGHT":
-            found += of_light(thing.data)
+            lamps[thing.data.name] = thing.data
         elif thing.type in _DRAWN:
-            for slot in thing.material_slots:
-                if slot.material is not None:
-                    found += of_material(slot.material)
-    return list(dict.fromkeys(found))
+            shown = [slot.material for slot in thing.material_slots if slot.material is not None]
+            materials |= {material.name: material for material in shown}
+    for lamp in lamps.values():
+        found += of_light(lamp)
+    for material in materials.values():
+        found += of_material(material)
+    return found
 
 
 def of_depsgraph(depsgraph: Any) -> list[str]:

@@ -87,7 +87,6 @@ class TESSERA_PT_losses(_Panel, bpy.types.Panel):
     """What a render lacks of this scene"""
 
     bl_label = "Not Rendered"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender reads it from the class
 
     def draw(self, context: Any) -> None:
         found = losses.of_depsgraph(context.evaluated_depsgraph_get())

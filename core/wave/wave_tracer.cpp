@@ -486,7 +486,8 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   at.cone_spread_rad = segments.cone_spread_rad;
   at.is_sharp = segments.is_sharp;
   at.frame = frame_from_normal(s.normal);
-  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon));
+  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
+                          at.met.layered == 0 ? nullptr : &at.met.layers);
   const Numbers numbers = Numbers::load(paths, first);
   if (depth == 0) {
     keep_first_surface<N>(wave.results, slot_of(paths, first), at.on,

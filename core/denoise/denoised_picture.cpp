@@ -86,23 +86,22 @@ ColorSum scale_of(const Pixel& p, double floor) {
   return out;
 }
 
-/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h): the
-/// mean square of its halves' differences from the plain image as it is shown, since fireflies that
-/// are set aside tell nothing of it. Where nothing was denoised, the difference of the halves is
-/// left, which is the noise.
+/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of its
+/// two parts: its difference from the plain image as it is shown, since fireflies that are set
+/// aside tell nothing of it; and its noise, half the difference of its halves, which is all of the
+/// error where nothing was denoised.
 struct Measured {
   double m = 0;
-  double square = 0;
+  std::array<double, 2> squares{};
 };
 Measured measure(const Pixel& p, double floor, double w) {
   const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
   const ColorSum xb = mix(p.filtered_b, p.shown_b, w);
+  const ColorSum x = mix(xa, xb, 0.5);
   const ColorSum scale = scale_of(p, floor);
-  const ColorSum shown = mix(p.shown_a, p.shown_b, 0.5);
-  const double square =
-      0.5 * (relative_square(xa, shown, scale) + relative_square(xb, shown, scale));
-  return {relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale),
-          square};
+  const double noise = relative_square(xa, x, scale);
+  return {relative_product(xa, p.a, xb, p.b, scale) + noise,
+          {relative_square(x, mix(p.shown_a, p.shown_b, 0.5), scale), noise}};
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -159,7 +158,7 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
     const auto [a, b] = error_halves(film, i);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
     const Measured seen = measure(pixel_at(of, i), of.floor, w);
-    squares.set(x, y, seen.m, seen.square, !is_empty(a, b));
+    squares.set(x, y, seen.m, seen.squares, !is_empty(a, b));
   });
   Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {

@@ -5,6 +5,7 @@
 
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -221,6 +222,27 @@ class Rendering(BlenderTest):
             counts.append(sum(r.method == "PUT" and "/v1/assets/" in r.url.path for r in sent))
         # Document, buffer and texture; nothing; the document alone, which has the new place.
         self.assertEqual(counts, [3, 0, 1])
+
+    def test_a_server_by_address_and_key(self):
+        scenes.one_cube()
+        self.settings(2)
+        clean = {name: text for name, text in os.environ.items() if not name.startswith("TESSERA_")}
+        server = subprocess.Popen(
+            [BINARY, "serve", "--port", "0", "--log-level", "warning"], text=True,
+            env=clean | {"TESSERA_KEY": "k" * 32, "TESSERA_DATA": str(self.folder / "data")},
+            stdout=subprocess.PIPE)
+        self.addCleanup(server.communicate)
+        self.addCleanup(server.terminate)
+        chosen = bpy.context.preferences.addons[MODULE].preferences
+        self.addCleanup(setattr, chosen, "address", "")
+        chosen.address = server.stdout.readline().split()[-1].split("#")[0]
+        chosen.key = "wrong"
+        with self.assertRaisesRegex(RuntimeError, "401"):
+            bpy.ops.tessera.send()
+        chosen.key = "k" * 32
+        self.assertGreater(rendered("TESSERA", self.folder)[..., 2].max(), 0)
+        jobs = import_module(f"{MODULE}.server").connect().jobs()
+        self.assertEqual(next(iter(jobs)).state, "finished")
 
     def test_lights_keep_their_colour_and_a_fault_is_told(self):
         scenes.one_cube()

@@ -103,8 +103,9 @@ def world(color=(0, 0, 0), strength=1.0):
     return made, node
 
 
-def sky_image():
-    """A smooth map whose four sides and both poles differ, brighter than 1 on one side."""
+def sky_image(is_float=True):
+    """A smooth map whose four sides and both poles differ; of floats, brighter than 1 on one
+    side, or of bytes in sRGB."""
     height, width = 64, 128
     v, u = np.mgrid[0:height, 0:width]
     around, up = 2 * math.pi * (u + 0.5) / width, math.pi * ((v + 0.5) / height - 0.5)
@@ -112,10 +113,11 @@ def sky_image():
     pixels[..., 0] = 0.5 + 0.4 * np.cos(around) * np.cos(up)
     pixels[..., 1] = 0.5 + 0.4 * np.sin(around) * np.cos(up)
     pixels[..., 2] = 1.0 + 0.9 * np.sin(up) + 2.0 * np.exp(-8 * (around - 2) ** 2) * np.cos(up)
-    image = bpy.data.images.new("sky", width, height, float_buffer=True)
-    image.colorspace_settings.name = next(
-        name for name in ("Linear Rec.709", "Linear")
-        if name in image.colorspace_settings.bl_rna.properties["name"].enum_items)
+    image = bpy.data.images.new("sky", width, height, float_buffer=is_float)
+    if is_float:
+        image.colorspace_settings.name = next(
+            name for name in ("Linear Rec.709", "Linear")
+            if name in image.colorspace_settings.bl_rna.properties["name"].enum_items)
     image.pixels.foreach_set(pixels.ravel())
     image.update()
     return image
@@ -159,13 +161,13 @@ def materials():
     camera((0, -8, 3), (0, 0, 0.6))
 
 
-def hdri():
+def hdri(is_float=True):
     plane("floor", material("floor"), size=6)
     ball("ball", material("ball", (0.7, 0.7, 0.7)), (0, 0, 1), 1)
     made, node = world((1, 1, 1), 0.8)
     tree = made.node_tree
     texture = tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = sky_image()
+    texture.image = sky_image(is_float)
     mapping = tree.nodes.new("ShaderNodeMapping")
     mapping.inputs["Rotation"].default_value = (0, 0, math.radians(70))
     where = tree.nodes.new("ShaderNodeTexCoord")
@@ -173,6 +175,10 @@ def hdri():
     tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
     tree.links.new(texture.outputs["Color"], node.inputs["Color"])
     camera((4, -4, 2.5), (0, 0, 0.8), lens=24)
+
+
+def world_of_bytes():
+    hdri(is_float=False)
 
 
 def shifted():
@@ -206,4 +212,5 @@ def panorama():
     owner.panorama_type = "EQUIRECTANGULAR"
 
 
-SCENES = (one_cube, three_lights, materials, hdri, shifted, panel, orthographic, panorama)
+SCENES = (one_cube, three_lights, materials, hdri, world_of_bytes, shifted, panel, orthographic,
+          panorama)

@@ -1,6 +1,8 @@
-"""Reads the plain EXR files of the server (`image.exr`) with numpy alone: for Cryptomatte, which
-only EXR can store. Scan lines of 32-bit or 16-bit floats, ZIP or not compressed (OpenEXR File
-Layout); anything else is refused.
+"""EXR files with numpy alone, by the OpenEXR File Layout.
+
+Reads the plain files of the server (`image.exr`) for Cryptomatte, which only EXR can store: scan
+lines of 32-bit or 16-bit floats, ZIP or not compressed; anything else is refused. Writes images of
+worlds.
 """
 
 from __future__ import annotations
@@ -82,3 +84,29 @@ def read_exr(data: bytes) -> tuple[dict[str, np.ndarray], dict[str, bytes]]:
                 planes[name][row] = np.frombuffer(block, kind, width, offset)
                 offset += width * kind.itemsize
     return planes, attributes
+
+
+def write_exr(pixels: np.ndarray) -> bytes:
+    """A file, not compressed, of (height, width, 3) linear Rec.709 with the top row first."""
+    height, width = pixels.shape[:2]
+    head = struct.pack("<II", 20000630, 2)
+
+    def attribute(name: str, kind: str, value: bytes) -> bytes:
+        return f"{name}\0{kind}\0".encode() + struct.pack("<i", len(value)) + value
+
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    listed = b"".join(name + struct.pack("<4i", 2, 0, 1, 1) for name in (b"B\0", b"G\0", b"R\0"))
+    head += attribute("channels", "chlist", listed + b"\0")
+    head += attribute("compression", "compression", bytes([_NONE]))
+    head += attribute("dataWindow", "box2i", window)
+    head += attribute("displayWindow", "box2i", window)
+    head += attribute("lineOrder", "lineOrder", b"\0")
+    head += attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    head += attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+    head += attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + b"\0"
+    size = 12 * width
+    first = len(head) + 8 * height
+    places = struct.pack(f"<{height}Q", *(first + y * (8 + size) for y in range(height)))
+    planar = np.ascontiguousarray(pixels[..., ::-1].transpose(0, 2, 1), dtype="<f4")
+    lines = [struct.pack("<ii", y, size) + planar[y].tobytes() for y in range(height)]
+    return head + places + b"".join(lines)

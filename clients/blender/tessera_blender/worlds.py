@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from .exr import write_exr
+
 
 @dataclass
 class World:
@@ -95,25 +97,6 @@ def member(world: World, asset: str | None) -> dict[str, Any] | None:
     return environment | ({"asset": asset} if asset else {})
 
 
-def radiance_hdr(pixels: np.ndarray) -> bytes:
-    """A Radiance HDR file of float pixels (height, width, 3), top row first, linear Rec.709.
-
-    Four bytes a pixel, not run-length encoded: Ward, Real Pixels, Graphics Gems II.
-    """
-    height, width = pixels.shape[:2]
-    values = np.maximum(pixels, 0).astype(np.float64)
-    largest = values.max(axis=2)
-    _, exponent = np.frexp(largest)
-    # A mantissa of 256 would not fit in a byte.
-    exponent = exponent + (np.round(largest * np.exp2(8.0 - exponent)) > 255)
-    rgbe = np.zeros((height, width, 4), np.uint8)
-    rgbe[..., :3] = np.round(values * np.exp2(8.0 - exponent)[..., None])
-    rgbe[..., 3] = np.where(largest > 1e-38, exponent + 128, 0)
-    rgbe[rgbe[..., 3] == 0] = 0
-    head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n"
-    return head.encode() + rgbe.tobytes()
-
-
 def linear(srgb: np.ndarray) -> np.ndarray:
     """IEC 61966-2-1."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
@@ -137,4 +120,4 @@ def image_content(image: Any, path: str) -> Path | bytes:
     # The pixels of an image with 8 bits are those of its file.
     if not image.is_float and image.colorspace_settings.name == "sRGB":
         pixels = linear(pixels)
-    return radiance_hdr(pixels)
+    return write_exr(pixels)

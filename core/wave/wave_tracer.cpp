@@ -242,8 +242,9 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
     unsigned met = scene_.accel->intersect8(packet.rays, active, packet.hits);
     if (scene_.has_alpha) {
       packet.met = met;
-      const auto draw = [&](std::size_t k, std::uint32_t i) {
-        return sampler_of(wave, paths.slot.at[first + k]).extra_1d(depth, i);
+      // By value, so that the variables of the loop stay in registers.
+      const auto draw = [this, &wave, first, depth](std::size_t k, std::uint32_t i) {
+        return sampler_of(wave, wave.paths.slot.at[first + k]).extra_1d(depth, i);
       };
       wave.hits.holes.at[first / 8] = pass_holes(scene_, surfaces_, packet, draw, rays);
       met = packet.met;

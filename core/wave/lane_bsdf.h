@@ -100,7 +100,11 @@ class BsdfLanes {
       if (specular.any()) {
         F left = u_lobe - prob_diffuse_;
         if (top_) {
-          specular = sample_top(specular, u, left, s);
+          const TopSample top = sample_top(specular, u, left, s.wi);
+          s.wi = top.wi;
+          s.is_delta = top.is_delta;
+          specular = top.specular;
+          left = top.left;
         }
         s.is_delta = s.is_delta | (specular & facets_.is_smooth);
         s.wi = select(specular, facets_.sample_reflected(u), s.wi);
@@ -142,19 +146,26 @@ class BsdfLanes {
                   Vec3s<N>(top_->mirrored() / prob_coat_));
   }
 
-  /// Samples the layers in the lanes of `beyond` the diffuse lobe, with what is left of u_lobe;
-  /// returns those that are left for the specular lobe.
-  [[gnu::noinline]] Mask<N> sample_top(Mask<N> beyond, Vec2s<N> u, F& left, Sample& s) const {
+  struct TopSample {
+    Vec3s<N> wi;
+    Mask<N> is_delta;
+    Mask<N> specular;  ///< lanes for the specular lobe
+    F left;            ///< of u_lobe
+  };
+  /// Samples the layers in the lanes of `beyond` the diffuse lobe, with what is left of u_lobe. wi:
+  /// of the other lanes.
+  [[gnu::noinline]] TopSample sample_top(Mask<N> beyond, Vec2s<N> u, F left, Vec3s<N> wi) const {
     const Mask<N> sheen = beyond & (left < prob_sheen_);
     left = left - prob_sheen_;
     const F rough = top_->rough(prob_coat_);
     const Mask<N> rough_coat = beyond & ~sheen & (left < rough);
     left = left - rough;
     const Mask<N> rest = beyond & ~sheen & ~rough_coat;
-    s.is_delta = rest & ~(left < prob_specular_) & (left - prob_specular_ < prob_coat_ - rough);
-    s.wi = select(sheen, SheenLobeOf<F>::sample(u), s.wi);
-    s.wi = select(rough_coat | s.is_delta, top_->coat.sample(u), s.wi);
-    return rest & ~s.is_delta;
+    const Mask<N> smooth_coat =
+        rest & ~(left < prob_specular_) & (left - prob_specular_ < prob_coat_ - rough);
+    wi = select(sheen, SheenLobeOf<F>::sample(u), wi);
+    wi = select(rough_coat | smooth_coat, top_->coat.sample(u), wi);
+    return {wi, smooth_coat, rest & ~smooth_coat, left};
   }
 
   /// As Bsdf's constructor.

@@ -45,8 +45,8 @@ struct TracedPacket {
 /// draw(k, i): the i-th random number of ray k. Returns the rays that have met holes, and adds to
 /// `rays` those traced.
 template <typename Draw>
-unsigned pass_holes(const SceneData& scene, const LaneSurfaces& surfaces, TracedPacket& packet,
-                    Draw&& draw, std::uint64_t& rays) {
+[[gnu::noinline]] unsigned pass_holes(const SceneData& scene, const LaneSurfaces& surfaces,
+                                      TracedPacket& packet, Draw&& draw, std::uint64_t& rays) {
   std::array<std::uint32_t, 8> draws{};
   unsigned all = 0;
   unsigned unknown = packet.met;
@@ -84,8 +84,10 @@ unsigned pass_holes(const SceneData& scene, const LaneSurfaces& surfaces, Traced
 
 /// Returns what surfaces on the way of shadow rays `on` let through by their holes. Pre: nothing
 /// else transmits. Adds to `rays` those traced beyond the first surfaces.
-inline std::array<float, 8> pass_light(const SceneData& scene, const LaneSurfaces& surfaces,
-                                       TracedPacket& packet, unsigned on, std::uint64_t& rays) {
+[[gnu::noinline]] inline std::array<float, 8> pass_light(const SceneData& scene,
+                                                         const LaneSurfaces& surfaces,
+                                                         TracedPacket& packet, unsigned on,
+                                                         std::uint64_t& rays) {
   std::array<float, 8> open;
   open.fill(1);
   std::array<Vec3, 8> ends;

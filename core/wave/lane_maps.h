@@ -33,8 +33,8 @@ inline const TextureSlot* first_mapped(const Material& m) {
 /// Returns whether lanes can read the material's textures.
 inline bool is_mapped(const Material& m) {
   const TextureSlot* first = first_mapped(m);
-  if (first == nullptr || m.has_alpha || first->description.nearest ||
-      m.specular.texture != nullptr || m.specular_color.texture != nullptr) {
+  if (first == nullptr || first->description.nearest || m.specular.texture != nullptr ||
+      m.specular_color.texture != nullptr) {
     return false;
   }
   for (const TextureSlot* slot : mapped_slots(m)) {
@@ -54,6 +54,8 @@ struct alignas(64) LaneMaps {
   const Texture* metallic_roughness = nullptr;
   const Texture* normal = nullptr;
   const Material* layered = nullptr;  ///< for the textures of clearcoat and sheen
+  /// Base colour at the finest level, as coverage: null where it is filtered.
+  const TextureDescription* finest_color = nullptr;
 
   /// Without textures if the material has none that lanes read.
   static LaneMaps of(const Material& m) {
@@ -70,7 +72,8 @@ struct alignas(64) LaneMaps {
       : base_color(m.base_color.texture),
         metallic_roughness(m.metallic_roughness.texture),
         normal(m.normal.texture),
-        layered(m.has_layers ? &m : nullptr) {
+        layered(m.has_layers ? &m : nullptr),
+        finest_color(m.has_alpha ? &m.base_color.description : nullptr) {
     const TextureDescription& d = first.description;
     const MaterialDescription& f = m.factors;
     const float values[12] = {d.uv_transform[0], d.uv_transform[1], d.uv_transform[3],
@@ -202,7 +205,11 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const LaneMaps& maps = *rows.maps[k];
     if (maps.base_color != nullptr) {
-      const Vec4 t = maps.base_color->read(taps[k]);
+      const Vec4 t = maps.finest_color == nullptr
+                         ? maps.base_color->read(taps[k])
+                         : maps.base_color->sample({.uv = {lookups.uv.x.v[k], lookups.uv.y.v[k]},
+                                                    .wrap_u = maps.finest_color->wrap_u,
+                                                    .wrap_v = maps.finest_color->wrap_v});
       color.set(k, {t.x, t.y, t.z});
     }
     if (maps.metallic_roughness != nullptr) {

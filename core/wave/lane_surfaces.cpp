@@ -28,14 +28,20 @@ bool shines_alone(const Material& m) {
 }
 
 /// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
+/// Sets all to 0 if there are none yet.
 template <std::size_t N>
-[[gnu::noinline]] void finish(LayerLanes<N>& layers, Vec3s<N> normal) {
+[[gnu::noinline]] void finish(MetLanes<N>& out) {
+  LayerLanes<N>& layers = out.layers;
+  if (out.layered == 0) {
+    layers = {};
+    return;
+  }
   const auto clamped = [](Vec3s<N> c) {
     return Vec3s<N>(clamp01(c.x), clamp01(c.y), clamp01(c.z));
   };
   layers.clearcoat = clamp01(layers.clearcoat);
   layers.clearcoat_roughness = clamp01(layers.clearcoat_roughness);
-  layers.clearcoat_normal = frame_from_normal(normal).to_local(layers.clearcoat_normal);
+  layers.clearcoat_normal = frame_from_normal(out.surface.normal).to_local(layers.clearcoat_normal);
   layers.sheen_color = clamped(layers.sheen_color);
   layers.sheen_roughness = clamp01(layers.sheen_roughness);
 }
@@ -61,15 +67,28 @@ struct LaneSurfaces::Rows {
 
   Rows() {
     for (std::size_t k = 0; k < N; ++k) {
+      mirror[k] = spread[k] = 1;
+      place_m[k] = 0;
+      light[k] = 0;
+    }
+  }
+  /// Completes the addresses. set: lanes that have a triangle.
+  void complete(unsigned set) {
+    constexpr unsigned kAll = (1U << N) - 1;
+    for (unsigned rest = kAll & ~set; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
       for (std::size_t c = 0; c < 3; ++c) {
-        positions[c][k] = normals[c][k] = kNothing;
+        positions[c][k] = kNothing;
       }
       for (auto& part : material) {
         part[k] = kNothing;
       }
-      mirror[k] = spread[k] = 1;
-      place_m[k] = 0;
-      light[k] = 0;
+    }
+    for (unsigned rest = smooth != 0 ? kAll & ~smooth : 0; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      for (std::size_t c = 0; c < 3; ++c) {
+        normals[c][k] = kNothing;
+      }
     }
   }
 };
@@ -101,8 +120,8 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     placed_.push_back({mesh.positions.data(), data(mesh.normals), data(mesh.round_sides),
                        mesh.indices.data(), &materials_[mesh.material],
                        maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
-                       data(mesh.tangents), has_layers ? &m.factors : nullptr, placed.first_light,
-                       kind, m.has_alpha, m.is_clear, m.factors.double_sided, shines_alone(m)});
+                       data(mesh.tangents), placed.first_light, kind, m.has_alpha, m.is_clear,
+                       m.factors.double_sided, shines_alone(m), has_layers});
   }
 }
 
@@ -114,7 +133,6 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   unsigned mapped = 0;
   unsigned textured = 0;
   out.foreign = 0;
-  out.layered = 0;
   const auto instance_of = [this](const RawHit& hit) {
     return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
   };
@@ -136,6 +154,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   if ((plain | mapped) == 0) {
     out.surface = SurfaceLanes<N>();
   } else {
+    rows.complete(plain | mapped);
     const TriangleLanes<N> triangles = meet_plain(segments, rows, out);
     if (has_layers_) {
       load_layers(hits, plain | mapped, out);
@@ -151,10 +170,8 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
       textured |= mapped & ~apply_maps(segments, triangles, maps, Mask<N>::of(mapped), out).bits();
     }
   }
-  if (out.layered != 0) {
-    finish(out.layers, out.surface.normal);
-  } else if (has_layers_ && textured != 0) {
-    out.layers = LayerLanes<N>();
+  if (has_layers_) {
+    finish(out);
   }
   for (; textured != 0; textured &= textured - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(textured));
@@ -208,19 +225,20 @@ template <std::size_t N>
 void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, MetLanes<N>& out) const {
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    const MaterialDescription* f = entry_of(hits[k]).layers;
-    if (f == nullptr) {
+    if (!entry_of(hits[k]).has_layers) {
       continue;
     }
+    const MaterialDescription& f =
+        scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material].factors;
     if (out.layered == 0) {
       out.layers = LayerLanes<N>();
       out.layers.clearcoat_normal = out.surface.normal;
     }
     out.layered |= 1U << k;
-    out.layers.clearcoat.v[k] = f->clearcoat;
-    out.layers.clearcoat_roughness.v[k] = f->clearcoat_roughness;
-    out.layers.sheen_color.set(k, {f->sheen_color.r, f->sheen_color.g, f->sheen_color.b});
-    out.layers.sheen_roughness.v[k] = f->sheen_roughness;
+    out.layers.clearcoat.v[k] = f.clearcoat;
+    out.layers.clearcoat_roughness.v[k] = f.clearcoat_roughness;
+    out.layers.sheen_color.set(k, {f.sheen_color.r, f.sheen_color.g, f.sheen_color.b});
+    out.layers.sheen_roughness.v[k] = f.sheen_roughness;
   }
 }
 

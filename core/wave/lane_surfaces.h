@@ -75,16 +75,16 @@ class LaneSurfaces {
     const std::uint8_t* round_sides;  ///< null if none
     const std::uint32_t* indices;
     const Row* row;
-    const LaneMaps* maps;               ///< null unless mapped
-    const Vec2* uv;                     ///< texture coordinates that the maps use; null if absent
-    const Vec4* tangents;               ///< null if absent
-    const MaterialDescription* layers;  ///< null without clearcoat and sheen
+    const LaneMaps* maps;  ///< null unless mapped
+    const Vec2* uv;        ///< texture coordinates that the maps use; null if absent
+    const Vec4* tangents;  ///< null if absent
     std::uint32_t first_light;
     Kind kind;
     bool may_be_hole;
     bool is_clear;
     bool is_double_sided;
     bool shines_alone;  ///< emission is evaluated lane by lane
+    bool has_layers;    ///< clearcoat or sheen
   };
   /// Addresses of the lanes' triangles and materials, as rows of floats.
   template <std::size_t N>

@@ -239,15 +239,17 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
     if (depth == 0) {  // camera paths are in the order of their slots
       std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.rays.t_max);
     }
-    packet.met = scene_.accel->intersect8(packet.rays, active, packet.hits);
+    unsigned met = scene_.accel->intersect8(packet.rays, active, packet.hits);
     if (scene_.has_alpha) {
-      const auto draw = [&](std::size_t k, std::uint32_t i) {
-        return sampler_of(wave, paths.slot.at[first + k]).extra_1d(depth, i);
+      packet.met = met;
+      // By value, so that the variables of the loop stay in registers.
+      const auto draw = [this, &wave, first, depth](std::size_t k, std::uint32_t i) {
+        return sampler_of(wave, wave.paths.slot.at[first + k]).extra_1d(depth, i);
       };
       wave.hits.holes.at[first / 8] = pass_holes(scene_, surfaces_, packet, draw, rays);
+      met = packet.met;
       std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
     }
-    const unsigned met = packet.met;
     std::copy_n(packet.hits.instance, 8, wave.hits.instance.at + first);
     std::copy_n(packet.hits.geometry, 8, wave.hits.geometry.at + first);
     std::copy_n(packet.hits.primitive, 8, wave.hits.primitive.at + first);

@@ -12,6 +12,7 @@ from harness import (
     ApiTest,
     hdr_image,
     job_body,
+    png_data,
     png_pixels,
     tessera,
     triangle_glb,
@@ -315,6 +316,29 @@ class CommandLine(ApiTest):
         self.assertEqual(render("--exposure", told[2])[2], picture)
         self.assertGreater(len({p for row in png_pixels(picture) for p in row}), 20)
 
+    def test_look_is_that_of_the_servers_images(self):
+        job = self.server.render(job_body("cornell-box", samples=2))["id"]
+        look = ("--white-balance", "3000", "--contrast", "1.25", "--bits", "16")
+        size = ("--size", "48x32", "--spp", "2", "--adaptive", "none")
+        pictures = [self.server.get(
+            f"/v1/jobs/{job}/image.png?white_balance=3000&contrast=1.25&bits=16").body]
+        for command in (("fetch", job, *self.server_flags), ("render", "cornell-box", *size),
+                        ("submit", "cornell-box", *size, *self.server_flags)):
+            code, _, said = tessera(*command, "-o", self.picture, *look)
+            self.assertEqual(code, 0, said)
+            with open(self.picture, "rb") as file:
+                pictures.append(file.read())
+        for picture in pictures:
+            self.assertEqual(picture[24], 16)  # IHDR's depth
+        self.assertEqual(len({png_data(picture) for picture in pictures}), 1)
+        plain = self.server.get(f"/v1/jobs/{job}/image.png?bits=16").body
+        self.assertNotEqual(png_data(plain), png_data(pictures[0]))
+        file = self.picture[:-3] + "avif"
+        code, _, said = tessera("render", "cornell-box", *size, "-o", file)
+        self.assertEqual(code, 0, said)
+        with open(file, "rb") as picture:
+            self.assertEqual(picture.read(12)[4:], b"ftypavif")
+
     def test_display_options_for_a_linear_format_are_2(self):
         for flag in ("2", "auto"):
             file = self.picture[:-3] + "exr"
@@ -322,9 +346,19 @@ class CommandLine(ApiTest):
             self.assertEqual(code, 2, said)
             self.assertIn("--exposure", said)
         job = self.server.render(job_body())["id"]
+        for flags in (("--white-balance", "999"), ("--contrast", "5"), ("--bits", "12")):
+            for command in (("fetch", job), ("render", "furnace"), ("submit", "furnace")):
+                code, _, said = tessera(*command, "-o", self.picture, *flags)
+                self.assertEqual(code, 2, said)
+        for command in (("render", "furnace"), ("submit", "furnace", *self.server_flags)):
+            for suffix, flags in (("exr", ("--contrast", "2")), ("jpg", ("--bits", "16"))):
+                code, _, said = tessera(*command, "-o", self.picture[:-3] + suffix, *flags)
+                self.assertEqual(code, 2, said)
+                self.assertIn(flags[0], said)
         for suffix in ("exr", "hdr", "tif", "tiff"):
             file = self.picture[:-3] + suffix
-            for flags in (("--exposure", "2"), ("--tonemap", "aces")):
+            for flags in (("--exposure", "2"), ("--tonemap", "aces"), ("--white-balance", "2700"),
+                          ("--contrast", "2"), ("--bits", "16")):
                 code, _, said = tessera("fetch", job, "-o", file, *flags, *self.server_flags)
                 self.assertEqual(code, 2, said)
                 self.assertIn(flags[0], said)

@@ -241,10 +241,9 @@ bool drops_alpha(const ImageRows& image, const ImageFormat& format, const Encode
   return image.channels() == 4 && (!format.has_alpha || options.background);
 }
 
-/// AV1's scale of quality differs: so much lower, its images differ from the original as little as
-/// those of WebP (FLIP), and take three quarters of the bytes. Measured: guide, "API", "Get
-/// images".
-constexpr int kAvifLess = 12;
+/// AV1's scale of quality differs: so much lower, its images differ from the original about as
+/// little as those of WebP (FLIP). Measured: guide, API, "Take the image".
+constexpr int kAvifLess = 7;
 
 /// Keeps the beginning of a file on its way to a sink.
 class PngHead {

@@ -172,20 +172,19 @@ class TemporaryFile {
   /// that libheif does not find the TIFF header, and strict readers (libavif) refuse the file.
   /// Source: ISO/IEC 23008-12, A.2.1: first the header's offset, counted from behind these four
   /// bytes; TIFF 6.0, section 2: MM, then 42.
-  void mend_exif() {
+  Status mend_exif() {
     constexpr std::string_view kFound("Exif\0\0MM", 8);
     constexpr std::string_view kMended("\0\0\0\6Exif\0\0MM\0*", 14);
-    constexpr long kEnd = 64;
+    constexpr long kEnd = 64;  // Less than any file: its boxes alone take more.
     std::string end(kEnd, '\0');
-    if (std::fseek(file_.get(), -kEnd, SEEK_END) != 0) {
-      return;  // A shorter file has no such item.
+    bool good = std::fseek(file_.get(), -kEnd, SEEK_END) == 0 &&
+                std::fread(end.data(), 1, end.size(), file_.get()) == end.size();
+    if (const std::size_t at = end.rfind(kFound); good && at != std::string::npos && at >= 4) {
+      good = std::fseek(file_.get(), static_cast<long>(at) - 4 - kEnd, SEEK_END) == 0 &&
+             std::fwrite(kMended.data(), 1, kMended.size(), file_.get()) == kMended.size();
     }
-    end.resize(std::fread(end.data(), 1, end.size(), file_.get()));
-    if (const std::size_t at = end.rfind(kFound); at != std::string::npos && at >= 4) {
-      std::fseek(file_.get(), static_cast<long>(at) - 4 - static_cast<long>(end.size()), SEEK_END);
-      std::fwrite(kMended.data(), 1, kMended.size(), file_.get());
-    }
-    std::rewind(file_.get());
+    good = good && std::fseek(file_.get(), 0, SEEK_SET) == 0;
+    return good ? ok_status() : Status(failed("a temporary file could not be changed"));
   }
   Status give(const ImageSink& sink) const {
     std::vector<std::byte> some(std::size_t{1} << 16U);
@@ -287,8 +286,8 @@ Status write_avif(const OIIO::ImageSpec& spec, const ImageSink& sink, const Fill
   if (!good) {
     return failed("OpenImageIO: " + output->geterror());
   }
-  file.mend_exif();
-  return file.give(sink);
+  const Status mended = file.mend_exif();
+  return mended ? file.give(sink) : mended;
 }
 
 Status write_display(const ImageRows& image, const ImageFormat& format,

@@ -372,8 +372,8 @@ class Bounds(unittest.TestCase):
             self.server.request("PUT", "/v1/presets/" + name,
                                 {**LONG, "public": True, "deadline_seconds": 0.001})
 
-    def visit(self, preset, count):
-        return [self.server.get(f"/i/public/{preset}/cornell-box/{theta},90.webp")
+    def visit(self, preset, count, scene="cornell-box"):
+        return [self.server.get(f"/i/public/{preset}/{scene}/{theta},90.webp")
                 for theta in range(count)]
 
     def unfinished(self):
@@ -387,7 +387,7 @@ class Bounds(unittest.TestCase):
             self.assertEqual(answer.status, 503)
             self.assertGreaterEqual(int(answer.headers["Retry-After"]), 1)
         self.assertEqual(self.unfinished(), 4)
-        self.assertEqual(self.visit("other", 1)[0].status, 503)
+        self.assertEqual(self.visit("other", 1, "glass")[0].status, 503)
         self.assertEqual(self.unfinished(), 4)
         job = {"scene": "cornell-box", **LONG["job"]}
         for _ in range(4):
@@ -396,14 +396,14 @@ class Bounds(unittest.TestCase):
         ended = self.server.get(ApiTest.UNFINISHED).json()["jobs"][-1]["id"]
         self.server.post(f"/v1/jobs/{ended}/cancel")
         self.assertEqual(self.unfinished(), 7)
-        self.visit("other", 3)
+        self.visit("other", 3, "glass")
         self.assertEqual(self.unfinished(), 8)
 
     def test_visitors_of_a_preset_leave_room_to_those_of_others(self):
         self.start()
         self.visit("open", 70)
         self.assertEqual(self.unfinished(), 64)
-        self.visit("other", 2)
+        self.visit("other", 2, "glass")
         self.assertEqual(self.unfinished(), 66)
 
 

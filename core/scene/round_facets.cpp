@@ -25,12 +25,13 @@ constexpr float kRoom = 2;
 
 struct Facet {
   Vec3 p[3];
-  Vec3 winding;  ///< unit
-  float twice_area = 0;
   InstanceError error;
 
+  /// Of twice the area, in the direction of the winding.
+  Vec3 normal() const { return cross(p[1] - p[0], p[2] - p[0]); }
   /// Rounding of heights above the facet.
   float step_m() const {
+    const float twice_area = length(normal());
     float out = 0;
     for (const Vec3 corner : p) {
       out = std::max(out, plane_error_m(corner, p[1] - p[0], p[2] - p[0], twice_area, error));
@@ -84,15 +85,12 @@ class RoundFacets {
   }
 
  private:
-  Facet facet(const MeshData& mesh, const Placement& place, std::uint32_t triangle) const {
+  static Facet facet(const MeshData& mesh, const Placement& place, std::uint32_t triangle) {
     Facet out;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 p = mesh.positions[mesh.indices[3 * std::size_t{triangle} + k]];
       out.p[k] = place.instance == nullptr ? p : place.instance->to_world.point(p);
     }
-    const Vec3 n = cross(out.p[1] - out.p[0], out.p[2] - out.p[0]);
-    out.twice_area = length(n);
-    out.winding = normalize_or(n, {0, 0, 0});
     out.error = place.instance == nullptr ? InstanceError{} : place.instance->error;
     return out;
   }
@@ -111,7 +109,8 @@ class RoundFacets {
                            float small_m, unsigned asked) const {
     const Facet here = facet(mesh, place, triangle);
     const bool mirrored = place.instance != nullptr && place.instance->to_world.determinant() < 0;
-    const Vec3 front = mirrored ? -here.winding : here.winding;
+    const Vec3 winding = normalize_or(here.normal(), {0, 0, 0});
+    const Vec3 front = mirrored ? -winding : winding;
     std::array<Vec3, 3> n;
     for (std::size_t k = 0; k < 3; ++k) {
       n[k] = mesh.normals[mesh.indices[3 * std::size_t{triangle} + k]];
@@ -140,6 +139,62 @@ class RoundFacets {
     return static_cast<std::uint8_t>(out);
   }
 
+  /// The room above a facet: up to kRoom rises above it and as far beside it.
+  struct Room {
+    struct Plane {
+      Vec3 at;
+      Vec3 inward;  ///< unit
+      float by_m;   ///< how far outside of `at` the plane is
+      float inside_m(Vec3 p) const { return dot(p - at, inward) + by_m; }
+    };
+    /// The first is the facet's own; its by_m holds for triangles without rounding.
+    std::array<Plane, 5> planes;
+
+    /// up: the facet's unit normal on that side.
+    Room(const Facet& here, Vec3 up, float rise_m) {
+      planes[0] = {here.p[0], up, -4 * here.step_m()};
+      planes[1] = {here.p[0], -up, kRoom * rise_m};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 along = here.p[(k + 1) % 3] - here.p[k];
+        planes[2 + k] = {here.p[k], normalize_or(cross(here.normal(), along), {0, 0, 0}),
+                         kRoom * rise_m};
+      }
+    }
+    /// Returns whether one of the planes has all three points outside: most triangles near by.
+    bool is_beside(const Vec3 (&p)[3]) const {
+      return std::any_of(planes.begin(), planes.end(), [&p](const Plane& plane) {
+        return std::none_of(std::begin(p), std::end(p),
+                            [&plane](Vec3 q) { return plane.inside_m(q) > 0; });
+      });
+    }
+    /// Clips the triangle. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1),
+    /// 1974.
+    bool holds_part_of(const Facet& there) const {
+      std::vector<Vec3> polygon(std::begin(there.p), std::end(there.p));
+      for (std::size_t k = 0; k < planes.size(); ++k) {
+        Plane plane = planes[k];
+        if (k == 0) {
+          plane.by_m = std::min(plane.by_m, -4 * there.step_m());
+        }
+        std::vector<Vec3> kept;
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+          const Vec3 p = polygon[i];
+          const Vec3 q = polygon[(i + 1) % polygon.size()];
+          const float a = plane.inside_m(p);
+          const float b = plane.inside_m(q);
+          if (a > 0) {
+            kept.push_back(p);
+          }
+          if ((a > 0) != (b > 0)) {
+            kept.push_back(p + (q - p) * (a / (a - b)));
+          }
+        }
+        polygon = std::move(kept);
+      }
+      return !polygon.empty();
+    }
+  };
+
   /// Returns whether a triangle, other than the facet's neighbours in its own surface, is in the
   /// room above the facet or beside it. up: its unit normal on that side.
   bool is_occupied(const Facet& here, Vec3 up, float rise_m, std::uint32_t placed,
@@ -149,6 +204,7 @@ class RoundFacets {
     for (const Vec3 p : here.p) {
       reach = std::max(reach, length(p - middle));
     }
+    const Room room(here, up, rise_m);
     bool found = false;
     scene_.accel->visit_near(middle, reach + 2 * kRoom * rise_m, [&](const RawHit& hit) {
       if (found) {
@@ -162,8 +218,10 @@ class RoundFacets {
         return;
       }
       const Facet there = facet(scene_.meshes[other.mesh], place, hit.primitive);
-      found =
-          !(place.placed == placed && touch(here, there)) && reaches_into(here, up, rise_m, there);
+      if (room.is_beside(there.p) || (place.placed == placed && touch(here, there))) {
+        return;
+      }
+      found = room.holds_part_of(there);
     });
     return found;
   }
@@ -172,36 +230,6 @@ class RoundFacets {
     return std::any_of(std::begin(a.p), std::end(a.p), [&b](Vec3 p) {
       return std::any_of(std::begin(b.p), std::end(b.p), [p](Vec3 q) { return p == q; });
     });
-  }
-
-  /// Clips `there` by the room: between the facet and kRoom rises above it, and up to as far beside
-  /// it. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974.
-  static bool reaches_into(const Facet& here, Vec3 up, float rise_m, const Facet& there) {
-    std::vector<Vec3> polygon(std::begin(there.p), std::end(there.p));
-    const auto clip = [&polygon](Vec3 at, Vec3 inward, float by) {
-      const auto inside = [&](Vec3 p) { return dot(p - at, inward) + by; };
-      std::vector<Vec3> kept;
-      for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Vec3 p = polygon[i];
-        const Vec3 q = polygon[(i + 1) % polygon.size()];
-        const float a = inside(p);
-        const float b = inside(q);
-        if (a > 0) {
-          kept.push_back(p);
-        }
-        if ((a > 0) != (b > 0)) {
-          kept.push_back(p + (q - p) * (a / (a - b)));
-        }
-      }
-      polygon = std::move(kept);
-    };
-    clip(here.p[0], up, -4 * std::max(here.step_m(), there.step_m()));
-    clip(here.p[0], -up, kRoom * rise_m);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 along = here.p[(k + 1) % 3] - here.p[k];
-      clip(here.p[k], normalize_or(cross(here.winding, along), {0, 0, 0}), kRoom * rise_m);
-    }
-    return !polygon.empty();
   }
 
   SceneData& scene_;

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "core/math/offset_ray.h"
+#include "core/scene/isolated_instances.h"
 
 namespace core {
 namespace {
@@ -22,6 +24,14 @@ constexpr float kCosTurn = 0.9396926F;
 constexpr float kSmallRise = 0x1p-11F;
 /// What stands within this many rises beside or above the facet counts.
 constexpr float kRoom = 2;
+/// Longest edges within which is_occupied() looks for triangles: from the middle of a facet two
+/// thirds of a median, and 2 kRoom rises of at most a sixth of an edge times 2 sin(20 degrees).
+constexpr float kNearEdges = 1.13F;
+/// Difference of two shapes' products up to which they are one: much finer than a facet's room, and
+/// coarser than numbers of four digits in files.
+constexpr float kAlike = 1e-3F;
+/// Shapes that are remembered of each mesh; instances of further ones are looked at in full.
+constexpr std::size_t kShapes = 16;
 
 struct Facet {
   Vec3 p[3];
@@ -40,15 +50,54 @@ struct Facet {
   }
 };
 
+/// Triangles that may be in a facet's room. Where one instance has told of its own, all similar
+/// ones of the same meshes have.
+enum class Near { kAll, kOthers, kNone };
+
 /// A mesh at one of its places; null: in the world.
 struct Placement {
   std::uint32_t placed = 0;
   const PlacedInstance* instance = nullptr;
+  Near near = Near::kAll;
+};
+
+/// An instance up to a similarity: its meshes, and the products of its transform's axes over the
+/// sum of their squares.
+struct Shape {
+  std::vector<std::uint32_t> meshes;
+  std::array<float, 6> products{};
+
+  Shape(const SceneData& scene, std::size_t instance) {
+    const std::size_t end = instance + 1 < scene.instances.size()
+                                ? scene.instances[instance + 1].first_placed
+                                : scene.placed.size();
+    for (std::size_t p = scene.instances[instance].first_placed; p < end; ++p) {
+      meshes.push_back(scene.placed[p].mesh);
+    }
+    const Transform& m = scene.instances[instance].to_world;
+    products = {dot(m.x, m.x), dot(m.y, m.y), dot(m.z, m.z),
+                dot(m.x, m.y), dot(m.y, m.z), dot(m.z, m.x)};
+    const float sum = products[0] + products[1] + products[2];
+    for (float& product : products) {
+      product /= sum > 0 ? sum : 1;
+    }
+  }
+  bool is_like(const Shape& other) const {
+    for (std::size_t i = 0; i < products.size(); ++i) {
+      if (!(std::fabs(products[i] - other.products[i]) <= kAlike)) {
+        return false;
+      }
+    }
+    return meshes == other.meshes;
+  }
 };
 
 class RoundFacets {
  public:
-  explicit RoundFacets(SceneData& scene) : scene_(scene), places_(scene.meshes.size()) {
+  explicit RoundFacets(SceneData& scene)
+      : scene_(scene),
+        places_(scene.meshes.size()),
+        is_isolated_(find_isolated_instances(scene, kNearEdges)) {
     for (std::uint32_t i = 0; i < scene.placed.size(); ++i) {
       const auto above = std::upper_bound(
           scene.instances.begin(), scene.instances.end(), i,
@@ -67,10 +116,12 @@ class RoundFacets {
         continue;
       }
       std::vector<std::uint8_t> sides(mesh.triangle_count(), 3);
-      for (const Placement& place : places_[m]) {
+      std::vector<Shape> seen;
+      for (Placement& place : places_[m]) {
         if (stop.stop_requested()) {
           return Error{ErrorCode::kCancelled, "stopped while looking for round facets", ""};
         }
+        place.near = near_to(place, seen);
         const float small_m = kSmallRise * radius_of(mesh, place);
         for (std::uint32_t t = 0; t < sides.size(); ++t) {
           sides[t] =
@@ -93,6 +144,23 @@ class RoundFacets {
     }
     out.error = place.instance == nullptr ? InstanceError{} : place.instance->error;
     return out;
+  }
+
+  /// seen: shapes of the instances that told of their own triangles; adds that of this one.
+  Near near_to(const Placement& place, std::vector<Shape>& seen) const {
+    if (place.instance == nullptr) {
+      return Near::kAll;
+    }
+    const auto i = static_cast<std::size_t>(place.instance - scene_.instances.data());
+    Shape shape(scene_, i);
+    if (std::any_of(seen.begin(), seen.end(),
+                    [&shape](const Shape& one) { return one.is_like(shape); })) {
+      return is_isolated_[i] ? Near::kNone : Near::kOthers;
+    }
+    if (seen.size() < kShapes) {
+      seen.push_back(std::move(shape));
+    }
+    return Near::kAll;
   }
 
   static float radius_of(const MeshData& mesh, const Placement& place) {
@@ -131,9 +199,9 @@ class RoundFacets {
       }
       // Barycentric products add up to at most a third, and the surface is half of that.
       rise /= 6;
-      const bool is_open =
-          (asked >> side & 1U) != 0 && rise > here.step_m() &&
-          (rise <= small_m || !is_occupied(here, front * sign, rise, place.placed, triangle));
+      const bool is_open = (asked >> side & 1U) != 0 && rise > here.step_m() &&
+                           (rise <= small_m || place.near == Near::kNone ||
+                            !is_occupied(here, front * sign, rise, place, triangle));
       out |= is_open ? 1U << side : 0U;
     }
     return static_cast<std::uint8_t>(out);
@@ -197,7 +265,7 @@ class RoundFacets {
 
   /// Returns whether a triangle, other than the facet's neighbours in its own surface, is in the
   /// room above the facet or beside it. up: its unit normal on that side.
-  bool is_occupied(const Facet& here, Vec3 up, float rise_m, std::uint32_t placed,
+  bool is_occupied(const Facet& here, Vec3 up, float rise_m, const Placement& place,
                    std::uint32_t triangle) const {
     const Vec3 middle = (here.p[0] + here.p[1] + here.p[2]) * (1.0F / 3);
     float reach = 0;
@@ -211,14 +279,16 @@ class RoundFacets {
         return;
       }
       const PlacedMesh& other = scene_.placed_mesh(hit);
-      const Placement place = {
+      const Placement its = {
           static_cast<std::uint32_t>(&other - scene_.placed.data()),
           hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance]};
-      if (place.placed == placed && hit.primitive == triangle) {
+      const bool is_own = its.placed == place.placed;
+      if ((is_own && hit.primitive == triangle) ||
+          (place.near == Near::kOthers && its.instance == place.instance)) {
         return;
       }
-      const Facet there = facet(scene_.meshes[other.mesh], place, hit.primitive);
-      if (room.is_beside(there.p) || (place.placed == placed && touch(here, there))) {
+      const Facet there = facet(scene_.meshes[other.mesh], its, hit.primitive);
+      if (room.is_beside(there.p) || (is_own && touch(here, there))) {
         return;
       }
       found = room.holds_part_of(there);
@@ -234,6 +304,7 @@ class RoundFacets {
 
   SceneData& scene_;
   std::vector<std::vector<Placement>> places_;  ///< by mesh
+  std::vector<bool> is_isolated_;               ///< by instance
 };
 
 }  // namespace

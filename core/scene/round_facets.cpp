@@ -50,8 +50,8 @@ struct Facet {
   }
 };
 
-/// Triangles that may be in a facet's room. Where one instance has told of its own, all similar
-/// ones of the same meshes have.
+/// Triangles to look for in a facet's room. Those of its own instance are looked for once for all
+/// instances of one shape.
 enum class Near { kAll, kOthers, kNone };
 
 /// A mesh at one of its places; null: in the world.
@@ -146,7 +146,7 @@ class RoundFacets {
     return out;
   }
 
-  /// seen: shapes of the instances that told of their own triangles; adds that of this one.
+  /// seen: shapes whose own triangles have been looked for; adds that of this instance.
   Near near_to(const Placement& place, std::vector<Shape>& seen) const {
     if (place.instance == nullptr) {
       return Near::kAll;

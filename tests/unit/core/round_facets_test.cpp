@@ -63,7 +63,7 @@ TEST(RoundFacets, AreTheSameForOneBallAndForInstancesApart) {
 }
 
 TEST(RoundFacets, AreNoneWhereOneInstanceTouchesAnother) {
-  // The first ball is apart: it tells of its own facets only.
+  // The first ball is apart: only its own triangles are near it.
   const auto scene = test_support::build(
       balls({core::translation({-10, 0, 0}), {}, core::translation({1.99F, 0, 0})}));
   for (const float side : {-1.0F, 1.0F}) {

@@ -385,10 +385,9 @@ constexpr std::array kOperations = {
     Operation{"deleteJob", "DELETE", "/v1/jobs/{id}", "Jobs", "Delete a job and its files.",
               "409 while it runs.", "write", kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"putPreset", "PUT", "/v1/presets/{name}", "Presets", "Store a preset.",
-              "A job template for POST /v1/render?preset=NAME and for images by URL. "
-              "Names are the "
-              "tenant's own; those of studio lights are taken. Caches that hold an "
-              "image of an "
+              "A job template for POST /v1/render?preset=NAME and for images by URL. Names are the "
+              "tenant's own; those of studio lights are taken. A job that places the camera is "
+              "refused, since the angles are those of the URL. Caches that hold an image of an "
               "older preset keep it: give a changed preset another name.",
               "write", kNoHeaders, kPresetBody, kPresetMade, kPresetProblems, true},
     Operation{"listPresets", "GET", "/v1/presets", "Presets", "List the presets.",
@@ -413,19 +412,17 @@ constexpr std::array kOperations = {
     Operation{"deleteSigningKey", "DELETE", "/v1/signing-keys/{id}", "Presets",
               "Delete a signing key.", "URLs that it signed are 403 from then on.", "write",
               kNoHeaders, kNoBody, kGone, k404, true},
-    Operation{"getPicture", "GET", "/i/{signature}/{preset}/{scene}/{view}", "Presets",
-              "Get an image by its URL.",
-              "Needs no key, and pages of all origins may use it. Each "
-              "distinct image is one job of "
-              "the preset's tenant, for all clients. Until the job ends, "
-              "answers are the image as "
-              "it is after the preset's `deadline_seconds`, with "
-              "`Cache-Control: no-store`, or 503 "
-              "if some pixel has no sample yet or the server is busy; the "
-              "final image is "
-              "`immutable`.",
-              "", kConditional, kNoBody, kPictureAnswer, kUrlProblems, true,
-              &picture_url_parameters},
+    Operation{
+        "getPicture", "GET", "/i/{signature}/{preset}/{scene}/{view}", "Presets",
+        "Get an image by its URL.",
+        "Needs no key, and pages of all origins may use it. Each distinct image is one job "
+        "of the preset's tenant, for all clients. Until the job ends, answers are the image "
+        "as it is after the preset's `deadline_seconds`, with `Cache-Control: no-store`, or "
+        "503 if some pixel has no sample yet, the server is busy, or as many jobs as URLs may "
+        "start (`url_jobs_of_a_preset`, `url_jobs_of_a_key` of the limits) have not ended; "
+        "the final image is `immutable`. If the job fails, the answer is its "
+        "reason, with `Retry-After`, and it is not tried again for five minutes.",
+        "", kConditional, kNoBody, kPictureAnswer, kUrlProblems, true, &picture_url_parameters},
     Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
               "Creates all jobs or none. Jobs with the same scene share it in "
               "memory.",

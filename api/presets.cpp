@@ -288,6 +288,29 @@ Parsed<PictureJob> parse_picture_job(const Preset& preset, const PictureUrl& url
                     .is_view_listed = is_view_listed(preset, url)};
 }
 
+Parsed<Preset> parse_new_preset(std::string_view body) {
+  auto preset = parse_preset(body);
+  if (!preset) {
+    return preset;
+  }
+  PictureUrl url;
+  url.scene = kAnyScene;
+  Faults faults;
+  if (const auto made = parse_picture_job(*preset, url); !made) {
+    for (const FieldError& error : made.problem().errors) {
+      faults.add("/job" + error.pointer, "with the angles of a URL: " + error.detail);
+    }
+  }
+  for (std::size_t i = 0; i < preset->sizes.size() && faults.empty(); ++i) {
+    url.width = preset->sizes[i][0];
+    url.height = preset->sizes[i][1];
+    if (const auto made = parse_picture_job(*preset, url); !made) {
+      faults.add("/sizes/" + std::to_string(i), made.problem().detail);
+    }
+  }
+  return faults.empty() ? std::move(preset) : Parsed<Preset>(faults.problem());
+}
+
 void add_preset_schemas(Json& components) {
   components["PresetRequest"] =
       as_request(object_schema(preset_table(), Preset{}, "A job template for many images."));

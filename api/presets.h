@@ -24,6 +24,9 @@ struct Preset {
 };
 /// Problems: also those of parse_job(), at "/job/...".
 Parsed<Preset> parse_preset(std::string_view body);
+/// PUT: also refuses a preset of which no URL has an image, since the job sets what the URL sets,
+/// or a size has too many pixels.
+Parsed<Preset> parse_new_preset(std::string_view body);
 std::string preset_json(std::string_view name, const Preset& preset);
 std::string preset_list_json(const std::map<std::string, Preset>& presets);
 

@@ -10,6 +10,7 @@
 #include "api/json/faults.h"
 #include "api/json/json.h"
 #include "api/json/query_rows.h"
+#include "api/queries/look_ranges.h"
 #include "api/requests.h"
 
 namespace api {
@@ -83,11 +84,13 @@ constexpr auto look_rows() {
                                    "khronos-neutral. Display formats only, as with exposure.",
                                    &read_curve, &curve_schema},
       number(
-          "white_balance", [](auto& s) -> auto& { return s.query.white_balance_k; }, {1000, 40000},
+          "white_balance", [](auto& s) -> auto& { return s.query.white_balance_k; },
+          {kWhiteKelvin.min, kWhiteKelvin.max},
           "Colour temperature of the light that is shown as white, in kelvin: 2700 for lamps, 6500 "
           "changes next to nothing. By Bradford's adaptation. Display formats only, as exposure."),
       number(
-          "contrast", [](auto& s) -> auto& { return s.query.contrast; }, {0.25, 4},
+          "contrast", [](auto& s) -> auto& { return s.query.contrast; },
+          {kContrast.min, kContrast.max},
           "Stops that one stop of the scene becomes, about middle grey. Display formats only, as "
           "exposure."),
       number(

@@ -71,8 +71,9 @@ int run_film(const ServerFlags& server, const std::string& id, const std::string
 core::Status check_look(const PictureQuery& query, const std::string& output) {
   constexpr std::array<std::string_view, 3> kLinear = {"exr", "hdr", "tif"};
   const std::string format = format_of(output);
-  if (std::find(kLinear.begin(), kLinear.end(), format) == kLinear.end()) {
-    return core::ok_status();
+  const bool is_linear = std::find(kLinear.begin(), kLinear.end(), format) != kLinear.end();
+  if (const auto look = check_look_flags(query.look, format, is_linear); !look || !is_linear) {
+    return look;
   }
   const bool plain =
       query.tone_map.empty() || query.tone_map == "srgb" || query.tone_map == "linear";
@@ -122,6 +123,20 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
   if (!query.fireflies.empty()) {
     add("fireflies", query.fireflies);
   }
+  const auto number = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    return std::string(text);
+  };
+  if (query.look.white_balance_k) {
+    add("white_balance", number(*query.look.white_balance_k));
+  }
+  if (query.look.contrast != 1) {
+    add("contrast", number(query.look.contrast));
+  }
+  if (query.look.bits != 8) {
+    add("bits", std::to_string(query.look.bits));
+  }
   const auto reply = client.get(path + "/image." + format_of(output) + parameters);
   if (!reply) {
     return reply.error();
@@ -154,8 +169,10 @@ int fetch(const Args& args) {
       ->type_name("T");
   add_denoise_option(app, query.denoise);
   add_fireflies_option(app, query.fireflies);
+  add_look_options(app, query.look);
   app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")
-      ->excludes("--layer", "--exposure", "--tonemap", "--denoise", "--fireflies");
+      ->excludes("--layer", "--exposure", "--tonemap", "--denoise", "--fireflies",
+                 "--white-balance", "--contrast", "--bits");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] {
     return film ? run_film(server, id, output) : run(server, id, query, output);

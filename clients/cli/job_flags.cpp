@@ -323,6 +323,7 @@ void add_job_flags(CLI::App& app, JobFlags& flags, const std::string& scene_help
   add_exposure_option(app, flags.exposure);
   add_denoise_option(app, flags.denoise);
   add_fireflies_option(app, flags.fireflies);
+  add_look_options(app, flags.look);
   app.add_option("--samples,--spp", flags.samples_per_pixel, "Stop after N samples per pixel (256)")
       ->check(within(1, limits::kSamplesPerPixel))
       ->type_name("N");

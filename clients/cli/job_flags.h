@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "clients/cli/look_flags.h"
 #include "core/base/result.h"
 
 namespace cli {
@@ -21,6 +22,7 @@ struct JobFlags {
   std::string exposure;     ///< for the output: stops or auto; empty: 0
   std::string denoise;      ///< for the output: off, mixed, full; empty: off
   std::string fireflies;    ///< of the output: set_aside, keep; empty: by its format
+  LookFlags look;           ///< of the output
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
   std::optional<int> samples_per_pixel;

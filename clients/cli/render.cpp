@@ -220,6 +220,11 @@ core::Result<double> write_picture(const core::RenderTask& task, const LocalJob&
   options.tone_map = core::ToneMap::kKhronosNeutral;  // as the server's images
   options.whole_channels = core::whole_channels();
   options.exposure_stops = static_cast<float>(exposure_of(spec, brightness, flags));
+  if (flags.look.white_balance_k) {
+    options.white_kelvin = static_cast<float>(*flags.look.white_balance_k);
+  }
+  options.contrast = static_cast<float>(flags.look.contrast);
+  options.bits = flags.look.bits;
   if (format.extension == "exr") {
     api::add_mattes(options.metadata, spec.render.film, job.renderer->view().scene.get());
   }
@@ -434,6 +439,7 @@ int run(const JobFlags& flags) {
   }
   PictureQuery wanted;
   wanted.exposure = flags.exposure;
+  wanted.look = flags.look;
   if (const auto look = check_look(wanted, flags.output); !look) {
     complain("render", look.error());
     return kWrongUsage;

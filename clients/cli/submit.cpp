@@ -40,6 +40,16 @@ core::Status add_labels(const std::vector<std::string>& labels, Json& request) {
   return core::ok_status();
 }
 
+/// The image of --output.
+PictureQuery picture_of(const JobFlags& flags) {
+  return {.layer = {},
+          .exposure = flags.exposure,
+          .tone_map = {},
+          .denoise = flags.denoise,
+          .fireflies = flags.fireflies,
+          .look = flags.look};
+}
+
 core::Result<Json> request_of(const SubmitFlags& flags) {
   auto request = make_request(flags.job);
   if (!request) {
@@ -57,6 +67,9 @@ core::Result<Json> request_of(const SubmitFlags& flags) {
   if (!flags.job.output.empty()) {
     if (const auto name = check_picture_name(flags.job.output); !name) {
       return name.error();
+    }
+    if (const auto look = check_look(picture_of(flags.job), flags.job.output); !look) {
+      return look.error();
     }
   }
   return request;
@@ -116,12 +129,7 @@ int wait_for(ApiClient& client, const SubmitFlags& flags, const std::string& pat
   }
   const int code = exit_code_of(*ended);
   if (code == kDone && !flags.job.output.empty()) {
-    const PictureQuery query = {.layer = {},
-                                .exposure = flags.job.exposure,
-                                .tone_map = {},
-                                .denoise = flags.job.denoise,
-                                .fireflies = flags.job.fireflies};
-    const auto fetched = fetch_picture(client, path, query, flags.job.output);
+    const auto fetched = fetch_picture(client, path, picture_of(flags.job), flags.job.output);
     return fetched ? kDone : complain("submit", fetched.error());
   }
   return code;

@@ -78,18 +78,19 @@ AlbedoOf<F> specular_albedo_average(F roughness) noexcept {
 }
 
 /// Returns the directional albedo of a white sheen.
-inline float sheen_albedo(float mu, float roughness) noexcept {
-  constexpr float kLast = kSheenNodes - 1;
-  const float x = std::clamp(mu, 0.0F, 1.0F) * kLast;
-  const float y = std::clamp(roughness, 0.0F, 1.0F) * kLast;
-  const int i = std::min(static_cast<int>(x), kSheenNodes - 2);
-  const int j = std::min(static_cast<int>(y), kSheenNodes - 2);
-  const float a = x - static_cast<float>(i);
-  const float b = y - static_cast<float>(j);
-  const auto& t = kAlbedoTables.sheen;
-  const float low = t[j][i] + (t[j][i + 1] - t[j][i]) * a;
-  const float high = t[j + 1][i] + (t[j + 1][i + 1] - t[j + 1][i]) * a;
-  return low + (high - low) * b;
+template <typename F>
+F sheen_albedo(F mu, F roughness) noexcept {
+  const F x = clamp01(mu) * F(kSheenNodes - 1);
+  const F y = clamp01(roughness) * F(kSheenNodes - 1);
+  const auto i = truncated(min(x, F(kSheenNodes - 2)));
+  const auto j = truncated(min(y, F(kSheenNodes - 2)));
+  const auto along = [node = j * kSheenNodes + i, a = x - to_floats(i)](const float* row) {
+    const F first = gather(row, node);
+    return first + (gather(row + 1, node) - first) * a;
+  };
+  const F low = along(kAlbedoTables.sheen[0]);
+  const F high = along(kAlbedoTables.sheen[1]);
+  return low + (high - low) * (y - to_floats(j));
 }
 
 namespace glass_detail {

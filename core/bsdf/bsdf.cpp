@@ -108,8 +108,8 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + wall.reflected +
             wall.transmitted + wall_diffuse + p.base_color * solid + below_.albedo * cover_.open_wo;
   below_.albedo *= p.refraction_weight;
-  if (layers != nullptr) {
-    add_layers(*layers);
+  if (layers != nullptr && (layers->clearcoat > 0 || max_component(layers->sheen_color) > 0)) {
+    add_top(*layers);
   }
   set_probabilities();
 }
@@ -124,31 +124,15 @@ void Bsdf::add_solid(const BsdfParameters& p, float weight, const ThinFilm& film
 }
 
 /// Adds clearcoat and sheen, and reduces the probabilities of the layers below.
-void Bsdf::add_layers(const BsdfLayers& layers) noexcept {
-  float below = 1;
-  float prob_coat = 0;
-  if (layers.clearcoat > 0) {
-    coat_.emplace(layers, facets_.wo, kSmoothAlpha);
-    below *= 1 - coat_->e_wo;
-    prob_coat = coat_->e_wo;
-  }
-  if (max_component(layers.sheen_color) > 0) {
-    sheen_.emplace(layers, facets_.wo);
-    const float open = sheen_->open();
-    below *= open;
-    prob_coat *= open;
-  }
+void Bsdf::add_top(const BsdfLayers& layers) noexcept {
+  const TopLayers& top = top_.emplace(layers, facets_.wo);
   for (float& prob : prob_) {
-    prob *= below;
+    prob *= top.open;
   }
-  albedo_ = albedo_ * below + Rgb(prob_coat);
-  if (coat_) {
-    prob_[coat_->is_smooth ? kSmoothCoat : kRoughCoat] = prob_coat;
-  }
-  if (sheen_) {
-    prob_[kSheen] = luminance(sheen_->color) * sheen_->e_wo;
-    albedo_ += sheen_->color * sheen_->e_wo;
-  }
+  albedo_ = albedo_ * top.open + Rgb(top.coat_albedo) + top.sheen.albedo();
+  prob_[kRoughCoat] = top.rough(top.coat_albedo);
+  prob_[kSmoothCoat] = top.coat_albedo - prob_[kRoughCoat];
+  prob_[kSheen] = luminance(top.sheen.albedo());
 }
 
 void Bsdf::set_probabilities() noexcept {
@@ -163,10 +147,6 @@ void Bsdf::set_probabilities() noexcept {
                 (!facets_.is_smooth && sum > 0);
   diffuse_.is_even = below_.is_even =
       prob_[kGlass] > 0 && !specular_ && is_black(diffuse_.albedo) && is_black(below_.albedo);
-}
-
-float Bsdf::delta_share() const noexcept {
-  return (coat_ ? 1 - coat_->e_wo : 1.0F) * (sheen_ ? sheen_->open() : 1.0F);
 }
 
 Rgb Bsdf::straight() const noexcept {
@@ -233,9 +213,6 @@ BsdfEval Bsdf::evaluate_unfolded(Vec3 wi) const noexcept {
   } else {
     return out;
   }
-  if (coat_) {
-    out.value_cos *= coat_->over_diffuse(wi);
-  }
   BsdfEval glossy;
   if (above && specular_) {
     specular_->add(facets_, prob_[kSpecular], wi, glossy);
@@ -246,19 +223,11 @@ BsdfEval Bsdf::evaluate_unfolded(Vec3 wi) const noexcept {
   if (prob_[kGlass] > 0) {
     glass_->add(facets_, prob_[kGlass], wi, glossy);
   }
-  if (coat_) {
-    glossy.value_cos *= coat_->over_glossy(wi);
-  }
-  out.value_cos += glossy.value_cos;
   out.pdf_solid_angle += glossy.pdf_solid_angle;
-  if (above && prob_[kRoughCoat] > 0) {
-    coat_->add(prob_[kRoughCoat], facets_.wo, wi, out);
-  }
-  if (sheen_) {
-    out.value_cos *= sheen_->over(wi);
-    if (above && prob_[kSheen] > 0) {
-      sheen_->add(prob_[kSheen], facets_.wo, wi, out);
-    }
+  if (top_) {
+    top_->add(wi, out.value_cos, glossy.value_cos, {prob_[kSheen], prob_[kRoughCoat]}, out);
+  } else {
+    out.value_cos += glossy.value_cos;
   }
   return out;
 }
@@ -309,7 +278,10 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
       return s.wi_local.z > 0;
     case kRoughCoat:
     case kSmoothCoat:
-      return coat_->sample({prob, sheen_ ? sheen_->open() : 1.0F}, facets_.wo, u, s);
+      s.wi_local = top_->coat.sample(u);
+      s.is_delta = lobe == kSmoothCoat;
+      s.weight = Rgb(top_->mirrored() / prob);
+      return s.wi_local.z > 0;
     case kSpecular: {
       const bool is_above = specular_->sample(facets_, {prob, delta_share()}, u, s);
       if (s.is_delta && thin_) {

@@ -4,7 +4,7 @@
 /// viewer, wi to the light; both are unit vectors away from the surface; wi.z < 0 is transmission.
 /// Lobes, one file each: GGX reflection of metal and of a dielectric interface (SpecularLobe), over
 /// Lambertian reflection and diffuse transmission (DiffuseLobe, coupled by Cover), thin
-/// transmission (ThinLobe) or solid glass (GlassLobe); on top of them clearcoat and sheen. All are
+/// transmission (ThinLobe) or solid glass (GlassLobe); on top of them TopLayers. All are
 /// reciprocal. Directions on one side of the shading frame but on the other side of the horizon
 /// (Shading::horizon) are mirrored at the horizon plane, in evaluation, density and sampling alike,
 /// so a lossless surface stays lossless and no light leaks through.
@@ -17,14 +17,13 @@
 #include <optional>
 
 #include "core/bsdf/bsdf_types.h"
-#include "core/bsdf/clearcoat_lobe.h"
 #include "core/bsdf/cover.h"
 #include "core/bsdf/diffuse_lobe.h"
 #include "core/bsdf/facets.h"
 #include "core/bsdf/glass_lobe.h"
-#include "core/bsdf/sheen_lobe.h"
 #include "core/bsdf/specular_lobe.h"
 #include "core/bsdf/thin_lobe.h"
+#include "core/bsdf/top_layers.h"
 
 namespace core {
 
@@ -59,7 +58,7 @@ class Bsdf {
   /// Returns the reflectance of a solid's smooth boundary. Pre: sample() took the boundary.
   Rgb mirrored_by_glass() const noexcept { return glass_->mirrored(facets_); }
   /// Returns the fraction of delta lobes that clearcoat and sheen let through.
-  float delta_share() const noexcept;
+  float delta_share() const noexcept { return top_ ? top_->open : 1.0F; }
   /// Returns the reflected and transmitted fraction of light from wo, per channel, for the albedo
   /// layer.
   Rgb albedo() const noexcept { return albedo_; }
@@ -80,7 +79,7 @@ class Bsdf {
   enum Lobe { kDiffuse, kBelow, kSheen, kRoughCoat, kSpecular, kThin, kSmoothCoat, kGlass, kLobes };
 
   void add_solid(const BsdfParameters& p, float weight, const ThinFilm& film) noexcept;
-  void add_layers(const BsdfLayers& layers) noexcept;
+  void add_top(const BsdfLayers& layers) noexcept;
   void set_probabilities() noexcept;
   BsdfEval evaluate_unfolded(Vec3 wi) const noexcept;
   void add_above(Vec3 wi, BsdfEval& out) const noexcept;
@@ -102,8 +101,7 @@ class Bsdf {
   std::optional<SpecularLobe> specular_;
   std::optional<ThinLobe> thin_;
   std::optional<GlassLobe> glass_;
-  std::optional<ClearcoatLobe> coat_;
-  std::optional<SheenLobe> sheen_;
+  std::optional<TopLayers> top_;
 };
 
 }  // namespace core

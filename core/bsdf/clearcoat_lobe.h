@@ -4,84 +4,69 @@
 /// the smaller of 1 - E(wo) and 1 - E(wi); both are reciprocal.
 #pragma once
 
-#include <algorithm>
-
 #include "core/bsdf/albedo_tables.h"
-#include "core/bsdf/bsdf_types.h"
+#include "core/bsdf/facets.h"
 #include "core/bsdf/fresnel.h"
-#include "core/bsdf/ggx.h"
 #include "core/math/frame.h"
 
 namespace core {
 
-struct ClearcoatLobe {
-  float weight = 0;
-  float roughness = 0;
-  Vec3 normal = {0, 0, 1};
-  Ggx ggx;
-  bool is_smooth = false;
-  float e_wo = 0;  ///< albedo for wo, weighted
-  float e_average = 0;
+template <typename F>
+struct ClearcoatLobeOf {
+  using V = Vec3Of<F>;
+  F weight;
+  FrameOf<F> frame;    ///< around its normal
+  FacetsOf<F> facets;  ///< in that frame
+  F e_wo;              ///< albedo for wo, weighted
+  F e_average;
 
-  ClearcoatLobe(const BsdfLayers& layers, Vec3 wo, float smooth_alpha) noexcept
-      : weight(layers.clearcoat),
-        roughness(layers.clearcoat_roughness),
-        normal(layers.clearcoat_normal) {
-    const float alpha = std::max(square(roughness), 1e-4F);
-    ggx = {alpha, alpha};
-    is_smooth = alpha < smooth_alpha;
-    e_wo = weighted(specular_albedo(std::max(dot(wo, normal), 1e-3F), roughness));
+  /// layers: has the clearcoat, clearcoat_roughness and clearcoat_normal of BsdfLayers.
+  template <typename Layers>
+  ClearcoatLobeOf(const Layers& layers, V wo, float smooth_alpha) noexcept
+      : weight(layers.clearcoat), frame(frame_from_normal(layers.clearcoat_normal)) {
+    const F roughness = layers.clearcoat_roughness;
+    const F alpha = max(square(roughness), F(1e-4F));
+    V o = frame.to_local(wo);
+    o.z = max(o.z, F(1e-3F));
+    facets = {o, {alpha, alpha}, roughness, alpha < smooth_alpha};
+    e_wo = weighted(specular_albedo(o.z, roughness));
     e_average = weighted(specular_albedo_average(roughness));
   }
 
-  float weighted(SpecularAlbedo a) const noexcept { return weight * (0.04F * (a.e - a.e5) + a.e5); }
-  /// Returns the albedo on wi's side.
-  float albedo(Vec3 wi) const noexcept {
-    const float mu = dot(wi, normal);
-    return weighted(specular_albedo(std::max(wi.z > 0 ? mu : -mu, 1e-3F), roughness));
-  }
-  float over_diffuse(Vec3 wi) const noexcept {
-    return (1 - e_wo) * (1 - albedo(wi)) / (1 - e_average);
-  }
-  float over_glossy(Vec3 wi) const noexcept { return 1 - std::max(e_wo, albedo(wi)); }
+  F weighted(AlbedoOf<F> a) const noexcept { return weight * (0.04F * (a.e - a.e5) + a.e5); }
+  /// Returns the reflectance of a facet.
+  F fresnel(F cos_oh) const noexcept { return weight * fresnel_schlick(F(0.04F), F(1), cos_oh); }
 
-  /// Adds the lobe; wo, wi in the frame of the surface, wi.z > 0.
-  void add(float prob, Vec3 wo, Vec3 wi, BsdfEval& out) const noexcept {
-    if (is_smooth) {
-      return;
-    }
-    const Frame frame = frame_from_normal(normal);
-    const Vec3 i = frame.to_local(wi);
-    const Vec3 o = facing(frame, wo);
-    if (!(i.z > 0)) {
-      return;
-    }
-    const Vec3 h = normalize_or(o + i, {0, 0, 1});
-    const float lambda_o = ggx.lambda(o);
-    const float common = ggx.d(h) / (4 * o.z);
-    const float f = lerp(0.04F, 1.0F, schlick_weight(dot(o, h)));
-    out.value_cos += Rgb(weight * f * common / (1 + lambda_o + ggx.lambda(i)));
-    out.pdf_solid_angle += prob * common / (1 + lambda_o);
-  }
-  bool sample(LobeShare share, Vec3 wo, Vec2 u, BsdfSample& out) const noexcept {
-    const Frame frame = frame_from_normal(normal);
-    const Vec3 o = facing(frame, wo);
-    const Vec3 h = is_smooth ? Vec3{0, 0, 1} : ggx.sample_visible(o, u);
-    const Vec3 i = h * (2 * dot(o, h)) - o;
-    if (is_smooth) {
-      out.is_delta = true;
-      out.weight = Rgb(share.open * weight * lerp(0.04F, 1.0F, schlick_weight(o.z)) / share.prob);
-    }
-    out.wi_local = normalize_or(frame.to_world(i), {0, 0, 1});
-    return i.z > 0 && out.wi_local.z > 0;
+  struct Passed {
+    F diffuse;
+    F glossy;
+  };
+  /// Returns the fractions of diffuse and glossy lobes below that pass between wo and wi, which may
+  /// be on either side.
+  Passed passed(V wi) const noexcept {
+    const F mu = dot(wi, frame.n);
+    const F e_wi =
+        weighted(specular_albedo(max(select(wi.z > 0, mu, -mu), F(1e-3F)), facets.roughness));
+    return {(1 - e_wo) * (1 - e_wi) / (1 - e_average), 1 - max(e_wo, e_wi)};
   }
 
- private:
-  static Vec3 facing(const Frame& frame, Vec3 wo) noexcept {
-    Vec3 o = frame.to_local(wo);
-    o.z = std::max(o.z, 1e-3F);
-    return o;
+  /// Adds the lobe unless it is smooth; wi: in the frame of the surface.
+  template <typename Eval>
+  void add(F prob, V wi, Eval& out) const noexcept {
+    const V i = frame.to_local(wi);
+    const V h = facets.half(i);
+    const auto reflection = facets.reflection(prob, i, h);
+    const MaskOf<F> above = (wi.z > 0) & (i.z > 0);
+    const F value_cos = fresnel(dot(facets.wo, h)) * reflection.value_cos;
+    out.value_cos = out.value_cos + ColorOf<F>(select(above, value_cos, F(0)));
+    out.pdf_solid_angle = out.pdf_solid_angle + select(above, reflection.pdf_solid_angle, F(0));
+  }
+  /// Samples a direction; below the surface if the path is absorbed.
+  V sample(Vec2Of<F> u) const noexcept {
+    const V i = facets.sample_reflected(u);
+    return select(i.z > 0, normalize_or(frame.to_world(i), V{0, 0, 1}), V{0, 0, -1});
   }
 };
+using ClearcoatLobe = ClearcoatLobeOf<float>;
 
 }  // namespace core

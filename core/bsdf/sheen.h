@@ -4,40 +4,44 @@
 /// KHR_materials_sheen.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
-#include "core/math/numbers.h"
-#include "core/math/vec.h"
+#include "core/math/generic.h"
 
 namespace core {
 
 namespace sheen_detail {
 
-inline float curve(float x, float alpha) noexcept {
-  const float t = square(1 - alpha);
-  const float a = lerp(21.5473F, 25.3245F, t);
-  const float b = lerp(3.82987F, 3.32435F, t);
-  const float c = lerp(0.19823F, 0.16801F, t);
-  const float d = lerp(-1.97760F, -1.27393F, t);
-  const float e = lerp(-4.32054F, -4.85967F, t);
-  return a / (1 + b * std::pow(x, c)) + d * x + e;
+template <typename F>
+F curve(F x, F alpha) noexcept {
+  const F t = square(1 - alpha);
+  const auto at_t = [t](float from, float to) { return from + (to - from) * t; };
+  const F a = at_t(21.5473F, 25.3245F);
+  const F b = at_t(3.82987F, 3.32435F);
+  const F c = at_t(0.19823F, 0.16801F);
+  const F d = at_t(-1.97760F, -1.27393F);
+  const F e = at_t(-4.32054F, -4.85967F);
+  return a / (1 + b * pow(x, c)) + d * x + e;
 }
 
-inline float lambda(float cos_theta, float alpha) noexcept {
-  return cos_theta < 0.5F ? std::exp(curve(cos_theta, alpha))
-                          : std::exp(2 * curve(0.5F, alpha) - curve(1 - cos_theta, alpha));
+template <typename F>
+F lambda(F cos_theta, F alpha) noexcept {
+  const MaskOf<F> low = cos_theta < 0.5F;
+  F exponent = curve(select(low, cos_theta, 1 - cos_theta), alpha);
+  if (!all(low)) {
+    exponent = select(low, exponent, 2 * curve(F(0.5F), alpha) - exponent);
+  }
+  return exp(exponent);
 }
 
 }  // namespace sheen_detail
 
 /// Returns f of a white sheen; wo.z, wi.z > 0; roughness is perceptual.
-inline float sheen_brdf(Vec3 wo, Vec3 wi, float roughness) noexcept {
-  const float alpha = std::max(roughness * roughness, 1e-3F);
-  const Vec3 h = normalize_or(wo + wi, {0, 0, 1});
-  const float sin_h = safe_sqrt(1 - h.z * h.z);
-  const float d = (2 + 1 / alpha) * std::pow(sin_h, 1 / alpha) * (0.5F * kInvPi);
-  const float shadow = 1 + sheen_detail::lambda(wo.z, alpha) + sheen_detail::lambda(wi.z, alpha);
+template <typename F>
+F sheen_brdf(Vec3Of<F> wo, Vec3Of<F> wi, F roughness) noexcept {
+  const F alpha = max(roughness * roughness, F(1e-3F));
+  const auto h = normalize_or(wo + wi, Vec3Of<F>{0, 0, 1});
+  const F sin_h = safe_sqrt(1 - h.z * h.z);
+  const F d = (2 + 1 / alpha) * pow(sin_h, 1 / alpha) * (0.5F * kInvPi);
+  const F shadow = 1 + sheen_detail::lambda(wo.z, alpha) + sheen_detail::lambda(wi.z, alpha);
   return d / (shadow * 4 * wo.z * wi.z);
 }
 

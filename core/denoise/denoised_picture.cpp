@@ -86,20 +86,22 @@ ColorSum scale_of(const Pixel& p, double floor) {
   return out;
 }
 
-/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of the
-/// denoised one against the image as it is shown: fireflies that are set aside tell nothing of it.
+/// m of the image with the fraction w of the plain one, and d^2 (core/error/squared_error.h) of its
+/// two parts: its difference from the plain image as it is shown, since fireflies that are set
+/// aside tell nothing of it; and its noise, half the difference of its halves, which is all of the
+/// error where nothing was denoised.
 struct Measured {
   double m = 0;
-  double square = 0;
+  std::array<double, 2> squares{};
 };
 Measured measure(const Pixel& p, double floor, double w) {
   const ColorSum xa = mix(p.filtered_a, p.shown_a, w);
   const ColorSum xb = mix(p.filtered_b, p.shown_b, w);
+  const ColorSum x = mix(xa, xb, 0.5);
   const ColorSum scale = scale_of(p, floor);
-  const double square =
-      relative_square(mix(p.filtered_a, p.filtered_b, 0.5), mix(p.shown_a, p.shown_b, 0.5), scale);
-  return {relative_product(xa, p.a, xb, p.b, scale) + relative_square(xa, mix(xa, xb, 0.5), scale),
-          square};
+  const double noise = relative_square(xa, x, scale);
+  return {relative_product(xa, p.a, xb, p.b, scale) + noise,
+          {relative_square(x, mix(p.shown_a, p.shown_b, 0.5), scale), noise}};
 }
 
 /// Calls body(i, x, y) for each pixel.
@@ -156,7 +158,7 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
     const auto [a, b] = error_halves(film, i);
     const double w = weights != nullptr ? static_cast<double>((*weights)[i]) : 0;
     const Measured seen = measure(pixel_at(of, i), of.floor, w);
-    squares.set(x, y, seen.m, seen.square, !is_empty(a, b));
+    squares.set(x, y, seen.m, seen.squares, !is_empty(a, b));
   });
   Errors out = {squares.roots(), Plane(film.pixel_count())};
   for_pixels(rect, [&](std::size_t i, int x, int y) {
@@ -216,6 +218,7 @@ void judge(const FilmSnapshot& film, const Compared& of, DenoisedPicture& out) {
   const double gain = std::min(size(plain), by_halves) - size(mixed);
   if (!(gain > reach_of_gain(plain.roots, mixed.roots, out.plain_tiles, kConfidence))) {
     out.weight = std::move(ones);
+    out.is_plain = true;
     mixed = std::move(plain);
   }
   out.mixed_roots = std::move(mixed.roots);
@@ -352,12 +355,18 @@ int samples_of_halves(const FilmSnapshot& film) {
 }
 
 ErrorInterval DenoisedPicture::interval(DenoiseMode mode, double confidence) const {
+  if (mode == DenoiseMode::kMixed && is_plain) {
+    return ErrorEstimate(plain_tiles, errors).image(confidence);
+  }
   return error_of_roots(plain_tiles, roots(mode), errors, confidence);
 }
 
 double DenoisedPicture::tile_error(DenoiseMode mode, std::size_t tile) const {
-  return error_of_roots({&plain_tiles[tile], 1}, {{roots(mode).tiles[tile]}, 0}, errors, 0.95)
-      .relative;
+  const std::span<const TileSums> plain(&plain_tiles[tile], 1);
+  if (mode == DenoiseMode::kMixed && is_plain) {
+    return ErrorEstimate(plain, errors).image(0.95).relative;
+  }
+  return error_of_roots(plain, {{roots(mode).tiles[tile]}, 0}, errors, 0.95).relative;
 }
 
 std::size_t DenoisedPicture::bytes() const noexcept {

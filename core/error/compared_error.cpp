@@ -40,7 +40,7 @@ ErrorRoots roots_of(const FilmSnapshot& image, const FilmSnapshot& references, S
       const ColorSum a = side == Side::kMean ? mean : color_of(fa);
       const ColorSum b = side == Side::kMean ? mean : color_of(fb);
       const double square = relative_square(mean, color_of(pixel_value(u, v)), scale);
-      squares.set(x, y, relative_product(a, color_of(u), b, color_of(v), scale), square,
+      squares.set(x, y, relative_product(a, color_of(u), b, color_of(v), scale), {square, 0},
                   !is_empty(u, v));
     }
   }

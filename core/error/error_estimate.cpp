@@ -28,13 +28,9 @@ double mean_over(const TileSums& sums, double sum) {
 
 /// Returns z.
 double reach_of(const TileSums& sums, PixelErrors errors, double confidence) {
-  double squares = sums.squares;
-  if (errors == PixelErrors::kCorrelated) {
-    const double mean = mean_over(sums, sums.grain);
-    const double blocks = sums.squares_of_blocks - 2 * mean * sums.products_of_blocks +
-                          mean * mean * sums.pixels_of_blocks;
-    squares = std::max(squares, blocks);
-  }
+  const double squares = errors == PixelErrors::kCorrelated
+                             ? std::max(sums.squares, sums.squares_of_blocks)
+                             : sums.squares;
   return mean_over(sums, normal_quantile(0.5 + 0.5 * confidence) * std::sqrt(2 * squares));
 }
 

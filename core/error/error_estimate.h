@@ -16,9 +16,10 @@
 /// For Gaussian noise of relative variance s^2 << 1 in the image, doubt is s^2 and the error is
 /// grain - s^2 / 2, because max(I, mu) is above mu in half of the pixels: hence the 1/2.
 ///
-/// z is the noise of both estimate and error. If errors of neighbouring pixels are correlated it is
-/// computed from the sums of r over the squares, about their mean, which also counts the image's
-/// structure.
+/// z is the noise of both estimate and error. If errors of neighbouring pixels are correlated, the
+/// sum over squares of (sum of D)^2 takes the place of that of r^2 where it is larger: it is the
+/// same for independent pixels, and (sum of r)^2 where a whole square errs in one direction. For
+/// Gaussian noise the sizes |D| are less correlated than D is.
 #pragma once
 
 #include <cstdint>

@@ -44,21 +44,22 @@ SquaredErrors::SquaredErrors(const PixelRect& rect)
     : rect_(rect),
       energies_(rect.width, rect.height),
       chessboard_(rect.width, rect.height),
-      sizes_(rect.width, rect.height),
+      sizes_{SummedArea(rect.width, rect.height), SummedArea(rect.width, rect.height)},
       squares_(rect.width, rect.height),
       counts_(rect.width, rect.height) {}
 
-void SquaredErrors::set(int x, int y, double m, double square, bool counts) {
+void SquaredErrors::set(int x, int y, double m, std::array<double, 2> squares, bool counts) {
   const double value = counts ? m : 0;
   energies_.set(x, y, value);
   chessboard_.set(x, y, (x + y) % 2 == 0 ? value : -value);
-  sizes_.set(x, y, counts ? std::sqrt(square) : 0);
-  squares_.set(x, y, counts ? square : 0);
+  sizes_[0].set(x, y, counts ? std::sqrt(squares[0]) : 0);
+  sizes_[1].set(x, y, counts ? std::sqrt(squares[1]) : 0);
+  squares_.set(x, y, counts ? squares[0] + squares[1] : 0);
   counts_.set(x, y, counts ? 1 : 0);
 }
 
 double SquaredErrors::evenness(const PixelRect& window, double pixels) const {
-  const double size = sizes_.sum(window) / pixels;
+  const double size = std::hypot(sizes_[0].sum(window), sizes_[1].sum(window)) / pixels;
   const double square = squares_.sum(window) / pixels;
   // Cauchy's inequality, but for rounding; at least as if all were on one pixel.
   return square > 0 ? std::clamp(size / std::sqrt(square), 1 / std::sqrt(pixels), 1.0)

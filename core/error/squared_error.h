@@ -18,10 +18,10 @@
 /// those without noise stay as they are (Efron and Morris 1972, limited translation).
 ///
 /// The mean error of a window is below R where the error is on few of its pixels. It is taken to be
-/// spread as unevenly as a difference d of x, y and an image that is also seen, which consists of
-/// that error and of noise: with k = (mean |d|) / (root mean square of d), as R / k on a fraction
-/// k^2 of the pixels, which has both moments. k is kMeanOfRoot for Gaussian errors, and where d is
-/// 0.
+/// spread as unevenly as differences d that consist of that error and of noise: with k = (mean |d|)
+/// / (root mean square of d), as R / k on a fraction k^2 of the pixels, which has both moments. Of
+/// two differences, such as a bias and a noise, k^2 is the mean weighted by their mean squares. k
+/// is kMeanOfRoot for Gaussian errors, and where d is 0.
 ///
 /// The error of an image is relative to the larger of it and mu, which in half of the pixels is mu,
 /// 1 + R / k times s. The mean error is thus k^2 (R / k) / (1 + R / (2 k)).
@@ -57,9 +57,10 @@ class SquaredErrors {
  public:
   explicit SquaredErrors(const PixelRect& rect);
 
-  /// x, y: from the corner of the rectangle; call with increasing rows and columns. square: d^2, as
-  /// relative_square(). counts: whether the pixel counts (a sample has seen something).
-  void set(int x, int y, double m, double square, bool counts);
+  /// x, y: from the corner of the rectangle; call with increasing rows and columns. squares: d^2 of
+  /// both differences, as relative_square(), or 0. counts: whether the pixel counts (a sample has
+  /// seen something).
+  void set(int x, int y, double m, std::array<double, 2> squares, bool counts);
 
   /// Returns the mean error of the window; 0 if no pixel counts or its mean m is negative.
   double error(const PixelRect& window) const;
@@ -72,9 +73,9 @@ class SquaredErrors {
 
   PixelRect rect_;
   SummedArea energies_;
-  SummedArea chessboard_;  ///< m with the sign of the chessboard's colours
-  SummedArea sizes_;       ///< |d|
-  SummedArea squares_;     ///< d^2
+  SummedArea chessboard_;            ///< m with the sign of the chessboard's colours
+  std::array<SummedArea, 2> sizes_;  ///< |d|
+  SummedArea squares_;               ///< d^2 of both
   SummedArea counts_;
 };
 

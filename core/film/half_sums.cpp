@@ -13,8 +13,9 @@ constexpr std::size_t kSquares = std::size_t{kTileSize / kDoubtSize} * (kTileSiz
 /// Sums over one square of doubt.
 struct Square {
   double grain = 0;
-  double doubtful = 0;  ///< d r
-  double scale = 0;     ///< s
+  double difference = 0;  ///< D
+  double doubtful = 0;    ///< d r
+  double scale = 0;       ///< s
   std::uint32_t pixels = 0;
 };
 
@@ -37,14 +38,16 @@ double root_of_light(Rgb color) {
 }
 
 PixelShare share_of_pixel(const HalfValue& a, const HalfValue& b, double floor) {
-  PixelShare out = {.apart = 0, .scale = 6 * floor, .share = 0};
+  PixelShare out = {.apart = 0, .scale = 6 * floor, .share = 0, .difference = 0};
   for (int c = 0; c < 3; ++c) {
     const auto of_a = static_cast<double>(a.mean[c]);
     const auto of_b = static_cast<double>(b.mean[c]);
     out.apart += std::abs(of_a - of_b);
+    out.difference += of_a - of_b;
     out.scale += std::abs(of_a) + std::abs(of_b);
   }
   out.share = out.apart > 0 ? out.apart / out.scale : 0;
+  out.difference = out.apart > 0 ? out.difference / out.scale : 0;
   return out;
 }
 
@@ -53,8 +56,6 @@ TileSums& TileSums::operator+=(const TileSums& other) {
   squares += other.squares;
   doubt += other.doubt;
   squares_of_blocks += other.squares_of_blocks;
-  products_of_blocks += other.products_of_blocks;
-  pixels_of_blocks += other.pixels_of_blocks;
   pixels += other.pixels;
   has_halves = has_halves && other.has_halves;
   return *this;
@@ -95,6 +96,7 @@ TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels
           y % kTileSize / kDoubtSize * (kTileSize / kDoubtSize) + x % kTileSize / kDoubtSize;
       Square& sums = squares[static_cast<std::size_t>(square)];
       sums.grain += of.share;
+      sums.difference += of.difference;
       sums.doubtful += of.apart * of.share;
       sums.scale += of.scale;
       ++sums.pixels;
@@ -105,9 +107,7 @@ TileSums half_sums(const PixelRect& rect, std::span<const ReplicatePixel> pixels
     const auto n = static_cast<double>(square.pixels);
     out.grain += square.grain;
     out.doubt += square.scale > 0 ? n * square.doubtful / square.scale : 0;
-    out.squares_of_blocks += square.grain * square.grain;
-    out.products_of_blocks += n * square.grain;
-    out.pixels_of_blocks += n * n;
+    out.squares_of_blocks += square.difference * square.difference;
     out.pixels += square.pixels;
   }
   return out;

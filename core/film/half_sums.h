@@ -3,10 +3,12 @@
 /// A, B: means of a pixel's halves, independent. Empty pixels (is_empty()) are not counted.
 ///   F = 0.05 (mean over the image of the root of the luminance of (A + B) / 2)^2
 ///   d = sum over channels of |A - B|,   s = sum over channels of |A| + |B| + 2 F,   r = d / s
-/// r is a pixel's relative difference, 0 to 1. F is a mean of roots, so that neither an emitter
-/// nor a firefly sets it. Doubt pools d r and s over squares of kDoubtSize pixels, anchored at the
-/// origin of the full film: where only one half has found light, d r is nearly d and the quotient
-/// nearly 1; for resolved noise it is the square of r. It is a triangular divergence (Le Cam 1986).
+///   D = (sum over channels of A - B) / s
+/// r is a pixel's relative difference, 0 to 1; D has the sign of its noise and the mean 0. F is a
+/// mean of roots, so that neither an emitter nor a firefly sets it. Doubt pools d r and s over
+/// squares of kDoubtSize pixels, anchored at the origin of the full film: where only one half has
+/// found light, d r is nearly d and the quotient nearly 1; for resolved noise it is the square of
+/// r. It is a triangular divergence (Le Cam 1986).
 #pragma once
 
 #include <cstdint>
@@ -31,11 +33,12 @@ constexpr double error_floor(double mean_root) {
 /// Root of the luminance of a colour, for F; negative light counts as none.
 double root_of_light(Rgb color);
 
-/// d, s and r of a pixel that is counted.
+/// d, s, r and D of a pixel that is counted.
 struct PixelShare {
-  double apart = 0;  ///< d
-  double scale = 0;  ///< s
-  double share = 0;  ///< r
+  double apart = 0;       ///< d
+  double scale = 0;       ///< s
+  double share = 0;       ///< r
+  double difference = 0;  ///< D
 };
 PixelShare share_of_pixel(const HalfValue& a, const HalfValue& b, double floor);
 
@@ -48,11 +51,9 @@ struct TileSums {
   double grain = 0;    ///< sum of r
   double squares = 0;  ///< sum of r^2
   double doubt = 0;    ///< sum over squares of n (sum of d r) / (sum of s), n its counted pixels
-  double squares_of_blocks = 0;   ///< sum over squares of (sum of r)^2
-  double products_of_blocks = 0;  ///< sum over squares of n (sum of r)
-  double pixels_of_blocks = 0;    ///< sum over squares of n^2
-  std::uint32_t pixels = 0;       ///< counted pixels
-  bool has_halves = false;        ///< every pixel has samples in both halves
+  double squares_of_blocks = 0;  ///< sum over squares of (sum of D)^2
+  std::uint32_t pixels = 0;      ///< counted pixels
+  bool has_halves = false;       ///< every pixel has samples in both halves
 
   TileSums& operator+=(const TileSums& other);
 };

@@ -66,8 +66,12 @@ template <std::size_t N>
 Floats<N> sign_of(Floats<N> x) {
   return floats_of((bits_of(x) & Ints<N>(std::int32_t(0x80000000U))) | bits_of(Floats<N>(1)));
 }
+inline float exp(float x) noexcept { return std::exp(x); }
+inline float pow(float x, float power) noexcept { return std::pow(x, power); }
 inline int truncated(float x) noexcept { return static_cast<int>(x); }
 inline float to_floats(int x) noexcept { return static_cast<float>(x); }
+
+inline float gather(const float* p, int index) noexcept { return p[index]; }
 
 /// Loads the four floats at base + at, per lane.
 inline void load_four(const float* base, int at, float (&out)[4]) noexcept {

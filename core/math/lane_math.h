@@ -153,6 +153,30 @@ Ints<N> floor_of(Floats<N> x) {
   const Ints<N> towards_zero = truncated(x);
   return select(x < to_floats(towards_zero), towards_zero - Ints<N>(1), towards_zero);
 }
+/// Returns at least 2^-126. Pre: x < 127.5. Source: Moshier's Cephes library, exp2f; relative
+/// errors below 2e-7.
+template <std::size_t N>
+Floats<N> exp2(Floats<N> x) {
+  const Floats<N> above = max(x, Floats<N>(-126));
+  const Ints<N> whole = floor_of(above + Floats<N>(0.5F));
+  const Floats<N> f = above - to_floats(whole);  // in [-0.5, 0.5]
+  Floats<N> series(1.535336188319500e-4F);
+  for (const float c : {1.339887440266574e-3F, 9.618437357674640e-3F, 5.550332471162809e-2F,
+                        2.402264791363012e-1F, 6.931472028550421e-1F, 1.0F}) {
+    series = series * f + Floats<N>(c);
+  }
+  return series * floats_of(Ints<N>((whole.v + 127) << 23));
+}
+/// Relative errors below 1e-7 (2 + |x|). Pre: x < 88.
+template <std::size_t N>
+Floats<N> exp(Floats<N> x) {
+  return exp2(x * Floats<N>(1.44269504F));
+}
+/// Pre: x >= 0, and the result is below 2^127. Returns at least 2^-126.
+template <std::size_t N>
+Floats<N> pow(Floats<N> x, Floats<N> power) {
+  return exp2(power * log2(max(x, Floats<N>(std::numeric_limits<float>::min()))));
+}
 /// Clamps i to [0, count).
 template <std::size_t N>
 Ints<N> within(Ints<N> i, Ints<N> count) {

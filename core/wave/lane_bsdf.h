@@ -1,12 +1,15 @@
-/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface without further layers.
+/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with clearcoat and sheen.
 ///
 /// Its lobes are those of core/bsdf/bsdf.h, with the same order and use of random numbers. Each
 /// lane is either Lambert or not; if all are Lambert, nothing else is computed.
 #pragma once
 
+#include <optional>
+
 #include "core/bsdf/cover.h"
 #include "core/bsdf/facets.h"
 #include "core/bsdf/specular_lobe.h"
+#include "core/bsdf/top_layers.h"
 #include "core/sampling/warp.h"
 
 namespace core {
@@ -25,22 +28,39 @@ struct SurfaceLanes {
   Floats<N> f90;
 };
 
+/// The members of BsdfLayers that lanes have; 0 where a surface has no such layer.
+template <std::size_t N>
+struct LayerLanes {
+  Floats<N> clearcoat;
+  Floats<N> clearcoat_roughness;
+  Vec3s<N> clearcoat_normal;
+  Vec3s<N> sheen_color;
+  Floats<N> sheen_roughness;
+
+  Mask<N> exist() const { return (clearcoat > 0) | (max_component(sheen_color) > 0); }
+};
+
 template <std::size_t N>
 class BsdfLanes {
  public:
   using F = Floats<N>;
-  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon.
-  BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng)
+  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon. layers: null if no
+  /// lane has any.
+  BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng,
+            const LayerLanes<N>* layers = nullptr)
       : ng_(ng),
         is_flat_(is_flat(ng.z)),
         is_lambert_((s.f90 == F(0)) & (s.metallic == F(0)) & ~is_not_black(s.f0)),
         base_color_(s.base_color) {
+    if (layers != nullptr) {
+      is_lambert_ = is_lambert_ & ~layers->exist();
+    }
     is_lambert_all_ = is_lambert_.all();
     is_flat_all_ = is_flat_.all();
     albedo_ = base_color_;
     has_spread_ = is_not_black(base_color_);
     if (!is_lambert_all_) {
-      set_layers(s, wo);
+      set_lobes(s, wo, layers);
     }
   }
 
@@ -74,12 +94,21 @@ class BsdfLanes {
     s.wi = cosine_hemisphere(u);
     s.is_delta = Mask<N>::of(0);
     Mask<N> valid = s.wi.z > 0;
+    Mask<N> specular = s.is_delta;
     if (!is_lambert_all_) {
-      const Mask<N> specular = ~is_lambert_ & ~(u_lobe < prob_diffuse_);
+      specular = ~is_lambert_ & ~(u_lobe < prob_diffuse_);
       if (specular.any()) {
-        s.is_delta = specular & facets_.is_smooth;
+        F left = u_lobe - prob_diffuse_;
+        if (top_) {
+          const TopSample top = sample_top(specular, u, left, s.wi);
+          s.wi = top.wi;
+          s.is_delta = top.is_delta;
+          specular = top.specular;
+          left = top.left;
+        }
+        s.is_delta = s.is_delta | (specular & facets_.is_smooth);
         s.wi = select(specular, facets_.sample_reflected(u), s.wi);
-        valid = (s.wi.z > 0) & (~specular | (u_lobe - prob_diffuse_ < prob_specular_));
+        valid = (s.wi.z > 0) & (~specular | (left < prob_specular_));
       }
     }
     if (!is_flat_all_) {
@@ -92,8 +121,7 @@ class BsdfLanes {
     s.weight = select(plain, base_color_, f.value_cos * (1 / f.pdf_solid_angle));
     s.pdf_solid_angle = f.pdf_solid_angle;
     if (s.is_delta.any()) {
-      s.weight =
-          select(s.is_delta, specular_.fresnel(facets_.wo.z) * (1 / prob_specular_), s.weight);
+      s.weight = select(s.is_delta, delta_weight(specular), s.weight);
       s.pdf_solid_angle = select(s.is_delta, F(0), s.pdf_solid_angle);
     }
     s.weight = select(valid, s.weight, black());
@@ -108,8 +136,40 @@ class BsdfLanes {
  private:
   static Vec3s<N> black() { return Vec3s<N>(F(0)); }
 
+  /// Returns the weight of the specular lobe where it is smooth, and of a smooth coat elsewhere.
+  Vec3s<N> delta_weight(Mask<N> specular) const {
+    const Vec3s<N> fresnel = specular_.fresnel(facets_.wo.z);
+    if (!top_) {
+      return fresnel * (1 / prob_specular_);
+    }
+    return select(specular, fresnel * (top_->open / prob_specular_),
+                  Vec3s<N>(top_->mirrored() / prob_coat_));
+  }
+
+  struct TopSample {
+    Vec3s<N> wi;
+    Mask<N> is_delta;
+    Mask<N> specular;  ///< lanes for the specular lobe
+    F left;            ///< of u_lobe
+  };
+  /// Samples the layers in the lanes of `beyond` the diffuse lobe, with what is left of u_lobe. wi:
+  /// of the other lanes.
+  [[gnu::noinline]] TopSample sample_top(Mask<N> beyond, Vec2s<N> u, F left, Vec3s<N> wi) const {
+    const Mask<N> sheen = beyond & (left < prob_sheen_);
+    left = left - prob_sheen_;
+    const F rough = top_->rough(prob_coat_);
+    const Mask<N> rough_coat = beyond & ~sheen & (left < rough);
+    left = left - rough;
+    const Mask<N> rest = beyond & ~sheen & ~rough_coat;
+    const Mask<N> smooth_coat =
+        rest & ~(left < prob_specular_) & (left - prob_specular_ < prob_coat_ - rough);
+    wi = select(sheen, SheenLobeOf<F>::sample(u), wi);
+    wi = select(rough_coat | smooth_coat, top_->coat.sample(u), wi);
+    return {wi, smooth_coat, rest & ~smooth_coat, left};
+  }
+
   /// As Bsdf's constructor.
-  void set_layers(const SurfaceLanes<N>& s, Vec3s<N> wo) {
+  void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const LayerLanes<N>* layers) {
     const F metal = s.metallic;
     const F dielectric = 1 - metal;
     facets_ = {wo, {s.alpha, s.alpha}, s.roughness, s.alpha < kSmoothAlpha};
@@ -127,13 +187,33 @@ class BsdfLanes {
     const Vec3s<N> substrate = diffuse_ * cover_.open_wo;
     prob_diffuse_ = luminance(substrate) + luminance(multiple);
     prob_specular_ = luminance(specular);
-    const F sum = prob_diffuse_ + prob_specular_;
+    albedo_ = select(is_lambert_, albedo_, substrate + multiple + specular);
+    F sum = prob_diffuse_ + prob_specular_;
+    if (layers != nullptr) {
+      add_top(*layers);
+      sum = prob_diffuse_ + prob_specular_ + prob_coat_ + prob_sheen_;
+    }
     const F scale = select(sum > 0, sum, F(1));
     prob_diffuse_ = prob_diffuse_ / scale;
     prob_specular_ = prob_specular_ / scale;
-    albedo_ = select(is_lambert_, albedo_, substrate + multiple + specular);
-    const Mask<N> spread = (prob_diffuse_ > 0) | (~facets_.is_smooth & (sum > 0));
+    Mask<N> spread = (prob_diffuse_ > 0) | (~facets_.is_smooth & (sum > 0));
+    if (top_) {
+      prob_coat_ = prob_coat_ / scale;
+      prob_sheen_ = prob_sheen_ / scale;
+      spread = spread | (prob_sheen_ > 0) | (top_->rough(prob_coat_) > 0);
+    }
     has_spread_ = (is_lambert_ & has_spread_) | (~is_lambert_ & spread);
+  }
+
+  /// As Bsdf::add_top(). Changes nothing where there are no layers.
+  [[gnu::noinline]] void add_top(const LayerLanes<N>& layers) {
+    top_.emplace(layers, facets_.wo);
+    prob_diffuse_ = prob_diffuse_ * top_->open;
+    prob_specular_ = prob_specular_ * top_->open;
+    prob_coat_ = top_->coat_albedo;
+    prob_sheen_ = luminance(top_->sheen.albedo());
+    albedo_ = albedo_ * top_->open + Vec3s<N>(top_->coat_albedo) + top_->sheen.albedo();
+    has_top_ = layers.exist();
   }
 
   /// Never inlined: inlined copies could round differently, and a lane must not depend on the code
@@ -156,9 +236,15 @@ class BsdfLanes {
         diffuse_ * (cover_.coupling(cover_.albedo(e)) * kInvPi) + specular_.multiple(e);
     const Vec3s<N> h = facets_.half(wi);
     const auto reflection = facets_.reflection(prob_specular_, wi, h);
-    return {select(prob_diffuse_ > 0, f * wi.z, black()) +
-                specular_.fresnel(dot(facets_.wo, h)) * reflection.value_cos,
-            prob_diffuse_ * cos_pi + reflection.pdf_solid_angle};
+    const Vec3s<N> diffuse = select(prob_diffuse_ > 0, f * wi.z, black());
+    const Vec3s<N> glossy = specular_.fresnel(dot(facets_.wo, h)) * reflection.value_cos;
+    Eval out = {diffuse + glossy, prob_diffuse_ * cos_pi + reflection.pdf_solid_angle};
+    if (top_) {
+      const Vec3s<N> bare = out.value_cos;
+      top_->add(wi, diffuse, glossy, {prob_sheen_, top_->rough(prob_coat_)}, out);
+      out.value_cos = select(has_top_, out.value_cos, bare);
+    }
+    return out;
   }
 
   Vec3s<N> ng_;
@@ -175,6 +261,10 @@ class BsdfLanes {
   PlainSpecularOf<F> specular_;
   Vec3s<N> diffuse_;
   F prob_diffuse_, prob_specular_;
+  // For lanes with layers.
+  std::optional<TopLayersOf<F>> top_;
+  Mask<N> has_top_;
+  F prob_coat_, prob_sheen_;
 };
 
 }  // namespace core

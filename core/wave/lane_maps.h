@@ -1,5 +1,5 @@
-/// Textures of colour, metallic-roughness and normals in lanes, equivalent to the scalar code in
-/// core/materials/shade.cpp.
+/// Textures of colour, metallic-roughness, normals, clearcoat and sheen in lanes, equivalent to the
+/// scalar code in core/materials/shade.cpp.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,11 @@
 
 namespace core {
 
-/// The slots that lanes read. All other slots of the material must be empty, and these three must
-/// use the same coordinates and transform.
-inline std::array<const TextureSlot*, 3> mapped_slots(const Material& m) {
-  return {&m.base_color, &m.metallic_roughness, &m.normal};
+/// The slots that lanes read. All other slots of the material must be empty, and these must use the
+/// same coordinates and transform.
+inline std::array<const TextureSlot*, 8> mapped_slots(const Material& m) {
+  return {&m.base_color,       &m.metallic_roughness,  &m.normal,      &m.clearcoat,
+          &m.clearcoat_normal, &m.clearcoat_roughness, &m.sheen_color, &m.sheen_roughness};
 }
 inline const TextureSlot* first_mapped(const Material& m) {
   const TextureSlot* first = nullptr;
@@ -32,8 +33,8 @@ inline const TextureSlot* first_mapped(const Material& m) {
 /// Returns whether lanes can read the material's textures.
 inline bool is_mapped(const Material& m) {
   const TextureSlot* first = first_mapped(m);
-  if (first == nullptr || m.has_alpha || first->description.nearest ||
-      m.specular.texture != nullptr || m.specular_color.texture != nullptr) {
+  if (first == nullptr || first->description.nearest || m.specular.texture != nullptr ||
+      m.specular_color.texture != nullptr) {
     return false;
   }
   for (const TextureSlot* slot : mapped_slots(m)) {
@@ -52,6 +53,9 @@ struct alignas(64) LaneMaps {
   const Texture* base_color = nullptr;
   const Texture* metallic_roughness = nullptr;
   const Texture* normal = nullptr;
+  const Material* layered = nullptr;  ///< for the textures of clearcoat and sheen
+  /// Base colour at the finest level, as coverage: null where it is filtered.
+  const TextureDescription* finest_color = nullptr;
 
   /// Without textures if the material has none that lanes read.
   static LaneMaps of(const Material& m) {
@@ -67,7 +71,9 @@ struct alignas(64) LaneMaps {
   LaneMaps(const Material& m, const TextureSlot& first)
       : base_color(m.base_color.texture),
         metallic_roughness(m.metallic_roughness.texture),
-        normal(m.normal.texture) {
+        normal(m.normal.texture),
+        layered(m.has_layers ? &m : nullptr),
+        finest_color(m.has_alpha ? &m.base_color.description : nullptr) {
     const TextureDescription& d = first.description;
     const MaterialDescription& f = m.factors;
     const float values[12] = {d.uv_transform[0], d.uv_transform[1], d.uv_transform[3],
@@ -109,6 +115,33 @@ struct MapRows {
     }
   }
 };
+
+/// Multiplies the layers' factors by their textures in the lanes of `on`. coat_texels: of the
+/// normal map, replaced where there is one.
+template <std::size_t N>
+[[gnu::noinline]] void read_layers(const MapRows<N>& rows, const Texture::Taps (&taps)[N],
+                                   unsigned on, LayerLanes<N>& layers, Vec3s<N>& coat_texels) {
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    const Material* m = rows.maps[k]->layered;
+    if (m == nullptr) {
+      continue;
+    }
+    const auto read = [&](const TextureSlot& slot) {
+      return slot.texture == nullptr ? Vec4{1, 1, 1, 1} : slot.texture->read(taps[k]);
+    };
+    layers.clearcoat.v[k] *= read(m->clearcoat).x;
+    layers.clearcoat_roughness.v[k] *= read(m->clearcoat_roughness).y;
+    const Vec4 sheen = read(m->sheen_color);
+    layers.sheen_color.set(k, layers.sheen_color.lane(k) * Vec3{sheen.x, sheen.y, sheen.z});
+    layers.sheen_roughness.v[k] *= read(m->sheen_roughness).w;
+    if (m->clearcoat_normal.texture != nullptr) {
+      const Vec4 t = read(m->clearcoat_normal);
+      const float scale = m->factors.clearcoat_normal_scale;
+      coat_texels.set(k, {(2 * t.x - 1) * scale, (2 * t.y - 1) * scale, 2 * t.z - 1});
+    }
+  }
+}
 
 /// Applies the textures to untextured surfaces in the lanes of `on`; returns the lanes that were
 /// completed.
@@ -172,7 +205,11 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const LaneMaps& maps = *rows.maps[k];
     if (maps.base_color != nullptr) {
-      const Vec4 t = maps.base_color->read(taps[k]);
+      const Vec4 t = maps.finest_color == nullptr
+                         ? maps.base_color->read(taps[k])
+                         : maps.base_color->sample({.uv = {lookups.uv.x.v[k], lookups.uv.y.v[k]},
+                                                    .wrap_u = maps.finest_color->wrap_u,
+                                                    .wrap_v = maps.finest_color->wrap_v});
       color.set(k, {t.x, t.y, t.z});
     }
     if (maps.metallic_roughness != nullptr) {
@@ -184,6 +221,10 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
       const Vec4 t = maps.normal->read(taps[k]);
       normal.set(k, {2 * t.x - 1, 2 * t.y - 1, 2 * t.z - 1});
     }
+  }
+  Vec3s<N> coat_normal(Vec3{0, 0, 1});
+  if (out.layered != 0) {
+    read_layers(rows, taps, out.layered & on.bits(), out.layers, coat_normal);
   }
   SurfaceLanes<N>& s = out.surface;
   const Vec3s<N> tinted = Vec3s<N>(c[2][0], c[2][1], c[2][2]) * color;
@@ -205,10 +246,15 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   if (is_turned.any()) {
     const Floats<N> sign = select(hand < zero, -at.mirror, at.mirror);
     const Vec3s<N> bitangent = cross(at.shading, tangent) * sign;
-    const Vec3s<N> mapped = normalize_or(
-        tangent * (normal.x * c[1][2]) + bitangent * (normal.y * c[1][2]) + at.shading * normal.z,
-        at.shading);
-    s.normal = select(is_turned, facing(mapped * at.side, wo), s.normal);
+    const auto turn = [&](Vec3s<N> texel, Vec3s<N>& shading) {
+      const Vec3s<N> mapped =
+          normalize_or(tangent * texel.x + bitangent * texel.y + at.shading * texel.z, at.shading);
+      shading = select(is_turned, facing(mapped * at.side, wo), shading);
+    };
+    turn({normal.x * c[1][2], normal.y * c[1][2], normal.z}, s.normal);
+    if (out.layered != 0) {
+      turn(coat_normal, out.layers.clearcoat_normal);
+    }
   }
   return on;
 }

@@ -10,15 +10,40 @@ namespace core {
 namespace {
 
 /// Returns whether the axes of the normal map are not the mesh's tangents, which lanes take.
-bool turns_tangents(const MeshData& mesh, const Material& m) {
-  return m.normal.texture != nullptr && mesh.tangent_uv_set >= 0 &&
-         (m.normal.axes.along_tangent != 1 || m.normal.axes.sign < 0 ||
-          m.normal.description.uv_set != mesh.tangent_uv_set);
+bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
+  return normal.texture != nullptr && mesh.tangent_uv_set >= 0 &&
+         (normal.axes.along_tangent != 1 || normal.axes.sign < 0 ||
+          normal.description.uv_set != mesh.tangent_uv_set);
 }
 
 bool is_foreign(const Material& m) {
-  return m.has_layers || m.transmits || m.is_volume || m.is_clear || m.factors.unlit ||
+  return m.factors.iridescence > 0 || m.transmits || m.is_volume || m.is_clear || m.factors.unlit ||
          m.factors.anisotropy > 0;
+}
+
+/// A texture and a coat change emission from point to point; of these surfaces, lanes handle only
+/// the triangles that are dark.
+bool shines_alone(const Material& m) {
+  return m.is_emissive && (m.emissive.texture != nullptr || m.factors.clearcoat > 0);
+}
+
+/// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
+/// Sets all to 0 if there are none yet.
+template <std::size_t N>
+[[gnu::noinline]] void finish(MetLanes<N>& out) {
+  LayerLanes<N>& layers = out.layers;
+  if (out.layered == 0) {
+    layers = {};
+    return;
+  }
+  const auto clamped = [](Vec3s<N> c) {
+    return Vec3s<N>(clamp01(c.x), clamp01(c.y), clamp01(c.z));
+  };
+  layers.clearcoat = clamp01(layers.clearcoat);
+  layers.clearcoat_roughness = clamp01(layers.clearcoat_roughness);
+  layers.clearcoat_normal = frame_from_normal(out.surface.normal).to_local(layers.clearcoat_normal);
+  layers.sheen_color = clamped(layers.sheen_color);
+  layers.sheen_roughness = clamp01(layers.sheen_roughness);
 }
 
 }  // namespace
@@ -42,15 +67,28 @@ struct LaneSurfaces::Rows {
 
   Rows() {
     for (std::size_t k = 0; k < N; ++k) {
+      mirror[k] = spread[k] = 1;
+      place_m[k] = 0;
+      light[k] = 0;
+    }
+  }
+  /// Completes the addresses. set: lanes that have a triangle.
+  void complete(unsigned set) {
+    constexpr unsigned kAll = (1U << N) - 1;
+    for (unsigned rest = kAll & ~set; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
       for (std::size_t c = 0; c < 3; ++c) {
-        positions[c][k] = normals[c][k] = kNothing;
+        positions[c][k] = kNothing;
       }
       for (auto& part : material) {
         part[k] = kNothing;
       }
-      mirror[k] = spread[k] = 1;
-      place_m[k] = 0;
-      light[k] = 0;
+    }
+    for (unsigned rest = smooth != 0 ? kAll & ~smooth : 0; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      for (std::size_t c = 0; c < 3; ++c) {
+        normals[c][k] = kNothing;
+      }
     }
   }
 };
@@ -58,8 +96,7 @@ struct LaneSurfaces::Rows {
 LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
   for (const Material& m : scene.materials) {
     const BsdfParameters& b = m.plain;
-    // For textured emission, lanes handle only the triangles that are dark.
-    const Rgb e = m.is_emissive && m.emissive.texture == nullptr ? m.factors.emissive : Rgb{};
+    const Rgb e = m.is_emissive && !shines_alone(m) ? m.factors.emissive : Rgb{};
     maps_.push_back(LaneMaps::of(m));
     materials_.push_back({{b.base_color.r, b.base_color.g, b.base_color.b, b.metallic,  //
                            b.roughness, b.alpha_x, b.f0.r, b.f0.g,                      //
@@ -69,7 +106,10 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
     const bool is_plain = !m.has_texture && mesh.colors.empty();
-    const bool maps = is_mapped(m) && mesh.colors.empty() && !turns_tangents(mesh, m);
+    const bool maps = is_mapped(m) && mesh.colors.empty() && !turns_tangents(mesh, m.normal) &&
+                      !turns_tangents(mesh, m.clearcoat_normal);
+    const bool has_layers = m.factors.clearcoat > 0 || !is_black(m.factors.sheen_color);
+    has_layers_ = has_layers_ || has_layers;
     const Kind kind = is_foreign(m) ? Kind::kForeign
                       : is_plain    ? Kind::kPlain
                       : maps        ? Kind::kMapped
@@ -81,7 +121,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
                        mesh.indices.data(), &materials_[mesh.material],
                        maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
                        data(mesh.tangents), placed.first_light, kind, m.has_alpha, m.is_clear,
-                       m.factors.double_sided, m.is_emissive && m.emissive.texture != nullptr});
+                       m.factors.double_sided, shines_alone(m), has_layers});
   }
 }
 
@@ -104,7 +144,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     const Entry& mesh = entry_of(hit);
     if (mesh.kind == Kind::kForeign) {
       out.foreign |= bit;
-    } else if (mesh.kind == Kind::kTextured || (mesh.shines_by_texture && shines(mesh, hit))) {
+    } else if (mesh.kind == Kind::kTextured || (mesh.shines_alone && shines(mesh, hit))) {
       textured |= bit;
     } else {
       (mesh.kind == Kind::kPlain ? plain : mapped) |= bit;
@@ -114,7 +154,11 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   if ((plain | mapped) == 0) {
     out.surface = SurfaceLanes<N>();
   } else {
+    rows.complete(plain | mapped);
     const TriangleLanes<N> triangles = meet_plain(segments, rows, out);
+    if (has_layers_) {
+      load_layers(hits, plain | mapped, out);
+    }
     if (mapped != 0) {
       MapRows<N> maps;
       for (unsigned rest = mapped; rest != 0; rest &= rest - 1) {
@@ -125,6 +169,9 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
       }
       textured |= mapped & ~apply_maps(segments, triangles, maps, Mask<N>::of(mapped), out).bits();
     }
+  }
+  if (has_layers_) {
+    finish(out);
   }
   for (; textured != 0; textured &= textured - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(textured));
@@ -169,6 +216,29 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
       rows.turned[c][k] = {n.x, n.y, n.z, to_world == nullptr ? 0.0F : 1.0F};
       rows.normals[c][k] = &rows.turned[c][k].x;
     }
+  }
+}
+
+/// Loads the factors of clearcoat and sheen in the lanes of `on`, and the coat's normal without its
+/// texture, in world space.
+template <std::size_t N>
+void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, MetLanes<N>& out) const {
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    if (!entry_of(hits[k]).has_layers) {
+      continue;
+    }
+    const MaterialDescription& f =
+        scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material].factors;
+    if (out.layered == 0) {
+      out.layers = LayerLanes<N>();
+      out.layers.clearcoat_normal = out.surface.normal;
+    }
+    out.layered |= 1U << k;
+    out.layers.clearcoat.v[k] = f.clearcoat;
+    out.layers.clearcoat_roughness.v[k] = f.clearcoat_roughness;
+    out.layers.sheen_color.set(k, {f.sheen_color.r, f.sheen_color.g, f.sheen_color.b});
+    out.layers.sheen_roughness.v[k] = f.sheen_roughness;
   }
 }
 
@@ -257,7 +327,7 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   return {p, n, b, geometric, shading, twice_area, side, load<N>(rows.mirror)};
 }
 
-/// Returns whether the emission texture is not black at the hit.
+/// Returns whether emission that is evaluated lane by lane is not black at the hit.
 bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
   return mesh.first_light == kNoLight ||
          !is_black(scene_.triangle_lights[mesh.first_light + hit.primitive].radiance);
@@ -291,6 +361,15 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   s.alpha.v[k] = b.alpha_x;
   s.f0.set(k, {b.f0.r, b.f0.g, b.f0.b});
   s.f90.v[k] = b.f90;
+  if (shading.has_layers) {
+    const BsdfLayers& l = shading.layers;
+    out.layered |= 1U << k;
+    out.layers.clearcoat.v[k] = l.clearcoat;
+    out.layers.clearcoat_roughness.v[k] = l.clearcoat_roughness;
+    out.layers.clearcoat_normal.set(k, l.clearcoat_normal);
+    out.layers.sheen_color.set(k, {l.sheen_color.r, l.sheen_color.g, l.sheen_color.b});
+    out.layers.sheen_roughness.v[k] = l.sheen_roughness;
+  }
   out.position.set(k, point.position);
   out.emitted.set(k, {light.r, light.g, light.b});
   out.light.v[k] = static_cast<std::int32_t>(point.light);

@@ -1,8 +1,8 @@
 /// Hits in lanes: SceneData::surface_point() and shade() for N hits at once.
 ///
 /// Plain surfaces (no texture, no vertex colour) are evaluated in SIMD, as are mapped ones, whose
-/// colour, metallic-roughness and normal textures share coordinates and transform; other textured
-/// surfaces are evaluated lane by lane. All others are `foreign`: the lanes cannot evaluate them.
+/// textures share coordinates and transform; other textured surfaces are evaluated lane by lane.
+/// All others are `foreign`: the lanes cannot evaluate them.
 #pragma once
 
 #include <vector>
@@ -33,6 +33,8 @@ struct MetLanes {
   Floats<N> cone_width_m;  ///< at the hit
   Ints<N> light;           ///< SurfacePoint::light
   unsigned foreign = 0;    ///< bits of the lanes whose surfaces are foreign
+  unsigned layered = 0;    ///< those with clearcoat or sheen
+  LayerLanes<N> layers;    ///< valid if any is layered; in the frame of the surface's normal
 };
 
 struct LaneMaps;
@@ -81,7 +83,8 @@ class LaneSurfaces {
     bool may_be_hole;
     bool is_clear;
     bool is_double_sided;
-    bool shines_by_texture;
+    bool shines_alone;  ///< emission is evaluated lane by lane
+    bool has_layers;    ///< clearcoat or sheen
   };
   /// Addresses of the lanes' triangles and materials, as rows of floats.
   template <std::size_t N>
@@ -103,6 +106,8 @@ class LaneSurfaces {
   static TriangleLanes<N> meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
                                      MetLanes<N>& out);
   template <std::size_t N>
+  void load_layers(const RawHit (&hits)[N], unsigned on, MetLanes<N>& out) const;
+  template <std::size_t N>
   void meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
                      MetLanes<N>& out) const;
 
@@ -110,6 +115,7 @@ class LaneSurfaces {
   std::vector<Row> materials_;
   std::vector<LaneMaps> maps_;  ///< as SceneData::materials
   std::vector<Entry> placed_;   ///< as SceneData::placed
+  bool has_layers_ = false;     ///< some surface has clearcoat or sheen
 };
 
 }  // namespace core

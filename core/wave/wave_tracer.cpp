@@ -18,6 +18,7 @@
 #include "core/wave/lane_camera.h"
 #include "core/wave/lane_catcher.h"
 #include "core/wave/lane_environment.h"
+#include "core/wave/lane_holes.h"
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_sampler.h"
 #include "core/wave/lane_surfaces.h"
@@ -133,12 +134,10 @@ class LaneTracer final : public WaveTracer {
   template <typename Group>
   void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane,
                     Group&& group, int depth) const;
-  [[gnu::noinline]] unsigned draw_holes(const Wave& wave, std::size_t first,
-                                        const RawHit (&hits)[N], unsigned on, int depth) const;
   [[gnu::noinline]] void keep_away(Wave& wave, std::size_t first, unsigned met) const;
   [[gnu::noinline]] void catch_light(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
                                      const Numbers& numbers) const;
-  void go_alone(Wave& wave, std::size_t i, const RawHit& met, int depth, std::uint64_t& rays) const;
+  void go_alone(Wave& wave, std::size_t i, const RawHit* met, int depth, std::uint64_t& rays) const;
   void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
   template <bool kCatches = false>
   [[gnu::flatten]] void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
@@ -231,20 +230,29 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
   WavePaths& paths = wave.paths;
   rays += paths.count;
   const bool has_sky = environment_ != nullptr || (depth == 0 && !backdrop_.is_environment());
-  RayPacket packet;
-  std::fill_n(packet.t_max, 8, Ray{}.t_max);
+  TracedPacket packet;
+  std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
   const std::size_t end = paths.first + paths.count;
   for (std::size_t first = paths.first; first < end; first += 8) {
     const unsigned active = lanes_below(end - first);
-    fill(packet, paths.origin, paths.direction, first);
+    fill(packet.rays, paths.origin, paths.direction, first);
     if (depth == 0) {  // camera paths are in the order of their slots
-      std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.t_max);
+      std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.rays.t_max);
     }
-    HitPacket hits;
-    const unsigned met = scene_.accel->intersect8(packet, active, hits);
-    std::copy_n(hits.instance, 8, wave.hits.instance.at + first);
-    std::copy_n(hits.geometry, 8, wave.hits.geometry.at + first);
-    std::copy_n(hits.primitive, 8, wave.hits.primitive.at + first);
+    unsigned met = scene_.accel->intersect8(packet.rays, active, packet.hits);
+    if (scene_.has_alpha) {
+      packet.met = met;
+      // By value, so that the variables of the loop stay in registers.
+      const auto draw = [this, &wave, first, depth](std::size_t k, std::uint32_t i) {
+        return sampler_of(wave, wave.paths.slot.at[first + k]).extra_1d(depth, i);
+      };
+      wave.hits.holes.at[first / 8] = pass_holes(scene_, surfaces_, packet, draw, rays);
+      met = packet.met;
+      std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
+    }
+    std::copy_n(packet.hits.instance, 8, wave.hits.instance.at + first);
+    std::copy_n(packet.hits.geometry, 8, wave.hits.geometry.at + first);
+    std::copy_n(packet.hits.primitive, 8, wave.hits.primitive.at + first);
     wave.hits.is_hit.at[first / 8] = met;
     unsigned ended = active & ~met;
     if (catcher_.is_in_lanes() && depth == 1) {
@@ -310,27 +318,6 @@ void LaneTracer<N, Options>::add_environment(Wave& wave, std::size_t first, unsi
   }
 }
 
-/// The paths [first, first + N) of `on` whose hits are holes, as in core/transport/intersect.cpp.
-template <std::size_t N, typename Options>
-unsigned LaneTracer<N, Options>::draw_holes(const Wave& wave, std::size_t first,
-                                            const RawHit (&hits)[N], unsigned on, int depth) const {
-  const WavePaths& paths = wave.paths;
-  unsigned out = 0;
-  for (; on != 0; on &= on - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    const float coverage =
-        surfaces_.coverage(hits[k], {paths.origin.get(first + k), paths.direction.get(first + k)});
-    // Shadow rays draw numbers after this one only at holes in solids.
-    const bool is_hole =
-        coverage < 1 &&
-        (scene_.has_solid_holes ||
-         !(coverage > 0 &&
-           sampler_of(wave, paths.slot.at[first + k]).extra_1d(depth, 0) < coverage));
-    out |= (is_hole ? 1U : 0U) << k;
-  }
-  return out;
-}
-
 /// Keeps the environment behind the model, which paths [first, first + 8) of `met` have hit from
 /// the catcher.
 template <std::size_t N, typename Options>
@@ -382,9 +369,9 @@ void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const MetLa
          paths.beta.get(i) * met.emitted.lane(lane) * (weight * share(depth)), depth, group);
 }
 
-/// Hands a path to the scalar tracer, which continues it from its hit.
+/// Hands a path to the scalar tracer, which continues it from its hit, or finds it anew if null.
 template <std::size_t N, typename Options>
-void LaneTracer<N, Options>::go_alone(Wave& wave, std::size_t i, const RawHit& met, int depth,
+void LaneTracer<N, Options>::go_alone(Wave& wave, std::size_t i, const RawHit* met, int depth,
                                       std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
@@ -393,7 +380,7 @@ void LaneTracer<N, Options>::go_alone(Wave& wave, std::size_t i, const RawHit& m
     path.ray.t_max = wave.results.t_max.at[slot];
   }
   path.depth = depth;
-  path.met = &met;
+  path.met = met;
   path.is_clear = depth == 0;
   const bool is_from_catcher =
       catcher_.is_in_lanes() && depth == 1 && wave.caught->on.at[slot] != 0;
@@ -454,10 +441,12 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   Vertex at;
   unsigned ground = 0;
   unsigned alone = 0;
+  unsigned behind = 0;  // holes: the hit is not that of the path's ray
   if (has_exceptions_) {
     ground = catcher_.scalar() != nullptr && depth == 0 ? catcher_.on_ground(hits, met) : 0;
-    alone = (catcher_.is_in_lanes() ? 0 : ground) |
-            (scene_.has_alpha ? draw_holes(wave, first, hits, met, depth) : 0);
+    const unsigned holes = scene_.has_alpha ? wave.hits.holes.at[first / 8] >> (first % 8) : 0;
+    alone = met & ((catcher_.is_in_lanes() ? 0 : ground) | (scene_.has_volumes ? holes : 0));
+    behind = scene_.has_volumes ? 0 : holes;
   }
   surfaces_.meet(segments, hits, met & ~alone, at.met);
   at.met.foreign |= alone;
@@ -468,7 +457,7 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   for (unsigned rest = at.met.foreign | lit; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     if ((at.met.foreign >> k & 1U) != 0) {
-      go_alone(wave, first + k, hits[k], depth, rays);
+      go_alone(wave, first + k, (behind >> k & 1U) != 0 ? nullptr : &hits[k], depth, rays);
     } else {
       add_emission(
           wave, first + k, at.met, k, [&] { return scene_.placed_mesh(hits[k]).group; }, depth);
@@ -486,7 +475,8 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   at.cone_spread_rad = segments.cone_spread_rad;
   at.is_sharp = segments.is_sharp;
   at.frame = frame_from_normal(s.normal);
-  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon));
+  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
+                          at.met.layered == 0 ? nullptr : &at.met.layers);
   const Numbers numbers = Numbers::load(paths, first);
   if (depth == 0) {
     keep_first_surface<N>(wave.results, slot_of(paths, first), at.on,
@@ -687,30 +677,34 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
   };
   const bool has_blocked = catcher_.is_in_lanes() && depth == 0;
   const bool all_block = !scene_.has_alpha && !scene_.has_clear && !scene_.has_shared_space;
-  RayPacket packet;
+  const bool has_holes_only = !all_block && !scene_.has_clear && !scene_.has_volumes;
+  TracedPacket packet;
+  std::array<float, 8> passed{};
   for (std::size_t first = 0; first < shadows.count; first += 8) {
     const unsigned active = lanes_below(shadows.count - first);
-    fill(packet, shadows.origin, shadows.direction, first);
-    std::copy_n(shadows.t_max.at + first, 8, packet.t_max);
+    fill(packet.rays, shadows.origin, shadows.direction, first);
+    std::copy_n(shadows.t_max.at + first, 8, packet.rays.t_max);
     unsigned occluded = 0;
     unsigned alone = 0;  // may be transmitted in part
     if (all_block) {
-      occluded = active & scene_.accel->occluded8(packet, active);
+      occluded = active & scene_.accel->occluded8(packet.rays, active);
+    } else if (has_holes_only) {
+      passed = pass_light(scene_, surfaces_, packet, active, rays);
+      for (std::size_t k = 0; k < 8; ++k) {
+        occluded |= (passed[k] > 0 ? 0U : 1U) << k;
+      }
     } else if (scene_.has_shared_space) {
       alone = active;
     } else {
-      HitPacket hits;
-      alone = active & scene_.accel->intersect8(packet, active, hits);
-      for (unsigned rest = alone; rest != 0; rest &= rest - 1) {
+      packet.met = active & scene_.accel->intersect8(packet.rays, active, packet.hits);
+      for (unsigned rest = packet.met; rest != 0; rest &= rest - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-        const RawHit hit = {0, hits.instance[k], hits.geometry[k], hits.primitive[k]};
-        const Ray ray = {shadows.origin.get(first + k), shadows.direction.get(first + k)};
-        occluded |= (surfaces_.blocks(hit, ray) ? 1U : 0U) << k;
+        occluded |= (surfaces_.blocks(packet.hit(k), packet.ray(k)) ? 1U : 0U) << k;
       }
-      alone &= ~occluded;
+      alone = packet.met & ~occluded;
     }
     rays += static_cast<std::uint64_t>(std::popcount(active & ~alone));
-    if (alone == 0 && !has_blocked) {
+    if (alone == 0 && !has_blocked && !has_holes_only) {
       for (unsigned open = active & ~occluded; open != 0; open &= open - 1) {
         const std::size_t k = first + static_cast<std::size_t>(std::countr_zero(open));
         add(k, shadows.value.get(k));
@@ -725,6 +719,8 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
       Vec3 open = (occluded >> k & 1U) != 0 ? Vec3{} : value;
       if ((alone >> k & 1U) != 0) {
         open = value * transmittance(wave, i, depth, rays);
+      } else if (has_holes_only) {
+        open = value * passed[k];
       }
       if (has_blocked && is_blocked(i)) {
         block(i, value - open);

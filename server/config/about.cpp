@@ -10,6 +10,7 @@
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_schema.h"
 #include "core/wave/wave_tracer.h"
+#include "server/config/url_limits.h"
 #include "server/http/http_server.h"
 #include "server/store/files.h"
 
@@ -106,6 +107,8 @@ api::ServerView about_server(const Config& config, const MemoryLimits& memory,
       {"retention_seconds_of_the_server", config.retention_seconds},
       {"ended_jobs", config.ended_max},
       {"unfinished_jobs_of_a_key", config.quota_jobs},
+      {"url_jobs_of_a_key", url_jobs_of_tenant(config)},
+      {"url_jobs_of_a_preset", kUrlJobsOfPreset},
       {"previews_of_a_key", config.quota_previews},
       {"streams_of_a_key", config.quota_streams},
       {"lab_runs_of_a_key", config.quota_lab_runs},

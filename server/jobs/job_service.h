@@ -111,6 +111,9 @@ class JobService {
     /// The key is the hash of the whole request, not the client's: a job of the same request is
     /// returned while it is active or has its film, and made again otherwise.
     bool is_by_content = false;
+    /// Then also a job that has failed less than this long ago, so that a request that always fails
+    /// does not make a job each time.
+    double failed_seconds = 0;
   };
   struct Submitted {
     JobPointer job;
@@ -119,6 +122,8 @@ class JobService {
   /// Problems: of check(); 404 an id of another tenant; 409 key or id with another body; 429 queue
   /// or quota full; 503 stopping; 507 disk full, or at /film more than the tenant's quota.
   api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
+  /// Returns the job that submit() would return in place of a new one; null: none.
+  core::Result<JobPointer> find_equal(const Submission& submission);
 
   /// Jobs of a batch: all are stored or none.
   struct Together {

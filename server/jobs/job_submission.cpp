@@ -27,12 +27,18 @@ std::string key_of(const JobService::Submission& submission) {
          submission.key;
 }
 
-/// Returns whether the job still is that of its first request, and has an image or will have one.
-bool still_answers(const Job& job) {
+/// Returns whether the job still is that of its first request, and has an image or will have one,
+/// or has failed too recently to be tried again.
+bool still_answers(const Job& job, double failed_seconds) {
   const JobRecord record = job.record();
-  const JobState state = record.view.state;
-  return record.view.spec_version == api::JobView{}.spec_version && state != JobState::kFailed &&
-         state != JobState::kCancelled && record.film != FilmPlace::kEvicted;
+  const api::JobView& view = record.view;
+  if (view.spec_version != api::JobView{}.spec_version) {
+    return false;
+  }
+  if (view.state == JobState::kFailed) {
+    return unix_now() - view.finished_at_unix_seconds.value_or(0) < failed_seconds;
+  }
+  return view.state != JobState::kCancelled && record.film != FilmPlace::kEvicted;
 }
 
 /// Returns a view without the job's identity.
@@ -98,6 +104,14 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
   return job;
 }
 
+core::Result<JobPointer> JobService::find_equal(const Submission& submission) {
+  auto job = submission.id.empty() ? find_replay(submission) : find_own_id(submission);
+  if (job && *job && submission.is_by_content && !still_answers(**job, submission.failed_seconds)) {
+    return JobPointer();
+  }
+  return job;
+}
+
 core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
   auto job = index_.find(submission.id);  // Ids are unique across all tenants.
   if (!job) {
@@ -141,11 +155,11 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   std::unique_lock<core::Mutex> keyed;
   if (!submission.key.empty() || !submission.id.empty()) {
     keyed = std::unique_lock<core::Mutex>(keyed_mutex_);
-    auto replay = submission.id.empty() ? find_replay(submission) : find_own_id(submission);
+    auto replay = find_equal(submission);
     if (!replay) {
       return api::from_error(replay.error());
     }
-    if (*replay && (!submission.is_by_content || still_answers(**replay))) {
+    if (*replay) {
       return Submitted{.job = std::move(*replay), .is_replay = true};
     }
   }

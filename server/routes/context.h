@@ -29,12 +29,13 @@
 #include "server/store/assets.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
-#include "server/store/preset_table.h"
 #include "server/store/storage_quota.h"
 #include "server/store/usage_table.h"
 #include "server/webhooks/webhook_secrets.h"
 
 namespace server {
+
+class PresetTable;
 
 struct RouteContext {
   const Config& config;

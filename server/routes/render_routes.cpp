@@ -1,9 +1,8 @@
-// POST /v1/render: upload, job and image in one request.
+// POST /v1/render: upload, job and image in one request; and images by URL, which share its jobs.
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,16 +15,19 @@
 #include "api/json/limits.h"
 #include "api/presets.h"
 #include "api/queries/render_query.h"
-#include "core/base/mutex.h"
 #include "core/base/sha256.h"
+#include "server/config/url_limits.h"
 #include "server/http/form_data.h"
 #include "server/http/text.h"
+#include "server/jobs/url_jobs.h"
+#include "server/jobs/waiting_clients.h"
 #include "server/pictures/image_look.h"
 #include "server/routes/answers.h"
 #include "server/routes/asset_upload.h"
 #include "server/routes/context.h"
 #include "server/routes/job_answers.h"
 #include "server/routes/picture_answer.h"
+#include "server/routes/picture_by_url.h"
 #include "server/routes/preset_routes.h"
 #include "server/routes/scene_upload.h"
 
@@ -34,63 +36,6 @@ namespace {
 
 using core::Error;
 using core::ErrorCode;
-
-/// Clients that wait for jobs of this route. A job is cancelled when the last of them has left and
-/// none was answered.
-class Clients {
- public:
-  /// Submits the job; its client waits from here to leave().
-  api::Parsed<JobService::Submitted> enter(JobService& jobs, api::ParsedJob job,
-                                           const JobService::Submission& submission) {
-    const core::MutexLock lock(mutex_);  // No client of an equal job leaves meanwhile.
-    auto submitted = jobs.submit(std::move(job), submission);
-    if (submitted) {
-      const auto [waiting, is_new] = waiting_.try_emplace(submitted->job->id());
-      ++waiting->second.clients;
-      waiting->second.is_kept = waiting->second.is_kept || (is_new && submitted->is_replay);
-    }
-    return submitted;
-  }
-  void leave(JobService& jobs, const JobPointer& job, bool is_answered) {
-    const core::MutexLock lock(mutex_);
-    const auto waiting = waiting_.find(job->id());
-    waiting->second.is_kept = waiting->second.is_kept || is_answered;
-    if (--waiting->second.clients > 0) {
-      return;
-    }
-    const bool is_kept = waiting->second.is_kept;
-    waiting_.erase(waiting);
-    if (!is_kept) {
-      static_cast<void>(jobs.cancel(job));  // Fails only for a job that has already ended.
-    }
-  }
-
- private:
-  struct Waiting {
-    int clients = 0;
-    bool is_kept = false;  ///< A client was answered with it, or it is older than all of them.
-  };
-  core::Mutex mutex_;
-  std::map<std::string, Waiting> waiting_ GUARDED_BY(mutex_);
-};
-
-/// A client's wait for a job.
-class Wait {
- public:
-  Wait(Clients& clients, JobService& jobs, JobPointer job)
-      : clients_(clients), jobs_(jobs), job_(std::move(job)) {}
-  ~Wait() { clients_.leave(jobs_, job_, is_answered_); }
-  Wait(const Wait&) = delete;
-  Wait& operator=(const Wait&) = delete;
-  /// The client has left without an answer.
-  void give_up() { is_answered_ = false; }
-
- private:
-  Clients& clients_;
-  JobService& jobs_;
-  const JobPointer job_;
-  bool is_answered_ = true;
-};
 
 /// A request as it was sent. Views are of the body in `upload`.
 struct Sent {
@@ -234,7 +179,7 @@ Response waited_answer(const RouteContext& context, const Request& request, cons
   return picture_answer(context, request, job, format, look);
 }
 
-Response render(const RouteContext& context, Clients& clients, Request& request) {
+Response render(const RouteContext& context, WaitingClients& clients, Request& request) {
   auto sent = read_request(context, request);
   if (!sent) {
     return error_answer(request, sent.error());
@@ -327,10 +272,17 @@ Response render(const RouteContext& context, Clients& clients, Request& request)
 }  // namespace
 
 void add_render_handlers(const RouteContext& context, HandlerTable& table) {
-  table["render"] = {.handler = [clients = std::make_shared<Clients>()](
-                                    const RouteContext& routes,
-                                    Request& request) { return render(routes, *clients, request); },
-                     .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+  const auto clients = std::make_shared<WaitingClients>();
+  table["render"] = {
+      .handler = [clients](const RouteContext& routes,
+                           Request& request) { return render(routes, *clients, request); },
+      .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+  const auto started = std::make_shared<UrlJobs>(UrlJobs::Bounds{
+      .of_preset = kUrlJobsOfPreset, .of_tenant = url_jobs_of_tenant(context.config)});
+  table["getPicture"] = {
+      .handler = [clients, started](const RouteContext& routes, Request& request) {
+        return picture_by_url(routes, {.clients = *clients, .started = *started}, request);
+      }};
 }
 
 }  // namespace server

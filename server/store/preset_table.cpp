@@ -130,7 +130,7 @@ core::Result<bool> PresetTable::remove(std::string_view name, const std::string&
 }
 
 core::Status PresetTable::insert_key(const SigningKeyRow& row) {
-  return database_.transact([&](Database::Session& session) -> core::Status {
+  const core::Status done = database_.transact([&](Database::Session& session) -> core::Status {
     Statement own = session.prepare("SELECT count(*) FROM signing_keys WHERE tenant=?");
     own.bind(std::string_view(row.tenant));
     if (count_of(own) >= kKeysMax) {
@@ -142,9 +142,15 @@ core::Status PresetTable::insert_key(const SigningKeyRow& row) {
     insert.bind(std::string_view(row.id)).bind(std::string_view(row.key));
     return insert.bind(std::string_view(row.tenant)).bind(row.created_at).run();
   });
+  forget_keys();
+  return done;
 }
 
-core::Result<std::vector<SigningKeyRow>> PresetTable::keys() {
+core::Result<PresetTable::Keys> PresetTable::keys() {
+  const core::MutexLock lock(keys_mutex_);
+  if (keys_ != nullptr) {
+    return keys_;
+  }
   auto session = database_.session();
   Statement select = session.prepare(
       "SELECT id, key, tenant, created_at FROM signing_keys ORDER BY created_at, id");
@@ -158,13 +164,24 @@ core::Result<std::vector<SigningKeyRow>> PresetTable::keys() {
   if (const auto status = select.status(); !status) {
     return status.error();
   }
-  return rows;
+  keys_ = std::make_shared<const std::vector<SigningKeyRow>>(std::move(rows));
+  return keys_;
 }
 
 core::Status PresetTable::remove_key(std::string_view id) {
-  auto session = database_.session();
-  Statement gone = session.prepare("DELETE FROM signing_keys WHERE id=?");
-  return gone.bind(id).run();
+  core::Status done = core::ok_status();
+  {
+    auto session = database_.session();  // keys() takes it while it holds its mutex.
+    Statement gone = session.prepare("DELETE FROM signing_keys WHERE id=?");
+    done = gone.bind(id).run();
+  }
+  forget_keys();
+  return done;
+}
+
+void PresetTable::forget_keys() {
+  const core::MutexLock lock(keys_mutex_);
+  keys_.reset();
 }
 
 }  // namespace server

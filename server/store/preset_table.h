@@ -1,11 +1,13 @@
 /// Presets of tenants, and the keys that sign URLs of their images.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "server/access.h"
 #include "server/store/database.h"
@@ -47,12 +49,18 @@ class PresetTable {
 
   /// Errors: kConflict when the tenant has too many keys.
   core::Status insert_key(const SigningKeyRow& row);
-  /// Returns the keys of all tenants, oldest first.
-  core::Result<std::vector<SigningKeyRow>> keys();
+  /// Returns the keys of all tenants, oldest first. Kept in memory: each signed request needs them.
+  using Keys = std::shared_ptr<const std::vector<SigningKeyRow>>;
+  core::Result<Keys> keys();
   core::Status remove_key(std::string_view id);
 
  private:
+  /// After a change of the store, so that the next caller reads it.
+  void forget_keys();
+
   Database& database_;
+  core::Mutex keys_mutex_;
+  Keys keys_ GUARDED_BY(keys_mutex_);  ///< Null: to be read.
 };
 
 }  // namespace server

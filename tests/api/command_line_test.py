@@ -12,6 +12,7 @@ from harness import (
     ApiTest,
     hdr_image,
     job_body,
+    png_data,
     png_pixels,
     tessera,
     triangle_glb,
@@ -315,6 +316,33 @@ class CommandLine(ApiTest):
         self.assertEqual(render("--exposure", told[2])[2], picture)
         self.assertGreater(len({p for row in png_pixels(picture) for p in row}), 20)
 
+    def test_look_is_that_of_the_servers_images(self):
+        job = self.server.render(job_body("cornell-box", samples=2))["id"]
+        query = f"/v1/jobs/{job}/image.png?white_balance=3000&contrast=1.25"
+        look = ("--white-balance", "3000", "--contrast", "1.25")
+        size = ("--size", "48x32", "--spp", "2", "--adaptive", "none")
+
+        def written(*command, file=self.picture):
+            code, _, said = tessera(*command, "-o", file)
+            self.assertEqual(code, 0, said)
+            with open(file, "rb") as picture:
+                return picture.read()
+
+        deep = self.server.get(query + "&bits=16").body
+        for command in (("fetch", job), ("submit", "cornell-box", *size)):
+            picture = written(*command, *look, "--bits", "16", *self.server_flags)
+            self.assertEqual(png_data(picture), png_data(deep))
+        # Its images have alpha, which those of the server lose where all of it is 1.
+        mine = [p for row in png_pixels(written("render", "cornell-box", *size, *look))
+                for p in row]
+        others = [p for row in png_pixels(self.server.get(query).body) for p in row]
+        self.assertEqual([(a[:3], b) for a, b in zip(mine, others) if a[3] == 255 and a[:3] != b],
+                         [])
+        self.assertGreater(sum(p[3] == 255 for p in mine), 300)
+        self.assertEqual(written("render", "cornell-box", *size, "--bits", "16")[24], 16)  # IHDR
+        avif = written("render", "cornell-box", *size, file=self.picture[:-3] + "avif")
+        self.assertEqual(avif[4:12], b"ftypavif")
+
     def test_display_options_for_a_linear_format_are_2(self):
         for flag in ("2", "auto"):
             file = self.picture[:-3] + "exr"
@@ -322,9 +350,19 @@ class CommandLine(ApiTest):
             self.assertEqual(code, 2, said)
             self.assertIn("--exposure", said)
         job = self.server.render(job_body())["id"]
+        for flags in (("--white-balance", "999"), ("--contrast", "5"), ("--bits", "12")):
+            for command in (("fetch", job), ("render", "furnace"), ("submit", "furnace")):
+                code, _, said = tessera(*command, "-o", self.picture, *flags)
+                self.assertEqual(code, 2, said)
+        for command in (("render", "furnace"), ("submit", "furnace", *self.server_flags)):
+            for suffix, flags in (("exr", ("--contrast", "2")), ("jpg", ("--bits", "16"))):
+                code, _, said = tessera(*command, "-o", self.picture[:-3] + suffix, *flags)
+                self.assertEqual(code, 2, said)
+                self.assertIn(flags[0], said)
         for suffix in ("exr", "hdr", "tif", "tiff"):
             file = self.picture[:-3] + suffix
-            for flags in (("--exposure", "2"), ("--tonemap", "aces")):
+            for flags in (("--exposure", "2"), ("--tonemap", "aces"), ("--white-balance", "2700"),
+                          ("--contrast", "2"), ("--bits", "16")):
                 code, _, said = tessera("fetch", job, "-o", file, *flags, *self.server_flags)
                 self.assertEqual(code, 2, said)
                 self.assertIn(flags[0], said)

@@ -507,17 +507,22 @@ def png_size(data):
     return width, height, colour
 
 
-def png_pixels(data):
-    """Rows of 8-bit pixels: tuples of 1, 3 or 4."""
-    width, height, colour = png_size(data)
-    channels = {0: 1, 2: 3, 6: 4}[colour]
+def png_data(data):
+    """The filtered samples, without metadata: equal for equal images of one encoder."""
     place, packed = 8, b""
     while place < len(data):
         size, kind = struct.unpack(">I4s", data[place:place + 8])
         if kind == b"IDAT":
             packed += data[place + 8:place + 8 + size]
         place += 12 + size
-    raw, stride = zlib.decompress(packed), width * channels
+    return zlib.decompress(packed)
+
+
+def png_pixels(data):
+    """Rows of 8-bit pixels: tuples of 1, 3 or 4."""
+    width, height, colour = png_size(data)
+    channels = {0: 1, 2: 3, 6: 4}[colour]
+    raw, stride = png_data(data), width * channels
     above, rows = bytes(stride), []
     for y in range(height):
         kind, line = raw[y * (stride + 1)], bytearray(

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import hmac
+import http.client
 import time
 import unittest
 
@@ -78,6 +79,10 @@ class Presets(ApiTest):
             ("/size", {"job": {}, "size": []}),
             ("/job/class", {"job": {"class": "preview"}}),
             ("/deadline_seconds", {"job": {}, "deadline_seconds": 0}),
+            # No URL would have an image.
+            ("/job/camera/orbit", {"job": {"camera": {"position": [0, 0, 5],
+                                                      "target": [0, 0, 0]}}}),
+            ("/sizes/1", {"job": {}, "sizes": [[8, 8], [16384, 16384]]}),
         ):
             self.assert_problem(self.put("a", body), 422, pointer)
         for name in ("studio", "a%20b", "x" * 65):
@@ -239,6 +244,22 @@ class Pictures(ApiTest):
         job = unfinished[0]
         self.assertEqual(job["spec"]["stop"]["samples_per_pixel"], 65536)
 
+    def test_client_that_leaves_takes_no_image_from_visitors(self):
+        self.server.request("PUT", "/v1/presets/shown", {**LONG, "deadline_seconds": 3})
+        sender = http.client.HTTPConnection("127.0.0.1", self.server.port)
+        sender.request("POST", "/v1/render?preset=shown&scene=cornell-box&theta=9&phi=90&wait=60")
+        end = time.monotonic() + PATIENCE_S
+        while not (jobs := self.server.get(self.UNFINISHED).json()["jobs"]):
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+        visitor = in_background(lambda: self.picture("/shown/cornell-box/9,90.png"))
+        time.sleep(1)  # it waits now
+        sender.close()
+        visitor()
+        time.sleep(2)  # a lost client is seen within a second
+        left = self.server.get(self.UNFINISHED).json()["jobs"]
+        self.assertEqual([job["id"] for job in left], [jobs[0]["id"]])
+
     def test_deadline_is_the_presets(self):
         self.server.request("PUT", "/v1/presets/hasty", {**LONG, "deadline_seconds": 0.1})
         self.server.request("PUT", "/v1/presets/slow", {**LONG, "deadline_seconds": 4})
@@ -307,6 +328,83 @@ class Pictures(ApiTest):
         # Browsers would encode the last ones, and ask for another URL.
         for wrong in (rest[1:], "/p/a b/0,90.png", "/p/ä/0,90.png", rest + "&x='"):
             self.assertNotEqual(tessera("sign", wrong, "--key", self.key)[0], 0, wrong)
+
+
+class Failures(unittest.TestCase):
+    def test_image_that_fails_is_tried_once_until_someone_tries_again(self):
+        server = Server()
+        self.addCleanup(server.close)
+        server.start()
+        server.request("PUT", "/v1/presets/p", SMALL)
+        key = server.post("/v1/signing-keys").json()["key"]
+        model = triangle_glb()
+        scene = server.post("/v1/scenes", model, GLB).json()["id"]
+        server.stop()
+        with open(f"{server.data}/assets/{scene[:2]}/{scene}", "r+b") as file:
+            file.write(b"damage")
+        server.start()
+        url = signed(key, f"/p/{scene}/0,90.png")
+        self.assertEqual(settled(server, url).status, 500)
+        server.stop()
+        server.start()
+        for each in (url, url, url.replace(".png", ".jpg")):
+            each = signed(key, each[each.index("/p/"):])
+            answer = server.get(each)
+            self.assertEqual(answer.status, 500, answer)
+            self.assertIn("upload it again", answer.json()["detail"])
+            self.assertGreater(int(answer.headers["Retry-After"]), 200)
+        jobs = server.get("/v1/jobs").json()["jobs"]
+        self.assertEqual([job["state"] for job in jobs], ["failed"])
+        # Who knows what has been mended need not wait.
+        self.assertEqual(server.post("/v1/scenes", model, GLB).status, 200)
+        self.assertEqual(server.get(url).status, 500)
+        self.assertEqual(server.post(f"/v1/jobs/{jobs[0]['id']}/retry").status, 202)
+        self.assertEqual(settled(server, url).status, 200)
+        self.assertEqual(len(server.get("/v1/jobs").json()["jobs"]), 1)
+
+
+class Bounds(unittest.TestCase):
+    def start(self, *flags):
+        self.server = Server(*flags, threads=1)
+        self.addCleanup(self.server.close)
+        self.server.start()
+        for name in ("open", "other"):
+            self.server.request("PUT", "/v1/presets/" + name,
+                                {**LONG, "public": True, "deadline_seconds": 0.001})
+
+    def visit(self, preset, count, scene="cornell-box"):
+        return [self.server.get(f"/i/public/{preset}/{scene}/{theta},90.webp")
+                for theta in range(count)]
+
+    def unfinished(self):
+        return len(self.server.get(ApiTest.UNFINISHED).json()["jobs"])
+
+    def test_visitors_leave_half_of_the_queue(self):
+        self.start("--max-queue", "8", "--max-running", "1")
+        limits = self.server.get("/v1/server").json()["limits"]
+        self.assertEqual((limits["url_jobs_of_a_key"], limits["url_jobs_of_a_preset"]), (4, 64))
+        for answer in self.visit("open", 12):
+            self.assertEqual(answer.status, 503)
+            self.assertGreaterEqual(int(answer.headers["Retry-After"]), 1)
+        self.assertEqual(self.unfinished(), 4)
+        self.assertEqual(self.visit("other", 1, "glass")[0].status, 503)
+        self.assertEqual(self.unfinished(), 4)
+        job = {"scene": "cornell-box", **LONG["job"]}
+        for _ in range(4):
+            self.assertEqual(self.server.post("/v1/jobs", job).status, 201)
+        # An end makes room.
+        ended = self.server.get(ApiTest.UNFINISHED).json()["jobs"][-1]["id"]
+        self.server.post(f"/v1/jobs/{ended}/cancel")
+        self.assertEqual(self.unfinished(), 7)
+        self.visit("other", 3, "glass")
+        self.assertEqual(self.unfinished(), 8)
+
+    def test_visitors_of_a_preset_leave_room_to_those_of_others(self):
+        self.start()
+        self.visit("open", 70)
+        self.assertEqual(self.unfinished(), 64)
+        self.visit("other", 2, "glass")
+        self.assertEqual(self.unfinished(), 66)
 
 
 class Tenants(unittest.TestCase):

@@ -2,7 +2,9 @@
 
 import http.client
 import io
+import itertools
 import json
+import math
 import shutil
 import struct
 import subprocess
@@ -27,40 +29,88 @@ from harness import (
 )
 
 
-
-def cube_glb(albedo):
-    points, normals, indices = [], [], []
-    for axis in range(3):
-        for sign in (-1, 1):
-            first = len(points)
-            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                point = [0, 0, 0]
-                point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3] = sign, a, b * sign
-                points.append(point)
-                normals.append([sign if k == axis else 0 for k in range(3)])
-            indices += [first, first + 1, first + 2, first, first + 2, first + 3]
-
-    def packed(rows):
-        return b"".join(struct.pack("<3f", *row) for row in rows)
-
-    chunks = (packed(points), packed(normals), struct.pack("<36H", *indices))
+def white_glb(points, normals, triangles):
+    """A rough mesh of albedo 0.8."""
+    count = len(triangles) * 3
+    chunks = [b"".join(struct.pack("<3f", *row) for row in rows) for rows in (points, normals)]
+    chunks.append(struct.pack(f"<{count}H", *(i for each in triangles for i in each)))
     views, at = [], 0
     for chunk in chunks:
         views.append({"buffer": 0, "byteOffset": at, "byteLength": len(chunk)})
-        at += len(chunk)
+        at += len(chunk) + -len(chunk) % 4
+    box = {name: [f(p[c] for p in points) for c in range(3)]
+           for name, f in (("min", min), ("max", max))}
     return glb({
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0}],
-        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [albedo] * 3 + [1],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.8, 0.8, 1],
                                                 "metallicFactor": 0, "roughnessFactor": 0.6}}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2,
                                     "material": 0}]}],
         "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 24, "type": "VEC3",
-             "min": [-1, -1, -1], "max": [1, 1, 1]},
-            {"bufferView": 1, "componentType": 5126, "count": 24, "type": "VEC3"},
-            {"bufferView": 2, "componentType": 5123, "count": 36, "type": "SCALAR"}],
-        "bufferViews": views, "buffers": [{"byteLength": at}]}, b"".join(chunks))
+            {"bufferView": 0, "componentType": 5126, "count": len(points), "type": "VEC3", **box},
+            {"bufferView": 1, "componentType": 5126, "count": len(points), "type": "VEC3"},
+            {"bufferView": 2, "componentType": 5123, "count": count, "type": "SCALAR"}],
+        "bufferViews": views, "buffers": [{"byteLength": at}]},
+        b"".join(chunk + bytes(-len(chunk) % 4) for chunk in chunks))
+
+
+def flat_glb(polygons):
+    """Convex polygons, counter-clockwise from outside, each with its own normal."""
+    points, normals, triangles = [], [], []
+    for polygon in polygons:
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = polygon[:3]
+        u, v = (bx - ax, by - ay, bz - az), (cx - ax, cy - ay, cz - az)
+        normal = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+        length = math.hypot(*normal)
+        first = len(points)
+        points += polygon
+        normals += [tuple(x / length for x in normal)] * len(polygon)
+        triangles += [(first, first + i, first + i + 1) for i in range(1, len(polygon) - 1)]
+    return white_glb(points, normals, triangles)
+
+
+def cube_glb(half=(1, 1, 1)):
+    polygons = []
+    for axis in range(3):
+        for sign in (-1, 1):
+            polygon = []
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                point = [0, 0, 0]
+                point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3] = sign, a * sign, b
+                polygon.append(tuple(c * h for c, h in zip(point, half)))
+            polygons.append(polygon)
+    return flat_glb(polygons)
+
+
+def house_glb():
+    """Walls of 2 x 1.2 x 1.6 m below a gable roof whose ridge is along x, 2 m above the ground."""
+    x, y, z, ridge = 1, 1.2, 0.8, 2
+    return flat_glb([
+        [(-x, 0, z), (x, 0, z), (x, y, z), (-x, y, z)],
+        [(x, 0, -z), (-x, 0, -z), (-x, y, -z), (x, y, -z)],
+        [(x, 0, z), (x, 0, -z), (x, y, -z), (x, ridge, 0), (x, y, z)],
+        [(-x, 0, -z), (-x, 0, z), (-x, y, z), (-x, ridge, 0), (-x, y, -z)],
+        [(-x, y, z), (x, y, z), (x, ridge, 0), (-x, ridge, 0)],
+        [(x, y, -z), (-x, y, -z), (-x, ridge, 0), (x, ridge, 0)],
+        [(-x, 0, -z), (x, 0, -z), (x, 0, z), (-x, 0, z)],
+    ])
+
+
+def torus_glb(around=48, across=24, radius=1, tube=0.4):
+    """Lies on the ground: its axis is y."""
+    points, normals, triangles = [], [], []
+    for i in range(around):
+        for k in range(across):
+            a, b = 2 * math.pi * i / around, 2 * math.pi * k / across
+            normal = (math.cos(b) * math.cos(a), math.sin(b), math.cos(b) * math.sin(a))
+            normals.append(normal)
+            points.append((radius * math.cos(a) + tube * normal[0], tube * normal[1],
+                           radius * math.sin(a) + tube * normal[2]))
+            right, up = (i + 1) % around * across, (k + 1) % across
+            here = i * across
+            triangles += [(here + k, here + up, right + up), (here + k, right + up, right + k)]
+    return white_glb(points, normals, triangles)
 
 
 QUICK = "size=24x16&samples=4"
@@ -163,6 +213,17 @@ class Render(ApiTest):
                 # Half a pixel of the edge's own, and the tip of the triangle.
                 self.assertAlmostEqual(seen[-1] + 1 - seen[0], 84, delta=3, msg=size)
 
+    def test_long_and_flat_models_come_as_close(self):
+        clear = ("job", json.dumps({"background": {"type": "transparent"}}))
+        for x, y, z in ((5, 0.1, 0.5), (0.2, 4, 0.2)):
+            scene = ("scene", cube_glb((x, y, z)), "a.glb")
+            answer = self.rendered("size=100x100&theta=30&phi=75&samples=4", *form(scene, clear))
+            rows = png_pixels(answer.body)
+            across = [x for x in range(100) if any(row[x][3] > 127 for row in rows)]
+            down = [y for y, row in enumerate(rows) if any(p[3] > 127 for p in row)]
+            free = min(across[0], 99 - across[-1], down[0], 99 - down[-1])
+            self.assertAlmostEqual(free, 8, delta=1.5)
+
     def test_query_is_merged_into_the_job(self):
         job = {"seed": 7, "film": {"height": 12}, "stop": {"samples_per_pixel": 4},
                "environment": {"intensity": 2}}
@@ -238,21 +299,54 @@ class Render(ApiTest):
         self.assertNotIn("X-Tessera-Exposure", linear.headers)
 
     def test_white_product_keeps_its_shading_on_white(self):
-        # A cube of albedo 0.8, as the triangle's box: its front takes the middle of the image.
-        white = json.dumps({"camera": {"orbit": {"theta_degrees": 30, "phi_degrees": 60}}})
-        for preset in ("studio", "tent", "rim"):
-            for ground in ("sweep", "catcher&background=ffffff"):
+        job = json.dumps({"camera": {"orbit": {"theta_degrees": 30, "phi_degrees": 60}},
+                          "film": {"layers": ["object"]}})
+        over_white = "catcher&background=ffffff"
+        for shape, grounds in ((cube_glb, ("sweep", over_white)), (house_glb, (over_white,)),
+                               (torus_glb, (over_white,))):
+            scene = ("scene", shape(), "a.glb")
+            for preset, ground in itertools.product(("studio", "tent", "rim"), grounds):
                 answer = self.rendered(
-                    f"size=64x64&samples=32&preset={preset}&ground={ground}",
-                    *form(("scene", cube_glb(0.8), "a.glb"), ("job", white)))
-                rows = png_pixels(answer.body)
-                inside = [sum(rows[y][x][:3]) / 3 for y in range(22, 42) for x in range(22, 42)]
-                clipped = sum(v >= 254 for v in inside) / len(inside)
-                self.assertLessEqual(clipped, 0.01, (preset, ground))
-                inside.sort()
-                # Three faces of three shades; the brightest near the code of its albedo, 231.
-                self.assertGreater(inside[-4] - inside[4], 15, (preset, ground))
-                self.assertGreater(inside[-4], 100 if preset == "rim" else 190, (preset, ground))
+                    f"size=48x48&samples=16&preset={preset}&ground={ground}&wait=60",
+                    *form(scene, ("job", job)))
+                shown = self.server.get(answer.headers["Location"] + "/image.png?layer=object")
+                shades = sorted(
+                    sum(pixel[:3]) / 3
+                    for row, ids in zip(png_pixels(answer.body), png_pixels(shown.body))
+                    for pixel, id in zip(row, ids) if any(id[:3]))
+                self.assertGreater(len(shades), 300)
+                told = (shape.__name__, preset, ground)
+                clipped = sum(v >= 254 for v in shades) / len(shades)
+                self.assertLessEqual(clipped, 0.01, told)
+                # Not one shade; the brightest near the code of its albedo, 231.
+                dark, bright = (shades[int(q * len(shades))] for q in (0.05, 0.95))
+                self.assertGreater(bright - dark, 15, told)
+                self.assertGreater(bright, 100 if preset == "rim" else 190, told)
+
+    def test_cut_out_edges_have_the_colour_of_the_product(self):
+        # It radiates 0.5 in all directions, of which the curve makes 188 (IEC 61966-2-1).
+        document = triangle_document()
+        document["materials"] = [{"emissiveFactor": [0.5] * 3, "pbrMetallicRoughness": {
+            "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 1},
+            "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}]
+        document["extensionsUsed"] = ["KHR_materials_specular"]
+        document["meshes"][0]["primitives"][0]["material"] = 0
+        clear = ("job", json.dumps({"background": {"type": "transparent"},
+                                    "environment": {"color": [0, 0, 0]}}))
+        scene = ("scene", glb(document, TRIANGLE), "a.glb")
+        look = "size=48x48&samples=16&theta=0&phi=90&exposure=0&curve=srgb"
+        pixels = [p for row in png_pixels(self.rendered(look, *form(scene, clear)).body)
+                  for p in row]
+        edges = [p for p in pixels if 0 < p[3] < 255]
+        self.assertGreater(len(edges), 50)
+        for *rgb, alpha in pixels:
+            if alpha > 0:
+                for value in rgb:  # of an edge: to half a code of the associated value
+                    self.assertAlmostEqual(value, 188, delta=1, msg=alpha)
+        over = [p for row in png_pixels(
+            self.rendered(look + "&background=000000", *form(scene, clear)).body) for p in row]
+        for (value, *_), (*_, alpha) in zip(over, pixels):
+            self.assertAlmostEqual(value, 188 * alpha / 255, delta=2)
 
     def test_same_request_gets_the_image_of_the_same_job(self):
         first = self.rendered(QUICK, triangle_glb(), GLB)

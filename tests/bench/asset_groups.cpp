@@ -81,6 +81,9 @@ bool for_asset_groups(const AssetPlan& plan, const std::string& folder,
       if (plan.is_short && ++number % 4 > 1) {  // alternates between the maps
         continue;
       }
+      if (!std::string_view(name).starts_with(plan.only)) {
+        continue;
+      }
       const std::string path = assets->string() + "/";
       AssetGroup group;
       group.name = std::string(name) + " under " + map;

@@ -15,6 +15,8 @@ struct AssetPlan {
   int width = 64;    ///< 16 : 9
   int threads = 2;
   bool is_short = false;  ///< each file under one of the maps, true images of fewer samples
+  std::string only;       ///< files whose names start with this
+  std::string by;         ///< the integrator; empty: all
 };
 
 struct AssetGroup {

@@ -1,6 +1,7 @@
 #include "tests/bench/coverage_assets.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -109,11 +110,13 @@ class Totals {
 struct Kinds {
   Totals plain{"plain"};
   Totals calm{"set aside"};
-  Totals denoised{"denoised"};
+  Totals mixed{"mixed"};
+  Totals full{"full"};
   void print() {
     plain.print();
     calm.print();
-    denoised.print();
+    mixed.print();
+    full.print();
   }
 };
 
@@ -131,10 +134,10 @@ void measure(const AssetGroup& of, core::View view, const core::FeaturePicture& 
     return;  // it does not support the scene's media
   }
   std::vector<core::ErrorInterval> seen;
-  std::vector<core::ErrorInterval> seen_clean;
+  std::array<std::vector<core::ErrorInterval>, 2> seen_clean;  // by DenoiseMode
   std::vector<double> plain;
   std::vector<double> calm;
-  std::vector<double> clean;
+  std::array<std::vector<double>, 2> clean;
   for (int i = 0; i < plan.renders; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(i) + 1;
     const test_support::Picture picture = test_support::render(view, samples, plan.threads);
@@ -150,15 +153,20 @@ void measure(const AssetGroup& of, core::View view, const core::FeaturePicture& 
     const auto made = core::denoise(film, &features, core::StatisticalDenoiser(),
                                     core::parallel_for(plan.threads));
     CHECK(made);
-    clean.push_back(test_support::defined_error(image_of(made->picture.mixed), of.truth));
-    seen_clean.push_back(made->picture.interval(core::DenoiseMode::kMixed, 0.95));
+    for (const auto mode : {core::DenoiseMode::kFull, core::DenoiseMode::kMixed}) {
+      const auto m = static_cast<std::size_t>(mode);
+      clean[m].push_back(
+          test_support::defined_error(image_of(made->picture.planes(mode)), of.truth));
+      seen_clean[m].push_back(made->picture.interval(mode, 0.95));
+    }
   }
   const std::string group =
       of.name + ", " + view.settings.integrator + ", " + std::to_string(samples) + " samples";
   std::printf("%-72s", group.c_str());
   kinds.plain.add(group, seen, plain);
   kinds.calm.add(group, seen, calm);
-  kinds.denoised.add(group, seen_clean, clean);
+  kinds.mixed.add(group, seen_clean[1], clean[1]);
+  kinds.full.add(group, seen_clean[0], clean[0]);
   std::printf("\n");
   std::fflush(stdout);
 }
@@ -169,13 +177,16 @@ bool measure_asset_coverage(const AssetPlan& plan, const std::string& folder) {
   std::printf(
       "%d images a group, %d pixels wide; per cent covered, the same of images that are not marked "
       "unreliable, estimate over error (median), width over error (mean): plain, without "
-      "fireflies, denoised\n",
+      "fireflies, mixed, full\n",
       plan.renders, plan.width);
   Kinds kinds;
   const bool is_there = for_asset_groups(plan, folder, [&](const AssetGroup& group) {
     const auto features = core::feature_pass(group.view, core::parallel_for(plan.threads));
     CHECK(features && *features);
     for (const std::string_view integrator : {"path", "bdpt", "mlt", "sppm"}) {
+      if (!plan.by.empty() && plan.by != integrator) {
+        continue;
+      }
       const core::View view = view_by(group.view, integrator);
       measure(group, view, **features, 16, plan, kinds);
       if (!plan.is_short || integrator == "path") {

@@ -8,9 +8,9 @@
 namespace bench {
 
 /// Measures path, bdpt, mlt and sppm where they support the scene: plain images, images without
-/// fireflies and denoised ones (`mixed`, statistical), against references of path. Prints a line
-/// per group and the totals. Returns false if there is no folder of assets. folder: as for
-/// for_asset_groups().
+/// fireflies and denoised ones (`mixed` and `full`, statistical), against references of path.
+/// Prints a line per group and the totals. Returns false if there is no folder of assets. folder:
+/// as for for_asset_groups().
 bool measure_asset_coverage(const AssetPlan& plan, const std::string& folder);
 
 }  // namespace bench

@@ -126,6 +126,18 @@ void measure(const std::string& what, core::View view, int samples, const Plan& 
 int main(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool is_short = std::erase(words, "--short") > 0;
+  // Returns the value of an option and removes both words.
+  const auto value = [&](const char* name) {
+    const auto at = std::find(words.begin(), words.end(), name);
+    if (at == words.end() || at + 1 == words.end()) {
+      return std::string();
+    }
+    const std::string out = *(at + 1);
+    words.erase(at, at + 2);
+    return out;
+  };
+  const std::string files = value("--only");
+  const std::string by = value("--by");
   const auto word = [&](std::size_t i) { return i < words.size() ? words[i] : std::string(); };
   const auto number = [&](std::size_t i, int fallback) {
     return word(i).empty() ? fallback : std::atoi(word(i).c_str());
@@ -133,8 +145,8 @@ int main(int argc, char** argv) {
   const std::string only = word(3);        // one scene instead of all
   const std::string integrator = word(4);  // of that scene
   if (only.empty()) {
-    const bench::AssetPlan assets = {number(0, is_short ? 6 : 40), number(1, 96), number(2, 2),
-                                     is_short};
+    const bench::AssetPlan assets = {
+        number(0, is_short ? 6 : 40), number(1, 96), number(2, 2), is_short, files, by};
     if (bench::measure_asset_coverage(assets, bench::folder_of(argv[0]))) {
       return 0;
     }

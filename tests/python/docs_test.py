@@ -18,6 +18,10 @@ from harness import PATIENCE_S, png_pixels, png_size
 from support import REPOSITORY, ServerTest
 
 EXAMPLES = Path(REPOSITORY, "clients/examples")
+sys.path.insert(0, str(EXAMPLES))
+import product  # noqa: E402
+import simple_glb  # noqa: E402
+
 README = Path(REPOSITORY, "clients/python/README.md")
 
 
@@ -170,6 +174,35 @@ class Documents(ServerTest):
         self.assertEqual(sheet[0][0], (255, 255, 255))
         middles = {sheet[30][20 + 40 * i] for i in range(4)}
         self.assertEqual(len(middles), 4)
+
+    def test_render_fidelity(self):
+        # A red plate at z = -0.5: right of the middle seen from +x, left of it from -x. Half of the
+        # frame's 32 pixels is 2 tan(22.5 degrees) 4 / 3 = 1.1 m wide.
+        glb = simple_glb.Glb()
+        red = glb.add_material("red", doubleSided=True, emissiveFactor=[1, 0, 0],
+                               pbrMetallicRoughness={"baseColorFactor": [0, 0, 0, 1]})
+        corners = [[0, -0.3, -0.2], [0, -0.3, -0.8], [0, 0.3, -0.8], [0, 0.3, -0.2]]
+        glb.add_node(mesh=glb.add("meshes", {"primitives": [
+            glb.add_primitive(corners, [0, 1, 2, 0, 2, 3], red)]}))
+        (self.folder / "plate.glb").write_bytes(glb.bytes())
+        (self.folder / "studio.hdr").write_bytes(product.studio())
+        for theta, skybox, column in ((90, False, 23), (270, False, 8), (90, True, 23)):
+            scenario = {
+                "name": "plate", "model": "plate.glb", "lighting": "studio.hdr",
+                "dimensions": {"width": 16, "height": 12}, "orbit": {"theta": theta, "radius": 2},
+                "renderSkybox": skybox, "pt": {"numSamples": 4},
+            }
+            told = self.run_example("render_fidelity.py", "--root", str(self.folder), json.dumps(
+                {"scenario": scenario, "outputFile": str(self.folder / "a.png")}))
+            self.assertIn("plate: error", told)
+            content = (self.folder / "a.png").read_bytes()
+            self.assertEqual(png_size(content)[:2], (32, 24))
+            rows = np.array(png_pixels(content))
+            self.assertGreater(rows[12, column, 0], 2 * rows[12, column, 1:3].max())
+            if skybox:
+                self.assertTrue(rows.shape[2] == 3 or (rows[..., 3] == 255).all())
+            else:
+                self.assertEqual(rows[12, [column, 31 - column], 3].tolist(), [255, 0])
 
     def test_error_target(self):
         told = self.run_example(

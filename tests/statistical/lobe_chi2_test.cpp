@@ -106,11 +106,12 @@ std::vector<LobeCase> lobes() {
                      }});
     cases.push_back({"Clearcoat" + tail, round,
                      [](const Facets& f, float, Vec2 u, BsdfSample& s) {
-                       return core::ClearcoatLobe(layers(), f.wo, 0).sample({}, f.wo, u, s);
+                       s.wi_local = core::ClearcoatLobe(layers(), f.wo, 0).sample(u);
+                       return s.wi_local.z > 0;
                      },
                      [](const Facets& f, Vec3 wi, BsdfEval& out) {
                        if (wi.z > 0) {
-                         core::ClearcoatLobe(layers(), f.wo, 0).add(1, f.wo, wi, out);
+                         core::ClearcoatLobe(layers(), f.wo, 0).add(1, wi, out);
                        }
                      }});
     cases.push_back({"Sheen" + tail, round,

@@ -107,8 +107,7 @@ Rgb BareGround::radiance(Vec3 point, Vec3 wo_world) const noexcept {
   const ClearcoatLobe coat = smooth_coat(coat_, mu);
   Rgb mirrored;
   if (environment_ != nullptr) {
-    mirrored = environment_->background({-wo_world.x, wo_world.y, -wo_world.z}) *
-               (coat_ * lerp(0.04F, 1.0F, schlick_weight(mu)));
+    mirrored = environment_->background({-wo_world.x, wo_world.y, -wo_world.z}) * coat.fresnel(mu);
   }
   return diffuse * ((1 - coat.e_wo) / (1 - coat.e_average)) + mirrored;
 }

@@ -36,6 +36,7 @@ set(CORE_TEST_SOURCES
   reservoir_test.cpp
   few_triangles_test.cpp
   roulette_test.cpp
+  round_facets_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
   set_aside_test.cpp

@@ -365,6 +365,54 @@ TEST(DenoisedError, OfAnImageWithoutFirefliesIsThatOfItsPixels) {
   EXPECT_NEAR(picture.interval(DenoiseMode::kFull, 0.95).relative, error, 0.15 * error);
 }
 
+// A denoiser that smooths one pixel of each 8x8 and leaves the noise in the others: F - I is on few
+// pixels, the error on all.
+TEST(DenoisedError, OfAnImageThatIsHardlyDenoisedIsThatOfItsNoise) {
+  const FilmSnapshot film = noisy(0.4, 1);
+  const std::array<HalfPicture, 2> halves = halves_of(film);
+  std::vector<ColorPlanes> hardly = {halves[0].mean, halves[1].mean};
+  const std::vector<ColorPlanes> smooth = honest_filter(film);
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    for (std::size_t h = 0; h < 2 && i % 8 == 3 && i / kSide % 8 == 4; ++h) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        hardly[h][c][i] = smooth[h][c][i];
+      }
+    }
+  }
+  const core::DenoisedPicture picture = core::denoised_picture(film, halves, hardly);
+  const double error = true_error(picture.full);
+  EXPECT_NEAR(picture.interval(DenoiseMode::kFull, 0.95).relative, error, 0.15 * error);
+}
+
+// Where the denoised image is worse, the plain one is shown, and its error is that of its halves:
+// of rare events, m would tell less than that.
+TEST(DenoisedPicture, MixedThatIsPlainHasThePlainError) {
+  FilmSnapshot film = noisy(0.05, 1);
+  for (std::size_t i = 0; i < film.pixels.size(); i += 38) {
+    core::ReplicatePixel& p = film.pixels[i + (i / 38) % 2];
+    p.mean_r = p.mean_g = p.mean_b = 9;
+  }
+  std::vector<ColorPlanes> wrong(2);
+  for (ColorPlanes& half : wrong) {
+    half.fill(Plane(film.pixel_count(), 4.0F));
+  }
+  const core::DenoisedPicture picture = core::denoised_picture(film, halves_of(film), wrong);
+  ASSERT_TRUE(picture.is_plain);
+  const core::ErrorEstimate plain(picture.plain_tiles, film.errors);
+  const core::ErrorInterval seen = picture.interval(DenoiseMode::kMixed, 0.95);
+  EXPECT_EQ(seen.relative, plain.image(0.95).relative);
+  EXPECT_EQ(seen.low, plain.image(0.95).low);
+  EXPECT_EQ(seen.high, plain.image(0.95).high);
+  const double by_m =
+      core::error_of_roots(picture.plain_tiles, picture.mixed_roots, film.errors, 0.95).relative;
+  EXPECT_LT(by_m, 0.9 * seen.relative) << "the fault is detected";
+  EXPECT_EQ(picture.tile_error(DenoiseMode::kMixed, 3),
+            core::ErrorEstimate(std::span(picture.plain_tiles).subspan(3, 1), film.errors)
+                .image(0.95)
+                .relative);
+  EXPECT_FALSE(honest(noisy(0.8, 1)).is_plain);
+}
+
 TEST(DenoisedPicture, MixedIsAtMostSlightlyWorseThanTheBetterOne) {
   for (const double noise : {0.05, 0.4, 1.6}) {
     double full = 0;

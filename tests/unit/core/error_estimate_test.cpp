@@ -216,7 +216,7 @@ TEST(ErrorEstimate, ReachOfIndependentPixelsIsFromTheSumOfSquares) {
               1e-5);
 }
 
-// Two squares of four have r = 0.2 / 2.1, two none: each is r / 2 from the mean, 256 pixels wide.
+// Two squares of four have r = 0.2 / 2.1, two none: 256 pixels that err in one direction.
 TEST(ErrorEstimate, ReachOfCorrelatedPixelsIsFromTheSquares) {
   const auto film = film_of(
       32, 32,
@@ -225,8 +225,19 @@ TEST(ErrorEstimate, ReachOfCorrelatedPixelsIsFromTheSquares) {
       },
       core::PixelErrors::kCorrelated);
   const double r = 0.2 / 2.1;
-  EXPECT_NEAR(error_of(film).reach, 1.959964 * std::sqrt(2 * 4 * std::pow(256 * r / 2, 2)) / 1024,
+  EXPECT_NEAR(error_of(film).reach, 1.959964 * std::sqrt(2 * 2 * std::pow(256 * r, 2)) / 1024,
               1e-6);
+}
+
+// The lower half of an image is noisier, by structure; its pixels err in both directions alike.
+TEST(ErrorEstimate, ReachOfCorrelatedPixelsDoesNotCountStructure) {
+  const auto at = [](int x, int y) {
+    const float off = y < 16 ? 0 : (x + y) % 2 == 0 ? 0.1F : -0.1F;
+    return Halves{1 + off, 1 - off};
+  };
+  const auto independent = film_of(32, 32, at);
+  const auto correlated = film_of(32, 32, at, core::PixelErrors::kCorrelated);
+  EXPECT_NEAR(error_of(correlated).reach, error_of(independent).reach, 1e-6);
 }
 
 TEST(ErrorEstimate, WorstTileDividesItsConfidenceAmongTiles) {

@@ -153,6 +153,11 @@ TEST(Avif, HasItsBrandItsSizeAndTheSameBytesEachTime) {
     EXPECT_EQ(text.find("urn:mpeg:mpegB:cicp:systems:auxiliary:alpha") != std::string::npos,
               names.size() == 4);
     EXPECT_EQ(file, encoded(image, "avif"));
+    // ISO/IEC 23008-12, A.2.1, and TIFF 6.0, section 2: the offset of the header, which is MM, 42.
+    if (const std::size_t exif = text.rfind(std::string("Exif\0\0", 6));
+        exif != std::string::npos) {
+      EXPECT_EQ(text.substr(exif - 4, 14), std::string("\0\0\0\6Exif\0\0MM\0*", 14));
+    }
   }
 }
 

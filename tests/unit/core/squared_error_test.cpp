@@ -54,7 +54,7 @@ core::SquaredErrors squares_of(const M& m, int side = kSide) {
   core::SquaredErrors out({8, 16, side, side});
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
-      out.set(x, y, m(x, y), 1, true);
+      out.set(x, y, m(x, y), {1, 0}, true);
     }
   }
   return out;
@@ -81,8 +81,8 @@ TEST(SquaredErrors, OnFewPixelsCountOnThese) {
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 16; ++x) {
       const double square = x % 4 == 0 ? 0.64 : 0;
-      squares.set(x, y, 0.16, square, true);
-      blind.set(x, y, 0.16, 0.16, true);
+      squares.set(x, y, 0.16, {square, 0}, true);
+      blind.set(x, y, 0.16, {0.16, 0}, true);
     }
   }
   EXPECT_NEAR(mean_root(squares.roots(), 256), share(0.8) / 4, 1e-9);
@@ -90,11 +90,28 @@ TEST(SquaredErrors, OnFewPixelsCountOnThese) {
   EXPECT_NEAR(blind.error({0, 0, 8, 8}), share(0.4), 1e-9) << "an even d";
 }
 
+// The same difference and an even one, both of the mean square 0.16: k^2 is 1/4 and 1, 5/8 in the
+// mean. Differences that vanish count for nothing.
+TEST(SquaredErrors, OfTwoDifferencesCountBySquares) {
+  core::SquaredErrors both({0, 0, 8, 8});
+  core::SquaredErrors noise({0, 0, 8, 8});
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const double square = x % 4 == 0 ? 0.64 : 0;
+      both.set(x, y, 0.16, {square, 0.16}, true);
+      noise.set(x, y, 0.16, {1e-6 * square, 0.16}, true);
+    }
+  }
+  const double k = std::sqrt(0.625);
+  EXPECT_NEAR(both.error({0, 0, 8, 8}), k * k * share(0.4 / k), 1e-9);
+  EXPECT_NEAR(noise.error({0, 0, 8, 8}), share(0.4), 1e-5);
+}
+
 TEST(SquaredErrors, LeaveOutPixelsThatDoNotCount) {
   core::SquaredErrors squares({0, 0, 8, 8});
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
-      squares.set(x, y, x < 4 ? 0.09 : 7, 1, x < 4);
+      squares.set(x, y, x < 4 ? 0.09 : 7, {1, 0}, x < 4);
     }
   }
   EXPECT_NEAR(squares.error({0, 0, 8, 8}), share(0.3), 1e-9);

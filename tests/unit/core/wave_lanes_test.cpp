@@ -89,6 +89,22 @@ TEST(WaveLanes, LogarithmsErrByLessThanThreeInTenMillion) {
   EXPECT_LT(worst, 3e-7);
 }
 
+TEST(WaveLanes, PowersOfTwoErrByLessThanTwoInTenMillion) {
+  double worst = 0;
+  for (int i = 0; i <= 200'000; ++i) {
+    const float x = static_cast<float>(i) * (250.0F / 200'000) - 125;
+    const double exact = std::exp2(static_cast<double>(x));
+    const double found = static_cast<double>(core::exp2(Floats<8>(x)).v[5]);
+    worst = std::max(worst, std::fabs(found / exact - 1));
+  }
+  EXPECT_LT(worst, 2e-7);
+}
+
+TEST(WaveLanes, PowersOfZeroAreBelowAnyNormalNumberButTheLeast) {
+  EXPECT_LE(core::pow(Floats<8>(0), Floats<8>(3)).v[1], 0x1p-126F);
+  EXPECT_EQ(core::pow(Floats<8>(0), Floats<8>(0)).v[1], 1);
+}
+
 TEST(WaveLanes, AnglesOfDirectionsErrByLessThanFourInTenMillion) {
   double worst = 0;
   for (int i = -50'000; i <= 50'000; ++i) {

@@ -63,6 +63,7 @@ enum class Fault {
   kNone,
   kNoSun,
   kRougher,
+  kThinnerLayers,
   kOtherTexels,
   kTiltedNormals,
   kOneBounceLess,
@@ -104,11 +105,19 @@ constexpr std::array kKinds = {
          [](MaterialDescription& m, Draw& draw) {
            m.clearcoat = draw.between(0.3F, 1);
            m.clearcoat_roughness = draw.often(0.5F) ? 0 : draw.between(0.1F, 0.6F);
+           m.clearcoat_normal_scale = draw.between(0.2F, 1);
+           m.metallic = draw.often(0.3F) ? 1.0F : 0.0F;
+         }},
+    Kind{"coated lamp",
+         [](MaterialDescription& m, Draw& draw) {
+           m.clearcoat = draw.between(0.3F, 1);
+           m.emissive = draw.color() * draw.between(0.2F, 3);
          }},
     Kind{"cloth",
          [](MaterialDescription& m, Draw& draw) {
            m.sheen_color = draw.color();
            m.sheen_roughness = draw.between(0.2F, 1);
+           m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
          }},
     Kind{"film",
          [](MaterialDescription& m, Draw& draw) {
@@ -205,8 +214,10 @@ void add_textures(MaterialDescription& m, core::SceneDescription& scene, Draw& d
   fill(m.specular_texture, m.specular < 1 ? 0.3F : 0);
   fill(m.transmission_texture, m.transmission > 0 ? 0.3F : 0);
   fill(m.clearcoat_texture, m.clearcoat > 0 ? 0.3F : 0);
+  fill(m.clearcoat_roughness_texture, m.clearcoat > 0 ? 0.3F : 0);
   fill(m.clearcoat_normal_texture, m.clearcoat > 0 ? 0.3F : 0);
   fill(m.sheen_color_texture, m.sheen_roughness > 0 ? 0.3F : 0);
+  fill(m.sheen_roughness_texture, m.sheen_roughness > 0 ? 0.3F : 0);
   fill(m.anisotropy_texture, m.anisotropy > 0 ? 0.3F : 0);
 }
 
@@ -228,6 +239,10 @@ int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Faul
   }
   if (fault == Fault::kRougher) {
     m.roughness = std::min(1.0F, m.roughness + 0.02F);
+  }
+  if (fault == Fault::kThinnerLayers) {
+    m.clearcoat *= 0.9F;
+    m.sheen_color = m.sheen_color * 0.9F;
   }
   draw.say(std::string(is_textured ? "textured " : "") + kind.name);
   scene.materials.push_back(m);
@@ -545,10 +560,11 @@ TEST(WaveProduct, CatchersSplitOnlyWhatIsNotSeenThroughGlass) {
   }
 }
 
-// The planted faults, each in one of the two only; `least` of 16 settings notice it.
+// The planted faults, each in one of the two only; `least` of 24 settings notice it.
 TEST(WaveProduct, SeesPlantedFaults) {
   for (const auto& [name, fault, least] :
        {Planted{"no sun", Fault::kNoSun, 1}, Planted{"rougher", Fault::kRougher, 8},
+        Planted{"thinner layers", Fault::kThinnerLayers, 3},
         Planted{"other texels", Fault::kOtherTexels, 4},
         Planted{"tilted normals", Fault::kTiltedNormals, 3},
         Planted{"one bounce less", Fault::kOneBounceLess, 3},
@@ -556,7 +572,7 @@ TEST(WaveProduct, SeesPlantedFaults) {
         Planted{"other shadows", Fault::kOtherShadows, 1},
         Planted{"one candidate more", Fault::kOneCandidateMore, 1}}) {
     int seen = 0;
-    for (std::uint64_t seed = first_seed(); seed < first_seed() + 16; ++seed) {
+    for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
       const core::View faulty = setting(seed, fault).view;
       seen +=
           test_support::differing_pixels(faulty, 8, setting(seed).view, kSamples, 1) > kPixelsMost

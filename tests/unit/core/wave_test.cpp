@@ -26,26 +26,69 @@ using core::Floats;
 using core::Rgb;
 using core::Vec3;
 
+/// A surface with layers; all 0 if it has none.
+struct Surface {
+  core::BsdfParameters parameters;
+  core::BsdfLayers layers;
+  bool has_layers = false;
+};
+
 /// The surfaces that waves support.
-std::vector<core::BsdfParameters> surfaces() {
-  std::vector<core::BsdfParameters> out;
+std::vector<Surface> surfaces() {
+  std::vector<Surface> out;
   for (const auto& c : test_support::bsdf_cases()) {
-    if (!c.layers && c.parameters.transmission == 0 &&
-        c.parameters.alpha_x == c.parameters.alpha_y) {
-      out.push_back(c.parameters);
+    const core::BsdfLayers layers = c.layers.value_or(core::BsdfLayers{});
+    if (layers.iridescence == 0 && layers.diffuse_transmission == 0 &&
+        c.parameters.transmission == 0 && c.parameters.alpha_x == c.parameters.alpha_y) {
+      out.push_back({c.parameters, layers, c.layers.has_value()});
     }
   }
-  core::BsdfParameters half = out.back();
+  core::BsdfParameters half;
   for (const float roughness : {0.1F, 0.5F, 0.9F}) {
     half.metallic = roughness;
     half.roughness = roughness;
     half.alpha_x = half.alpha_y = roughness * roughness;
     half.base_color = {0.9F, 0.5F, 0.1F};
     half.f0 = {0.02F, 0.04F, 0.08F};
-    out.push_back(half);
+    out.push_back({half, {}, false});
+  }
+  // Coats under sheen, smooth and rough, over these and over a mirror and a diffuse surface.
+  core::BsdfLayers both;
+  both.clearcoat = 0.6F;
+  both.sheen_color = {0.3F, 0.8F, 0.5F};
+  both.sheen_roughness = 0.3F;
+  both.clearcoat_normal = core::normalize(Vec3{-0.1F, 0.1F, 1});
+  for (std::size_t i = 0, count = out.size(); i < count; ++i) {
+    both.clearcoat_roughness = i % 2 == 0 ? 0.0F : 0.4F;
+    if (!out[i].has_layers) {
+      out.push_back({out[i].parameters, both, true});
+    }
   }
   return out;
 }
+
+/// Surface and layers of N points.
+template <std::size_t N>
+struct LanesOfSurfaces {
+  core::SurfaceLanes<N> surface{};
+  core::LayerLanes<N> layers{};
+
+  void set(std::size_t k, const Surface& s, float alpha_scale = 1) {
+    const core::BsdfParameters& p = s.parameters;
+    surface.base_color.set(k, {p.base_color.r, p.base_color.g, p.base_color.b});
+    surface.metallic.v[k] = p.metallic;
+    surface.roughness.v[k] = p.roughness;
+    surface.alpha.v[k] = p.alpha_x * alpha_scale;
+    surface.f0.set(k, {p.f0.r, p.f0.g, p.f0.b});
+    surface.f90.v[k] = p.f90;
+    const core::BsdfLayers& l = s.layers;
+    layers.clearcoat.v[k] = l.clearcoat;
+    layers.clearcoat_roughness.v[k] = l.clearcoat_roughness;
+    layers.clearcoat_normal.set(k, l.clearcoat_normal);
+    layers.sheen_color.set(k, {l.sheen_color.r, l.sheen_color.g, l.sheen_color.b});
+    layers.sheen_roughness.v[k] = l.sheen_roughness;
+  }
+};
 
 /// Tests whether two values differ by more than rounding: 1e-4 of the larger, or of 1e-3.
 bool differs(float a, float b) {
@@ -60,36 +103,32 @@ int differences(Vec3 ng, float alpha_scale) {
   test_support::Random random(5);
   int count = 0;
   for (int round = 0; round < 300; ++round) {
-    std::array<core::BsdfParameters, N> chosen;
+    std::array<Surface, N> chosen;
     std::array<Vec3, N> wo;
     std::array<Vec3, N> wi;
     std::array<Vec3, N> numbers;
-    core::SurfaceLanes<N> lanes{};
+    LanesOfSurfaces<N> lanes;
     core::Vec3s<N> wo_lanes;
     core::Vec3s<N> wi_lanes;
     core::Vec3s<N> u;
     for (std::size_t k = 0; k < N; ++k) {
-      const auto& p = chosen[k] = all[random.bits() % all.size()];
+      chosen[k] = all[random.bits() % all.size()];
       do {
         wo[k] = test_support::random_hemisphere(random);
       } while (!(wo[k].z > 0.05F && dot(wo[k], ng) > 0.05F));
       wi[k] = test_support::random_hemisphere(random);
       numbers[k] = {random.uniform(), random.uniform(), random.uniform()};
-      lanes.base_color.set(k, {p.base_color.r, p.base_color.g, p.base_color.b});
-      lanes.metallic.v[k] = p.metallic;
-      lanes.roughness.v[k] = p.roughness;
-      lanes.alpha.v[k] = p.alpha_x * alpha_scale;
-      lanes.f0.set(k, {p.f0.r, p.f0.g, p.f0.b});
-      lanes.f90.v[k] = p.f90;
+      lanes.set(k, chosen[k], alpha_scale);
       wo_lanes.set(k, wo[k]);
       wi_lanes.set(k, wi[k]);
       u.set(k, numbers[k]);
     }
-    const core::BsdfLanes<N> bsdf(lanes, wo_lanes, core::Vec3s<N>(ng));
+    const core::BsdfLanes<N> bsdf(lanes.surface, wo_lanes, core::Vec3s<N>(ng), &lanes.layers);
     const auto value = bsdf.evaluate(wi_lanes);
     const auto sample = bsdf.sample(u.x, {u.y, u.z});
     for (std::size_t k = 0; k < N; ++k) {
-      const core::Bsdf scalar(chosen[k], wo[k], ng);
+      const core::Bsdf scalar(chosen[k].parameters, wo[k], ng,
+                              chosen[k].has_layers ? &chosen[k].layers : nullptr);
       const core::BsdfEval f = scalar.evaluate(wi[k]);
       const core::BsdfSample s = scalar.sample(numbers[k].x, {numbers[k].y, numbers[k].z});
       bool wrong = differs(value.value_cos.lane(k).x, f.value_cos.r) ||
@@ -119,6 +158,48 @@ TEST(WaveBsdf, LanesEqualTheScalarBsdf) {
 TEST(WaveBsdf, LanesEqualTheScalarBsdfUnderATiltedHorizon) {
   EXPECT_LE(differences<8>(test_support::tilted_normal(), 1), 3);
   EXPECT_LE(differences<1>(test_support::tilted_normal(), 1), 1);
+}
+
+/// Tests whether a lane's results have the same bits.
+template <typename T>
+bool are_same(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+// One surface, among copies of itself and among others: its bits are the same.
+TEST(WaveBsdf, LanesDoNotDependOnTheirNeighbours) {
+  const auto all = surfaces();
+  test_support::Random random(6);
+  const auto is_black = [](Vec3 v) { return v == Vec3{}; };
+  for (int round = 0; round < 300; ++round) {
+    const Surface& surface = all[random.bits() % all.size()];
+    LanesOfSurfaces<8> own;
+    LanesOfSurfaces<8> mixed;
+    core::Vec3s<8> wo;
+    core::Vec3s<8> wi;
+    core::Vec3s<8> u;
+    for (std::size_t k = 0; k < 8; ++k) {
+      own.set(k, surface);
+      mixed.set(k, k == 2 ? surface : all[random.bits() % all.size()]);
+      wo.set(k, test_support::random_hemisphere(random));
+      wi.set(k, test_support::random_hemisphere(random));
+      u.set(k, {random.uniform(), random.uniform(), random.uniform()});
+    }
+    const core::Vec3s<8> up(Vec3{0, 0, 1});
+    const core::BsdfLanes<8> a(own.surface, wo, up, surface.has_layers ? &own.layers : nullptr);
+    const core::BsdfLanes<8> b(mixed.surface, wo, up, &mixed.layers);
+    const auto f = a.evaluate(wi);
+    const auto g = b.evaluate(wi);
+    EXPECT_TRUE(are_same(f.value_cos.lane(2), g.value_cos.lane(2)));
+    EXPECT_TRUE(are_same(f.pdf_solid_angle.v[2], g.pdf_solid_angle.v[2]));
+    const auto s = a.sample(u.x, {u.y, u.z});
+    const auto t = b.sample(u.x, {u.y, u.z});
+    EXPECT_TRUE(are_same(s.weight.lane(2), t.weight.lane(2)));
+    if (!is_black(s.weight.lane(2))) {
+      EXPECT_TRUE(are_same(s.wi.lane(2), t.wi.lane(2)));
+      EXPECT_TRUE(are_same(s.pdf_solid_angle.v[2], t.pdf_solid_angle.v[2]));
+    }
+  }
 }
 
 // The planted fault.
@@ -232,14 +313,38 @@ TEST(Waves, DetectShorterPaths) {
   EXPECT_GT(differing(shorter, 8, view), 0.5);
 }
 
-TEST(Waves, HandOverPathsThatHitGlassAndCoats) {
+core::MaterialDescription coated() {
+  core::MaterialDescription m = glossy({0.8F, 0.1F, 0.1F}, 0, 0.5F);
+  m.clearcoat = 1;
+  return m;
+}
+
+core::MaterialDescription cloth() {
+  core::MaterialDescription m = glossy({0.1F, 0.1F, 0.8F}, 0, 0.9F);
+  m.sheen_color = {0.9F, 0.8F, 0.5F};
+  m.sheen_roughness = 0.4F;
+  return m;
+}
+
+TEST(Waves, HandOverPathsThatHitGlass) {
   core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
   glass.transmission = 1;
   core::MaterialDescription solid = glass;
   solid.thickness = 1;
-  core::MaterialDescription coated = glossy({0.8F, 0.1F, 0.1F}, 0, 0.5F);
-  coated.clearcoat = 1;
-  EXPECT_LT(differing(balls({glass, solid, coated})), 0.02);
+  EXPECT_LT(differing(balls({glass, solid, coated()})), 0.02);
+}
+
+TEST(Waves, AgreeWithScalarPathsOnCoatsAndSheen) {
+  core::MaterialDescription both = cloth();
+  both.clearcoat = 0.7F;
+  both.clearcoat_roughness = 0.3F;
+  both.emissive = {0.3F, 0.2F, 0.1F};
+  const auto all = balls({coated(), cloth(), both});
+  EXPECT_LT(differing(all), 0.01);
+  EXPECT_LT(differing(all, 1), 0.01);
+  // The planted fault: a thinner coat.
+  both.clearcoat = 0.6F;
+  EXPECT_GT(differing(balls({coated(), cloth(), both}), 8, all), 0.05);
 }
 
 TEST(Waves, TakePathsBackAfterGlassThatSplitThere) {
@@ -351,12 +456,7 @@ TEST(Waves, EndAtTheMaximumDepth) {
 }
 
 // The crop changes which paths share a wave, but not their results.
-TEST(Waves, BitsOfAPathAreIndependentOfItsWave) {
-  core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
-  glass.transmission = 1;
-  core::MaterialDescription solid = glass;
-  solid.thickness = 1;
-  const core::View full = balls({glass, solid, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F)});
+void expect_same_bits_in_other_waves(const core::View& full) {
   const auto whole = test_support::render(full, 8).snapshot;
   core::View part = full;
   part.settings.film.crop = core::PixelRect{7, 3, 31, 30};
@@ -370,6 +470,23 @@ TEST(Waves, BitsOfAPathAreIndependentOfItsWave) {
           << x << ' ' << y;
     }
   }
+}
+
+TEST(Waves, BitsOfAPathAreIndependentOfItsWave) {
+  core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
+  glass.transmission = 1;
+  core::MaterialDescription solid = glass;
+  solid.thickness = 1;
+  expect_same_bits_in_other_waves(
+      balls({glass, solid, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F), coated(), cloth()}));
+}
+
+TEST(Waves, BitsOfAPathBehindHolesAreIndependentOfItsWave) {
+  core::MaterialDescription blended = coated();
+  blended.alpha_mode = core::AlphaMode::kBlend;
+  blended.base_alpha = 0.5F;
+  expect_same_bits_in_other_waves(
+      balls({blended, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F), coated(), cloth()}));
 }
 
 TEST(Waves, SupportOnlyDefaultOptions) {

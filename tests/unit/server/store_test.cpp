@@ -10,6 +10,7 @@
 #include "server/store/database.h"
 #include "server/store/job_table.h"
 #include "server/store/key_table.h"
+#include "server/store/preset_table.h"
 #include "server/store/scene_table.h"
 #include "server/store/schema.h"
 #include "tests/unit/server/server_test_support.h"
@@ -71,6 +72,27 @@ class Store : public testing::Test {
   std::unique_ptr<server::BlobStore> blobs;
   std::unique_ptr<server::Assets> assets;
 };
+
+TEST_F(Store, ReadsSigningKeysOnceUntilTheyChange) {
+  server::PresetTable presets(*database);
+  const auto ids = [&] {
+    std::vector<std::string> found;
+    for (const server::SigningKeyRow& row : **presets.keys()) {
+      found.push_back(row.id);
+    }
+    return found;
+  };
+  const server::SigningKeyRow first = server::make_signing_key("ours", 1);
+  const server::SigningKeyRow second = server::make_signing_key("theirs", 2);
+  EXPECT_TRUE(ids().empty());
+  ASSERT_TRUE(presets.insert_key(first));
+  EXPECT_EQ(ids(), (std::vector{first.id}));
+  EXPECT_EQ(presets.keys()->get(), presets.keys()->get());  // one list: not read again
+  ASSERT_TRUE(presets.insert_key(second));
+  EXPECT_EQ(ids(), (std::vector{first.id, second.id}));
+  ASSERT_TRUE(presets.remove_key(first.id));
+  EXPECT_EQ(ids(), (std::vector{second.id}));
+}
 
 TEST_F(Store, RestoresAJobWithEveryMember) {
   JobRow row = made_job(1, "a");

@@ -128,8 +128,9 @@ class AsyncJob(JobData):
         """Returns the bytes of an image file: png, jpg, webp, avif, exr, hdr or tif.
 
         options: layer (by default beauty, or all layers for exr), exposure (stops, or auto),
-        tonemap (srgb, linear, aces, agx, khronos-neutral), denoise (off, mixed, full), revision
-        (at least), part, max_size, parts (1: one part of an exr per layer).
+        tonemap (srgb, linear, aces, agx, khronos-neutral), white_balance (kelvin of the light that
+        is shown as white), contrast (stops for each stop), bits (16: of a png), denoise (off,
+        mixed, full), revision (at least), part, max_size, parts (1: one part of an exr per layer).
         """
         response = await self._client.send(self.picture_call(format, options))
         return response.content

@@ -34,8 +34,7 @@ _client: Client | None = None
 _process: int | None = None  # that started the server: a forked one needs its own
 
 
-def _start() -> Client:
-    binary = program()
+def _start(binary: str | None) -> Client:
     if binary is None:
         raise TesseraError(
             "there is no program `tessera`: install the wheel that has it, or put it in PATH, "
@@ -70,8 +69,11 @@ def _start() -> Client:
     return Client(address, key)
 
 
-def client() -> Client:
+def client(binary: str | None = None) -> Client:
     """The client of TESSERA_SERVER, else of a private server.
+
+    binary: the program `tessera` of the private server, by default that of this package, else the
+    one in PATH; only the first call counts.
 
     The private server starts at the first call, listens on this machine with a random key, and ends
     with this process; its jobs are not kept. Of the variables TESSERA_*, it takes those of this
@@ -81,7 +83,7 @@ def client() -> Client:
     with _lock:
         if _client is None or _process != os.getpid():
             _process = os.getpid()
-            _client = Client() if os.environ.get("TESSERA_SERVER") else _start()
+            _client = Client() if os.environ.get("TESSERA_SERVER") else _start(binary or program())
         return _client
 
 

@@ -47,6 +47,8 @@ const plain: Record<string, string> = {
   film_cache_bytes: 'Films kept in memory',
   stored_bytes: 'Files of the server',
   unfinished_jobs_of_a_key: 'Unfinished renders of a key',
+  url_jobs_of_a_key: 'Unfinished renders that URLs of a key started',
+  url_jobs_of_a_preset: 'Unfinished renders that URLs of a preset started',
   stored_bytes_of_a_key: 'Files of a key',
 };
 

@@ -1,0 +1,108 @@
+"""A Blender camera and frame as the members `camera` and `film` of a job. Needs no Blender.
+
+The formulas are those of Blender's BKE_camera_params_compute_viewplane and of Cycles' camera.
+Blender's axes are x, y, z up; glTF's and the server's are x, y up, z to the viewer.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+def y_up(x: float, y: float, z: float) -> list[float]:
+    """Blender's coordinates as glTF's."""
+    return [x, z, -y]
+
+
+def frame_size(render: Any) -> tuple[int, int]:
+    """Width and height of the frame in pixels, without the render region."""
+    percent = render.resolution_percentage
+    return render.resolution_x * percent // 100, render.resolution_y * percent // 100
+
+
+def region(render: Any) -> tuple[int, int, int, int]:
+    """Left, top, width and height of what Blender renders, in pixels of the frame."""
+    width, height = frame_size(render)
+    if not render.use_border:
+        return 0, 0, width, height
+    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
+    bottom, top = int(render.border_min_y * height), int(render.border_max_y * height)
+    return left, height - top, right - left, top - bottom
+
+
+def _fit(camera: Any, width: int, height: int) -> tuple[float, float]:
+    """Pixels along the side that the sensor fits, and that side of the sensor in mm."""
+    horizontal = camera.sensor_fit == "HORIZONTAL" or (
+        camera.sensor_fit == "AUTO" and width >= height
+    )
+    sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    return (width if horizontal else height), sensor
+
+
+def _film(shift_x: float, shift_y: float, render: Any) -> dict[str, Any]:
+    """The film of which the render region is a crop.
+
+    shift_x to the right and shift_y up, in pixels: how far the frame's centre is from the optical
+    axis. The film is centred on the axis and larger by twice the shift, to the nearest pixel, so
+    the frame is in place to a quarter of a pixel.
+    """
+    width, height = frame_size(render)
+    more_x, more_y = round(2 * abs(shift_x)), round(2 * abs(shift_y))
+    left, top, crop_width, crop_height = region(render)
+    film: dict[str, Any] = {"width": width + more_x, "height": height + more_y}
+    if (crop_width, crop_height) != (film["width"], film["height"]):
+        film["crop"] = {
+            "x": left + (more_x if shift_x > 0 else 0),
+            "y": top + (more_y if shift_y < 0 else 0),
+            "width": crop_width,
+            "height": crop_height,
+        }
+    return film
+
+
+def panorama_type(camera: Any) -> str:
+    """Blender 5 has it on the camera, earlier versions among the settings of Cycles."""
+    kind = getattr(camera, "panorama_type", None)
+    return kind or getattr(getattr(camera, "cycles", None), "panorama_type", "EQUIRECTANGULAR")
+
+
+def _lens(camera: Any, position: Any, forward: list[float]) -> dict[str, float]:
+    """Depth of field. focus_object's distance counts along the optical axis, as in Cycles."""
+    if not camera.dof.use_dof:
+        return {}
+    focus = camera.dof.focus_distance
+    if camera.dof.focus_object is not None:
+        there = [row[3] for row in camera.dof.focus_object.matrix_world][:3]
+        focus = abs(sum((a - b) * c for a, b, c in zip(there, position, forward, strict=True)))
+    # An orthographic camera has no focal length; Cycles takes 1 m.
+    focal_m = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
+    return {"aperture_radius": focal_m / (2 * camera.dof.aperture_fstop), "focus_distance": focus}
+
+
+def camera_and_film(camera: Any, matrix: Any, render: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Returns the members `camera` and `film` of a job.
+
+    camera: bpy.types.Camera. matrix: the object's matrix_world, rows of 4. render: RenderSettings.
+    """
+    width, height = frame_size(render)
+    position = [row[3] for row in matrix][:3]
+    length = math.sqrt(sum(row[2] ** 2 for row in matrix[:3]))
+    forward = [-row[2] / length for row in matrix[:3]]
+    target = [a + b for a, b in zip(position, forward, strict=True)]
+    pose = {
+        "position": y_up(*position),
+        "target": y_up(*target),
+        "up": y_up(*(row[1] for row in matrix[:3])),
+    }
+    if camera.type == "PANO":
+        return {"type": "panorama", **pose}, _film(0, 0, render)
+    pixels, sensor_mm = _fit(camera, width, height)
+    film = _film(camera.shift_x * pixels, camera.shift_y * pixels, render)
+    lens = _lens(camera, position, forward)
+    if camera.type == "ORTHO":
+        tall = camera.ortho_scale * film["height"] / pixels
+        return {"type": "orthographic", "orthographic_height": tall, **pose, **lens}, film
+    focal_pixels = camera.lens / sensor_mm * pixels
+    fov = 2 * math.degrees(math.atan(film["height"] / (2 * focal_pixels)))
+    return {"type": "perspective", "vertical_fov_degrees": fov, **pose, **lens}, film

@@ -1,0 +1,104 @@
+#include "core/scene/isolated_instances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+
+#include "core/math/bounds.h"
+
+namespace core {
+namespace {
+
+float longest_edge(const MeshData& mesh) {
+  float out = 0;
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+    const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
+    out =
+        std::max(out, length(mesh.positions[mesh.indices[i]] - mesh.positions[mesh.indices[next]]));
+  }
+  return out;
+}
+
+void add_mesh(const MeshData& mesh, const Transform& to_world, Bounds& box) {
+  for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
+    box.add(to_world.point(mesh.positions[i]));
+  }
+}
+
+bool meet(const Bounds& a, const Bounds& b) {
+  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&
+         a.min.z <= b.max.z && b.min.z <= a.max.z;
+}
+
+/// The axis along which the boxes are spread most.
+int widest_axis(const std::vector<Bounds>& boxes) {
+  Bounds centers;
+  for (const Bounds& box : boxes) {
+    centers.add(box.center());
+  }
+  const Vec3 d = centers.diagonal();
+  return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+}
+
+/// Returns for each box whether it meets another one, by sweeping: those that begin later along the
+/// axis, then those that began before and have not ended.
+std::vector<bool> find_meeting(const std::vector<Bounds>& boxes) {
+  const int axis = widest_axis(boxes);
+  std::vector<std::size_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return boxes[a].min[axis] < boxes[b].min[axis]; });
+  std::vector<bool> out(boxes.size(), false);
+  std::vector<std::size_t> open;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const Bounds& box = boxes[order[k]];
+    const auto meets = [&](std::size_t other) { return meet(box, boxes[other]); };
+    std::erase_if(open, [&](std::size_t other) { return boxes[other].max[axis] < box.min[axis]; });
+    bool found = std::any_of(open.begin(), open.end(), meets);
+    for (std::size_t l = k + 1;
+         !found && l < order.size() && boxes[order[l]].min[axis] <= box.max[axis]; ++l) {
+      found = meets(order[l]);
+    }
+    out[order[k]] = found;
+    open.push_back(order[k]);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<bool> find_isolated_instances(const SceneData& scene, float edges) {
+  if (scene.instances.empty()) {
+    return {};
+  }
+  std::vector<float> longest(scene.meshes.size());
+  std::transform(scene.meshes.begin(), scene.meshes.end(), longest.begin(), longest_edge);
+  std::vector<Bounds> boxes(scene.instances.size());
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Transform& to_world = scene.instances[i].to_world;
+    const std::size_t end =
+        i + 1 < scene.instances.size() ? scene.instances[i + 1].first_placed : scene.placed.size();
+    float edge = 0;
+    for (std::size_t p = scene.instances[i].first_placed; p < end; ++p) {
+      add_mesh(scene.meshes[scene.placed[p].mesh], to_world, boxes[i]);
+      edge = std::max(edge, longest[scene.placed[p].mesh]);
+    }
+    const float scale = std::max({length(to_world.x), length(to_world.y), length(to_world.z)});
+    const float margin = edges * edge * scale;
+    boxes[i].min = boxes[i].min - Vec3{margin, margin, margin};
+    boxes[i].max = boxes[i].max + Vec3{margin, margin, margin};
+  }
+  for (std::size_t p = 0; p < scene.instances[0].first_placed; ++p) {
+    Bounds box;
+    add_mesh(scene.meshes[scene.placed[p].mesh], {}, box);
+    boxes.push_back(box);
+  }
+  std::vector<bool> out = find_meeting(boxes);
+  out.resize(scene.instances.size());
+  out.flip();
+  return out;
+}
+
+}  // namespace core

@@ -63,7 +63,7 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
             layers->wavelengths_nm};
   }
   if (has_cover) {
-    cover_ = Cover(p, film, facets_.roughness, mu, e, average);
+    interface_ = Interface(p, film, facets_.roughness, mu, e, average);
   }
   Rgb specular_albedo_wo;
   Rgb multiple_albedo;
@@ -76,7 +76,7 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     below_.albedo = layers->diffuse_transmission_color * (lambert * layers->diffuse_transmission);
     diffuse_.albedo *= 1 - layers->diffuse_transmission;
   }
-  const Rgb substrate_albedo = diffuse_.albedo * cover_.open_wo;
+  const Rgb substrate_albedo = diffuse_.albedo * interface_.open_wo;
   ThinLobe::Faces wall;
   Rgb wall_diffuse;
   if (p.thin && p.transmission > 0) {
@@ -84,14 +84,14 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     thin.color = p.base_color;
     thin.weight = dielectric * p.transmission;
     if (is_smooth) {
-      cover_.open_wo = 1 - cover_.fresnel(mu);
-      wall = thin.faces(cover_, mu);
+      interface_.open_wo = 1 - interface_.fresnel(mu);
+      wall = thin.faces(interface_, mu);
     } else {
       // F at the mean weight of Schlick's curve over the facets, e5 / e, in place of its mean.
-      wall = thin.faces(cover_, 1 - std::pow(e.e5 / e.e, 0.2F));
+      wall = thin.faces(interface_, 1 - std::pow(e.e5 / e.e, 0.2F));
       wall.reflected *= e.e;
       wall.transmitted *= e.e;
-      const Rgb spread = thin.color * (thin.weight * (1 - cover_.multiple));
+      const Rgb spread = thin.color * (thin.weight * (1 - interface_.multiple));
       wall_diffuse = spread * (1 - e.e);
       thin.multiple = spread * ((1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
     }
@@ -104,9 +104,11 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   prob_[kThin] =
       thin_ ? std::max(luminance(wall.transmitted), 0.01F * thin_->weight * luminance(p.base_color))
             : 0.0F;
-  prob_[kBelow] += luminance(below_.albedo) * cover_.open_wo + luminance(wall_diffuse);
+  prob_[kDiffuseTransmission] +=
+      luminance(below_.albedo) * interface_.open_wo + luminance(wall_diffuse);
   albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + wall.reflected +
-            wall.transmitted + wall_diffuse + p.base_color * solid + below_.albedo * cover_.open_wo;
+            wall.transmitted + wall_diffuse + p.base_color * solid +
+            below_.albedo * interface_.open_wo;
   below_.albedo *= p.refraction_weight;
   if (layers != nullptr && (layers->clearcoat > 0 || max_component(layers->sheen_color) > 0)) {
     add_top(*layers);
@@ -119,7 +121,7 @@ void Bsdf::add_solid(const BsdfParameters& p, float weight, const ThinFilm& film
   // Equal to the true probability: with more, the weights of paths kept inside by total reflection
   // would grow at each bounce.
   prob_[kDiffuse] = glass.diffuse_above();
-  prob_[kBelow] = glass.diffuse_below();
+  prob_[kDiffuseTransmission] = glass.diffuse_below();
   prob_[kGlass] = glass.single() * (weight * std::max(luminance(p.base_color), 0.05F));
 }
 
@@ -137,22 +139,24 @@ void Bsdf::add_top(const BsdfLayers& layers) noexcept {
 
 void Bsdf::set_probabilities() noexcept {
   const float sum = prob_[kDiffuse] + prob_[kSpecular] + prob_[kThin] + prob_[kGlass] +
-                    prob_[kBelow] + (prob_[kRoughCoat] + prob_[kSmoothCoat]) + prob_[kSheen];
+                    prob_[kDiffuseTransmission] + (prob_[kRoughCoat] + prob_[kSmoothCoat]) +
+                    prob_[kSheen];
   if (sum > 0) {
     for (float& prob : prob_) {
       prob /= sum;
     }
   }
-  has_spread_ = prob_[kDiffuse] + prob_[kBelow] + prob_[kSheen] + prob_[kRoughCoat] > 0 ||
-                (!facets_.is_smooth && sum > 0);
+  has_spread_ =
+      prob_[kDiffuse] + prob_[kDiffuseTransmission] + prob_[kSheen] + prob_[kRoughCoat] > 0 ||
+      (!facets_.is_smooth && sum > 0);
   diffuse_.is_even = below_.is_even =
       prob_[kGlass] > 0 && !specular_ && is_black(diffuse_.albedo) && is_black(below_.albedo);
 }
 
-Rgb Bsdf::straight() const noexcept {
+Rgb Bsdf::null_transmittance() const noexcept {
   Rgb sum;
   if (facets_.is_smooth && prob_[kThin] > 0) {
-    sum += thin_->faces(cover_, facets_.wo.z).transmitted * delta_share();
+    sum += thin_->faces(interface_, facets_.wo.z).transmitted * delta_share();
   }
   if (prob_[kGlass] > 0 && glass_->is_index_matched()) {
     sum += glass_->straight(delta_share());
@@ -168,7 +172,7 @@ void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
   Rgb f;
   if (specular_) {
     const SpecularAlbedo e = albedo_of(facets_, wi);
-    f = diffuse_.f_covered(wi.z, cover_, e) + specular_->multiple(e);
+    f = diffuse_.f_covered(wi.z, interface_, e) + specular_->multiple(e);
   } else {
     f = diffuse_.f();
   }
@@ -180,12 +184,12 @@ void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
 }
 
 void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
-  if (!(prob_[kBelow] > 0)) {
+  if (!(prob_[kDiffuseTransmission] > 0)) {
     return;
   }
   const float mu = -wi.z;
   const SpecularAlbedo e = specular_ || thin_ ? albedo_of(facets_, wi) : SpecularAlbedo{};
-  Rgb f = specular_ ? below_.f_covered(mu, cover_, e) : below_.f();
+  Rgb f = specular_ ? below_.f_covered(mu, interface_, e) : below_.f();
   if (glass_ && glass_->has_multiple_below()) {
     f += glass_->multiple_below(mu, facets_.roughness);
   }
@@ -193,7 +197,7 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
     f += thin_->multiple * (1 - e.e);
   }
   out.value_cos += f * mu;
-  out.pdf_solid_angle += prob_[kBelow] * below_.pdf_solid_angle(mu);
+  out.pdf_solid_angle += prob_[kDiffuseTransmission] * below_.pdf_solid_angle(mu);
 }
 
 BsdfEval Bsdf::evaluate_unfolded(Vec3 wi) const noexcept {
@@ -218,7 +222,7 @@ BsdfEval Bsdf::evaluate_unfolded(Vec3 wi) const noexcept {
     specular_->add(facets_, prob_[kSpecular], wi, glossy);
   }
   if (thin_) {
-    thin_->add(facets_, cover_, prob_[kThin], wi, glossy);
+    thin_->add(facets_, interface_, prob_[kThin], wi, glossy);
   }
   if (prob_[kGlass] > 0) {
     glass_->add(facets_, prob_[kGlass], wi, glossy);
@@ -269,7 +273,7 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
     case kDiffuse:
       s.wi_local = diffuse_.sample(u);
       return s.wi_local.z > 0;
-    case kBelow:
+    case kDiffuseTransmission:
       s.wi_local = -below_.sample(u);
       s.eta = glass_ && is_black(below_.albedo) ? glass_->eta() : 1.0F;
       return s.wi_local.z < 0;
@@ -285,12 +289,12 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
     case kSpecular: {
       const bool is_above = specular_->sample(facets_, {prob, delta_share()}, u, s);
       if (s.is_delta && thin_) {
-        s.weight += thin_->faces(cover_, facets_.wo.z).reflected * (delta_share() / prob);
+        s.weight += thin_->faces(interface_, facets_.wo.z).reflected * (delta_share() / prob);
       }
       return is_above;
     }
     case kThin:
-      return thin_->sample(facets_, cover_, {prob, delta_share()}, u, s);
+      return thin_->sample(facets_, interface_, {prob, delta_share()}, u, s);
     default:
       return prob > 0 && glass_->sample(facets_, {prob, delta_share()},
                                         std::clamp(u_lobe / prob, 0.0F, kOneMinusEpsilon), u, s);

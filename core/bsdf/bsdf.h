@@ -3,7 +3,7 @@
 /// Frame: local shading frame, n = (0,0,1) on the viewer's side, so wo.z > 0. wo points to the
 /// viewer, wi to the light; both are unit vectors away from the surface; wi.z < 0 is transmission.
 /// Lobes, one file each: GGX reflection of metal and of a dielectric interface (SpecularLobe), over
-/// Lambertian reflection and diffuse transmission (DiffuseLobe, coupled by Cover), thin
+/// Lambertian reflection and diffuse transmission (DiffuseLobe, coupled by Interface), thin
 /// transmission (ThinLobe) or solid glass (GlassLobe); on top of them TopLayers. All are
 /// reciprocal. Directions on one side of the shading frame but on the other side of the horizon
 /// (Shading::horizon) are mirrored at the horizon plane, in evaluation, density and sampling alike,
@@ -17,10 +17,10 @@
 #include <optional>
 
 #include "core/bsdf/bsdf_types.h"
-#include "core/bsdf/cover.h"
 #include "core/bsdf/diffuse_lobe.h"
 #include "core/bsdf/facets.h"
 #include "core/bsdf/glass_lobe.h"
+#include "core/bsdf/interface.h"
 #include "core/bsdf/specular_lobe.h"
 #include "core/bsdf/thin_lobe.h"
 #include "core/bsdf/top_layers.h"
@@ -43,18 +43,20 @@ class Bsdf {
   /// Returns the probability with which sample() takes a delta lobe.
   float prob_delta() const noexcept;
   /// Returns the probability with which sample() takes a diffuse lobe.
-  float prob_diffuse() const noexcept { return prob_[kDiffuse] + prob_[kBelow]; }
+  float prob_diffuse() const noexcept { return prob_[kDiffuse] + prob_[kDiffuseTransmission]; }
   /// Returns whether any lobe has a density over solid angle, so that light sampling is useful.
   bool has_spread() const noexcept { return has_spread_; }
   /// Returns whether reflection is diffuse-like: one Lambertian lobe, or rough reflection without
   /// further layers.
-  bool is_wide() const noexcept {
+  bool is_diffuse_like() const noexcept {
     return is_lambert_ || (!transmits() && !has_layers_ && facets_.roughness >= 0.5F);
   }
-  bool transmits() const noexcept { return prob_[kThin] + prob_[kGlass] + prob_[kBelow] > 0; }
+  bool transmits() const noexcept {
+    return prob_[kThin] + prob_[kGlass] + prob_[kDiffuseTransmission] > 0;
+  }
   /// Returns the transmittance without deflection (smooth thin transmission, solids with the index
   /// of their surroundings), for shadow rays.
-  Rgb straight() const noexcept;
+  Rgb null_transmittance() const noexcept;
   /// Returns the reflectance of a solid's smooth boundary. Pre: sample() took the boundary.
   Rgb mirrored_by_glass() const noexcept { return glass_->mirrored(facets_); }
   /// Returns the fraction of delta lobes that clearcoat and sheen let through.
@@ -65,7 +67,7 @@ class Bsdf {
   /// Returns the fraction of uniform light from wo's side that the diffuse lobe reflects along wo,
   /// under the layers above it.
   Rgb diffuse_albedo() const noexcept {
-    return diffuse_.albedo * ((specular_ ? cover_.open_wo : 1.0F) * delta_share());
+    return diffuse_.albedo * ((specular_ ? interface_.open_wo : 1.0F) * delta_share());
   }
   /// Returns the surface without that lobe; densities stay the same.
   Bsdf without_diffuse() const noexcept {
@@ -76,7 +78,17 @@ class Bsdf {
 
  private:
   /// In the order in which sample() divides u_lobe: lobes with a density first, delta lobes last.
-  enum Lobe { kDiffuse, kBelow, kSheen, kRoughCoat, kSpecular, kThin, kSmoothCoat, kGlass, kLobes };
+  enum Lobe {
+    kDiffuse,
+    kDiffuseTransmission,
+    kSheen,
+    kRoughCoat,
+    kSpecular,
+    kThin,
+    kSmoothCoat,
+    kGlass,
+    kLobes
+  };
 
   void add_solid(const BsdfParameters& p, float weight, const ThinFilm& film) noexcept;
   void add_top(const BsdfLayers& layers) noexcept;
@@ -97,7 +109,7 @@ class Bsdf {
   DiffuseLobe diffuse_;
   Rgb albedo_;
   DiffuseLobe below_;  ///< diffuse transmission
-  Cover cover_;
+  Interface interface_;
   std::optional<SpecularLobe> specular_;
   std::optional<ThinLobe> thin_;
   std::optional<GlassLobe> glass_;

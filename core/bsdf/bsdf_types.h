@@ -60,7 +60,7 @@ struct BsdfSample {
   bool is_delta = false;
   bool transmitted = false;  ///< wi is on the other side of the geometric surface
   bool is_mirrored = false;  ///< at the horizon plane
-  bool is_straight = false;  ///< wi = -wo without deflection: see straight()
+  bool is_null = false;      ///< wi = -wo without deflection: see null_transmittance()
   bool is_glass = false;     ///< from the boundary of a solid
   float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
 };

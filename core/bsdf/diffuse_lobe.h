@@ -1,9 +1,9 @@
-/// DiffuseLobe: Lambertian reflection, or diffuse transmission if turned over, under a Cover.
+/// DiffuseLobe: Lambertian reflection, or diffuse transmission if turned over, under an Interface.
 ///
 /// Bsdf adds the multiple scattering of other lobes to f(), because it has the same distribution.
 #pragma once
 
-#include "core/bsdf/cover.h"
+#include "core/bsdf/interface.h"
 #include "core/sampling/warp.h"
 
 namespace core {
@@ -12,9 +12,10 @@ struct DiffuseLobe {
   Rgb albedo;            ///< weighted
   bool is_even = false;  ///< sampled uniformly, because most of it is at grazing angles
 
-  /// Returns the BSDF under a cover; mu: cosine of wi on its side, e: the cover's albedo there.
-  Rgb f_covered(float mu, const Cover& cover, SpecularAlbedo e) const noexcept {
-    return f() * cover.coupling(mu, e);
+  /// Returns the BSDF under an interface; mu: cosine of wi on its side, e: the interface's albedo
+  /// there.
+  Rgb f_covered(float mu, const Interface& interface, SpecularAlbedo e) const noexcept {
+    return f() * interface.coupling(mu, e);
   }
   Rgb f() const noexcept { return albedo * kInvPi; }
   float pdf_solid_angle(float mu) const noexcept {

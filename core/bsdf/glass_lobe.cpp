@@ -122,7 +122,7 @@ bool GlassLobe::sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,
   out.wi_local = normalize_or(h * (cos_o / eta_ - cos_t) - s.wo * (1 / eta_), -s.wo);
   out.weight = color_ * (weight_ * share.open / (share.prob * eta_ * eta_));
   out.eta = eta_;
-  out.is_straight = index_matched;
+  out.is_null = index_matched;
   return out.wi_local.z < 0;
 }
 

@@ -48,7 +48,7 @@ BsdfSample SpectralBsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
   if (!disperses_ || is_black(s.weight)) {
     return s;
   }
-  s.is_straight = false;  // straight() does not include it
+  s.is_null = false;  // null_transmittance() does not include it
   if (!s.is_delta) {
     const BsdfEval eval = evaluate(s.wi_local);
     s.pdf_solid_angle = eval.pdf_solid_angle;

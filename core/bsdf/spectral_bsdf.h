@@ -30,9 +30,11 @@ class SpectralBsdf {
   BsdfEval evaluate(Vec3 wi_local) const noexcept;
   BsdfSample sample(float u_lobe, Vec2 u_dir) const noexcept;
   bool has_spread() const noexcept { return picked().has_spread(); }
-  bool is_wide() const noexcept { return picked().is_wide(); }
+  bool is_diffuse_like() const noexcept { return picked().is_diffuse_like(); }
   bool transmits() const noexcept { return picked().transmits(); }
-  Rgb straight() const noexcept { return disperses_ ? Rgb{} : picked().straight(); }
+  Rgb null_transmittance() const noexcept {
+    return disperses_ ? Rgb{} : picked().null_transmittance();
+  }
   Rgb albedo() const noexcept { return picked().albedo(); }
 
  private:

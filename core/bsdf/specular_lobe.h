@@ -3,8 +3,8 @@
 /// Multiple scattering between facets is diffuse (Kulla and Conty 2017).
 #pragma once
 
-#include "core/bsdf/cover.h"
 #include "core/bsdf/facets.h"
+#include "core/bsdf/interface.h"
 
 namespace core {
 

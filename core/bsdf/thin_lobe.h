@@ -10,8 +10,8 @@
 /// their multiple scattering between facets leaves diffusely on the other side.
 #pragma once
 
-#include "core/bsdf/cover.h"
 #include "core/bsdf/facets.h"
+#include "core/bsdf/interface.h"
 
 namespace core {
 
@@ -26,39 +26,40 @@ struct ThinLobe {
   };
   /// Returns the weighted shares of light at cosine cos_oh to the facets. F is that of the largest
   /// channel where light passes a face, so that transmitted light keeps its hue.
-  Faces faces(const Cover& cover, float cos_oh) const noexcept {
-    const float f = cover.fresnel(cos_oh);
+  Faces faces(const Interface& interface, float cos_oh) const noexcept {
+    const float f = interface.fresnel(cos_oh);
     if (!(f < 1)) {
       return {};
     }
     const float passed = weight * square(1 - f);
     const auto sum = [f, passed](float c) { return passed * c / (1 - square(c * f)); };
     const Rgb through = {sum(color.r), sum(color.g), sum(color.b)};
-    return {through * color * cover.fresnel_rgb(cos_oh), through};
+    return {through * color * interface.fresnel_rgb(cos_oh), through};
   }
 
   /// Adds transmission (wi.z < 0), or to reflection, whose density SpecularLobe adds, that of the
   /// far face.
-  void add(const Facets& s, const Cover& cover, float prob, Vec3 wi, BsdfEval& out) const noexcept {
+  void add(const Facets& s, const Interface& interface, float prob, Vec3 wi,
+           BsdfEval& out) const noexcept {
     if (s.is_smooth) {
       return;
     }
     const Vec3 reflected = {wi.x, wi.y, std::fabs(wi.z)};
     const Vec3 h = s.half(reflected);
     const auto reflection = s.reflection(prob, reflected, h);
-    const Faces f = faces(cover, dot(s.wo, h));
+    const Faces f = faces(interface, dot(s.wo, h));
     out.value_cos += (wi.z > 0 ? f.reflected : f.transmitted) * reflection.value_cos;
     if (wi.z < 0) {
       out.pdf_solid_angle += reflection.pdf_solid_angle;
     }
   }
-  bool sample(const Facets& s, const Cover& cover, LobeShare share, Vec2 u,
+  bool sample(const Facets& s, const Interface& interface, LobeShare share, Vec2 u,
               BsdfSample& out) const noexcept {
     if (s.is_smooth) {
       out.wi_local = -s.wo;
-      out.weight = faces(cover, s.wo.z).transmitted * (share.open / share.prob);
+      out.weight = faces(interface, s.wo.z).transmitted * (share.open / share.prob);
       out.is_delta = true;
-      out.is_straight = true;
+      out.is_null = true;
       return true;
     }
     const Vec3 reflected = s.sample_reflected(u);

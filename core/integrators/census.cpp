@@ -113,7 +113,7 @@ void LightCensus::follow_camera_path(PathState& path, const Point& blank) {
     }
     surface_event(scene_, path, vertex);
     const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
-    const Rgb albedo = bsdf.is_wide() ? bsdf.albedo() : bsdf.diffuse_albedo();
+    const Rgb albedo = bsdf.is_diffuse_like() ? bsdf.albedo() : bsdf.diffuse_albedo();
     const float radius_m = static_cast<float>(spacing_px_) * path.cone_width_m;
     const bool is_catcher = has_catcher(settings_) && vertex.point.placed == scene_.ground;
     if (bsdf.has_spread() && !is_black(albedo) && radius_m > 0 && !is_catcher) {

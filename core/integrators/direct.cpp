@@ -19,8 +19,7 @@ class DirectIntegrator final : public Integrator {
       : scene_(input.scene),
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
-        lights_(input.scene, input.environment, LightPick::kTree, SkyDensity::kCompensated) {
-  }
+        lights_(input.scene, input.environment, LightPick::kTree, SkyDensity::kCompensated) {}
 
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
                    std::uint64_t& rays) const noexcept override;
@@ -77,7 +76,8 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
       record_first_surface(out, vertex, bsdf.albedo());
     }
     const bool is_last = path.scatterings() >= 1;  // clear surfaces may still be passed
-    if (path.null_scatterings > kNullScatteringMax || (is_last && is_black(bsdf.straight()))) {
+    if (path.null_scatterings > kNullScatteringMax ||
+        (is_last && is_black(bsdf.null_transmittance()))) {
       return out;
     }
     vertex.light_normal = bsdf.transmits() ? Vec3{} : vertex.shading.horizon;

@@ -42,7 +42,7 @@ LightView LightSampler::view(const LightPoint& light, Vec3 point) const noexcept
     if (cos_light > kCosLightLeast) {
       out.radiance =
           t.is_coated ? triangle_radiance(scene_, t, light.place, -out.wi_world) : light.radiance;
-      out.solid_angle = out.falloff = cos_light / distance2;
+      out.solid_angle = out.geometric = cos_light / distance2;
     }
   } else if (light.light < triangles_ + punctual) {
     const PunctualLight& p = scene_.punctual_lights[light.light - triangles_];
@@ -52,13 +52,13 @@ LightView LightSampler::view(const LightPoint& light, Vec3 point) const noexcept
     out.radiance = p.arriving(point, out.wi_world, distance_m);
     if (!is_black(out.radiance)) {
       out.solid_angle = 1;
-      out.falloff = out.is_far ? 1 : 1 / (distance_m * distance_m);
+      out.geometric = out.is_far ? 1 : 1 / (distance_m * distance_m);
     }
   } else {
     out.is_far = true;
     out.wi_world = light.place;
     out.radiance = light.radiance;
-    out.solid_angle = out.falloff = 1;
+    out.solid_angle = out.geometric = 1;
   }
   return out;
 }

@@ -45,7 +45,7 @@ struct LightView {
   Vec3 wi_world;
   Rgb radiance;           ///< as in LightSample
   float solid_angle = 0;  ///< per unit of its measure; delta lights: 1; 0: no light
-  float falloff = 0;      ///< geometric factor of the tree's importance: cos / d^2, 1 / d^2 or 1
+  float geometric = 0;    ///< geometric factor of the tree's importance: cos / d^2, 1 / d^2 or 1
   bool is_far = false;
   bool is_delta = false;
 };
@@ -77,9 +77,7 @@ class LightSampler {
   /// Samples delta lights only, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
   /// Returns whether sample() uses only the light tree, at every point.
-  bool has_tree_alone() const noexcept {
-    return pick_ == LightPick::kTree && far_count_ == 0;
-  }
+  bool has_tree_alone() const noexcept { return pick_ == LightPick::kTree && far_count_ == 0; }
   /// Returns the environment if sample() chooses between it and the light tree only; else null. Its
   /// directions are then sampled by sky_density().
   const Environment* sky_beside_tree() const noexcept {

@@ -173,7 +173,7 @@ ScatterSample sample_scatter(const ScatterPoint& at, const SeenSurface& from_wo,
     }
     out.wi_world = from_wo.shading().frame.to_world(s.wi_local);
     out.is_delta = s.is_delta;
-    out.is_straight = s.is_straight;
+    out.is_null = s.is_null;
     out.eta = s.eta;
   }
   const SeenSurface from_wi(at, out.wi_world);

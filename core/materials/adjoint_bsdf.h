@@ -68,8 +68,8 @@ struct ScatterSample {
   float pdf_solid_angle = 0;  ///< 0 if is_delta
   float pdf_reverse = 0;
   bool is_delta = false;
-  bool is_straight = false;  ///< without deflection
-  float eta = 1;             ///< n(wi) / n(wo)
+  bool is_null = false;  ///< without deflection
+  float eta = 1;         ///< n(wi) / n(wo)
 };
 /// Samples a direction; u_lobe, u_dir in [0,1). In importance mode with bent shading normals, a
 /// fraction of the samples is drawn differently, to cover viewing directions below the horizon of

@@ -59,8 +59,9 @@ struct Material {
   bool has_alpha = false;  ///< MASK or BLEND: hits may fall on holes
   bool is_volume = false;  ///< bounds a solid (thickness > 0)
   bool transmits = false;  ///< thin or solid, specular or diffuse
-  bool is_clear = false;  ///< may scatter without deflection; Bsdf::straight() returns the fraction
-  Medium medium;          ///< interior medium
+  bool is_clear =
+      false;  ///< may scatter without deflection; Bsdf::null_transmittance() returns the fraction
+  Medium medium;  ///< interior medium
 };
 
 }  // namespace core

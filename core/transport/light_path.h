@@ -59,10 +59,10 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
     if (is_black(next.weight)) {
       return;
     }
-    if (!next.is_straight) {
+    if (!next.is_null) {
       path.beta = power;
     }
-    is_smooth = is_smooth && (next.is_delta || next.is_straight);
+    is_smooth = is_smooth && (next.is_delta || next.is_null);
     scatter(scene, path, vertex, next, TransportMode::kImportance);
     if (!survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
                            throughput_size(path.beta) / first_size)) {

@@ -18,7 +18,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   if (vertex.drew_wavelength && !through) {
     path.wavelength_nm = 0;  // only refraction disperses
   }
-  if (sample.is_straight) {
+  if (sample.is_null) {
     ++path.null_scatterings;  // path.last stays: emitters are weighted as seen from there
   } else {
     path.last = {sample.is_delta ? 0.0F : sample.pdf_solid_angle, vertex.shading.origin,
@@ -52,7 +52,7 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   local.weight = sample.weight;
   local.pdf_solid_angle = sample.pdf_solid_angle;
   local.is_delta = sample.is_delta;
-  local.is_straight = sample.is_straight;
+  local.is_null = sample.is_null;
   local.eta = mode == TransportMode::kRadiance ? sample.eta : 1.0F;
   scatter(scene, path, vertex, local, 1);
 }

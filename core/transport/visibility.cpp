@@ -88,7 +88,7 @@ class ShadowRay {
         }
       }
     }
-    return make_bsdf(shading, wo).straight();
+    return make_bsdf(shading, wo).null_transmittance();
   }
 
  private:

@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "core/bsdf/cover.h"
 #include "core/bsdf/facets.h"
+#include "core/bsdf/interface.h"
 #include "core/bsdf/specular_lobe.h"
 #include "core/bsdf/top_layers.h"
 #include "core/sampling/warp.h"
@@ -176,15 +176,15 @@ class BsdfLanes {
     const AlbedoOf<F> e = specular_albedo(wo.z, s.roughness);
     const AlbedoOf<F> average = specular_albedo_average(s.roughness);
     const Mask<N> has_cover = (dielectric > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
-    cover_ = {select(has_cover, max_component(s.f0), F(0)), select(has_cover, s.f90, F(0)),
-              average};
-    cover_.set_coupling(cover_.albedo(e), cover_.albedo(average));
+    interface_ = {select(has_cover, max_component(s.f0), F(0)), select(has_cover, s.f90, F(0)),
+                  average};
+    interface_.set_coupling(interface_.albedo(e), interface_.albedo(average));
     specular_ = {s, metal, dielectric, facets_, e, average};
     diffuse_ = s.base_color * dielectric;
 
     const Vec3s<N> specular = specular_.albedo(facets_, e);
     const Vec3s<N> multiple = specular_.multiple_albedo(facets_, e);
-    const Vec3s<N> substrate = diffuse_ * cover_.open_wo;
+    const Vec3s<N> substrate = diffuse_ * interface_.open_wo;
     prob_diffuse_ = luminance(substrate) + luminance(multiple);
     prob_specular_ = luminance(specular);
     albedo_ = select(is_lambert_, albedo_, substrate + multiple + specular);
@@ -233,7 +233,7 @@ class BsdfLanes {
   Eval evaluate_layered(Vec3s<N> wi, F cos_pi) const {
     const AlbedoOf<F> e = specular_albedo(wi.z, facets_.roughness);
     const Vec3s<N> f =
-        diffuse_ * (cover_.coupling(cover_.albedo(e)) * kInvPi) + specular_.multiple(e);
+        diffuse_ * (interface_.coupling(interface_.albedo(e)) * kInvPi) + specular_.multiple(e);
     const Vec3s<N> h = facets_.half(wi);
     const auto reflection = facets_.reflection(prob_specular_, wi, h);
     const Vec3s<N> diffuse = select(prob_diffuse_ > 0, f * wi.z, black());
@@ -257,7 +257,7 @@ class BsdfLanes {
   Mask<N> has_spread_;
   // For lanes that are not Lambert.
   FacetsOf<F> facets_;
-  PlainCoverOf<F> cover_;
+  InterfaceOf<F> interface_;
   PlainSpecularOf<F> specular_;
   Vec3s<N> diffuse_;
   F prob_diffuse_, prob_specular_;

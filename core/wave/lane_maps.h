@@ -147,7 +147,7 @@ template <std::size_t N>
 /// completed.
 template <std::size_t N>
 Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
-                   const MapRows<N>& rows, Mask<N> on, MetLanes<N>& out) {
+                   const MapRows<N>& rows, Mask<N> on, LaneHits<N>& out) {
   const Floats<N> zero(0);
   const Floats<N> one(1);
   Floats<N> c[4][4];

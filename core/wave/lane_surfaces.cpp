@@ -30,7 +30,7 @@ bool shines_alone(const Material& m) {
 /// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
 /// Sets all to 0 if there are none yet.
 template <std::size_t N>
-[[gnu::noinline]] void finish(MetLanes<N>& out) {
+[[gnu::noinline]] void finish(LaneHits<N>& out) {
   LayerLanes<N>& layers = out.layers;
   if (out.layered == 0) {
     layers = {};
@@ -127,12 +127,12 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
 
 template <std::size_t N>
 void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned on,
-                        MetLanes<N>& out) const {
+                        LaneHits<N>& out) const {
   Rows<N> rows;
   unsigned plain = 0;
   unsigned mapped = 0;
   unsigned textured = 0;
-  out.foreign = 0;
+  out.unsupported = 0;
   const auto instance_of = [this](const RawHit& hit) {
     return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
   };
@@ -143,7 +143,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     const PlacedInstance* instance = instance_of(hit);
     const Entry& mesh = entry_of(hit);
     if (mesh.kind == Kind::kForeign) {
-      out.foreign |= bit;
+      out.unsupported |= bit;
     } else if (mesh.kind == Kind::kTextured || (mesh.shines_alone && shines(mesh, hit))) {
       textured |= bit;
     } else {
@@ -222,7 +222,7 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
 /// Loads the factors of clearcoat and sheen in the lanes of `on`, and the coat's normal without its
 /// texture, in world space.
 template <std::size_t N>
-void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, MetLanes<N>& out) const {
+void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const {
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
     if (!entry_of(hits[k]).has_layers) {
@@ -264,7 +264,7 @@ void LaneSurfaces::add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, 
 
 template <std::size_t N>
 TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
-                                          MetLanes<N>& out) {
+                                          LaneHits<N>& out) {
   const Floats<N> zero(0);
   const Floats<N> one(1);
   const Vec3s<N> wo = -segments.direction;
@@ -335,7 +335,7 @@ bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
 
 template <std::size_t N>
 void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
-                                 MetLanes<N>& out) const {
+                                 LaneHits<N>& out) const {
   const Ray ray = {segments.origin.lane(k), segments.direction.lane(k)};
   const SurfacePoint point = scene_.surface_point(hit, ray);
   const Material& material = scene_.materials[point.material];
@@ -379,9 +379,9 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
 
 #ifdef __AVX2__
 template void LaneSurfaces::meet(const SegmentLanes<8>&, const RawHit (&)[8], unsigned,
-                                 MetLanes<8>&) const;
+                                 LaneHits<8>&) const;
 #endif
 template void LaneSurfaces::meet(const SegmentLanes<1>&, const RawHit (&)[1], unsigned,
-                                 MetLanes<1>&) const;
+                                 LaneHits<1>&) const;
 
 }  // namespace core

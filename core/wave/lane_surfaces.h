@@ -2,7 +2,7 @@
 ///
 /// Plain surfaces (no texture, no vertex colour) are evaluated in SIMD, as are mapped ones, whose
 /// textures share coordinates and transform; other textured surfaces are evaluated lane by lane.
-/// All others are `foreign`: the lanes cannot evaluate them.
+/// All others are `unsupported`: the lanes cannot evaluate them.
 #pragma once
 
 #include <vector>
@@ -25,16 +25,16 @@ struct SegmentLanes {
 
 /// The surfaces they hit.
 template <std::size_t N>
-struct MetLanes {
+struct LaneHits {
   SurfaceLanes<N> surface;
   Vec3s<N> position;
   Vec3s<N> emitted;  ///< towards the segment's origin
   Floats<N> distance_m;
-  Floats<N> cone_width_m;  ///< at the hit
-  Ints<N> light;           ///< SurfacePoint::light
-  unsigned foreign = 0;    ///< bits of the lanes whose surfaces are foreign
-  unsigned layered = 0;    ///< those with clearcoat or sheen
-  LayerLanes<N> layers;    ///< valid if any is layered; in the frame of the surface's normal
+  Floats<N> cone_width_m;    ///< at the hit
+  Ints<N> light;             ///< SurfacePoint::light
+  unsigned unsupported = 0;  ///< bits of the lanes whose surfaces are unsupported
+  unsigned layered = 0;      ///< those with clearcoat or sheen
+  LayerLanes<N> layers;      ///< valid if any is layered; in the frame of the surface's normal
 };
 
 struct LaneMaps;
@@ -52,7 +52,7 @@ class LaneSurfaces {
   /// followed by the others.
   template <std::size_t N>
   void meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned on,
-            MetLanes<N>& out) const;
+            LaneHits<N>& out) const;
   /// Returns the coverage of a hit: below 1 at holes.
   float coverage(const RawHit& hit, const Ray& ray) const {
     return entry_of(hit).may_be_hole ? scene_.coverage(hit, ray) : 1;
@@ -104,12 +104,12 @@ class LaneSurfaces {
                        const Transform* to_world);
   template <std::size_t N>
   static TriangleLanes<N> meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
-                                     MetLanes<N>& out);
+                                     LaneHits<N>& out);
   template <std::size_t N>
-  void load_layers(const RawHit (&hits)[N], unsigned on, MetLanes<N>& out) const;
+  void load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
   void meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
-                     MetLanes<N>& out) const;
+                     LaneHits<N>& out) const;
 
   const SceneData& scene_;
   std::vector<Row> materials_;

@@ -22,7 +22,7 @@
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_sampler.h"
 #include "core/wave/lane_surfaces.h"
-#include "core/wave/lone_paths.h"
+#include "core/wave/scalar_paths.h"
 #include "core/wave/wave_access.h"
 
 namespace core {
@@ -52,7 +52,7 @@ class LaneTracer final : public WaveTracer {
         scalar_(input),
         ledger_(input),
         catcher_(input),
-        lone_(scalar_, catcher_.scalar()),
+        scalar_paths_(scalar_, catcher_.scalar()),
         lights_(scene_, scalar_.lights()),
         sky_(input.environment, scalar_.lights().sky_density()),
         surfaces_(scene_),
@@ -67,7 +67,7 @@ class LaneTracer final : public WaveTracer {
   void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
   void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
     for (int depth = 0; wave.paths.count > 0 || !wave.waiting.empty(); ++depth) {
-      LonePaths<Options>::take_back(wave, depth);
+      ScalarPaths<Options>::take_back(wave, depth);
       find_hits(wave, depth, rays);
       const std::size_t end = wave.paths.first + wave.paths.count;
       wave.paths.count = 0;
@@ -80,13 +80,13 @@ class LaneTracer final : public WaveTracer {
       find_lights(wave, depth, rays);
     }
     catcher_.end(wave);
-    rejected += take_in_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
+    rejected += add_alpha_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
   }
 
  private:
   /// The surface vertices of one chunk of lanes.
   struct Vertex {
-    MetLanes<N> met;
+    LaneHits<N> met;
     Vec3s<N> wo_world;
     Vec3s<N> beta;
     FrameOf<Floats<N>> frame;
@@ -132,12 +132,13 @@ class LaneTracer final : public WaveTracer {
   Vec3s<N> found_environment(const WavePaths& paths, std::size_t first, unsigned left) const;
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
   template <typename Group>
-  void add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met, std::size_t lane,
+  void add_emission(Wave& wave, std::size_t i, const LaneHits<N>& met, std::size_t lane,
                     Group&& group, int depth) const;
   [[gnu::noinline]] void keep_away(Wave& wave, std::size_t first, unsigned met) const;
   [[gnu::noinline]] void catch_light(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
                                      const Numbers& numbers) const;
-  void go_alone(Wave& wave, std::size_t i, const RawHit* met, int depth, std::uint64_t& rays) const;
+  void leave_lanes(Wave& wave, std::size_t i, const RawHit* met, int depth,
+                   std::uint64_t& rays) const;
   void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
   template <bool kCatches = false>
   [[gnu::flatten]] void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
@@ -175,7 +176,7 @@ class LaneTracer final : public WaveTracer {
   PathTracer<Options> scalar_;
   [[no_unique_address]] typename Options::Ledger ledger_;
   LaneCatcher<N, Options> catcher_;
-  LonePaths<Options> lone_;
+  ScalarPaths<Options> scalar_paths_;
   LaneLights lights_;
   LaneEnvironment sky_;
   LaneSurfaces surfaces_;
@@ -350,7 +351,7 @@ void LaneTracer<N, Options>::catch_light(Wave& wave, const Vertex& at, const Bsd
 
 template <std::size_t N, typename Options>
 template <typename Group>
-void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const MetLanes<N>& met,
+void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const LaneHits<N>& met,
                                           std::size_t lane, Group&& group, int depth) const {
   const WavePaths& paths = wave.paths;
   const float pdf_bsdf = paths.pdf_bsdf.at[i];
@@ -371,11 +372,12 @@ void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const MetLa
 
 /// Hands a path to the scalar tracer, which continues it from its hit, or finds it anew if null.
 template <std::size_t N, typename Options>
-void LaneTracer<N, Options>::go_alone(Wave& wave, std::size_t i, const RawHit* met, int depth,
-                                      std::uint64_t& rays) const {
+void LaneTracer<N, Options>::leave_lanes(Wave& wave, std::size_t i, const RawHit* met, int depth,
+                                         std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
-  TracedPath path = lone_.handed_over(paths.get(i), sampler_of(wave, paths.slot.at[i]), rays);
+  TracedPath path =
+      scalar_paths_.handed_over(paths.get(i), sampler_of(wave, paths.slot.at[i]), rays);
   if (depth == 0) {
     path.ray.t_max = wave.results.t_max.at[slot];
   }
@@ -387,7 +389,7 @@ void LaneTracer<N, Options>::go_alone(Wave& wave, std::size_t i, const RawHit* m
   path.out.hit = depth > 0 && !is_from_catcher;
   path.branch_weight = share(depth);
   path.shares = shares_of(wave, slot);
-  lone_.follow(wave, path, paths.slot.at[i]);
+  scalar_paths_.follow(wave, path, paths.slot.at[i]);
   const Rgb found = path.out.radiance * share(depth);
   add_radiance(wave.results, slot, {found.r, found.g, found.b});
   if (is_from_catcher && !path.out.hit) {  // left the scene through holes
@@ -449,15 +451,15 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
     behind = scene_.has_volumes ? 0 : holes;
   }
   surfaces_.meet(segments, hits, met & ~alone, at.met);
-  at.met.foreign |= alone;
-  const unsigned on = met & ~at.met.foreign;
+  at.met.unsupported |= alone;
+  const unsigned on = met & ~at.met.unsupported;
   at.on = Mask<N>::of(on);
   const unsigned lit = (at.on & is_not_black(at.met.emitted)).bits();
   // In the order of the paths: continuations of one sample add up alike in any chunks.
-  for (unsigned rest = at.met.foreign | lit; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = at.met.unsupported | lit; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    if ((at.met.foreign >> k & 1U) != 0) {
-      go_alone(wave, first + k, (behind >> k & 1U) != 0 ? nullptr : &hits[k], depth, rays);
+    if ((at.met.unsupported >> k & 1U) != 0) {
+      leave_lanes(wave, first + k, (behind >> k & 1U) != 0 ? nullptr : &hits[k], depth, rays);
     } else {
       add_emission(
           wave, first + k, at.met, k, [&] { return scene_.placed_mesh(hits[k]).group; }, depth);

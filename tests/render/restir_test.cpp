@@ -222,7 +222,7 @@ Moments row_of_points(Fault fault, int samples) {
     for (int i = 0; i < kPaths; ++i) {
       for (std::size_t j = 0; j < kPaths; ++j) {
         const core::LightView view = lights.view(drawn[j], row_point(i));
-        const float seen = view.falloff * std::max(dot(up, view.wi_world), 0.0F);
+        const float seen = view.geometric * std::max(dot(up, view.wi_world), 0.0F);
         const bool forgotten =
             fault == Fault::kPassAlone && static_cast<std::size_t>(i) / kRow != j / kRow;
         shared.set(static_cast<std::size_t>(i), j,

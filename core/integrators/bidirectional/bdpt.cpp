@@ -133,7 +133,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
   if (is_black(next.weight)) {
     return false;
   }
-  if (!next.is_straight) {
+  if (!next.is_null) {
     const auto cosine = static_cast<double>(vertex.cosine(next.wi_world));
     path.sums = next.is_delta ? BdptWeights::after_delta(here, cosine)
                               : BdptWeights::after_scattering(
@@ -176,7 +176,7 @@ void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& stra
     vertex.sums = weights_.at_light_vertex(path, light, vertex);
     if (is_allowed(vertex.surfaces, vertex.in_media)) {
       visit(path, vertex);
-    } else if (vertex.medium != nullptr || is_black(vertex.bsdf().straight())) {
+    } else if (vertex.medium != nullptr || is_black(vertex.bsdf().null_transmittance())) {
       return;
     }
     const int depth = path.depth;
@@ -412,7 +412,8 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
       record_first_scattering(path.out, sample, path.ray.direction);
     }
     const bool can_scatter = is_allowed(vertex.surfaces, vertex.in_media);
-    if (!can_scatter && (vertex.medium != nullptr || is_black(vertex.bsdf().straight()))) {
+    if (!can_scatter &&
+        (vertex.medium != nullptr || is_black(vertex.bsdf().null_transmittance()))) {
       return;
     }
     if (can_scatter && vertex.has_spread()) {

@@ -432,7 +432,7 @@ PathSample CacheTracer::gather(const Camera::CameraRay& camera_ray, const PathSa
     }
     const Rgb whole = path.beta;
     path.beta = whole * pending;
-    if (is_black(path.beta) && is_black(bsdf.straight())) {
+    if (is_black(path.beta) && is_black(bsdf.null_transmittance())) {
       break;
     }
     std::optional<Rgb> found;

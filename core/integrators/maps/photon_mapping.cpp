@@ -168,7 +168,7 @@ PathSample PhotonTracer::gather(const Camera::CameraRay& camera_ray, const PathS
 bool PhotonTracer::ends_at(const Bsdf& bsdf, const PathVertex& vertex) const noexcept {
   constexpr float kAlphaLeast = 0.0625F;  // roughness 1/4
   const float alpha = std::min(vertex.shading.bsdf.alpha_x, vertex.shading.bsdf.alpha_y);
-  return bsdf.is_wide() || (bsdf.prob_diffuse() > 0.25F && alpha >= kAlphaLeast);
+  return bsdf.is_diffuse_like() || (bsdf.prob_diffuse() > 0.25F && alpha >= kAlphaLeast);
 }
 
 void PhotonTracer::follow(TracedPath& path, const Photons& photons) const noexcept {
@@ -257,7 +257,7 @@ Rgb PhotonTracer::final_gather(const TracedPath& path, const PathVertex& vertex,
     branch.out.radiance = {};
     const Vec4 u = branch.sampler.get_4d(dimension_group(branch.depth, BounceGroup::kBsdf));
     const BsdfSample sample = bsdf.sample(u.x, {u.y, u.z});
-    if (is_black(sample.weight) || sample.is_delta || sample.is_straight) {
+    if (is_black(sample.weight) || sample.is_delta || sample.is_null) {
       continue;  // the path itself follows smooth lobes
     }
     scatter(scene_, branch, vertex, sample, 1);

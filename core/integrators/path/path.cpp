@@ -127,7 +127,7 @@ bool PathTracer<Options>::visit(TracedPath& path, PathVertex& vertex,
   vertex.light_normal = bsdf.transmits() ? Vec3{} : vertex.shading.horizon;
   // At the last vertex a path may still pass clear surfaces.
   return path.null_scatterings <= kNullScatteringMax &&
-         (!is_at_max_depth(path) || !is_black(bsdf.straight()));
+         (!is_at_max_depth(path) || !is_black(bsdf.null_transmittance()));
 }
 
 template <typename Options>
@@ -309,8 +309,8 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
   }
   const int depth = path.depth;
   const bool fitted = fits_weights(depth, bsdf);
-  path.in_pair = fitted && !sample.is_straight && !sample.is_delta;
-  if (!sample.is_straight) {
+  path.in_pair = fitted && !sample.is_null && !sample.is_delta;
+  if (!sample.is_null) {
     path.last_controlled = is_controlled(bsdf);
     path.last_fitted = fitted;
   }

@@ -118,13 +118,14 @@ class PathTracer final : public Integrator {
   }
   /// Returns whether the control variate replaces BSDF samples at this surface.
   bool is_controlled(const Surface& bsdf) const noexcept {
-    return options_.control_variate == ControlVariateType::kAnalytic && bsdf.is_wide() &&
+    return options_.control_variate == ControlVariateType::kAnalytic && bsdf.is_diffuse_like() &&
            samples_lights();
   }
   /// Returns whether a light sample here uses a control variate with the pixel's fitted
   /// coefficient.
   bool fits_control(int depth, const Surface& bsdf) const noexcept {
-    return options_.fit == FitType::kRegression && depth == 0 && bsdf.is_wide() && samples_lights();
+    return options_.fit == FitType::kRegression && depth == 0 && bsdf.is_diffuse_like() &&
+           samples_lights();
   }
   /// Returns whether MIS weights here come from the pixel's fitted 2x2 system.
   bool fits_weights(int depth, const Surface& bsdf) const noexcept {

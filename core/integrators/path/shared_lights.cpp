@@ -88,7 +88,7 @@ class SharedLightsTracer final : public GroupTracer {
     /// t: proportional to the density with which the light tree finds the light from here. Positive
     /// only where it can.
     float density(const LightView& view) const noexcept {
-      return view.falloff *
+      return view.geometric *
              (view.is_far || any_side ? 1.0F : std::max(dot(light_normal, view.wi_world), 0.0F));
     }
     bool is_like(const Place& other) const noexcept;

@@ -1,4 +1,4 @@
-#include "core/wave/lone_paths.h"
+#include "core/wave/scalar_paths.h"
 
 #include <cmath>
 
@@ -51,7 +51,7 @@ void add_waiting(Wave& wave, const TracedPath& path, std::int32_t slot) noexcept
 }  // namespace
 
 template <typename Options>
-void LonePaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept {
+void ScalarPaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slot) const noexcept {
   PathVertex vertex;
   while (scalar_.next_vertex(path, vertex)) {
     if (catcher_ != nullptr && catcher_->catches(path, vertex)) {
@@ -82,8 +82,8 @@ void LonePaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slot)
 }
 
 template <typename Options>
-bool LonePaths<Options>::extend(TracedPath& path, const PathVertex& vertex,
-                                const Surface& bsdf) const noexcept {
+bool ScalarPaths<Options>::extend(TracedPath& path, const PathVertex& vertex,
+                                  const Surface& bsdf) const noexcept {
   if (!scalar_.is_at_max_depth(path)) {
     scalar_.add_direct_light(path, vertex, bsdf);
   }
@@ -92,8 +92,8 @@ bool LonePaths<Options>::extend(TracedPath& path, const PathVertex& vertex,
 
 /// As PathTracer::split().
 template <typename Options>
-void LonePaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex& vertex,
-                               const Surface& bsdf, std::int32_t slot) const noexcept {
+void ScalarPaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex& vertex,
+                                 const Surface& bsdf, std::int32_t slot) const noexcept {
   const float share = 1 / static_cast<float>(split_count_);
   Rgb sum;
   for (int k = 0; k < split_count_; ++k) {
@@ -117,7 +117,7 @@ void LonePaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex& v
 }
 
 template <typename Options>
-void LonePaths<Options>::take_back(Wave& wave, int depth) noexcept {
+void ScalarPaths<Options>::take_back(Wave& wave, int depth) noexcept {
   std::erase_if(wave.waiting, [&](const ReturnedPath& back) {
     if (back.depth == depth) {
       wave.paths.add(back.path);
@@ -127,15 +127,15 @@ void LonePaths<Options>::take_back(Wave& wave, int depth) noexcept {
 }
 
 template <typename Options>
-TracedPath LonePaths<Options>::handed_over(const WavePath& from, const PathSampler& sampler,
-                                           std::uint64_t& rays) const noexcept {
+TracedPath ScalarPaths<Options>::handed_over(const WavePath& from, const PathSampler& sampler,
+                                             std::uint64_t& rays) const noexcept {
   TracedPath path{PathState{.sampler = sampler, .rays = rays}};
   for_each_pair(from, path, [](const auto& wave, auto& to) { copy(wave, to); });
   path.last.light_samples = static_cast<float>(scalar_.options().candidates);
   return path;
 }
 
-template class LonePaths<DefaultOptions>;
-template class LonePaths<WholeOptions>;
+template class ScalarPaths<DefaultOptions>;
+template class ScalarPaths<WholeOptions>;
 
 }  // namespace core

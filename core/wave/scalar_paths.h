@@ -8,10 +8,10 @@
 namespace core {
 
 template <typename Options>
-class LonePaths {
+class ScalarPaths {
  public:
   /// catcher: null if there is none.
-  LonePaths(const PathTracer<Options>& scalar, const CatcherTracer<Options>* catcher)
+  ScalarPaths(const PathTracer<Options>& scalar, const CatcherTracer<Options>* catcher)
       : scalar_(scalar), catcher_(catcher), split_count_(scalar.options().split_count) {}
 
   /// Follows a path until lanes can continue it, then adds it to wave.waiting, or to its end. slot:

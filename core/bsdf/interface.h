@@ -1,4 +1,4 @@
-/// Cover: the dielectric interface over a diffuse or thin substrate, and its coupling to it.
+/// Interface: the dielectric interface over a diffuse or thin substrate, and its coupling to it.
 ///
 /// A diffuse lobe below it is attenuated twice: (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), with E of
 /// the largest channel, so that the substrate keeps its hue (KHR_materials_specular). Source: Kulla
@@ -26,16 +26,16 @@ C multiple_scattering(C f0, C f90, F e_average) noexcept {
 
 /// A cover without a film.
 template <typename F>
-struct PlainCoverOf {
+struct InterfaceOf {
   F f0;  ///< of the largest channel; unweighted
   F f90;
   F multiple;  ///< fraction of multiple scattering that is reflected
   F open_wo;   ///< 1 - E(wo)
   F norm;      ///< 1 / (1 - E_avg)
 
-  PlainCoverOf() = default;
+  InterfaceOf() = default;
   /// average: albedo of the lobe with F = 1.
-  PlainCoverOf(F largest_f0, F largest_f90, AlbedoOf<F> average) noexcept
+  InterfaceOf(F largest_f0, F largest_f90, AlbedoOf<F> average) noexcept
       : f0(largest_f0), f90(largest_f90), multiple(multiple_scattering(f0, f90, average.e)) {}
   /// E: albedos of the cover for wo and on average.
   void set_coupling(F e_wo, F e_average) noexcept {
@@ -51,16 +51,16 @@ struct PlainCoverOf {
   F coupling(F e_wi) const noexcept { return open_wo * (1 - e_wi) * norm; }
 };
 
-struct Cover : PlainCoverOf<float> {
+struct Interface : InterfaceOf<float> {
   ThinFilm film;
   Rgb film_f0;  ///< of all channels, with or without a film
 
   /// No cover.
-  Cover() noexcept : PlainCoverOf(0, 0, {}) { set_coupling(0, 0); }
+  Interface() noexcept : InterfaceOf(0, 0, {}) { set_coupling(0, 0); }
   /// wo, average: albedos of the lobe with F = 1; mu: cosine of wo.
-  Cover(const BsdfParameters& p, const ThinFilm& over, float roughness, float mu, SpecularAlbedo wo,
-        SpecularAlbedo average) noexcept
-      : PlainCoverOf(max_component(p.f0), p.f90, average), film(over), film_f0(p.f0) {
+  Interface(const BsdfParameters& p, const ThinFilm& over, float roughness, float mu,
+            SpecularAlbedo wo, SpecularAlbedo average) noexcept
+      : InterfaceOf(max_component(p.f0), p.f90, average), film(over), film_f0(p.f0) {
     // The mean over the hemisphere; for a film by two-point Gauss quadrature for the weight 2 mu.
     constexpr float kMu[2] = {0.3550510F, 0.8449490F};
     constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
@@ -93,14 +93,14 @@ struct Cover : PlainCoverOf<float> {
   /// Returns the albedo at cosine mu, where single scattering has albedo e with F = 1.
   float albedo(float mu, SpecularAlbedo e) const noexcept {
     if (!(film.weight > 0)) {
-      return PlainCoverOf::albedo(e);
+      return InterfaceOf::albedo(e);
     }
     const float seen = max_component(film.fresnel(mu, film_f0)) * f90 * e.e;
     return lerp(single(e), seen, film.weight) + multiple * (1 - e.e);
   }
   /// Returns the attenuation of a diffuse lobe below; e: albedo at wi with F = 1.
   float coupling(float mu, SpecularAlbedo e) const noexcept {
-    return PlainCoverOf::coupling(albedo(mu, e));
+    return InterfaceOf::coupling(albedo(mu, e));
   }
 };
 

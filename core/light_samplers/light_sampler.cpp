@@ -12,8 +12,8 @@
 
 namespace core {
 
-LightSampler::LightSampler(const SceneData& scene, const Environment* environment,
-                           LightPick pick, SkyDensity sky)
+LightSampler::LightSampler(const SceneData& scene, const Environment* environment, LightPick pick,
+                           SkyDensity sky)
     : scene_(scene),
       environment_(environment != nullptr && !environment->is_black() ? environment : nullptr),
       pick_(pick),

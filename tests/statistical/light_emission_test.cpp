@@ -336,8 +336,7 @@ double difference_z(const Lit& lit, const std::function<float(float)>& bend,
   if (eye) {
     emission.aim(*eye, 0.1F);
   }
-  const core::LightSampler lights(lit.scene->data(), lit.sky.get(),
-                                  core::LightPick::kUniform);
+  const core::LightSampler lights(lit.scene->data(), lit.sky.get(), core::LightPick::kUniform);
   const auto a = received_from_particles(emission, receiver, bend);
   const auto b = received_by_light_sampling(lights, receiver);
   return (a.mean - b.mean) / std::hypot(a.standard_error(), b.standard_error());

@@ -17,12 +17,14 @@ CalmFactors calm_factors(const FilmSnapshot& film) {
   const int width = film.rect.width;
   const int height = film.rect.height;
   std::array<std::vector<float>, 2> light = {std::vector<float>(n), std::vector<float>(n)};
+  std::vector<float> brighter(n);  // of both halves
   std::vector<char> is_whole(n);
   for (std::size_t i = 0; i < n; ++i) {
     const HalfValue a = half_value(film, i, 0);
     const HalfValue b = half_value(film, i, 1);
     light[0][i] = luminance(a.mean);
     light[1][i] = luminance(b.mean);
+    brighter[i] = std::max({light[0][i], light[1][i], 0.0F});
     is_whole[i] = a.count > 0 && b.count > 0 ? 1 : 0;
   }
   CalmFactors out = {std::vector<float>(n, 1), std::vector<float>(n, 1)};
@@ -32,23 +34,17 @@ CalmFactors calm_factors(const FilmSnapshot& film) {
       if (is_whole[i] == 0) {
         continue;
       }
-      float brightest = 0;
-      float second = 0;
+      float around = 0;
       const PixelRect window = window_around(x, y, 1, width, height);
       for (int row = window.y; row < window.y + window.height; ++row) {
         for (int column = window.x; column < window.x + window.width; ++column) {
           const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                           static_cast<std::size_t>(column);
-          for (const float value : {light[0][at], light[1][at]}) {
-            if (at != i) {
-              second = std::max(second, std::min(value, brightest));
-              brightest = std::max(value, brightest);
-            }
-          }
+          around = at == i ? around : std::max(around, brighter[at]);
         }
       }
       for (std::size_t half = 0; half < 2; ++half) {
-        const float most = std::max(second, light[1 - half][i]);
+        const float most = std::max(around, light[1 - half][i]);
         out[half][i] = light[half][i] > most ? most / light[half][i] : 1.0F;
       }
     }

@@ -1,10 +1,8 @@
 /// Fireflies for display: light that is in one half alone and outshines all around it.
 ///
-/// No pixel of a half may outshine both itself in the other half and the second brightest of the 16
-/// values of its eight neighbours in both halves: it is scaled down to the brighter of these two
-/// and keeps its colour. What two samples of a pixel or of one neighbour agree on stays; one
-/// firefly does not keep another one beside it. The measured error of the plain image also holds
-/// for this one.
+/// No pixel of a half may outshine both itself in the other half and its eight neighbours in both
+/// halves: it is scaled down to the brightest of them and keeps its colour. What two samples or two
+/// pixels agree on stays. The measured error of the plain image also holds for this one.
 #pragma once
 
 #include <array>

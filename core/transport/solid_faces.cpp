@@ -14,9 +14,10 @@ bool is_same(const RawHit& a, const RawHit& b) noexcept {
 }
 
 /// The solids that the faces of an interface belong to, each once.
-class Interface {
+class CoincidentFaces {
  public:
-  Interface(const SceneData& scene, const RawHit& hit, const SurfacePoint& point, const Ray& probe)
+  CoincidentFaces(const SceneData& scene, const RawHit& hit, const SurfacePoint& point,
+                  const Ray& probe)
       : scene_(scene), hit_(hit), point_(point), probe_(probe), error_m_(point.error_m) {}
 
   void add(const RawHit& at) noexcept {
@@ -92,13 +93,14 @@ FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& 
                      .direction = offset_ray(point.position, ahead, reach_m) - from,
                      .t_max = 1,
                      .time = ray.time};
-  Interface faces(scene, hit, point, probe);
+  CoincidentFaces faces(scene, hit, point, probe);
   const Solid* solid = scene.solid_of(hit);
   if (solid != nullptr) {
     faces.add(*solid, is_inwards(*solid, n, ray.direction));
   }
   scene.accel->each_hit(
-      probe, [](void* to, const RawHit& at) { static_cast<Interface*>(to)->add(at); }, &faces);
+      probe, [](void* to, const RawHit& at) { static_cast<CoincidentFaces*>(to)->add(at); },
+      &faces);
   FacesAt out{media, {}, faces.error_m()};
   if (solid == nullptr) {
     out.instead = faces.solid_hit();

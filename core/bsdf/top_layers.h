@@ -32,7 +32,7 @@ struct TopLayersOf {
   /// Returns the probability of a rough coat, 0 of a smooth one; prob_coat: of either.
   F rough(F prob_coat) const noexcept { return select(coat.facets.is_smooth, F(0), prob_coat); }
 
-  /// Returns the reflectance of a smooth coat at its normal, seen through the sheen.
+  /// Returns the reflectance of a smooth coat about its normal for wo, seen through the sheen.
   F mirrored() const noexcept { return sheen.open() * coat.fresnel(coat.facets.wo.z); }
 
   /// The probabilities with which the layers are sampled.

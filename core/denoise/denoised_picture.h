@@ -36,7 +36,7 @@ struct DenoisedPicture {
   ColorPlanes full;            ///< F
   ColorPlanes mixed;           ///< G
   Plane weight;                ///< w: fraction of the plain image
-  bool is_plain = false;       ///< w is 1 everywhere: `mixed` is the plain image, as is its error
+  bool is_plain = false;       ///< w is 1 everywhere: `mixed` and its interval are the plain ones
   /// Denoised coverage of `full` and `mixed` if the film's errors are those over white: light and
   /// alpha are then denoised separately and composited over white. Otherwise empty: the film's own
   /// coverage is used.

@@ -39,15 +39,16 @@ double root_of_light(Rgb color) {
 
 PixelShare share_of_pixel(const HalfValue& a, const HalfValue& b, double floor) {
   PixelShare out = {.apart = 0, .scale = 6 * floor, .share = 0, .difference = 0};
+  double most = 0;  // A - B in the channel where they differ most
   for (int c = 0; c < 3; ++c) {
     const auto of_a = static_cast<double>(a.mean[c]);
     const auto of_b = static_cast<double>(b.mean[c]);
     out.apart += std::abs(of_a - of_b);
-    out.difference += of_a - of_b;
+    most = std::abs(of_a - of_b) > std::abs(most) ? of_a - of_b : most;
     out.scale += std::abs(of_a) + std::abs(of_b);
   }
   out.share = out.apart > 0 ? out.apart / out.scale : 0;
-  out.difference = out.apart > 0 ? out.difference / out.scale : 0;
+  out.difference = most < 0 ? -out.share : out.share;
   return out;
 }
 

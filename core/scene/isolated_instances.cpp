@@ -21,9 +21,19 @@ float longest_edge(const MeshData& mesh) {
   return out;
 }
 
-void add_mesh(const MeshData& mesh, const Transform& to_world, Bounds& box) {
+Bounds bounds_of(const MeshData& mesh) {
+  Bounds out;
   for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
-    box.add(to_world.point(mesh.positions[i]));
+    out.add(mesh.positions[i]);
+  }
+  return out;
+}
+
+void add_corners(const Bounds& of, const Transform& to_world, Bounds& box) {
+  for (unsigned corner = 0; corner < 8 && !of.empty(); ++corner) {
+    box.add(to_world.point({(corner & 1U) != 0 ? of.max.x : of.min.x,
+                            (corner & 2U) != 0 ? of.max.y : of.min.y,
+                            (corner & 4U) != 0 ? of.max.z : of.min.z}));
   }
 }
 
@@ -44,7 +54,7 @@ int widest_axis(const std::vector<Bounds>& boxes) {
 
 /// Returns for each box whether it meets another one, by sweeping: those that begin later along the
 /// axis, then those that began before and have not ended.
-std::vector<bool> find_meeting(const std::vector<Bounds>& boxes) {
+std::vector<bool> find_meeting(const std::vector<Bounds>& boxes, const std::stop_token& stop) {
   const int axis = widest_axis(boxes);
   std::vector<std::size_t> order(boxes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -52,7 +62,7 @@ std::vector<bool> find_meeting(const std::vector<Bounds>& boxes) {
             [&](std::size_t a, std::size_t b) { return boxes[a].min[axis] < boxes[b].min[axis]; });
   std::vector<bool> out(boxes.size(), false);
   std::vector<std::size_t> open;
-  for (std::size_t k = 0; k < order.size(); ++k) {
+  for (std::size_t k = 0; k < order.size() && !stop.stop_requested(); ++k) {
     const Bounds& box = boxes[order[k]];
     const auto meets = [&](std::size_t other) { return meet(box, boxes[other]); };
     std::erase_if(open, [&](std::size_t other) { return boxes[other].max[axis] < box.min[axis]; });
@@ -69,33 +79,38 @@ std::vector<bool> find_meeting(const std::vector<Bounds>& boxes) {
 
 }  // namespace
 
-std::vector<bool> find_isolated_instances(const SceneData& scene, float edges) {
+std::vector<bool> find_isolated_instances(const SceneData& scene, float edges,
+                                          const std::stop_token& stop) {
   if (scene.instances.empty()) {
     return {};
   }
   std::vector<float> longest(scene.meshes.size());
-  std::transform(scene.meshes.begin(), scene.meshes.end(), longest.begin(), longest_edge);
+  std::vector<Bounds> bounds(scene.meshes.size());
+  for (std::size_t m = 0; m < scene.meshes.size() && !stop.stop_requested(); ++m) {
+    longest[m] = longest_edge(scene.meshes[m]);
+    bounds[m] = bounds_of(scene.meshes[m]);
+  }
   std::vector<Bounds> boxes(scene.instances.size());
-  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+  for (std::size_t i = 0; i < scene.instances.size() && !stop.stop_requested(); ++i) {
     const Transform& to_world = scene.instances[i].to_world;
     const std::size_t end =
         i + 1 < scene.instances.size() ? scene.instances[i + 1].first_placed : scene.placed.size();
     float edge = 0;
     for (std::size_t p = scene.instances[i].first_placed; p < end; ++p) {
-      add_mesh(scene.meshes[scene.placed[p].mesh], to_world, boxes[i]);
+      add_corners(bounds[scene.placed[p].mesh], to_world, boxes[i]);
       edge = std::max(edge, longest[scene.placed[p].mesh]);
     }
-    const float scale = std::max({length(to_world.x), length(to_world.y), length(to_world.z)});
-    const float margin = edges * edge * scale;
+    // The Frobenius norm, which bounds the largest stretch, also of a shear.
+    const float stretch = std::sqrt(dot(to_world.x, to_world.x) + dot(to_world.y, to_world.y) +
+                                    dot(to_world.z, to_world.z));
+    const float margin = edges * edge * stretch;
     boxes[i].min = boxes[i].min - Vec3{margin, margin, margin};
     boxes[i].max = boxes[i].max + Vec3{margin, margin, margin};
   }
   for (std::size_t p = 0; p < scene.instances[0].first_placed; ++p) {
-    Bounds box;
-    add_mesh(scene.meshes[scene.placed[p].mesh], {}, box);
-    boxes.push_back(box);
+    boxes.push_back(bounds[scene.placed[p].mesh]);
   }
-  std::vector<bool> out = find_meeting(boxes);
+  std::vector<bool> out = find_meeting(boxes, stop);
   out.resize(scene.instances.size());
   out.flip();
   return out;

@@ -2,6 +2,7 @@
 /// them.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "core/scene/scene_data.h"
@@ -9,7 +10,8 @@
 namespace core {
 
 /// Returns for each instance whether no other one and no top-level mesh is within `edges` times its
-/// longest edge, judged by boxes.
-std::vector<bool> find_isolated_instances(const SceneData& scene, float edges);
+/// longest edge, judged by boxes that are larger than both. Stops early, with any result, if asked.
+std::vector<bool> find_isolated_instances(const SceneData& scene, float edges,
+                                          const std::stop_token& stop);
 
 }  // namespace core

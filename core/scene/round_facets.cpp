@@ -94,10 +94,10 @@ struct Shape {
 
 class RoundFacets {
  public:
-  explicit RoundFacets(SceneData& scene)
+  RoundFacets(SceneData& scene, const std::stop_token& stop)
       : scene_(scene),
         places_(scene.meshes.size()),
-        is_isolated_(find_isolated_instances(scene, kNearEdges)) {
+        is_isolated_(find_isolated_instances(scene, kNearEdges, stop)) {
     for (std::uint32_t i = 0; i < scene.placed.size(); ++i) {
       const auto above = std::upper_bound(
           scene.instances.begin(), scene.instances.end(), i,
@@ -108,6 +108,12 @@ class RoundFacets {
   }
 
   Status run(const std::stop_token& stop) {
+    // Coordinates near the origin are rounded least: what holds there holds for copies further out.
+    for (std::vector<Placement>& places : places_) {
+      std::stable_sort(places.begin(), places.end(), [](const Placement& a, const Placement& b) {
+        return offset(a) < offset(b);
+      });
+    }
     for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
       MeshData& mesh = scene_.meshes[m];
       // What moves has no fixed neighbours; light through a surface needs both of its sides.
@@ -136,6 +142,17 @@ class RoundFacets {
   }
 
  private:
+  /// Distance of an instance from the origin over its scale, which its coordinates' rounding grows
+  /// with.
+  static float offset(const Placement& place) {
+    if (place.instance == nullptr) {
+      return 0;
+    }
+    const Transform& m = place.instance->to_world;
+    const float scale = std::sqrt(dot(m.x, m.x) + dot(m.y, m.y) + dot(m.z, m.z));
+    return scale > 0 ? length(m.t) / scale : 0;
+  }
+
   static Facet facet(const MeshData& mesh, const Placement& place, std::uint32_t triangle) {
     Facet out;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -310,7 +327,7 @@ class RoundFacets {
 }  // namespace
 
 Status find_round_facets(SceneData& scene, const std::stop_token& stop) {
-  return RoundFacets(scene).run(stop);
+  return RoundFacets(scene, stop).run(stop);
 }
 
 }  // namespace core

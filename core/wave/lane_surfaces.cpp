@@ -16,7 +16,7 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
           normal.description.uv_set != mesh.tangent_uv_set);
 }
 
-bool is_foreign(const Material& m) {
+bool is_unsupported(const Material& m) {
   return m.factors.iridescence > 0 || m.transmits || m.is_volume || m.is_clear || m.factors.unlit ||
          m.factors.anisotropy > 0;
 }
@@ -110,10 +110,10 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
                       !turns_tangents(mesh, m.clearcoat_normal);
     const bool has_layers = m.factors.clearcoat > 0 || !is_black(m.factors.sheen_color);
     has_layers_ = has_layers_ || has_layers;
-    const Kind kind = is_foreign(m) ? Kind::kForeign
-                      : is_plain    ? Kind::kPlain
-                      : maps        ? Kind::kMapped
-                                    : Kind::kTextured;
+    const Kind kind = is_unsupported(m) ? Kind::kUnsupported
+                      : is_plain        ? Kind::kPlain
+                      : maps            ? Kind::kMapped
+                                        : Kind::kTextured;
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
@@ -142,7 +142,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     const RawHit& hit = hits[k];
     const PlacedInstance* instance = instance_of(hit);
     const Entry& mesh = entry_of(hit);
-    if (mesh.kind == Kind::kForeign) {
+    if (mesh.kind == Kind::kUnsupported) {
       out.unsupported |= bit;
     } else if (mesh.kind == Kind::kTextured || (mesh.shines_alone && shines(mesh, hit))) {
       textured |= bit;

@@ -63,7 +63,7 @@ class LaneSurfaces {
   }
 
  private:
-  enum class Kind { kPlain, kMapped, kTextured, kForeign };
+  enum class Kind { kPlain, kMapped, kTextured, kUnsupported };
   /// A material without its textures: base colour, metallic, roughness, alpha, f0, f90, emission.
   struct alignas(64) Row {
     float at[16];

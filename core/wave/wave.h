@@ -4,11 +4,11 @@
 /// directions before any of them continues; terminated paths are removed and the arrays compacted.
 /// A path uses the same random numbers as in PathTracer, and its result is a function of them
 /// alone, equal to the scalar result up to rounding: it does not depend on the other paths of the
-/// wave. At surfaces that lanes do not support (glass, films, holes of solids) a path is handed to
-/// PathTracer, which returns it after them. On a catcher the light that the model blocks is summed
-/// beside the light that it bounces, and both are combined at the end. Source of the order of work:
-/// Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al., Vectorized Production
-/// Path Tracing, 2017.
+/// wave. At surfaces that lanes do not support (glass, films, holes among solids) a path is handed
+/// to PathTracer, which returns it after them. On a catcher the light that the model blocks is
+/// summed beside the light that it bounces, and both are combined at the end. Source of the order
+/// of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al., Vectorized
+/// Production Path Tracing, 2017.
 #pragma once
 
 #include <cstddef>
@@ -109,7 +109,7 @@ struct WaveHits {
   WaveArray<std::uint32_t> geometry;
   WaveArray<std::uint32_t> primitive;
   WaveArray<std::uint32_t> is_hit;  ///< one bit per path for each packet of eight, as below
-  WaveArray<std::uint32_t> holes;   ///< hits that are holes, of solids; else, behind holes
+  WaveArray<std::uint32_t> holes;   ///< hits that are holes among solids, or behind holes
 };
 
 /// Light samples with pending shadow rays.

@@ -133,7 +133,7 @@ void keep_first_surface(WaveResults& to, std::size_t slot, Mask<N> on, const Fir
 /// Multiplies the first `count` results by the filter weights, with their alpha if asked, and sets
 /// non-finite ones and their weights to zero; returns the number of these.
 template <std::size_t N>
-std::uint64_t add_alpha_weights(WaveResults& results, std::size_t count, bool has_alpha) {
+std::uint64_t apply_filter_weights(WaveResults& results, std::size_t count, bool has_alpha) {
   std::uint64_t rejected = 0;
   for (std::size_t first = 0; first < count; first += N) {
     const Floats<N> weight = load<N>(results.weight.at + first);

@@ -80,7 +80,7 @@ class LaneTracer final : public WaveTracer {
       find_lights(wave, depth, rays);
     }
     catcher_.end(wave);
-    rejected += add_alpha_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
+    rejected += apply_filter_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
   }
 
  private:

@@ -1,11 +1,16 @@
 // Directions to lights against the density that MIS uses. About 30 p-values, each rejected below
 // sidak(0.01, 60) = 1.7e-4.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "core/light_samplers/light_sampler.h"
+#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -18,7 +23,19 @@ using core::Rgb;
 using core::Vec3;
 using test_support::Random;
 
-constexpr LightPick kPicks[] = {LightPick::kUniform, LightPick::kPower, LightPick::kTree};
+/// The ways in which the light samplers of the registry pick a light, each once, with a name.
+std::vector<std::pair<LightPick, std::string_view>> picks() {
+  std::vector<std::pair<LightPick, std::string_view>> out;
+  for (const auto& type : core::light_samplers()) {
+    const LightPick pick = core::light_pick(type.value);
+    if (std::none_of(out.begin(), out.end(),
+                     [pick](const auto& one) { return one.first == pick; })) {
+      out.emplace_back(pick, type.name);
+    }
+  }
+  return out;
+}
+
 const double kLevel = test_support::sidak(0.01, 60);
 
 /// Uses cells of half a texel of a map of width x height. In a cell the density times sin(theta) is
@@ -205,7 +222,7 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
   const auto sky = test_support::sky_map(
       16, 8, [](int x, int y) { return Rgb(static_cast<float>(1 + x % 3 + y)); });
   const auto plain = test_support::constant_sky(Rgb(2));
-  for (const LightPick pick : kPicks) {
+  for (const auto& [pick, name] : picks()) {
     for (const int lights_more : {0, 1, 2, 3, 4}) {
       const bool punctual = lights_more > 0;
       const bool environment = lights_more > 1;
@@ -229,9 +246,9 @@ TEST(LightSamplerChi2, DirectionsFollowTheDensityThatMisUses) {
             [&](Vec3 w) { return density(scene->data(), lights, point, normal, w); }, 100000, 4,
             {.rows = 14, .columns = 16, .depth_least = 3, .depth_most = 8});
         EXPECT_GT(report.p_value, kLevel)
-            << static_cast<int>(pick) << (punctual ? " punctual" : "")
-            << (environment ? " sky" : "") << (constant ? " constant" : "")
-            << (by_cosine ? " cosine" : "") << " normal " << normal.y;
+            << name << (punctual ? " punctual" : "") << (environment ? " sky" : "")
+            << (constant ? " constant" : "") << (by_cosine ? " cosine" : "") << " normal "
+            << normal.y;
       }
     }
   }
@@ -308,9 +325,19 @@ TEST(LightSamplerChi2, DetectsADensityTwoPercentTooLarge) {
 }
 
 // The density that sample() reports equals the density that a BSDF sample would get there.
+TEST(LightSampler, TypesThatReuseSamplesPickByTheTree) {
+  using core::LightSamplerType;
+  EXPECT_EQ(core::light_pick(LightSamplerType::kUniform), LightPick::kUniform);
+  EXPECT_EQ(core::light_pick(LightSamplerType::kPower), LightPick::kPower);
+  for (const auto type :
+       {LightSamplerType::kTree, LightSamplerType::kRis, LightSamplerType::kRestir}) {
+    EXPECT_EQ(core::light_pick(type), LightPick::kTree);
+  }
+}
+
 TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {
   const auto scene = test_support::build(lights_scene(false));
-  for (const LightPick pick : kPicks) {
+  for (const auto& [pick, name] : picks()) {
     const LightSampler lights(scene->data(), nullptr, pick);
     Random random(6);
     int outer = 0;
@@ -327,7 +354,7 @@ TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {
         ++outer;  // on an edge that the intersection misses
       }
     }
-    EXPECT_LT(outer, 10) << static_cast<int>(pick);
+    EXPECT_LT(outer, 10) << name;
   }
 }
 

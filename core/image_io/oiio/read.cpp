@@ -193,12 +193,12 @@ void unify_alpha(const OIIO::ImageSpec& spec, Image& image) {
   if (spec.alpha_channel != image.channels - 1 || image.channels < 2) {
     return;
   }
-  const bool is_null = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
-  if (image.type == PixelType::kF32 && is_null) {
+  const bool is_straight = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+  if (image.type == PixelType::kF32 && is_straight) {
     multiply_by_alpha(image);
-  } else if (image.type == PixelType::kU8 && !is_null) {
+  } else if (image.type == PixelType::kU8 && !is_straight) {
     divide_by_alpha<std::uint8_t>(image);
-  } else if (image.type == PixelType::kU16 && !is_null) {
+  } else if (image.type == PixelType::kU16 && !is_straight) {
     divide_by_alpha<std::uint16_t>(image);
   }
 }

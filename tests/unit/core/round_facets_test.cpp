@@ -1,7 +1,9 @@
 // Facets from which rays leave as from the smooth surface: a ball, alone and instanced, with
 // something against it or not.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -74,6 +76,32 @@ TEST(RoundFacets, AreNoneWhereOneInstanceTouchesAnother) {
   EXPECT_EQ(count.round, count.all);
 }
 
+TEST(RoundFacets, OfMirroredInstancesAreThoseOfTheMesh) {
+  const auto scene =
+      test_support::build(balls({core::translation({-10, 0, 0}), core::scaling({-1, 1, 1}),
+                                 core::translation({1.99F, 0, 0}) * core::scaling({-1, 1, 1})}));
+  // The mirrored balls touch at the mesh's -x and +x.
+  for (const float side : {-1.0F, 1.0F}) {
+    const Count count = towards(scene->data(), {side, 0, 0});
+    EXPECT_LT(count.round, count.all) << side;
+  }
+  const Count count = towards(scene->data(), {0, 0, 1});
+  EXPECT_EQ(count.round, count.all);
+}
+
+TEST(RoundFacets, OfCopiesDoNotDependOnTheOrderOfInstances) {
+  // A saucer 1 mm above the ball's top is in the same mesh. 3 km away it is lost in the rounding of
+  // coordinates; at the origin it is not.
+  const auto rounds = [](std::vector<Transform> places) {
+    SceneDescription scene = balls(places);
+    scene.meshes[0].primitives.push_back(
+        test_support::quad({-0.2F, 1.001F, 0.2F}, {0.4F, 0, 0}, {0, 0, -0.4F}, 0));
+    return towards(test_support::build(std::move(scene))->data(), {0, 1, 0}).round;
+  };
+  const Transform far = core::translation({3000, 0, 0});
+  EXPECT_EQ(rounds({far, {}}), rounds({{}, far}));
+}
+
 TEST(RoundFacets, AreNoneWhereAMeshStandsOnAnInstance) {
   SceneDescription scene = balls({{}, core::translation({10, 0, 0})});
   scene.meshes.push_back({"shelf", {test_support::quad({9, 1, 1}, {2, 0, 0}, {0, 0, -2}, 0)}});
@@ -94,6 +122,19 @@ TEST(RoundFacets, AreNoneWhereAMeshStandsOnAnInstance) {
   EXPECT_LT(flat, static_cast<int>(mesh.triangle_count()) / 4);
 }
 
+TEST(IsolatedInstances, LookAsFarAsAShearStretches) {
+  // Rotated by 45 degrees, then stretched tenfold along x: edges of .26 m become 2.6 m, although no
+  // axis is longer than 7.1 m.
+  const float c = std::sqrt(0.5F);
+  Transform sheared;
+  sheared.x = {10 * c, c, 0};
+  sheared.y = {-10 * c, c, 0};
+  Transform beside;
+  beside.t = {10 + 1 + 2.2F, 0, 0};
+  const auto scene = test_support::build(balls({sheared, beside}));
+  EXPECT_EQ(core::find_isolated_instances(scene->data(), 1, {}), (std::vector<bool>{false, false}));
+}
+
 TEST(IsolatedInstances, HaveNothingWithinTheirLongestEdges) {
   // The longest edge of the ball is at its equator: 2 sin(7.5 degrees) = .26 or more.
   const auto scene = test_support::build(
@@ -101,11 +142,11 @@ TEST(IsolatedInstances, HaveNothingWithinTheirLongestEdges) {
              core::translation({2.2F, 0, 0}),
              core::translation({0, 0, 4}),
              core::translation({0, 5, 0}) * core::scaling({0.5F, 0.5F, 0.5F})}));
-  EXPECT_EQ(core::find_isolated_instances(scene->data(), 1),
+  EXPECT_EQ(core::find_isolated_instances(scene->data(), 1, {}),
             (std::vector<bool>{false, false, true, true}));
-  EXPECT_EQ(core::find_isolated_instances(scene->data(), 0),
+  EXPECT_EQ(core::find_isolated_instances(scene->data(), 0, {}),
             (std::vector<bool>{true, true, true, true}));
-  EXPECT_EQ(core::find_isolated_instances(scene->data(), 20),
+  EXPECT_EQ(core::find_isolated_instances(scene->data(), 20, {}),
             (std::vector<bool>{false, false, false, false}));
 }
 

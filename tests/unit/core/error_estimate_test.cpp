@@ -240,6 +240,19 @@ TEST(ErrorEstimate, ReachOfCorrelatedPixelsDoesNotCountStructure) {
   EXPECT_NEAR(error_of(correlated).reach, error_of(independent).reach, 1e-6);
 }
 
+// Red light that only one half has found, and green light that only the other has: D is r with the
+// sign of one of them, not the sum, which is 0.
+TEST(ErrorEstimate, OppositeChannelsDoNotCancel) {
+  core::HalfValue a;
+  core::HalfValue b;
+  a.mean = {1.2F, 1, 1};
+  b.mean = {1, 1.2F, 1};
+  const core::PixelShare share = core::share_of_pixel(a, b, 0.1);
+  EXPECT_NEAR(share.share, 0.4 / (6.4 + 0.6), 1e-6);
+  EXPECT_EQ(std::fabs(share.difference), share.share);
+  EXPECT_EQ(core::share_of_pixel(b, a, 0.1).share, share.share);
+}
+
 TEST(ErrorEstimate, WorstTileDividesItsConfidenceAmongTiles) {
   const auto film = film_of(64, 32, [](int x, int y) {
     const float off = (x < 32 ? 0.01F : 0.3F) * static_cast<float>(1 + (x / 8 + y / 8) % 2);

@@ -119,7 +119,7 @@ int main(int argc, char** argv) {
       "median, 95th percentile, most; samples\n",
       kConfidence, plan.seeds, width);
   Totals totals;
-  const bench::AssetPlan assets = {plan.seeds, width, plan.threads, is_short};
+  const bench::AssetPlan assets = {plan.seeds, width, plan.threads, is_short, {}, {}};
   const bool is_done =
       scene.empty() && bench::for_asset_groups(
                            assets, bench::folder_of(argv[0]), [&](const bench::AssetGroup& group) {

@@ -17,9 +17,9 @@
 /// grain - s^2 / 2, because max(I, mu) is above mu in half of the pixels: hence the 1/2.
 ///
 /// z is the noise of both estimate and error. If errors of neighbouring pixels are correlated, the
-/// sum over squares of (sum of D)^2 takes the place of that of r^2 where it is larger: it is the
-/// same for independent pixels, and (sum of r)^2 where a whole square errs in one direction. For
-/// Gaussian noise the sizes |D| are less correlated than D is.
+/// sum over squares of (sum of D)^2 takes the place of that of r^2 where it is larger: its mean is
+/// the same for independent pixels, and it is (sum of r)^2 where a whole square errs in one
+/// direction.
 #pragma once
 
 #include <cstdint>

@@ -90,16 +90,19 @@ TEST(RoundFacets, OfMirroredInstancesAreThoseOfTheMesh) {
 }
 
 TEST(RoundFacets, OfCopiesDoNotDependOnTheOrderOfInstances) {
-  // A saucer 1 mm above the ball's top is in the same mesh. 3 km away it is lost in the rounding of
-  // coordinates; at the origin it is not.
-  const auto rounds = [](std::vector<Transform> places) {
+  // A shelf 1 mm above the ball belongs to the same instance. Far from the origin it is lost in the
+  // rounding of coordinates, and the facets below it look free.
+  const auto rounds = [](const std::vector<Transform>& places) {
     SceneDescription scene = balls(places);
     scene.meshes[0].primitives.push_back(
         test_support::quad({-0.2F, 1.001F, 0.2F}, {0.4F, 0, 0}, {0, 0, -0.4F}, 0));
     return towards(test_support::build(std::move(scene))->data(), {0, 1, 0}).round;
   };
-  const Transform far = core::translation({3000, 0, 0});
-  EXPECT_EQ(rounds({far, {}}), rounds({{}, far}));
+  const Transform far = core::translation({12000, 0, 0});
+  const int near = rounds({{}, core::translation({0, 50, 0})});
+  ASSERT_GT(rounds({far, core::translation({12000, 50, 0})}), near);
+  EXPECT_EQ(rounds({{}, far}), near);
+  EXPECT_EQ(rounds({far, {}}), near);
 }
 
 TEST(RoundFacets, AreNoneWhereAMeshStandsOnAnInstance) {

@@ -239,10 +239,11 @@ class RoundFacets {
     Room(const Facet& here, Vec3 up, float rise_m) {
       planes[0] = {here.p[0], up, -4 * here.step_m()};
       planes[1] = {here.p[0], -up, kRoom * rise_m};
+      // Of unit length first: products of three edges of a tiny mesh underflow.
+      const Vec3 winding = normalize_or(here.normal(), {0, 0, 0});
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3 along = here.p[(k + 1) % 3] - here.p[k];
-        planes[2 + k] = {here.p[k], normalize_or(cross(here.normal(), along), {0, 0, 0}),
-                         kRoom * rise_m};
+        planes[2 + k] = {here.p[k], normalize_or(cross(winding, along), {0, 0, 0}), kRoom * rise_m};
       }
     }
     /// Returns whether one of the planes has all three points outside: most triangles near by.

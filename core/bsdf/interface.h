@@ -24,7 +24,7 @@ C multiple_scattering(C f0, C f90, F e_average) noexcept {
                       [e_average](F x) { return x * x * e_average / (1 - x * (1 - e_average)); });
 }
 
-/// A cover without a film.
+/// An interface without a film.
 template <typename F>
 struct InterfaceOf {
   F f0;  ///< of the largest channel; unweighted
@@ -37,7 +37,7 @@ struct InterfaceOf {
   /// average: albedo of the lobe with F = 1.
   InterfaceOf(F largest_f0, F largest_f90, AlbedoOf<F> average) noexcept
       : f0(largest_f0), f90(largest_f90), multiple(multiple_scattering(f0, f90, average.e)) {}
-  /// E: albedos of the cover for wo and on average.
+  /// E: albedos of the interface for wo and on average.
   void set_coupling(F e_wo, F e_average) noexcept {
     open_wo = 1 - e_wo;
     norm = 1 / max(1 - e_average, F(1e-4F));
@@ -47,7 +47,7 @@ struct InterfaceOf {
   F single(AlbedoOf<F> e) const noexcept { return f0 * (e.e - e.e5) + f90 * e.e5; }
   /// Returns the albedo where single scattering has albedo e with F = 1.
   F albedo(AlbedoOf<F> e) const noexcept { return single(e) + multiple * (1 - e.e); }
-  /// Returns the attenuation of a diffuse lobe below. e_wi: albedo of the cover for wi.
+  /// Returns the attenuation of a diffuse lobe below. e_wi: that of the interface for wi.
   F coupling(F e_wi) const noexcept { return open_wo * (1 - e_wi) * norm; }
 };
 
@@ -55,7 +55,7 @@ struct Interface : InterfaceOf<float> {
   ThinFilm film;
   Rgb film_f0;  ///< of all channels, with or without a film
 
-  /// No cover.
+  /// No interface.
   Interface() noexcept : InterfaceOf(0, 0, {}) { set_coupling(0, 0); }
   /// wo, average: albedos of the lobe with F = 1; mu: cosine of wo.
   Interface(const BsdfParameters& p, const ThinFilm& over, float roughness, float mu,

@@ -4,8 +4,8 @@
 ///   F = 0.05 (mean over the image of the root of the luminance of (A + B) / 2)^2
 ///   d = sum over channels of |A - B|,   s = sum over channels of |A| + |B| + 2 F,   r = d / s
 ///   D = r with the sign of A - B in the channel where they differ most
-/// r is a pixel's relative difference, 0 to 1; D is its noise, of mean 0. F is a
-/// mean of roots, so that neither an emitter nor a firefly sets it. Doubt pools d r and s over
+/// r is a pixel's relative difference, 0 to 1; D is its noise, of mean 0. F is a mean of roots, so
+/// that neither an emitter nor a firefly sets it. Doubt pools d r and s over
 /// squares of kDoubtSize pixels, anchored at the origin of the full film: where only one half has
 /// found light, d r is nearly d and the quotient nearly 1; for resolved noise it is the square of
 /// r. It is a triangular divergence (Le Cam 1986).

@@ -79,6 +79,14 @@ std::vector<bool> find_meeting(const std::vector<Bounds>& boxes, const std::stop
 
 }  // namespace
 
+std::span<const PlacedMesh> placed_of(const SceneData& scene, std::size_t instance) noexcept {
+  const std::size_t first = scene.instances[instance].first_placed;
+  const std::size_t end = instance + 1 < scene.instances.size()
+                              ? scene.instances[instance + 1].first_placed
+                              : scene.placed.size();
+  return std::span(scene.placed).subspan(first, end - first);
+}
+
 std::vector<bool> find_isolated_instances(const SceneData& scene, float edges,
                                           const std::stop_token& stop) {
   if (scene.instances.empty()) {
@@ -93,12 +101,10 @@ std::vector<bool> find_isolated_instances(const SceneData& scene, float edges,
   std::vector<Bounds> boxes(scene.instances.size());
   for (std::size_t i = 0; i < scene.instances.size() && !stop.stop_requested(); ++i) {
     const Transform& to_world = scene.instances[i].to_world;
-    const std::size_t end =
-        i + 1 < scene.instances.size() ? scene.instances[i + 1].first_placed : scene.placed.size();
     float edge = 0;
-    for (std::size_t p = scene.instances[i].first_placed; p < end; ++p) {
-      add_corners(bounds[scene.placed[p].mesh], to_world, boxes[i]);
-      edge = std::max(edge, longest[scene.placed[p].mesh]);
+    for (const PlacedMesh& placed : placed_of(scene, i)) {
+      add_corners(bounds[placed.mesh], to_world, boxes[i]);
+      edge = std::max(edge, longest[placed.mesh]);
     }
     // The Frobenius norm, which bounds the largest stretch, also of a shear.
     const float stretch = std::sqrt(dot(to_world.x, to_world.x) + dot(to_world.y, to_world.y) +

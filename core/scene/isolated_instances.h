@@ -2,12 +2,17 @@
 /// them.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <stop_token>
 #include <vector>
 
 #include "core/scene/scene_data.h"
 
 namespace core {
+
+/// Returns the meshes of an instance.
+std::span<const PlacedMesh> placed_of(const SceneData& scene, std::size_t instance) noexcept;
 
 /// Returns for each instance whether no other one and no top-level mesh is within `edges` times its
 /// longest edge, judged by boxes that are larger than both. Stops early, with any result, if asked.

@@ -68,11 +68,8 @@ struct Shape {
   std::array<float, 6> products{};
 
   Shape(const SceneData& scene, std::size_t instance) {
-    const std::size_t end = instance + 1 < scene.instances.size()
-                                ? scene.instances[instance + 1].first_placed
-                                : scene.placed.size();
-    for (std::size_t p = scene.instances[instance].first_placed; p < end; ++p) {
-      meshes.push_back(scene.placed[p].mesh);
+    for (const PlacedMesh& placed : placed_of(scene, instance)) {
+      meshes.push_back(placed.mesh);
     }
     const Transform& m = scene.instances[instance].to_world;
     products = {dot(m.x, m.x), dot(m.y, m.y), dot(m.z, m.z),

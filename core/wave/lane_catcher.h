@@ -25,7 +25,7 @@ class LaneCatcher {
 
   /// Null if there is no catcher.
   const CatcherTracer<Options>* scalar() const { return scalar_.get(); }
-  /// Returns whether lanes continue paths on the catcher; else these go alone.
+  /// Returns whether lanes continue paths on the catcher; else these leave them.
   bool is_in_lanes() const { return is_in_lanes_; }
 
   void begin(Wave& wave) const {

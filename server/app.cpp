@@ -39,6 +39,7 @@
 #include "server/request_log.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
+#include "server/routes/first_looks.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/assets.h"
 #include "server/store/batch_table.h"
@@ -214,33 +215,36 @@ class App {
     options.hooks.after = [this](const Request& request, const Outcome& outcome) {
       request_log_.note(request, outcome);
     };
-    std::vector<Route> routes = make_routes({config_,
-                                             data_,
-                                             assets_,
-                                             scenes_,
-                                             comparisons_,
-                                             quota_,
-                                             *jobs_,
-                                             *batches_,
-                                             *denoising_,
-                                             *pictures_,
-                                             tile_frames_,
-                                             streams_,
-                                             tickets_,
-                                             key_table_,
-                                             keys_,
-                                             usage_,
-                                             presets_,
-                                             deliveries_,
-                                             *webhook_secrets_,
-                                             memory_gate_,
-                                             metrics_,
-                                             log_,
-                                             about_,
-                                             ready_,
-                                             guard_,
-                                             [this] { return http_->stats(); }});
-    http_ = std::make_unique<HttpServer>(std::move(options), std::move(routes), streams_);
+    const RouteContext context{config_,
+                               data_,
+                               assets_,
+                               scenes_,
+                               comparisons_,
+                               quota_,
+                               *jobs_,
+                               *batches_,
+                               *denoising_,
+                               *pictures_,
+                               tile_frames_,
+                               streams_,
+                               tickets_,
+                               key_table_,
+                               keys_,
+                               usage_,
+                               presets_,
+                               deliveries_,
+                               *webhook_secrets_,
+                               memory_gate_,
+                               metrics_,
+                               log_,
+                               about_,
+                               ready_,
+                               guard_,
+                               [this] { return http_->stats(); }};
+    if (memory_.film_cache_bytes > 0) {
+      first_looks_ = std::make_unique<FirstLooks>(context);
+    }
+    http_ = std::make_unique<HttpServer>(std::move(options), make_routes(context), streams_);
     return http_->bind();
   }
 
@@ -446,6 +450,7 @@ class App {
   std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;
   std::unique_ptr<HttpServer> http_;
+  std::unique_ptr<FirstLooks> first_looks_;
 };
 
 std::string url_host(const std::string& host) {

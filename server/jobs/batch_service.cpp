@@ -30,7 +30,7 @@ BatchService::BatchService(JobService& jobs, JobTable& keys, BatchTable& table, 
 
 BatchService::~BatchService() {
   jobs_.stop();  // Jobs still run if the server failed to start.
-  jobs_.journal().on_end({});
+  jobs_.journal().forget_listeners();
 }
 
 std::optional<api::Problem> BatchService::check(const api::BatchRequest& request,

@@ -139,8 +139,10 @@ Verdict Journal::change(Job& job, const Modify& modify, const Options& options) 
                 {"stop_reason", api::to_text(after.view.stop_reason)}});
   }
   publish(job, first, std::move(news));
-  if (on_end_ && api::is_final(after.view.state) && !api::is_final(before.view.state)) {
-    on_end_(job);
+  if (api::is_final(after.view.state) && !api::is_final(before.view.state)) {
+    for (const auto& listener : on_end_) {
+      listener(job);
+    }
   }
   return {};
 }

@@ -56,8 +56,10 @@ class Journal {
                               const std::optional<IdempotencyRow>& key,
                               const JobTable::Beside& beside);
 
-  /// Sets a callback for committed ends of jobs, called with the job's change_mutex() held.
-  void on_end(std::function<void(const Job&)> told) { on_end_ = std::move(told); }
+  /// Adds a listener to committed ends of jobs, called with the job's change_mutex() held. Pre: no
+  /// job runs; the same for forget_listeners().
+  void on_end(std::function<void(const Job&)> listener) { on_end_.push_back(std::move(listener)); }
+  void forget_listeners() { on_end_.clear(); }
 
   /// Returns durable events after a mark of any run, up to seq of this run's stream.
   core::Result<std::vector<EventRow>> events_after(const Job& job, std::int64_t stream,
@@ -83,7 +85,7 @@ class Journal {
   Log& log_;
   Metrics& metrics_;
   const std::int64_t run_;
-  std::function<void(const Job&)> on_end_ = {};
+  std::vector<std::function<void(const Job&)>> on_end_ = {};
 };
 
 }  // namespace server

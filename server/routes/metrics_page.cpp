@@ -33,6 +33,8 @@ void write_jobs(MetricsText& text, const RouteContext& context) {
                static_cast<double>(counts.samples));
   text.gauge("tessera_film_cache_bytes", "Memory of cached films.",
              static_cast<double>(counts.film_cache_bytes));
+  text.gauge("tessera_cached_images", "Encoded images of ended jobs in memory.",
+             static_cast<double>(context.pictures.count()));
   text.gauge("tessera_scene_cache_bytes", "Memory of cached scenes.",
              static_cast<double>(context.scenes.cached_bytes()));
   text.gauge("tessera_held_memory_bytes",

@@ -109,6 +109,10 @@ class SingleFlightCache {
     return false;
   }
 
+  std::size_t count() const {
+    const core::MutexLock lock(mutex_);
+    return entries_.size();
+  }
   std::uint64_t bytes() const {
     const core::MutexLock lock(mutex_);
     return bytes_;

@@ -3,8 +3,10 @@
 import math
 import pathlib
 import struct
+import time
 
-from harness import ApiTest, job_body, png_pixels, png_size
+from churn import metric
+from harness import PATIENCE_S, ApiTest, job_body, png_pixels, png_size
 
 MAGIC = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "webp": b"RIFF", "exr": b"\x76\x2f\x31\x01",
          "hdr": b"#?", "tif": (b"II*\0", b"MM\0*"), "avif": b"\0\0\0\x1cftypavif"}
@@ -443,6 +445,36 @@ class KeptImages(ApiTest):
         self.assertEqual((again.status, again.body), (200, first.body))
         self.assertEqual(again.headers["ETag"], first.headers["ETag"])
         self.assert_problem(self.server.get(path + "/image.png?exposure=1"), 410)
+
+
+class FirstLooks(ApiTest):
+    FLAGS = ("--film-cache", "1M")  # less than the film of 128x128
+
+    def wait_for_images(self, count):
+        deadline = time.monotonic() + PATIENCE_S
+        while metric(self.server, "tessera_cached_images") < count:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.02)
+
+    def test_images_that_the_page_opens_with_are_encoded_when_the_job_ends(self):
+        # tests/e2e/series.test.mjs has the same queries.
+        looks = {
+            "environment": ("image.jpg?exposure=auto&tonemap=khronos-neutral", "image.png?max_size=192"),
+            "transparent": ("image.webp?exposure=auto&tonemap=khronos-neutral",
+                            "image.png?max_size=192"),
+        }
+        for background, images in looks.items():
+            body = job_body(samples=2)
+            body["film"] = {"width": 128, "height": 128}
+            body["background"] = {"type": background}
+            before = metric(self.server, "tessera_cached_images")
+            path = f"/v1/jobs/{self.server.render(body)['id']}/"
+            self.wait_for_images(before + 2)
+            for film in pathlib.Path(self.server.data, "films").glob("*.film"):
+                film.unlink()
+            for image in images:
+                self.assertEqual(self.server.get(path + image).status, 200, image)
+            self.assert_problem(self.server.get(path + "image.jpg?exposure=3"), 410)
 
 
 class RunningJob(ApiTest):

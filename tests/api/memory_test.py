@@ -218,6 +218,43 @@ class Gate(ApiTest):
             self.assertTrue(answer.status == 200 or told(answer), answer.status)
         self.assertLess(peak.bytes, self.MOST)
 
+    def test_too_many_photons_or_records_are_named(self):
+        for integrator, pointer in (
+            ({"type": "sppm", "photons": 1 << 20}, "/integrator/photons"),
+            ({"type": "irradiance-cache", "records": 1 << 18}, "/integrator/records"),
+        ):
+            refused = self.server.post("/v1/jobs", self.film(32, integrator=integrator))
+            problem = self.assert_problem(refused, 422, pointer)
+            self.assertTrue(told(refused), refused)
+            self.assertIn("Reduce " + pointer.split("/")[-1], problem["errors"][0]["detail"])
+        few = self.film(32, samples=2, integrator={"type": "sppm", "photons": 1 << 12})
+        self.assertEqual(self.server.render(few)["state"], "finished")
+
+    def test_comparisons_wait_for_each_other_or_are_refused(self):
+        jobs = [self.server.render(self.film(400, seed=seed))["id"] for seed in (1, 2)]
+        with Peak(self.server) as peak:
+            body = {"a": jobs[0], "b": jobs[1]}
+            calls = [
+                in_background(lambda: self.server.post("/v1/comparisons", body)) for _ in range(4)
+            ]
+            answers = [call() for call in calls]
+        for answer in answers:
+            self.assertTrue(answer.status == 201 or told(answer), answer)
+        self.assertIn(201, {answer.status for answer in answers})
+        self.assertLess(peak.bytes, self.MOST)
+
+
+if __name__ == "__main__":
+    unittest.main()
+
+
+class JobMemory(ApiTest):
+    """The same without kept films, and so without the images that are encoded when a job ends."""
+
+    FLAGS = (*Gate.FLAGS, "--film-cache", "0")
+    REST = Gate.REST
+    film = Gate.film
+
     def test_job_uses_at_most_the_memory_of_the_dry_run(self):
         body = self.film(700)
         with Peak(self.server) as peak:
@@ -259,32 +296,3 @@ class Gate(ApiTest):
                 if too_few:  # The planted fault: an estimate that does not count the photons.
                     most = self.foreseen(self.film(side, integrator=too_few))
                     self.assertGreater(peak.bytes, most)
-
-    def test_too_many_photons_or_records_are_named(self):
-        for integrator, pointer in (
-            ({"type": "sppm", "photons": 1 << 20}, "/integrator/photons"),
-            ({"type": "irradiance-cache", "records": 1 << 18}, "/integrator/records"),
-        ):
-            refused = self.server.post("/v1/jobs", self.film(32, integrator=integrator))
-            problem = self.assert_problem(refused, 422, pointer)
-            self.assertTrue(told(refused), refused)
-            self.assertIn("Reduce " + pointer.split("/")[-1], problem["errors"][0]["detail"])
-        few = self.film(32, samples=2, integrator={"type": "sppm", "photons": 1 << 12})
-        self.assertEqual(self.server.render(few)["state"], "finished")
-
-    def test_comparisons_wait_for_each_other_or_are_refused(self):
-        jobs = [self.server.render(self.film(400, seed=seed))["id"] for seed in (1, 2)]
-        with Peak(self.server) as peak:
-            body = {"a": jobs[0], "b": jobs[1]}
-            calls = [
-                in_background(lambda: self.server.post("/v1/comparisons", body)) for _ in range(4)
-            ]
-            answers = [call() for call in calls]
-        for answer in answers:
-            self.assertTrue(answer.status == 201 or told(answer), answer)
-        self.assertIn(201, {answer.status for answer in answers})
-        self.assertLess(peak.bytes, self.MOST)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -401,8 +401,10 @@ test('a scene is selected by its image, and a render is shown before its tiles a
     const look = page.getByTestId('first-look');
     await look.waitFor();
     assert.equal(await look.evaluate((image) => image.decode().then(() => image.naturalWidth)), 48);
-    // Without alpha a faster format is used.
-    assert.match(await look.getAttribute('src'), /image\.jpg/);
+    // Without alpha a faster format is used; tests/api/images_test.py has the same query.
+    const src = new URL(await look.getAttribute('src'), server.url);
+    assert.match(src.pathname, /image\.jpg$/);
+    assert.equal(src.search, '?exposure=auto&tonemap=khronos-neutral');
     await until('a question for tiles', () => held.length > 0);
     holds = false;
     // A request that the page has abandoned meanwhile is sent again.

@@ -10,6 +10,18 @@ import { thumbnailUrl } from '../jobs/thumbnail';
 const tileSide = 32;
 
 /**
+ * The image that the page opens a job with. The server has it encoded at the job's end, with the
+ * settings that display begins with (server/routes/first_looks.cpp).
+ */
+export function firstLookUrl(job: Job): string {
+  const { auto, exposure: stops, tone: tonemap } = display.get();
+  const exposure = auto === false ? stops : 'auto';
+  // JPEG is encoded in a quarter of WebP's time; WebP has alpha, with a tenth of PNG's bytes.
+  const isOpaque = job.spec.background?.type !== 'transparent';
+  return imageUrl(job.id, isOpaque ? 'jpg' : 'webp', { exposure, tonemap });
+}
+
+/**
  * The image encoded by the server, available with one small response; tiles wait for it, replace
  * it, and it is removed when all have arrived. Until it has arrived, the list's thumbnail is shown,
  * which the browser has. A job that has just started has neither.
@@ -23,14 +35,9 @@ export function FirstLook({
   job: Job;
   film: LiveFilm | null;
 }) {
-  const [src] = useState(() => {
-    if (!isAvailable(job, 'image') || (film && film.tilesSeen > 0)) return '';
-    const { auto, exposure: stops, tone: tonemap } = display.get();
-    const exposure = auto === false ? stops : 'auto';
-    // JPEG is encoded in a quarter of WebP's time; WebP has alpha, with a tenth of PNG's bytes.
-    const isOpaque = job.spec.background?.type !== 'transparent';
-    return imageUrl(job.id, isOpaque ? 'jpg' : 'webp', { exposure, tonemap });
-  });
+  const [src] = useState(() =>
+    isAvailable(job, 'image') && !film?.tilesSeen ? firstLookUrl(job) : '',
+  );
   const { width, height, crop } = filmOf(job);
   const part = crop ?? { x: 0, y: 0, width, height };
   const last = (from: number, size: number): number =>

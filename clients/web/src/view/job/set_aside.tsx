@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import type { Job } from 'tessera-render';
-import { imageUrl } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
+import { firstLookUrl } from './first_look';
 
 /** Smallest share of the light that is worth a sentence: one part in ten thousand. */
 const least = 0.01;
@@ -14,7 +14,7 @@ export function SetAside({ job }: { job: Job }) {
     setShare(null);
     if (!isOver) return undefined;
     const abort = new AbortController();
-    fetch(imageUrl(job.id, 'png', { max_size: 1 }), { signal: abort.signal })
+    fetch(firstLookUrl(job), { signal: abort.signal })
       .then((answer) => answer.ok && setShare(answer.headers.get('x-tessera-set-aside')))
       .catch(() => undefined); // Without an answer there is nothing to say.
     return () => abort.abort();

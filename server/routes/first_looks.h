@@ -1,0 +1,27 @@
+/// FirstLooks: encodes the images that the page opens ended jobs with, so that nobody waits for
+/// them.
+#pragma once
+
+#include "server/jobs/background.h"
+#include "server/jobs/job.h"
+#include "server/routes/context.h"
+
+namespace server {
+
+class FirstLooks {
+ public:
+  explicit FirstLooks(RouteContext context);
+  ~FirstLooks();
+  FirstLooks(const FirstLooks&) = delete;
+  FirstLooks& operator=(const FirstLooks&) = delete;
+
+ private:
+  /// Keeps the job's thumbnail and its image (clients/web/src/view: thumbnail.tsx, first_look.tsx).
+  /// Without memory or a film they are encoded when they are asked for.
+  void encode(const JobPointer& job) const;
+
+  const RouteContext context_;
+  Background background_;
+};
+
+}  // namespace server

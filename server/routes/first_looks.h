@@ -1,5 +1,4 @@
-/// FirstLooks: encodes the images that the page opens ended jobs with, so that nobody waits for
-/// them.
+/// FirstLooks: encodes the images that the page opens a job with, as soon as the job ends.
 #pragma once
 
 #include "server/jobs/background.h"

@@ -458,12 +458,9 @@ class FirstLooks(ApiTest):
 
     def test_images_that_the_page_opens_with_are_encoded_when_the_job_ends(self):
         # tests/e2e/series.test.mjs has the same queries.
-        looks = {
-            "environment": ("image.jpg?exposure=auto&tonemap=khronos-neutral", "image.png?max_size=192"),
-            "transparent": ("image.webp?exposure=auto&tonemap=khronos-neutral",
-                            "image.png?max_size=192"),
-        }
-        for background, images in looks.items():
+        for background, extension in (("environment", "jpg"), ("transparent", "webp")):
+            images = (f"image.{extension}?exposure=auto&tonemap=khronos-neutral",
+                      "image.png?max_size=192")
             body = job_body(samples=2)
             body["film"] = {"width": 128, "height": 128}
             body["background"] = {"type": background}

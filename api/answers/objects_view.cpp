@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/answers/views.h"
+#include "api/job/job_rows.h"
 #include "api/json/json.h"
 #include "core/settings/registry.h"
 
@@ -118,10 +119,10 @@ const View<ViewpointView>& viewpoint_view() {
   static const View<Seen> kView = {
       "",
       "The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is "
-      "seen "
-      "at the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + "
-      "fx x, cy + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, "
-      "hypot(x, z))) of a panorama. Pixel i goes from i to i + 1; for tools that count from its "
+      "seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where "
+      "z > 0, after the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of "
+      "an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a "
+      "panorama. Pixel i goes from i to i + 1; for tools that count from its "
       "centre, subtract 0.5.",
       {{"type", shape::one_of(camera_type_names()),
         [](const Seen& c) -> Json { return core::row_of(core::camera_types(), c.type).name; }},
@@ -132,9 +133,11 @@ const View<ViewpointView>& viewpoint_view() {
             "Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian."),
         [](const Seen& c) -> Json { return c.scale_px[0]; }},
        {"fy", shape::real(), [](const Seen& c) -> Json { return c.scale_px[1]; }},
-       {"cx", shape::real("Centre of the film; the centre of pixel 0 is at 0.5."),
-        [](const Seen& c) -> Json { return 0.5 * c.width; }},
-       {"cy", shape::real(), [](const Seen& c) -> Json { return 0.5 * c.height; }},
+       {"cx", shape::real("Principal point; the centre of pixel 0 is at 0.5."),
+        [](const Seen& c) -> Json { return c.center_px[0]; }},
+       {"cy", shape::real(), [](const Seen& c) -> Json { return c.center_px[1]; }},
+       {"distortion", distortion_shape(),
+        [](const Seen& c) { return distortion_json(c.distortion); }},
        {"world_to_camera",
         shape::reals(
             "16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO."),

@@ -53,9 +53,11 @@ struct ViewpointView {
   core::CameraType type = core::CameraType::kPerspective;
   int width = 0;
   int height = 0;
-  std::array<double, 2> scale_px{};  ///< fx and fy
-  core::Place origin;                ///< of the scene
-  core::Transform to_world;          ///< from the origin; x to the right, y up, looks along -z
+  std::array<double, 2> scale_px{};   ///< fx and fy
+  std::array<double, 2> center_px{};  ///< cx and cy
+  core::DistortionSettings distortion;
+  core::Place origin;        ///< of the scene
+  core::Transform to_world;  ///< from the origin; x to the right, y up, looks along -z
 };
 struct ObjectsView {
   ViewpointView camera;

@@ -68,6 +68,8 @@ ObjectsView example_objects() {
                 .width = 960,
                 .height = 540,
                 .scale_px = {651.8, 651.8},
+                .center_px = {480, 270},
+                .distortion = {},
                 .origin = {},
                 .to_world = {}};
   out.has_ids = true;

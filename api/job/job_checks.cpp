@@ -60,9 +60,13 @@ void check_camera(const JobSpec& spec, Faults& faults) {
   if (camera.type) {
     add_error(core::check_members(camera, *camera.type), faults);
   }
-  if (spec.orbit && (camera.position || camera.target)) {
-    faults.add("/camera/orbit",
-               "sets the camera's position; give either orbit or position and target");
+  const core::FilmSettings& film = spec.render.film;
+  add_error(core::check_values(camera, film.width, film.height), faults);
+  if (spec.orbit && (camera.is_placed() || camera.target)) {
+    faults.add("/camera/orbit", camera.pose
+                                    ? "sets the camera's position; give either orbit or pose"
+                                    : "sets the camera's position; give either orbit or "
+                                      "position and target");
   } else if (camera.position && camera.target) {
     check_view(camera, faults);
   } else if (camera.position) {

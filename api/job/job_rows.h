@@ -35,6 +35,21 @@ void read_orbit(const Json& value, JobSpec& spec, const std::string& pointer, Fa
 void print_orbit(const JobSpec& spec, Json& object);
 Json orbit_schema(const JobSpec& defaults);
 
+void read_shift(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_shift(const JobSpec& spec, Json& object);
+Json shift_schema(const JobSpec& defaults);
+
+void read_pose(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_pose(const JobSpec& spec, Json& object);
+Json pose_schema(const JobSpec& defaults);
+
+void read_distortion(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
+void print_distortion(const JobSpec& spec, Json& object);
+Json distortion_schema(const JobSpec& defaults);
+/// Also for answers.
+Json distortion_json(const core::DistortionSettings& distortion);
+Json distortion_shape();
+
 void read_webhook(const Json& value, JobSpec& spec, const std::string& pointer, Faults& faults);
 void print_webhook(const JobSpec& spec, Json& object);
 Json webhook_schema(const JobSpec& defaults);

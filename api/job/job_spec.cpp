@@ -19,6 +19,8 @@ namespace {
 
 constexpr double kFar = 1e9;  ///< metres; beyond, floats are at least 64 m apart
 constexpr Range kCoordinate = {-kFar, kFar};
+constexpr Range kFocalLength = {0, 1e9, true};  ///< pixels
+constexpr Range kFilmPlace = {-1e9, 1e9};       ///< pixels
 
 constexpr std::array kClasses = {
     core::NamedValue<JobClass>{"normal", JobClass::kNormal,
@@ -52,6 +54,8 @@ constexpr auto camera_row() {
           "Up direction; [0, 1, 0] if position and target are given without it."),
       shown_if([](const JobSpec& s) { return s.orbit.has_value(); },
                CustomRow<JobSpec>{"orbit", &read_orbit, &print_orbit, &orbit_schema}),
+      shown_if([](const JobSpec& s) { return s.camera.pose.has_value(); },
+               CustomRow<JobSpec>{"pose", &read_pose, &print_pose, &pose_schema}),
       shown_if([](const JobSpec& s) { return s.camera.type.has_value(); },
                choice(
                    "type", [](auto& s) -> auto& { return s.camera.type; }, &core::camera_types,
@@ -66,6 +70,32 @@ constexpr auto camera_row() {
       number(
           "vertical_fov_degrees", [](auto& s) -> auto& { return s.camera.vertical_fov_degrees; },
           {0, 180, true, true}, "Vertical field of view, degrees; perspective cameras only."),
+      shown_if([](const JobSpec& s) { return s.camera.shift.has_value(); },
+               CustomRow<JobSpec>{"shift", &read_shift, &print_shift, &shift_schema}),
+      shown_if([](const JobSpec& s) { return s.camera.fx_px.has_value(); },
+               number(
+                   "fx", [](auto& s) -> auto& { return s.camera.fx_px; }, kFocalLength,
+                   "Focal length of a pinhole camera, in pixels of the full film.")),
+      shown_if([](const JobSpec& s) { return s.camera.fy_px.has_value(); },
+               number(
+                   "fy", [](auto& s) -> auto& { return s.camera.fy_px; }, kFocalLength,
+                   "The same along y; null: fx.")),
+      shown_if([](const JobSpec& s) { return s.camera.cx_px.has_value(); },
+               number(
+                   "cx", [](auto& s) -> auto& { return s.camera.cx_px; }, kFilmPlace,
+                   "Principal point of a pinhole camera, in pixels; null: the film's centre. Pixel "
+                   "0 goes from 0 to 1, as in COLMAP and nerfstudio: add 0.5 to OpenCV's cx and "
+                   "cy, which count from the centre of pixel 0.")),
+      shown_if([](const JobSpec& s) { return s.camera.cy_px.has_value(); },
+               number(
+                   "cy", [](auto& s) -> auto& { return s.camera.cy_px; }, kFilmPlace,
+                   "The same along y, downwards.")),
+      shown_if(
+          [](const JobSpec& s) {
+            return s.camera.distortion.model != core::DistortionModel::kNone;
+          },
+          CustomRow<JobSpec>{"distortion", &read_distortion, &print_distortion,
+                             &distortion_schema}),
       number(
           "aperture_radius", [](auto& s) -> auto& { return s.camera.aperture_radius_m; }, {0, kFar},
           "Radius of the lens, metres; 0 is a pinhole."),
@@ -419,6 +449,12 @@ core::CameraSettings camera_in(const JobSpec& spec, const core::Bounds& bounds,
   core::CameraSettings camera = spec.camera;
   from_origin(camera.position);
   from_origin(camera.target);
+  if (camera.pose) {
+    const core::Place at = camera.pose->position() - origin;
+    camera.pose->matrix[3] = at.x;
+    camera.pose->matrix[7] = at.y;
+    camera.pose->matrix[11] = at.z;
+  }
   if (!spec.orbit) {
     return camera;
   }

@@ -19,6 +19,9 @@ core::Vec3 to_camera(const JobSpec& spec) {
     unit.target = core::Place{};
     return core::placed_on_orbit(spec.camera, unit, {}, 1, 1).position->rounded();
   }
+  if (spec.camera.pose) {
+    return normalize(-spec.camera.pose->forward());
+  }
   if (spec.camera.position && spec.camera.target) {
     const core::Vec3 away = (*spec.camera.position - *spec.camera.target).rounded();
     if (dot(away, away) > 0) {

@@ -222,7 +222,8 @@ Parsed<ParsedJob> parse_render_job(std::string_view job, const RenderQuery& quer
 void frame_model(JobSpec& spec, const core::SceneSummary& scene) {
   const core::CameraSettings& camera = spec.camera;
   const core::FilmSettings& film = spec.render.film;
-  const bool has_camera = camera.position || camera.name || camera.index || !scene.cameras.empty();
+  const bool has_camera =
+      camera.is_placed() || camera.name || camera.index || !scene.cameras.empty();
   if (!spec.orbit && has_camera) {
     return;
   }

@@ -21,18 +21,16 @@ class Projector {
  public:
   Projector(const Camera& camera, int width, int height)
       : camera_(camera), size_px_{static_cast<float>(width), static_cast<float>(height)} {
-    eye_ = camera.ray({0.5F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).from_lens();
-    if (camera.type() == CameraType::kPanorama) {
-      right_ = camera.ray({0.75F * size_px_.x, 0.5F * size_px_.y}, {0.5F, 0.5F}).ray.direction;
-    }
+    eye_ = camera.eye();
   }
 
   void add(ObjectBox& box, const std::array<Vec3, 3>& corners) const {
     for (const Vec3& p : corners) {
       box.bounds.add(p);
     }
-    const PixelBox here =
-        camera_.type() == CameraType::kPanorama ? all_around(corners) : ahead(corners);
+    const PixelBox here = camera_.type() == CameraType::kPanorama ? all_around(corners)
+                          : camera_.is_distorted()                ? bent(corners)
+                                                                  : ahead(corners);
     if (here.min.x < size_px_.x && here.min.y < size_px_.y && here.max.x > 0 && here.max.y > 0) {
       PixelBox& all = box.in_view ? *box.in_view : box.in_view.emplace(here);
       all.min = {std::max(std::min(all.min.x, here.min.x), 0.0F),
@@ -67,15 +65,38 @@ class Projector {
     return here;
   }
 
+  /// Returns the box in an image that bends lines: of points of the triangle whose neighbours are
+  /// less than kStepRad apart as seen from the camera, or kStepsMost of a triangle that is near.
+  PixelBox bent(const std::array<Vec3, 3>& corners) const {
+    constexpr float kStepRad = 1.0F / 32;
+    constexpr float kStepsMost = 64;
+    const float nearest =
+        std::min({length(corners[0] - eye_), length(corners[1] - eye_), length(corners[2] - eye_)});
+    const float longest =
+        std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]),
+                  length(corners[0] - corners[2])});
+    const float needed = longest / (kStepRad * std::max(nearest - longest, 0.0F));
+    const int steps =
+        needed < kStepsMost ? 1 + static_cast<int>(needed) : static_cast<int>(kStepsMost);
+    PixelBox here = kEmpty;
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; i + j <= steps; ++j) {
+        const float u = static_cast<float>(i) / static_cast<float>(steps);
+        const float v = static_cast<float>(j) / static_cast<float>(steps);
+        add(here, corners[0] * (1 - u - v) + corners[1] * u + corners[2] * v);
+      }
+    }
+    return here;
+  }
+
   /// Returns the box on a panorama. Straight edges are great circles, whose highest and lowest
   /// points may lie between their ends. A triangle that crosses the half-plane behind the camera
   /// reaches both sides of the film; one that contains a pole reaches all of one side.
   PixelBox all_around(const std::array<Vec3, 3>& corners) const {
-    const Vec3 up = cross(right_, camera_.forward());
     std::array<Vec3, 3> seen;  // right, up and forward of the camera
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 d = corners[k] - eye_;
-      seen[k] = {dot(d, right_), dot(d, up), dot(d, camera_.forward())};
+      seen[k] = {dot(d, camera_.right()), dot(d, camera_.up()), dot(d, camera_.forward())};
     }
     PixelBox here = kEmpty;
     int turns = 0;  // around the vertical axis
@@ -128,7 +149,6 @@ class Projector {
   const Camera& camera_;
   Vec2 size_px_;
   Vec3 eye_;
-  Vec3 right_;  ///< for panoramas
 };
 
 void add(ObjectBox& to, const ObjectBox& more) {

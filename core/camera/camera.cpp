@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/camera/camera_choice.h"
 #include "core/camera/orbit.h"
@@ -27,11 +28,13 @@ Result<Camera> Camera::create(const CameraSettings& settings,
     return Error{ErrorCode::kInvalidArgument, "position and target must be given together",
                  settings.position ? "/camera/target" : "/camera/position"};
   }
+  if (const Status fits = check_values(settings, width, height); !fits) {
+    return fits.error();
+  }
   Camera camera;
   camera.width_px_ = static_cast<float>(width);
   camera.height_px_ = static_cast<float>(height);
-  const float aspect = camera.width_px_ / camera.height_px_;
-  const bool posed = settings.position.has_value();
+  const bool posed = settings.is_placed();
   const bool is_file_orthographic = !posed && file != nullptr && file->orthographic;
   camera.type_ = camera_type(settings, file, posed);
   if (const Status fits = check_members(settings, camera.type_); !fits) {
@@ -44,7 +47,11 @@ Result<Camera> Camera::create(const CameraSettings& settings,
     fov = file->vertical_fov_rad;
   }
   Vec3 up_hint = settings.up.value_or(Vec3{0, 1, 0});
-  if (posed) {
+  if (settings.pose) {
+    camera.eye_ = settings.pose->position().rounded();
+    camera.forward_ = settings.pose->forward();
+    up_hint = settings.pose->up();
+  } else if (settings.position) {
     camera.eye_ = settings.position->rounded();
     camera.forward_ = (*settings.target - *settings.position).rounded();
   } else if (file != nullptr) {
@@ -54,7 +61,7 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   } else {
     const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
     const float radius = bounds.radius_or(1);
-    const float distance = fitting_distance_m(radius, fov, aspect);
+    const float distance = fitting_distance_m(radius, half_view(settings, width, height));
     camera.eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
     camera.forward_ = center - camera.eye_;
   }
@@ -72,31 +79,54 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   camera.up_ = cross(camera.right_, camera.forward_);
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
   const float distance_m =
-      posed ? length((*settings.target - *settings.position).rounded())
-            : std::max(
-                  dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_, camera.forward_),
-                  1e-3F * bounds.radius_or(1));
+      settings.position ? length((*settings.target - *settings.position).rounded())
+                        : std::max(dot((bounds.empty() ? Vec3{} : bounds.center()) - camera.eye_,
+                                       camera.forward_),
+                                   1e-3F * bounds.radius_or(1));
   camera.focus_distance_m_ = settings.focus_distance_m.value_or(distance_m);
+  const double w = width;
+  const double h = height;
+  Intrinsics film = {1, 1, 0.5 * w, 0.5 * h};
   if (camera.type_ == CameraType::kPanorama) {
-    camera.half_height_ = 0.5F * kPi;
-    camera.half_width_ = kPi;
-    return camera;
+    film.fx = w / (2 * std::numbers::pi);
+    film.fy = h / std::numbers::pi;
+  } else if (camera.type_ == CameraType::kPinhole) {
+    film = intrinsics_of(settings, width, height);
+    if (settings.distortion.model != DistortionModel::kNone) {
+      camera.distortion_.emplace(settings.distortion);
+    }
+  } else {
+    double half_height = std::tan(static_cast<double>(fov) * 0.5);
+    if (settings.orthographic_height_m) {
+      half_height = static_cast<double>(*settings.orthographic_height_m) * 0.5;
+    } else if (is_file_orthographic && camera.is_orthographic()) {
+      // Magnifications are half sizes. If the film's aspect ratio differs, the height is kept, as a
+      // perspective camera keeps its vertical field of view.
+      half_height = static_cast<double>(file->y_magnification);
+    } else if (camera.is_orthographic()) {
+      half_height *= static_cast<double>(distance_m);
+    }
+    film.fx = film.fy = 0.5 * h / half_height;
+    if (settings.shift) {
+      film.cx -= static_cast<double>(settings.shift->x) * w;
+      film.cy += static_cast<double>(settings.shift->y) * h;
+    }
   }
-  camera.half_height_ = std::tan(fov * 0.5F);
-  if (settings.orthographic_height_m) {
-    camera.half_height_ = *settings.orthographic_height_m * 0.5F;
-  } else if (is_file_orthographic && camera.is_orthographic()) {
-    // Magnifications are half sizes. If the film's aspect ratio differs, the height is kept, as a
-    // perspective camera keeps its vertical field of view.
-    camera.half_height_ = file->y_magnification;
-  } else if (camera.is_orthographic()) {
-    camera.half_height_ *= distance_m;
-  }
-  camera.half_width_ = camera.half_height_ * aspect;
-  if (!posed && file != nullptr) {
+  camera.set_film(film);
+  if (!posed && !camera.is_sphere() && file != nullptr) {
     camera.set_planes(*file, bounds);
   }
   return camera;
+}
+
+void Camera::set_film(Intrinsics film) noexcept {
+  const auto w = static_cast<double>(width_px_);
+  const auto h = static_cast<double>(height_px_);
+  intrinsics_ = film;
+  half_width_ = static_cast<float>(0.5 * w / film.fx);
+  half_height_ = static_cast<float>(0.5 * h / film.fy);
+  middle_ = {static_cast<float>((0.5 * w - film.cx) / film.fx),
+             static_cast<float>((film.cy - 0.5 * h) / film.fy)};
 }
 
 /// Planes that do not cut the scene are left out, so that a far plane also spares what a job adds.
@@ -120,27 +150,50 @@ void Camera::set_planes(const CameraDescription& file, const Bounds& bounds) noe
   depth_m_ = file.far_m < farthest ? file.far_m - near_m_ : Ray{}.t_max;
 }
 
+/// x to the right and y up, in the unit of half_width_.
+Vec2 Camera::plane_position(Vec2 film_px) const noexcept {
+  return {(2 * film_px.x / width_px_ - 1) * half_width_ + middle_.x,
+          (1 - 2 * film_px.y / height_px_) * half_height_ + middle_.y};
+}
+
+/// Returns the direction, of any length, that the middle of the lens sees at this position.
+Vec3 Camera::toward(Vec2 film_px) const noexcept {
+  const Vec2 at = plane_position(film_px);
+  if (type_ == CameraType::kPanorama) {
+    return (forward_ * std::cos(at.x) + right_ * std::sin(at.x)) * std::cos(at.y) +
+           up_ * std::sin(at.y);
+  }
+  if (distortion_) {
+    const auto seen = [this](Vec2 p) {
+      return distortion_->seen({static_cast<double>(p.x), -static_cast<double>(p.y)});
+    };
+    Distortion::Seen found = seen(at);
+    if (!found.is_shown) {  // beyond the film, where filters reach: as at its border
+      found = seen(plane_position(
+          {std::clamp(film_px.x, 0.0F, width_px_), std::clamp(film_px.y, 0.0F, height_px_)}));
+    }
+    const Vec3 d = found.direction.rounded();
+    return forward_ * d.z + right_ * d.x - up_ * d.y;
+  }
+  return forward_ + right_ * at.x + up_ * at.y;
+}
+
 Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
-  const float x = (2 * film_px.x / width_px_ - 1) * half_width_;
-  const float y = (1 - 2 * film_px.y / height_px_) * half_height_;
   CameraRay out;
   out.film_px = film_px;
   out.start = start_.get();
-  if (type_ == CameraType::kPanorama) {
-    out.ray.origin = eye_;
-    out.ray.direction = normalize((forward_ * std::cos(x) + right_ * std::sin(x)) * std::cos(y) +
-                                  up_ * std::sin(y));
-    out.spread_rad = kPi / height_px_;
-    return out;
-  }
   if (is_orthographic()) {
-    out.ray.origin = eye_ + right_ * x + up_ * y;
+    const Vec2 at = plane_position(film_px);
+    out.ray.origin = eye_ + right_ * at.x + up_ * at.y;
     out.ray.direction = forward_;
     out.width_m = 2 * half_height_ / height_px_;
   } else {
     out.ray.origin = eye_;
-    out.ray.direction = normalize(forward_ + right_ * x + up_ * y);
+    out.ray.direction = normalize(toward(film_px));
     out.spread_rad = 2 * half_height_ / height_px_;
+  }
+  if (is_sphere()) {
+    return out;
   }
   if (aperture_radius_m_ > 0) {
     const float to_plane = focus_distance_m_ / dot(out.ray.direction, forward_);
@@ -160,18 +213,18 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
 }
 
 std::optional<Camera::Pinhole> Camera::pinhole() const noexcept {
-  if (type_ != CameraType::kPerspective || aperture_radius_m_ > 0) {
+  if (is_sphere() || is_orthographic() || distortion_ || aperture_radius_m_ > 0) {
     return std::nullopt;
   }
-  return Pinhole{eye_,      right_,      up_,
-                 forward_,  half_width_, half_height_,
-                 width_px_, height_px_,  2 * half_height_ / height_px_,
-                 near_m_,   depth_m_};
+  return Pinhole{eye_,         right_,  up_,       forward_,   half_width_,
+                 half_height_, middle_, width_px_, height_px_, 2 * half_height_ / height_px_,
+                 near_m_,      depth_m_};
 }
 
 /// x to the right and y up, in the unit of half_width_.
 Vec2 Camera::film_position(float x, float y) const noexcept {
-  return {0.5F * width_px_ * (x / half_width_ + 1), 0.5F * height_px_ * (1 - y / half_height_)};
+  return {0.5F * width_px_ * ((x - middle_.x) / half_width_ + 1),
+          0.5F * height_px_ * (1 - (y - middle_.y) / half_height_)};
 }
 
 /// Pixels per unit of half_width_, squared.
@@ -196,6 +249,19 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
     out.we = out.pdf_solid_angle;
     return out;
   }
+  if (is_fisheye()) {
+    const auto shown = distortion_->shown({static_cast<double>(dot(direction, right_)),
+                                           -static_cast<double>(dot(direction, up_)),
+                                           static_cast<double>(dot(direction, forward_))});
+    if (shown) {
+      out.film_px =
+          film_position(static_cast<float>(shown->at.x), -static_cast<float>(shown->at.y));
+      out.pdf_area = 1;
+      out.pdf_solid_angle = pixels_per_area() * static_cast<float>(shown->scale);
+      out.we = out.pdf_solid_angle;
+    }
+    return out;
+  }
   const float cosine = dot(direction, forward_);
   if (!(cosine > 0)) {
     return out;
@@ -208,7 +274,18 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
   const Vec3 from_eye = origin - eye_;
   const Vec3 at = from_eye + direction * ((f - dot(from_eye, forward_)) / cosine);
   const float unit = is_orthographic() ? 1.0F : f;
-  out.film_px = film_position(dot(at, right_) / unit, dot(at, up_) / unit);
+  Vec2 on_film = {dot(at, right_) / unit, dot(at, up_) / unit};
+  float scale = 1;
+  if (distortion_) {
+    const auto shown =
+        distortion_->shown({static_cast<double>(on_film.x), -static_cast<double>(on_film.y), 1});
+    if (!shown) {
+      return out;
+    }
+    on_film = {static_cast<float>(shown->at.x), -static_cast<float>(shown->at.y)};
+    scale = static_cast<float>(shown->scale);
+  }
+  out.film_px = film_position(on_film.x, on_film.y);
   const float per_solid_angle = f * f / (cosine * cosine * cosine);
   if (is_orthographic()) {
     // A point of the film maps to a point in focus: its rays diverge over the lens, and the lens
@@ -217,7 +294,7 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
     out.pdf_solid_angle = has_lens ? per_solid_angle / lens_area_m2() : 1.0F;
   } else {
     out.pdf_area = has_lens ? 1 / lens_area_m2() : 1.0F;
-    out.pdf_solid_angle = pixels_per_area() * per_solid_angle / (f * f);
+    out.pdf_solid_angle = pixels_per_area() * scale * per_solid_angle / (f * f);
   }
   out.we = out.pdf_area * out.pdf_solid_angle / cosine;
   return out;
@@ -239,7 +316,7 @@ Camera::ImportanceSample Camera::sample_wi(Vec3 point, Vec2 lens) const noexcept
 Camera::ImportanceSample Camera::seen_without_planes(Vec3 point, Vec2 lens) const noexcept {
   ImportanceSample out;
   const Vec3 from_eye = point - eye_;
-  if (type_ == CameraType::kPanorama) {
+  if (is_sphere()) {
     out.distance_m = length(from_eye);
     if (!(out.distance_m > 0)) {
       return out;

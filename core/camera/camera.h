@@ -1,13 +1,16 @@
-/// Camera: generates rays for film positions, and evaluates their importance. Perspective and
-/// orthographic with a thin lens, and panorama.
+/// Camera: generates rays for film positions, and evaluates their importance. Perspective,
+/// orthographic and calibrated (pinhole) with a thin lens, fisheye, and panorama.
 ///
 /// A panorama is equirectangular: its centre looks along forward(), `right` is a quarter of its
 /// width to the right of it, and the top row is up. Viewed along +x it matches the layout of an
 /// environment map.
 ///
+/// Positions on the film are those of COLMAP: pixel i goes from i to i + 1. OpenCV's count from the
+/// centre of the first pixel, so 0.5 is added to its cx and cy.
+///
 /// A camera of the file sees what lies between its znear and zfar, measured along forward(): its
 /// rays begin at the near plane, so that neither surfaces nor fog before it exist for them, and end
-/// at the far plane. Cameras that a job places, and panoramas, see everything.
+/// at the far plane. Cameras that a job places, fisheyes and panoramas see everything.
 ///
 /// Importance is normalised per pixel: over the rays of any square pixel of film, importance times
 /// the cosine to forward() integrates to 1. With a reconstruction filter f that integrates to 1 (in
@@ -22,6 +25,8 @@
 
 #include "core/accel/accel.h"
 #include "core/base/result.h"
+#include "core/camera/camera_choice.h"
+#include "core/camera/distortion.h"
 #include "core/description/scene_description.h"
 #include "core/math/bounds.h"
 #include "core/math/vec.h"
@@ -55,11 +60,12 @@ class Camera {
   void start_in(std::shared_ptr<const StartMedia> start) noexcept { start_ = std::move(start); }
   bool is_in_solids() const noexcept { return start_ != nullptr; }
 
-  /// A camera without a lens whose rays start at one point. The ray of film_px has direction
-  /// forward + right * x + up * y.
+  /// A camera without a lens or distortion whose rays start at one point. The ray of film_px has
+  /// direction forward + right * x + up * y.
   struct Pinhole {
     Vec3 eye, right, up, forward;
     float half_width = 1, half_height = 1;  ///< of the film at distance 1
+    Vec2 middle{};                          ///< of the film there
     float width_px = 1, height_px = 1;
     float spread_rad = 0;
     float near_m = 0;             ///< of the near plane along forward
@@ -70,8 +76,8 @@ class Camera {
 
   /// The densities of ray() for one ray per pixel, anywhere on the film; their product is we * cos.
   /// A pinhole has no area, so its position has probability 1 (pdf_area 1). An orthographic camera
-  /// without a lens has a single direction (pdf_solid_angle 1). The film of a panorama is a sphere
-  /// around its pinhole, so its cosine is 1.
+  /// without a lens has a single direction (pdf_solid_angle 1). The film of a panorama or fisheye
+  /// is a sphere around its pinhole, so its cosine is 1.
   struct Importance {
     Vec2 film_px;               ///< may lie outside the film, where filters still reach
     float we = 0;               ///< [1/(m^2 sr)]; 0 outside the view
@@ -79,7 +85,7 @@ class Camera {
     float pdf_solid_angle = 0;  ///< of the direction [1/sr]
   };
   /// Returns pbrt's We and PDF_We. direction: unit, away from the camera. origin: anywhere on the
-  /// ray from the lens (panorama: the eye).
+  /// ray from the lens (panorama, fisheye: the eye).
   Importance importance(Vec3 origin, Vec3 direction) const noexcept;
 
   /// A connection from a scene point to a point on the lens; pbrt's SampleWi. A particle of power
@@ -102,9 +108,22 @@ class Camera {
   CameraType type() const noexcept { return type_; }
   bool is_orthographic() const noexcept { return type_ == CameraType::kOrthographic; }
   Vec3 forward() const noexcept { return forward_; }
+  Vec3 right() const noexcept { return right_; }
+  Vec3 up() const noexcept { return up_; }
+  /// Returns the middle of the lens.
+  Vec3 eye() const noexcept { return eye_; }
+  /// Returns pixels per unit of the film (focal length, metre or radian) and its origin.
+  Intrinsics intrinsics() const noexcept { return intrinsics_; }
+  /// Returns whether the camera bends straight lines.
+  bool is_distorted() const noexcept { return distortion_.has_value(); }
+  bool is_fisheye() const noexcept { return distortion_ && distortion_->is_fisheye(); }
 
  private:
+  bool is_sphere() const noexcept { return type_ == CameraType::kPanorama || is_fisheye(); }
+  Vec3 toward(Vec2 film_px) const noexcept;
+  Vec2 plane_position(Vec2 film_px) const noexcept;
   ImportanceSample seen_without_planes(Vec3 point, Vec2 lens) const noexcept;
+  void set_film(Intrinsics film) noexcept;
   void set_planes(const CameraDescription& file, const Bounds& bounds) noexcept;
   Vec2 film_position(float x, float y) const noexcept;
   float pixels_per_area() const noexcept;
@@ -121,6 +140,9 @@ class Camera {
   /// (panorama).
   float half_width_ = 1;
   float half_height_ = 1;
+  Vec2 middle_{};  ///< of the film, in the same unit, x to the right and y up
+  Intrinsics intrinsics_;
+  std::optional<Distortion> distortion_;
   float aperture_radius_m_ = 0;
   float focus_distance_m_ = 1;
   std::shared_ptr<const StartMedia> start_;

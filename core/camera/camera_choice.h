@@ -19,4 +19,21 @@ CameraType camera_type(const CameraSettings& settings, const CameraDescription* 
 /// Errors: kInvalidArgument at "/camera/..." for members that do not apply to the type.
 Status check_members(const CameraSettings& settings, CameraType type);
 
+/// Where the film lies, in pixels: how many of them are one unit (focal length, metre or radian),
+/// and where its origin is.
+struct Intrinsics {
+  double fx = 1;
+  double fy = 1;
+  double cx = 0;
+  double cy = 0;
+};
+/// Returns those of a pinhole camera. Pre: fx is given. width, height: of the full film.
+Intrinsics intrinsics_of(const CameraSettings& settings, int width, int height) noexcept;
+/// Returns tangents of half the view's width and height around the middle of a view that is not
+/// distorted or shifted. Cameras without a field of view of their own have 45 degrees.
+Vec2 half_view(const CameraSettings& settings, int width, int height) noexcept;
+/// Checks what the types and values of members leave open: a pinhole camera's lens, whose every
+/// pixel must show something, and a pose's rotation. Errors: as check_members().
+Status check_values(const CameraSettings& settings, int width, int height);
+
 }  // namespace core

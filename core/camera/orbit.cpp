@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/camera/camera_choice.h"
 #include "core/camera/framing.h"
 #include "core/math/numbers.h"
 
@@ -10,21 +11,18 @@ namespace core {
 
 namespace {
 constexpr float kDegree = kPi / 180;
-constexpr float kUsualFovDegrees = 45;
 }  // namespace
 
-float fitting_distance_m(float radius_m, float vertical_fov_rad, float aspect) {
-  const float horizontal = 2 * std::atan(std::tan(vertical_fov_rad * 0.5F) * aspect);
-  return radius_m / std::sin(std::min(vertical_fov_rad, horizontal) * 0.5F);
+float fitting_distance_m(float radius_m, Vec2 half_view) {
+  return radius_m / std::sin(std::atan(std::min(half_view.x, half_view.y)));
 }
 
 CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
                                const Bounds& bounds, int width, int height) {
   const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
   const float size = bounds.radius_or(1);
-  const float fov = camera.vertical_fov_degrees.value_or(kUsualFovDegrees) * kDegree;
-  const float aspect = static_cast<float>(width) / static_cast<float>(height);
-  const float radius = orbit.radius_m.value_or(fitting_distance_m(size, fov, aspect));
+  const float radius =
+      orbit.radius_m.value_or(fitting_distance_m(size, half_view(camera, width, height)));
   const float theta = orbit.theta_degrees * kDegree;
   const float phi = orbit.phi_degrees * kDegree;
   const Vec3 outward{std::sin(phi) * std::sin(theta), std::cos(phi),
@@ -49,9 +47,9 @@ float framing_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
   const Vec3 outward = placed.position->rounded();
   const Vec3 right = normalize(cross(*placed.up, outward));
   const Vec3 up = cross(outward, right);
-  const float fov = camera.vertical_fov_degrees.value_or(kUsualFovDegrees) * kDegree;
-  const float tan_y = std::tan(fov * 0.5F) * (1 - 2 * margin);
-  const float tan_x = tan_y * static_cast<float>(width) / static_cast<float>(height);
+  const Vec2 half = half_view(camera, width, height);
+  const float tan_x = half.x * (1 - 2 * margin);
+  const float tan_y = half.y * (1 - 2 * margin);
   float distance = 0;
   for (unsigned corner = 0; corner < 8; ++corner) {
     const Vec3 at = Vec3{(corner & 1U) != 0 ? bounds.max.x : bounds.min.x,

@@ -25,7 +25,8 @@ struct CameraOrbit {
 CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
                                const Bounds& bounds, int width, int height);
 
-/// Returns the distance at which a sphere touches the edges of the view.
-float fitting_distance_m(float radius_m, float vertical_fov_rad, float aspect);
+/// Returns the distance at which a sphere touches the edges of the view. half_view: tangents of
+/// half its width and height.
+float fitting_distance_m(float radius_m, Vec2 half_view);
 
 }  // namespace core

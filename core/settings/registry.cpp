@@ -248,6 +248,23 @@ constexpr std::array kCameraTypes = {
     NamedValue<CameraType>{
         "panorama", CameraType::kPanorama,
         "All directions, equirectangular: the centre is forward, the top is up."},
+    NamedValue<CameraType>{"pinhole", CameraType::kPinhole,
+                           "A calibrated camera: focal lengths and principal point in pixels, with "
+                           "or without a lens's distortion."},
+};
+constexpr std::array kDistortionModels = {
+    NamedValue<DistortionModel>{"none", DistortionModel::kNone, "Straight lines stay straight."},
+    NamedValue<DistortionModel>{
+        "opencv", DistortionModel::kOpencv,
+        "Radial, tangential and thin-prism: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]."},
+    NamedValue<DistortionModel>{
+        "fisheye", DistortionModel::kFisheye,
+        "Equidistant, as in cv::fisheye: theta (1 + k1 theta^2 + ... + k4 theta^8)."},
+};
+constexpr std::array kPoseConventions = {
+    NamedValue<PoseConvention>{"opencv", PoseConvention::kOpencv, "x right, y down, z ahead."},
+    NamedValue<PoseConvention>{"opengl", PoseConvention::kOpengl, "x right, y up, z back."},
+    NamedValue<PoseConvention>{"ros", PoseConvention::kRos, "x ahead, y left, z up (REP 103)."},
 };
 
 }  // namespace
@@ -275,6 +292,8 @@ std::span<const NamedValue<ShadowColor>> shadow_colors() { return kShadowColors;
 std::span<const NamedValue<Units>> units() { return kUnits; }
 std::span<const NamedValue<EnvironmentPreset>> environment_presets() { return kPresets; }
 std::span<const NamedValue<CameraType>> camera_types() { return kCameraTypes; }
+std::span<const NamedValue<DistortionModel>> distortion_models() { return kDistortionModels; }
+std::span<const NamedValue<PoseConvention>> pose_conventions() { return kPoseConventions; }
 
 namespace {
 

@@ -108,6 +108,8 @@ std::span<const NamedValue<ShadowColor>> shadow_colors();
 std::span<const NamedValue<Units>> units();
 std::span<const NamedValue<EnvironmentPreset>> environment_presets();
 std::span<const NamedValue<CameraType>> camera_types();
+std::span<const NamedValue<DistortionModel>> distortion_models();
+std::span<const NamedValue<PoseConvention>> pose_conventions();
 
 /// Returns whether the ground is a shadow catcher.
 inline bool has_catcher(const RenderSettings& settings) {

@@ -12,6 +12,7 @@
 #include "core/color/rgb.h"
 #include "core/math/place.h"
 #include "core/math/vec.h"
+#include "core/settings/camera_settings.h"
 
 namespace core {
 
@@ -80,24 +81,6 @@ struct FilmSettings {
   bool has_labels() const noexcept {
     return object || instance || material || primitive || position || uv || motion;
   }
-};
-
-enum class CameraType { kPerspective, kOrthographic, kPanorama };
-
-/// Overrides of the file's camera; empty members keep the file's values.
-struct CameraSettings {
-  std::optional<CameraType> type;  ///< empty: perspective if the pose differs from the file's
-  std::optional<std::string> name;
-  std::optional<int> index;
-  std::optional<Place> position;
-  std::optional<Place> target;
-  std::optional<Vec3> up;
-  std::optional<float> vertical_fov_degrees;
-  /// Height of the film in metres; empty: the file's, or the height that a perspective camera
-  /// covers in the plane through the target (or else the scene's centre).
-  std::optional<float> orthographic_height_m;
-  std::optional<float> aperture_radius_m;
-  std::optional<float> focus_distance_m;
 };
 
 enum class Strategy { kMis, kLight, kBsdf, kCosine, kUniform };

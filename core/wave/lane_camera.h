@@ -25,8 +25,8 @@ struct CameraRayLanes {
   Vec2s<N> film_px;
 };
 
-/// Filters without negative lobes and cameras without a lens are evaluated in SIMD, all others lane
-/// by lane.
+/// Filters without negative lobes and cameras without a lens or distortion are evaluated in SIMD,
+/// all others lane by lane.
 class LaneCamera {
  public:
   LaneCamera(const Camera& camera, const FilterSampler& filter)
@@ -85,8 +85,10 @@ class LaneCamera {
   static void through_pinhole(const Camera::Pinhole& p, Floats<N> x_px, Floats<N> y_px,
                               CameraRayLanes<N>& out) {
     const Floats<N> one(1);
-    const Floats<N> x = ((x_px + x_px) / Floats<N>(p.width_px) - one) * Floats<N>(p.half_width);
-    const Floats<N> y = (one - (y_px + y_px) / Floats<N>(p.height_px)) * Floats<N>(p.half_height);
+    const Floats<N> x = ((x_px + x_px) / Floats<N>(p.width_px) - one) * Floats<N>(p.half_width) +
+                        Floats<N>(p.middle.x);
+    const Floats<N> y = (one - (y_px + y_px) / Floats<N>(p.height_px)) * Floats<N>(p.half_height) +
+                        Floats<N>(p.middle.y);
     const Vec3s<N> d = Vec3s<N>(p.forward) + Vec3s<N>(p.right) * x + Vec3s<N>(p.up) * y;
     const Floats<N> secant = length(d);
     out.origin = Vec3s<N>(p.eye) + d * Floats<N>(p.near_m);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <set>
 #include <string>
 #include <utility>
@@ -80,29 +79,17 @@ api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::Ob
   return out;
 }
 
-/// Derived from rays through the centre of the film and of its right edge.
-api::ViewpointView viewpoint_of(const core::Camera& camera, int width, int height) {
-  const auto w = static_cast<float>(width);
-  const auto h = static_cast<float>(height);
-  const core::Camera::CameraRay middle = camera.ray({0.5F * w, 0.5F * h}, {0.5F, 0.5F});
-  const core::Camera::CameraRay edge = camera.ray({0.75F * w, 0.5F * h}, {0.5F, 0.5F});
-  const core::Vec3 back = -camera.forward();
-  const core::Vec3 aside =
-      edge.from_lens() - middle.from_lens() + edge.ray.direction - middle.ray.direction;
-  const core::Vec3 right = core::normalize(aside - back * core::dot(aside, back));
+api::ViewpointView viewpoint_of(const core::Camera& camera,
+                                const core::DistortionSettings& distortion, int width, int height) {
   api::ViewpointView out;
   out.type = camera.type();
   out.width = width;
   out.height = height;
-  if (out.type == core::CameraType::kPanorama) {
-    out.scale_px = {static_cast<double>(w) / (2 * std::numbers::pi),
-                    static_cast<double>(h) / std::numbers::pi};
-  } else {
-    const double scale =
-        1 / static_cast<double>(camera.is_orthographic() ? middle.width_m : middle.spread_rad);
-    out.scale_px = {scale, scale};
-  }
-  out.to_world = {right, core::cross(back, right), back, middle.from_lens()};
+  const core::Intrinsics film = camera.intrinsics();
+  out.scale_px = {film.fx, film.fy};
+  out.center_px = {film.cx, film.cy};
+  out.distortion = distortion;
+  out.to_world = {camera.right(), camera.up(), -camera.forward(), camera.eye()};
   return out;
 }
 
@@ -119,7 +106,7 @@ core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const 
     return camera.error();
   }
   api::ObjectsView out;
-  out.camera = viewpoint_of(*camera, width, height);
+  out.camera = viewpoint_of(*camera, view.camera.distortion, width, height);
   out.camera.origin = summary.origin;
   out.has_ids = film.has_labels();
   const SeenIds seen = out.has_ids ? seen_ids(film) : SeenIds{};

@@ -172,7 +172,7 @@ std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,
   if (!chosen) {
     faults.add(chosen.error().where, chosen.error().message);
   } else if (!spec.camera.type) {
-    const bool is_posed = spec.camera.position || spec.orbit;
+    const bool is_posed = spec.camera.is_placed() || spec.orbit;
     const core::CameraType type = core::camera_type(spec.camera, *chosen, is_posed);
     if (const core::Status fits = core::check_members(spec.camera, type); !fits) {
       faults.add(fits.error().where, fits.error().message);

@@ -68,6 +68,7 @@ const requests = {
       orbit: { theta_degrees: 40, phi_degrees: 60, radius: 4.5, target: [0, 0.25, 0] },
       aperture_radius: 0.01,
       focus_distance: 4,
+      shift: [0.125, -0.25],
     },
     environment: { preset: 'studio' },
     estimator: { mis: { type: 'balance' } },
@@ -118,6 +119,22 @@ const requests = {
       height_falloff: 0.25,
     },
     spectral: true,
+  },
+  'a calibrated camera': {
+    ...common,
+    scene: 'glass',
+    camera: {
+      type: 'pinhole',
+      fx: 300,
+      fy: 310.5,
+      cx: 20.25,
+      cy: 18.5,
+      distortion: { model: 'opencv', k: [-0.125, 0.0625, 0.001, -0.002] },
+      pose: {
+        convention: 'opengl',
+        matrix: [1, 0, 0, 0, 0, 1, 0, 0.5, 0, 0, 1, 5, 0, 0, 0, 1],
+      },
+    },
   },
   'sun and sky, reused between pixels': {
     ...common,

@@ -20,6 +20,26 @@ export interface JobRequestCameraOrbit {
   target?: string | [number, number, number];
 }
 
+/** Position and rotation as a matrix, instead of position, target and up. */
+export interface JobRequestCameraPose {
+  /** Axes of the camera. The world's are always those of the scene, y up. Default: "opencv". */
+  convention?: string;
+  /**
+   * 4x4, row by row, from the camera's axes to the world, metres (the inverse of OpenCV's
+   * extrinsics): a rotation and the camera's position.
+   */
+  matrix:
+    | [number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number];
+}
+
+/** Lens distortion of a pinhole camera. */
+export interface JobRequestCameraDistortion {
+  /** Formula. Default: "none". */
+  model?: string;
+  /** Coefficients in OpenCV's order: 4, 5, 8 or 12 for opencv, 4 for fisheye. Default: []. */
+  k?: number[];
+}
+
 /**
  * Null members keep the value of the file's camera, selected by name or index, otherwise the first.
  */
@@ -38,6 +58,8 @@ export interface JobRequestCamera {
   up?: [number, number, number] | null;
   /** Position on a sphere around the target, instead of position and target. */
   orbit?: JobRequestCameraOrbit | null;
+  /** Position and rotation as a matrix, instead of position, target and up. */
+  pose?: JobRequestCameraPose | null;
   /** Projection; by default the file camera's, and perspective where the pose is given. */
   type?: string;
   /**
@@ -47,6 +69,25 @@ export interface JobRequestCamera {
   orthographic_height?: number | null;
   /** Vertical field of view, degrees; perspective cameras only. */
   vertical_fov_degrees?: number | null;
+  /**
+   * Lens shift of a perspective camera: how far the view moves to the right and up, in widths and
+   * heights of the film. Verticals stay vertical.
+   */
+  shift?: [number, number] | null;
+  /** Focal length of a pinhole camera, in pixels of the full film. */
+  fx?: number | null;
+  /** The same along y; null: fx. */
+  fy?: number | null;
+  /**
+   * Principal point of a pinhole camera, in pixels; null: the film's centre. Pixel 0 goes from 0 to
+   * 1, as in COLMAP and nerfstudio: add 0.5 to OpenCV's cx and cy, which count from the centre of
+   * pixel 0.
+   */
+  cx?: number | null;
+  /** The same along y, downwards. */
+  cy?: number | null;
+  /** Lens distortion of a pinhole camera. */
+  distortion?: JobRequestCameraDistortion | null;
   /** Radius of the lens, metres; 0 is a pinhole. */
   aperture_radius?: number | null;
   /** Distance of the plane in focus, metres. */
@@ -774,6 +815,26 @@ export interface JobSpecCameraOrbit {
   target: string | [number, number, number];
 }
 
+/** Position and rotation as a matrix, instead of position, target and up. */
+export interface JobSpecCameraPose {
+  /** Axes of the camera. The world's are always those of the scene, y up. */
+  convention: string;
+  /**
+   * 4x4, row by row, from the camera's axes to the world, metres (the inverse of OpenCV's
+   * extrinsics): a rotation and the camera's position.
+   */
+  matrix:
+    | [number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number];
+}
+
+/** Lens distortion of a pinhole camera. */
+export interface JobSpecCameraDistortion {
+  /** Formula. */
+  model: string;
+  /** Coefficients in OpenCV's order: 4, 5, 8 or 12 for opencv, 4 for fisheye. */
+  k: number[];
+}
+
 /**
  * Null members keep the value of the file's camera, selected by name or index, otherwise the first.
  */
@@ -792,6 +853,8 @@ export interface JobSpecCamera {
   up: [number, number, number] | null;
   /** Position on a sphere around the target, instead of position and target. */
   orbit?: JobSpecCameraOrbit | null;
+  /** Position and rotation as a matrix, instead of position, target and up. */
+  pose?: JobSpecCameraPose | null;
   /** Projection; by default the file camera's, and perspective where the pose is given. */
   type?: string;
   /**
@@ -801,6 +864,25 @@ export interface JobSpecCamera {
   orthographic_height?: number | null;
   /** Vertical field of view, degrees; perspective cameras only. */
   vertical_fov_degrees: number | null;
+  /**
+   * Lens shift of a perspective camera: how far the view moves to the right and up, in widths and
+   * heights of the film. Verticals stay vertical.
+   */
+  shift?: [number, number] | null;
+  /** Focal length of a pinhole camera, in pixels of the full film. */
+  fx?: number | null;
+  /** The same along y; null: fx. */
+  fy?: number | null;
+  /**
+   * Principal point of a pinhole camera, in pixels; null: the film's centre. Pixel 0 goes from 0 to
+   * 1, as in COLMAP and nerfstudio: add 0.5 to OpenCV's cx and cy, which count from the centre of
+   * pixel 0.
+   */
+  cx?: number | null;
+  /** The same along y, downwards. */
+  cy?: number | null;
+  /** Lens distortion of a pinhole camera. */
+  distortion?: JobSpecCameraDistortion | null;
   /** Radius of the lens, metres; 0 is a pinhole. */
   aperture_radius: number | null;
   /** Distance of the plane in focus, metres. */
@@ -1931,22 +2013,33 @@ export interface Label {
   name: string;
 }
 
+/** Lens distortion of a pinhole camera. */
+export interface SceneObjectsCameraDistortion {
+  /** Formula. */
+  model?: 'none' | 'opencv' | 'fisheye';
+  /** Coefficients in OpenCV's order: 4, 5, 8 or 12 for opencv, 4 for fisheye. */
+  k?: number[];
+}
+
 /**
  * The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is seen at
- * the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + fx x, cy +
- * fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a
- * panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.
+ * the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where z > 0, after
+ * the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of an orthographic one;
+ * and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a panorama. Pixel i goes from i to
+ * i + 1; for tools that count from its centre, subtract 0.5.
  */
 export interface SceneObjectsCamera {
-  type: 'perspective' | 'orthographic' | 'panorama';
+  type: 'perspective' | 'orthographic' | 'panorama' | 'pinhole';
   width: number;
   height: number;
   /** Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian. */
   fx: number;
   fy: number;
-  /** Centre of the film; the centre of pixel 0 is at 0.5. */
+  /** Principal point; the centre of pixel 0 is at 0.5. */
   cx: number;
   cy: number;
+  /** Lens distortion of a pinhole camera. */
+  distortion: SceneObjectsCameraDistortion;
   /** 16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO. */
   world_to_camera: (number | null)[];
   /** 16 numbers, column by column; x to the right, y up, -z forward, as in glTF. */
@@ -1960,9 +2053,10 @@ export interface SceneObjectsCamera {
 export interface SceneObjects {
   /**
    * The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is seen at
-   * the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx + fx x, cy
-   * + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of
-   * a panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.
+   * the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where z > 0, after
+   * the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of an orthographic
+   * one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a panorama. Pixel i goes
+   * from i to i + 1; for tools that count from its centre, subtract 0.5.
    */
   camera: SceneObjectsCamera;
   /** Whether the job recorded ids, so that `visible` is known. */

@@ -84,6 +84,20 @@ class RandomRequests {
     return std::string(entries[static_cast<std::size_t>(integer(0, last))].name);
   }
   Json point() { return Json::array({real(-1e9, 1e9), real(-1, 1), real(-1e-3, 1e-3)}); }
+  void calibrate(Json& camera) {
+    camera["type"] = "pinhole";
+    camera["fx"] = real(1e4, 1e6);
+    maybe([&] { camera["fy"] = real(1e4, 1e6); });
+    maybe([&] { camera["cx"] = real(-10, 1e3); });
+    maybe([&] { camera["cy"] = real(-10, 1e3); });
+    maybe([&] {
+      camera["distortion"] = {{"model", "opencv"}, {"k", {real(-0.1, 0.1), 0, 0, 0, 0.25}}};
+    });
+    if (!camera.contains("position")) {
+      camera["pose"] = {{"convention", name(core::pose_conventions())},
+                        {"matrix", {0, -1, 0, real(-9, 9), 1, 0, 0, 0, 0, 0, 1, 2, 0, 0, 0, 1}}};
+    }
+  }
   Json camera() {
     Json camera = Json::object();
     maybe([&] { camera["position"] = point(); });
@@ -94,6 +108,10 @@ class RandomRequests {
       maybe([&] { camera["index"] = integer(0, 65535); });
     }
     maybe([&] { camera["vertical_fov_degrees"] = real(0.1, 179); });
+    maybe([&] { camera["shift"] = Json::array({real(-1, 1), real(-1, 1)}); });
+    if (!camera.contains("vertical_fov_degrees") && !camera.contains("shift")) {
+      maybe([&] { calibrate(camera); });
+    }
     maybe([&] { camera["aperture_radius"] = real(0, 1); });
     maybe([&] { camera["focus_distance"] = real(0.001, 1e4); });
     return camera;

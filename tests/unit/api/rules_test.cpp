@@ -121,6 +121,11 @@ std::vector<Choice> all_choices() {
   add_rows(
       out, "/camera/type", core::camera_types(),
       [](RenderSettings&, CameraSettings & c) -> auto& { return c.type; });
+  out.back().patch["camera"]["fx"] = kSide;  // the last one is a pinhole
+  out.back().set = [](RenderSettings&, CameraSettings& c) {
+    c.type = core::CameraType::kPinhole;
+    c.fx_px = kSide;
+  };
   for (const core::NamedValue<core::BackgroundType>& row : core::backgrounds()) {
     add(out, "/background/type", std::string(row.name),
         [value = row.value](RenderSettings& s) { s.background.type = value; });

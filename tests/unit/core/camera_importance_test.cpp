@@ -2,7 +2,9 @@
 // against light seen through it.
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -25,11 +27,17 @@ struct Kind {
   const char* name;
   bool orthographic;
   float aperture_radius_m;
+  core::DistortionModel distortion = core::DistortionModel::kNone;
+  bool is_fisheye() const { return distortion == core::DistortionModel::kFisheye; }
 };
-constexpr std::array<Kind, 4> kKinds = {{{"pinhole", false, 0},
-                                         {"thin lens", false, 0.3F},
-                                         {"orthographic", true, 0},
-                                         {"orthographic with a lens", true, 0.3F}}};
+constexpr std::array<Kind, 7> kKinds = {
+    {{"pinhole", false, 0},
+     {"thin lens", false, 0.3F},
+     {"orthographic", true, 0},
+     {"orthographic with a lens", true, 0.3F},
+     {"distorted", false, 0, core::DistortionModel::kOpencv},
+     {"distorted with a lens", false, 0.3F, core::DistortionModel::kOpencv},
+     {"fisheye", false, 0, core::DistortionModel::kFisheye}}};
 
 /// Looks from (0.5, 1, 4) along -z, slightly rotated; in focus 3 m away.
 Camera make(const Kind& kind) {
@@ -43,6 +51,16 @@ Camera make(const Kind& kind) {
   CameraSettings settings;
   settings.aperture_radius_m = kind.aperture_radius_m;
   settings.focus_distance_m = 3;
+  if (kind.distortion != core::DistortionModel::kNone) {
+    settings.type = core::CameraType::kPinhole;
+    settings.fx_px = 9;
+    settings.fy_px = 8;
+    settings.cx_px = 5.5;
+    settings.cy_px = 4.25;
+    settings.distortion.model = kind.distortion;
+    settings.distortion.k = kind.is_fisheye() ? std::vector<double>{-0.05, 0, 0, 0}
+                                              : std::vector<double>{-0.12, 0.05, 0.004, -0.006};
+  }
   const auto camera = Camera::create(settings, {file}, {}, kWidth, kHeight);
   EXPECT_TRUE(camera);
   return *camera;
@@ -109,7 +127,7 @@ double mass_of_pixel(const Kind& kind, Vec2 corner_px) {
   const Camera camera = make(kind);
   const auto ray = [&](Vec2 p, Vec2 lens) { return camera.ray(p, lens).ray; };
   const auto we_cos = [&](const core::Ray& r) {
-    const float cosine = dot(r.direction, camera.forward());
+    const float cosine = kind.is_fisheye() ? 1.0F : dot(r.direction, camera.forward());
     return static_cast<double>(camera.importance(r.origin, r.direction).we * cosine);
   };
   const auto cells = [](auto&& visit) {
@@ -169,8 +187,8 @@ TEST(CameraImportance, IsTheProductOfTheDensitiesOverTheCosine) {
     const Camera camera = make(kind);
     const core::Ray ray = camera.ray({2, 1}, {0.3F, 0.9F}).ray;
     const auto at = camera.importance(ray.origin, ray.direction);
-    EXPECT_NEAR(at.we * dot(ray.direction, camera.forward()), at.pdf_area * at.pdf_solid_angle,
-                1e-5F * at.we);
+    const float cosine = kind.is_fisheye() ? 1.0F : dot(ray.direction, camera.forward());
+    EXPECT_NEAR(at.we * cosine, at.pdf_area * at.pdf_solid_angle, 1e-5F * at.we);
   }
 }
 
@@ -265,7 +283,8 @@ double agreement(const Kind& kind,
 
 TEST(CameraImportance, SplattedLightEqualsLightSeenThroughTheLens) {
   for (const Kind& kind : kKinds) {
-    EXPECT_GT(agreement(kind, [](const auto&) { return 1.0F; }), test_support::sidak(0.001, 4))
+    EXPECT_GT(agreement(kind, [](const auto&) { return 1.0F; }),
+              test_support::sidak(0.001, kKinds.size()))
         << kind.name;
   }
 }
@@ -274,13 +293,14 @@ TEST(CameraImportance, DetectsAnExtraCosineInASplat) {
   for (const Kind& kind : {kKinds[0], kKinds[1]}) {  // nearly one for orthographic cameras
     const Camera camera = make(kind);
     const auto cosine = [&](const auto& seen) { return -dot(seen.wi_world, camera.forward()); };
-    EXPECT_LT(agreement(kind, cosine), test_support::sidak(0.001, 4)) << kind.name;
+    EXPECT_LT(agreement(kind, cosine), test_support::sidak(0.001, kKinds.size())) << kind.name;
   }
 }
 
 TEST(CameraImportance, DetectsFivePercentTooMuch) {
   for (const Kind& kind : kKinds) {
-    EXPECT_LT(agreement(kind, [](const auto&) { return 1.05F; }), test_support::sidak(0.001, 4))
+    EXPECT_LT(agreement(kind, [](const auto&) { return 1.05F; }),
+              test_support::sidak(0.001, kKinds.size()))
         << kind.name;
   }
 }

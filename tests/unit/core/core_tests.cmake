@@ -8,6 +8,7 @@ set(CORE_TEST_SOURCES
   comparison_test.cpp
   denoise_lamps_test.cpp
   denoise_test.cpp
+  distortion_test.cpp
   distribution_test.cpp
   error_estimate_test.cpp
   exposure_test.cpp

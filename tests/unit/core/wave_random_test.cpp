@@ -389,6 +389,13 @@ void set_camera(core::View& view, Draw& draw) {
     view.camera.type = core::CameraType::kOrthographic;
   } else if (type == 1) {
     view.camera.type = core::CameraType::kPanorama;
+  } else if (type == 5) {  // the lens's axis is left of the centre
+    view.camera.type = core::CameraType::kPinhole;
+    view.camera.fx_px = kSide / (2 * std::tan(fov_degrees * (core::kPi / 360)));
+    view.camera.cx_px = 0.3 * kSide;
+    if (fov_degrees > 40) {
+      view.camera.distortion = {core::DistortionModel::kOpencv, {-0.05, 0.01, 0.002, -0.001}};
+    }
   } else {
     view.camera.vertical_fov_degrees = fov_degrees;
     if (type == 2) {
@@ -396,8 +403,8 @@ void set_camera(core::View& view, Draw& draw) {
       view.camera.focus_distance_m = 2;
     }
   }
-  draw.say(std::array{"orthographic", "panorama", "lens",
-                      "perspective"}[static_cast<std::size_t>(std::min(type, 3))]);
+  draw.say(std::array{"orthographic", "panorama", "lens", "perspective", "perspective",
+                      "calibrated"}[static_cast<std::size_t>(type)]);
 }
 
 void set_options(core::RenderSettings& s, Draw& draw, Fault fault) {

@@ -20,6 +20,20 @@ class JobRequestCameraOrbit(TypedDict):
     target: NotRequired[str | list[float]]
 
 
+class JobRequestCameraPose(TypedDict):
+    """Position and rotation as a matrix, instead of position, target and up."""
+
+    convention: NotRequired[str]
+    matrix: list[float]
+
+
+class JobRequestCameraDistortion(TypedDict):
+    """Lens distortion of a pinhole camera."""
+
+    model: NotRequired[str]
+    k: NotRequired[list[float]]
+
+
 class JobRequestCamera(TypedDict):
     """Null members keep the value of the file's camera, selected by name or index, otherwise the
     first.
@@ -31,9 +45,16 @@ class JobRequestCamera(TypedDict):
     target: NotRequired[list[float] | None]
     up: NotRequired[list[float] | None]
     orbit: NotRequired[JobRequestCameraOrbit | None]
+    pose: NotRequired[JobRequestCameraPose | None]
     type: NotRequired[str]
     orthographic_height: NotRequired[float | None]
     vertical_fov_degrees: NotRequired[float | None]
+    shift: NotRequired[list[float] | None]
+    fx: NotRequired[float | None]
+    fy: NotRequired[float | None]
+    cx: NotRequired[float | None]
+    cy: NotRequired[float | None]
+    distortion: NotRequired[JobRequestCameraDistortion | None]
     aperture_radius: NotRequired[float | None]
     focus_distance: NotRequired[float | None]
 
@@ -460,6 +481,20 @@ class JobSpecCameraOrbit(TypedDict):
     target: str | list[float]
 
 
+class JobSpecCameraPose(TypedDict):
+    """Position and rotation as a matrix, instead of position, target and up."""
+
+    convention: str
+    matrix: list[float]
+
+
+class JobSpecCameraDistortion(TypedDict):
+    """Lens distortion of a pinhole camera."""
+
+    model: str
+    k: list[float]
+
+
 class JobSpecCamera(TypedDict):
     """Null members keep the value of the file's camera, selected by name or index, otherwise the
     first.
@@ -471,9 +506,16 @@ class JobSpecCamera(TypedDict):
     target: list[float] | None
     up: list[float] | None
     orbit: NotRequired[JobSpecCameraOrbit | None]
+    pose: NotRequired[JobSpecCameraPose | None]
     type: NotRequired[str]
     orthographic_height: NotRequired[float | None]
     vertical_fov_degrees: float | None
+    shift: NotRequired[list[float] | None]
+    fx: NotRequired[float | None]
+    fy: NotRequired[float | None]
+    cx: NotRequired[float | None]
+    cy: NotRequired[float | None]
+    distortion: NotRequired[JobSpecCameraDistortion | None]
     aperture_radius: float | None
     focus_distance: float | None
 
@@ -1229,21 +1271,29 @@ class Label(TypedDict):
     name: str
 
 
+class SceneObjectsCameraDistortion(TypedDict):
+    """Lens distortion of a pinhole camera."""
+
+    model: NotRequired[Literal["none", "opencv", "fisheye"]]
+    k: NotRequired[list[float]]
+
+
 class SceneObjectsCamera(TypedDict):
     """The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is
-    seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective image, where z > 0; at (cx
-    + fx x, cy + fy y) of an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y,
-    hypot(x, z))) of a panorama. Pixel i goes from i to i + 1; for tools that count from its
-    centre, subtract 0.5.
+    seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where z >
+    0, after the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of an
+    orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a panorama.
+    Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.
     """
 
-    type: Literal["perspective", "orthographic", "panorama"]
+    type: Literal["perspective", "orthographic", "panorama", "pinhole"]
     width: int
     height: int
     fx: float
     fy: float
     cx: float
     cy: float
+    distortion: SceneObjectsCameraDistortion
     world_to_camera: list[float | None]
     to_world: list[float | None]
 

@@ -20,6 +20,9 @@ const ofTheirType = new Set([
   'control_variate',
 ]);
 
+/** Members of cameras without perspective. */
+const ofOtherCameras = ['type', 'orthographic_height', 'fx', 'fy', 'cx', 'cy', 'distortion'];
+
 const membersOf = (value: unknown): Members => (isMembers(value) ? value : {});
 
 /** `own` with the changes from `before` to `now`. */
@@ -49,8 +52,12 @@ export function withReused({ request, form }: Reused, now: Members): Members {
   const [before, camera] = [membersOf(form.camera), membersOf(now.camera)];
   if (!same(before, camera)) {
     // A camera set in the form has perspective.
-    const { type: _, orthographic_height: __, ...kept } = membersOf(out.camera);
-    if (!same(pose(before), pose(camera))) delete kept.orbit;
+    const kept = { ...membersOf(out.camera) };
+    for (const key of ofOtherCameras) delete kept[key];
+    if (!same(pose(before), pose(camera))) {
+      delete kept.orbit;
+      delete kept.pose;
+    }
     if (Object.keys(kept).length) out.camera = kept;
     else delete out.camera;
   }

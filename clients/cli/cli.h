@@ -48,6 +48,7 @@ int drain(const Args& args);
 int merge(const Args& args);
 int compare(const Args& args);
 int meter(const Args& args);
+int thumbnail(const Args& args);
 int sign(const Args& args);
 int mcp(const Args& args);
 int health(const Args& args);

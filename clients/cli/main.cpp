@@ -3,20 +3,16 @@
 // of the renderer and OpenImageIO.
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <unistd.h>
 
 #include "clients/cli/cli.h"
 #include "clients/cli/command.h"
 #include "clients/cli/output.h"
 #include "clients/cli/shown.h"
+#include "clients/cli/sibling.h"
 
 namespace cli {
 namespace {
@@ -33,15 +29,6 @@ std::string help_text() {
   return text +
          "\n`tessera VERB --help` lists a verb's options. Exit codes: 0 success, 1 failure, 2 "
          "wrong usage.\n";
-}
-
-int execute_sibling(char** argv) {
-  std::error_code problem;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", problem);
-  const std::string program = (self.parent_path() / "tessera-server").string();
-  execvp(program.c_str(), argv);  // without /proc: the program in PATH
-  std::fprintf(stderr, "tessera: cannot start %s: %s\n", program.c_str(), std::strerror(errno));
-  return kFailed;
 }
 
 int unknown_verb(const std::string& name) {

@@ -31,6 +31,7 @@ constexpr std::array kVerbs = {
     Verb{"merge", "merge films of the same image", &merge},
     Verb{"compare", "compare two jobs, or a job and an image", &compare},
     Verb{"meter", "print the readings of a job's meter", &meter},
+    Verb{"thumbnail", "render a small image of a model on a server", &thumbnail},
     Verb{"sign", "sign the URL of an image made from a preset", &sign},
     Verb{"mcp", "serve an agent's tools (Model Context Protocol)", &mcp},
     Verb{"drain", "make a server refuse new jobs", &drain},

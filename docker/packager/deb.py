@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 
 from . import elf, tree
@@ -92,6 +93,9 @@ def make(build, work, out, arch):
     head, _, rest = text.partition("[Unit]")
     del head  # how to install it by hand
     unit.write_text("[Unit]" + rest.replace("/usr/local/bin", "/usr/bin"), encoding="utf-8")
+    thumbnailer = usr / "share/thumbnailers/tessera.thumbnailer"  # of file managers
+    thumbnailer.parent.mkdir(parents=True)
+    shutil.copyfile(tree.ROOT / "docker/tessera.thumbnailer", thumbnailer)
     control = root / "DEBIAN"
     control.mkdir()
     libraries = depends(work, usr, included)

@@ -11,7 +11,7 @@
 `AsyncClient` has the same calls to be awaited. Values, units and names are those of the HTTP API.
 """
 
-from . import datasets, models
+from . import datasets, models, views
 from ._version import __version__
 from ._wire import Retry
 from .async_batch import AsyncBatch
@@ -19,7 +19,7 @@ from .async_client import AsyncClient
 from .async_job import AsyncJob
 from .batch import Batch
 from .client import Client
-from .datasets import CocoFolder, Segment
+from .datasets import CocoFolder, NerfstudioFolder, Segment
 from .errors import (
     BadRequest,
     Conflict,
@@ -99,6 +99,7 @@ __all__ = [
     "MethodNotAllowed",
     "Misdirected",
     "MissingFiles",
+    "NerfstudioFolder",
     "NoSpace",
     "NotAcceptable",
     "NotFound",
@@ -127,4 +128,5 @@ __all__ = [
     "encode_png",
     "models",
     "srgb8",
+    "views",
 ]

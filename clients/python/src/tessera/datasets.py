@@ -1,16 +1,19 @@
-"""Labelled images: masks, boxes, and COCO JSON, from the id layers of a job.
+"""Labelled images, from the layers of jobs: COCO (masks, boxes) and nerfstudio (poses, depth).
 
     job = client.submit("glass", layers=["instance"], samples_per_pixel=64).wait()
     folder = CocoFolder("out")
     folder.add("glass", job.picture(), job.image("instance"), job.objects())
     folder.write()
 
-For whole films only: with a crop, boxes refer to the full film, but the image to the crop.
+Both kinds of folder can be the same one, and are resumed where they were left: a name that is in a
+folder need not be rendered again. For whole films only: with a crop, boxes refer to the full film,
+but the image to the crop.
 """
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -21,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import models
-from .png import encode_png
+from .png import encode_png, srgb8
 
 Mask = npt.NDArray[np.bool_]
 Ids = npt.NDArray[np.uint32]
@@ -110,13 +113,50 @@ def name_without_number(segment: Segment) -> str:
     return segment.name.split("#")[0]
 
 
+def axial_depth(
+    position: npt.ArrayLike, ids: npt.ArrayLike, camera: models.SceneObjectsCamera
+) -> npt.NDArray[np.float64]:
+    """Returns the depth along the camera's axis [m] at the centres of pixels; 0: nothing.
+
+    The layer depth is measured along the ray, and is the mean of a pixel's samples. position: the
+    layer of that name. ids: the layer object or instance. camera: of Job.objects().
+    """
+    axis = np.asarray(camera["world_to_camera"], float)[8:12]
+    depth = np.asarray(position, float) @ axis[:3] + axis[3]
+    return np.where(ids_of(ids) != 0, depth, 0.0)
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Writes a file that is never seen half written."""
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(content)
+    os.replace(part, path)
+
+
+def _write_files(
+    folder: Path, name: str, picture: bytes, shape: tuple[int, ...],
+    layers: Mapping[str, npt.ArrayLike] | None,
+) -> dict[str, str]:  # fmt: skip
+    """Writes images/NAME.png and LAYER/NAME.npy; returns the paths of the latter by layer."""
+    planes = {layer: np.asarray(values, np.float32) for layer, values in (layers or {}).items()}
+    for layer, values in planes.items():
+        if values.shape[:2] != shape:
+            raise ValueError(f"{layer} is {values.shape[:2]}, the image {shape}")
+    (folder / "images").mkdir(parents=True, exist_ok=True)
+    (folder / "images" / f"{name}.png").write_bytes(picture)
+    for layer, values in planes.items():
+        (folder / layer).mkdir(exist_ok=True)
+        np.save(folder / layer / f"{name}.npy", values)
+    return {layer: f"{layer}/{name}.npy" for layer in planes}
+
+
 class CocoFolder:
     """Images and their labels in COCO's format: detection with masks, and panoptic.
 
     images/NAME.png, panoptic/NAME.png, annotations/instances.json, annotations/panoptic.json, and
     NAME.npy in a folder for each further layer, such as depth/NAME.npy. In addition to COCO's
     members, annotations have `amodal_bbox` and `instance_id`, images `camera` (intrinsics and pose)
-    and `layers` (the paths of those files, by layer).
+    and `layers` (the paths of those files, by layer). What an existing folder holds is kept.
     """
 
     def __init__(
@@ -133,6 +173,22 @@ class CocoFolder:
         self._panoptic: list[dict[str, Any]] = []
         for name in ("images", "panoptic", "annotations"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
+        if self._file("panoptic").exists():  # the last one that write() writes
+            for part, found in (("instances", self._annotations), ("panoptic", self._panoptic)):
+                data = json.loads(self._file(part).read_text())
+                found.extend(data["annotations"])
+            # A later write() may have ended before panoptic.json.
+            self._images = data["images"]
+            self._categories = {each["name"]: each["id"] for each in data["categories"]}
+            known = {image["id"] for image in self._images}
+            self._annotations = [each for each in self._annotations if each["image_id"] in known]
+
+    def _file(self, part: str) -> Path:
+        return self.folder / "annotations" / f"{part}.json"
+
+    def __contains__(self, name: str) -> bool:
+        """Returns whether the folder has this image and its labels."""
+        return any(image["file_name"] == f"{name}.png" for image in self._images)
 
     def add(
         self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.SceneObjects,
@@ -144,10 +200,7 @@ class CocoFolder:
         as returned by Job.image(): depth [m], normal, motion [pixels]; written as float32.
         """
         whole = ids_of(ids)
-        planes = {layer: np.asarray(values, np.float32) for layer, values in (layers or {}).items()}
-        for layer, values in planes.items():
-            if values.shape[:2] != whole.shape:
-                raise ValueError(f"{layer} is {values.shape[:2]}, the image {whole.shape}")
+        files = _write_files(self.folder, name, picture, whole.shape, layers)
         image = len(self._images) + 1
         kept, infos = [], []
         panoptic = np.zeros_like(whole)
@@ -176,11 +229,7 @@ class CocoFolder:
             panoptic[segment.mask] = segment.id
             kept.append(segment)
         file = f"{name}.png"
-        (self.folder / "images" / file).write_bytes(picture)
         (self.folder / "panoptic" / file).write_bytes(panoptic_png(panoptic))
-        for layer, values in planes.items():
-            (self.folder / layer).mkdir(exist_ok=True)
-            np.save(self.folder / layer / f"{name}.npy", values)
         self._images.append(
             {
                 "id": image,
@@ -188,7 +237,7 @@ class CocoFolder:
                 "width": int(whole.shape[1]),
                 "height": int(whole.shape[0]),
                 "camera": objects["camera"],
-                "layers": {layer: f"{layer}/{name}.npy" for layer in planes},
+                "layers": files,
             }
         )
         self._panoptic.append({"image_id": image, "file_name": file, "segments_info": infos})
@@ -208,4 +257,112 @@ class CocoFolder:
                 "annotations": found,
                 "categories": categories,
             }
-            (self.folder / "annotations" / f"{name}.json").write_text(json.dumps(data))
+            _replace(self._file(name), json.dumps(data).encode())
+
+
+class NerfstudioFolder:
+    """Images with their poses in nerfstudio's format: transforms.json, points3D.ply, images/, and
+    depth in depth_mm/ (16-bit PNG in millimetres, nerfstudio's default unit): along the axis, and
+    of fisheyes along the ray, as nerfstudio multiplies it by the length of its rays' directions.
+
+    The world is the scene's, y up. Pictures with transparency keep it. What an existing folder
+    holds is kept.
+    """
+
+    #: Names of coefficients in the order of camera.distortion.k.
+    COEFFICIENTS: Mapping[str, tuple[str, ...]] = {
+        "none": (),
+        "opencv": ("k1", "k2", "p1", "p2", "k3"),
+        "fisheye": ("k1", "k2", "k3", "k4"),
+    }
+    MODELS: Mapping[str, str] = {
+        "none": "PINHOLE",
+        "opencv": "OPENCV",
+        "fisheye": "OPENCV_FISHEYE",
+    }
+    POINT = np.dtype([("at", "<f4", 3), ("color", "u1", 3)])
+
+    def __init__(self, folder: str | PathLike[str], points_per_view: int = 1000) -> None:
+        """points_per_view: surface points that each image adds to points3D.ply."""
+        self.folder = Path(folder)
+        self._points_per_view = points_per_view
+        self._data: dict[str, Any] = {"ply_file_path": "points3D.ply", "frames": []}
+        self._points: list[npt.NDArray[Any]] = []
+        if self._file.exists():
+            self._data = json.loads(self._file.read_text())
+            content = (self.folder / "points3D.ply").read_bytes()
+            start = content.index(b"end_header\n") + len(b"end_header\n")
+            self._points = [np.frombuffer(content[start:], self.POINT)]
+
+    @property
+    def _file(self) -> Path:
+        return self.folder / "transforms.json"
+
+    def __contains__(self, name: str) -> bool:
+        """Returns whether the folder has this image and its pose."""
+        return any(frame["file_path"] == f"images/{name}.png" for frame in self._data["frames"])
+
+    def add(
+        self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.SceneObjects,
+        layers: Mapping[str, npt.ArrayLike],
+    ) -> None:  # fmt: skip
+        """Adds an image. Arguments as for CocoFolder.add(), with position and beauty as layers."""
+        camera = objects["camera"]
+        distortion = camera["distortion"]
+        k = [float(value) for value in distortion["k"]]
+        names = self.COEFFICIENTS[distortion["model"]]
+        if camera["type"] not in ("perspective", "pinhole"):
+            raise ValueError(f"nerfstudio has no {camera['type']} cameras of this kind")
+        if any(k[len(names) :]):
+            raise ValueError("nerfstudio knows only the coefficients " + ", ".join(names))
+        model = self.MODELS[distortion["model"]]
+        if self._data.setdefault("camera_model", model) != model:
+            raise ValueError(f"the folder's cameras are {self._data['camera_model']}, not {model}")
+        shown = ids_of(ids) != 0
+        _write_files(self.folder, name, picture, shown.shape, layers)
+        depth = axial_depth(layers["position"], ids, camera)
+        if distortion["model"] == "fisheye":
+            eye = np.asarray(camera["to_world"], float)[12:15]
+            along = np.linalg.norm(np.asarray(layers["position"], float) - eye, axis=2)
+            depth = np.where(shown, along, 0.0)
+        depth_mm = np.round(1000 * depth)
+        (self.folder / "depth_mm").mkdir(exist_ok=True)
+        (self.folder / "depth_mm" / f"{name}.png").write_bytes(
+            encode_png(np.clip(depth_mm, 0, 65535).astype(np.uint16))
+        )
+        self._add_points(shown, layers)
+        self._data["frames"].append(
+            {
+                "file_path": f"images/{name}.png",
+                "depth_file_path": f"depth_mm/{name}.png",
+                "transform_matrix": np.asarray(camera["to_world"], float).reshape(4, 4).T.tolist(),
+                "w": camera["width"],
+                "h": camera["height"],
+                "fl_x": camera["fx"],
+                "fl_y": camera["fy"],
+                "cx": camera["cx"],
+                "cy": camera["cy"],
+                **dict(zip(names, k, strict=False)),
+            }
+        )
+
+    def _add_points(
+        self, shown: npt.NDArray[np.bool_], layers: Mapping[str, npt.ArrayLike]
+    ) -> None:
+        pixels = np.flatnonzero(shown)
+        numbers = np.random.default_rng(len(self._data["frames"]))
+        chosen = numbers.permutation(pixels)[: self._points_per_view]
+        points = np.zeros(len(chosen), self.POINT)
+        points["at"] = np.reshape(np.asarray(layers["position"]), (-1, 3))[chosen]
+        beauty = np.asarray(layers["beauty"])
+        points["color"] = srgb8(np.reshape(beauty, (-1, beauty.shape[-1]))[chosen, :3])
+        self._points.append(points)
+
+    def write(self) -> None:
+        """Writes transforms.json and points3D.ply of everything that was added."""
+        points = np.concatenate([np.zeros(0, self.POINT), *self._points])
+        head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+        head += "".join(f"property float {axis}\n" for axis in "xyz")
+        head += "".join(f"property uchar {color}\n" for color in ("red", "green", "blue"))
+        _replace(self.folder / "points3D.ply", head.encode() + b"end_header\n" + points.tobytes())
+        _replace(self._file, json.dumps(self._data, indent=1).encode())

@@ -117,6 +117,7 @@ class Documents(ServerTest):
             if path.suffix in (".py", ".sh", ".mjs") and path.name not in (
                 "simple_glb.py",
                 "product.py",
+                "rooms.py",
             ):
                 self.assertRegex(here, r'run_example\(\s*"' + re.escape(path.name) + '"')
 

@@ -304,6 +304,28 @@ void keep_even_places(const FilmSnapshot& film, std::span<const HalfPicture> lig
   });
 }
 
+/// Gives the backdrop the mean of its two estimates, the half's and the features', without its
+/// neighbours, whose light differs by texture alone. Weights go with the square of the number of
+/// samples, as the variance of stratified ones falls about so. They do not depend on the samples'
+/// values: where thin parts hide from the features, the half must not count less for seeing them.
+/// Source: Mitchell, Consequences of stratified sampling in graphics, 1996.
+void average_backdrop(const FilmSnapshot& film, const FeaturePicture& features,
+                      std::span<const HalfPicture> halves, std::span<ColorPlanes> filtered) {
+  const float other = static_cast<float>(features.samples) * static_cast<float>(features.samples);
+  for (std::size_t h = 0; h < halves.size(); ++h) {
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      if (!features.is_backdrop(i)) {
+        continue;
+      }
+      const auto count = static_cast<float>(half_value(film, i, static_cast<int>(h)).count);
+      const float share = count * count / (count * count + other);
+      for (std::size_t c = 0; c < 3; ++c) {
+        filtered[h][c][i] = std::lerp(features.emission[c][i], halves[h].mean[c][i], share);
+      }
+    }
+  }
+}
+
 Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeaturePicture* features,
                                         const Denoiser& denoiser, const ParallelFor& parallel,
                                         std::span<const HalfPicture> light, const CalmFactors& calm,
@@ -406,11 +428,14 @@ Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* fea
                              const Denoiser& denoiser, const ParallelFor& parallel) {
   // Fireflies are set aside before a denoiser can spread them.
   const CalmFactors calm = calm_factors(film);
-  const std::array halves = {half_picture(film, 0, HalfPart::kLight, calm[0]),
-                             half_picture(film, 1, HalfPart::kLight, calm[1])};
+  const std::array halves = {half_picture(film, 0, HalfPart::kLight, calm[0], features),
+                             half_picture(film, 1, HalfPart::kLight, calm[1], features)};
   auto filtered = denoiser.denoise(halves, features, parallel);
   if (!filtered) {
     return filtered.error();
+  }
+  if (features != nullptr) {
+    average_backdrop(film, *features, halves, filtered->planes);
   }
   Result<MadeDenoised> made =
       film.errors_over_white

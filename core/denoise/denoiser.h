@@ -29,21 +29,17 @@ struct HalfPicture {
   Plane variance;
 };
 
-/// Content of a half's image: its light, its alpha as grey, or its light composited over white.
-enum class HalfPart { kLight, kAlpha, kOverWhite };
-
-/// Pre: every pixel has samples of that half. factors: of its light, per pixel
-/// (core/film/set_aside.h); empty: 1.
-HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part = HalfPart::kLight,
-                         std::span<const float> factors = {});
-
 /// Features of the visible surfaces, from samples that are in neither half.
 struct FeaturePicture {
   int width = 0;
   int height = 0;
+  int samples = 0;       ///< at most, of each pixel
+  bool has_fog = false;  ///< in front of the environment
   ColorPlanes albedo;    ///< times the transmittance of mirrors and glass in front of it
   ColorPlanes normal;    ///< world
-  Plane depth_m;         ///< along the path from the camera; 0 where there is no surface
+  /// Along the path from the camera, to the last mirror or glass if only the environment is behind
+  /// it; 0 where there is no surface.
+  Plane depth_m;
   ColorPlanes emission;  ///< of the surface, or of the environment if there is none
   /// Variances of these means, summed over the channels.
   Plane albedo_variance;
@@ -51,9 +47,22 @@ struct FeaturePicture {
   Plane depth_variance;
   Plane emission_variance;
 
+  /// Returns whether no sample met a surface, so that the light is that of the environment alone.
+  bool is_backdrop(std::size_t pixel) const { return depth_m[pixel] == 0 && !has_fog; }
+
   /// Returns planes of this size, all 0.
   static FeaturePicture blank(int width, int height);
 };
+
+/// Content of a half's image: its light, its alpha as grey, or its light composited over white.
+enum class HalfPart { kLight, kAlpha, kOverWhite };
+
+/// Pre: every pixel has samples of that half. factors: of its light, per pixel
+/// (core/film/set_aside.h); empty: 1. features: null, or of the same size; show where the
+/// backdrop is.
+HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part = HalfPart::kLight,
+                         std::span<const float> factors = {},
+                         const FeaturePicture* features = nullptr);
 
 /// Calls body(0) to body(count - 1), in any order, on any threads; returns when all are done.
 using ParallelFor = std::function<void(int count, const std::function<void(int)>& body)>;

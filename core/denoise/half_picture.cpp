@@ -60,21 +60,24 @@ double rough_noise(const std::vector<double>& y, int width, int px, int py) {
 }
 
 /// Returns the noise between neighbours divided by the noise expected from the sample variance:
-/// below 1 for stratified samples. Blocks without sample variance are left out.
+/// below 1 for stratified samples. Blocks without sample variance, and those that are not entirely
+/// `inside`, are left out.
 double noise_scale(const std::vector<double>& y, const std::vector<double>& variance, int width,
-                   int height) {
+                   int height, const std::vector<bool>& inside) {
   std::vector<double> ratios;
   for (int by = 1; by + kBlock < height; by += kBlock) {
     for (int bx = 1; bx + kBlock < width; bx += kBlock) {
       double noise = 0;
       double expected = 0;
+      bool is_inside = true;
       for (int py = by; py < by + kBlock; ++py) {
         for (int px = bx; px < bx + kBlock; ++px) {
+          is_inside = is_inside && inside[at(width, px, py)];
           noise += rough_noise(y, width, px, py);
           expected += variance[at(width, px, py)];
         }
       }
-      if (expected > 0 && noise > 0) {
+      if (is_inside && expected > 0 && noise > 0) {
         ratios.push_back(noise / expected);
       }
     }
@@ -89,6 +92,20 @@ double noise_scale(const std::vector<double>& y, const std::vector<double>& vari
   // degrees of freedom of independent ones (sum of the squares of its autocorrelation).
   const double degrees = kBlock * kBlock / 3.78;
   return *nth * degrees / chi2_quantile(kSmoothShare, degrees);
+}
+
+/// Scales the variances of surfaces to their noise between neighbours. Samples of a backdrop differ
+/// by its texture alone, so it says nothing of that noise.
+void scale_to_noise(const std::vector<double>& y, std::vector<double>& variance, int width,
+                    int height, const FeaturePicture* features) {
+  std::vector<bool> inside(y.size());
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    inside[i] = features == nullptr || !features->is_backdrop(i);
+  }
+  const double scale = noise_scale(y, variance, width, height, inside);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    variance[i] *= inside[i] ? scale : 1;
+  }
 }
 
 /// Adds the variance of splats: sample variances cover only camera paths. Splats are counts, whose
@@ -108,7 +125,7 @@ void add_splat_noise(const std::vector<double>& y, std::vector<double>& variance
       light[at(width, px, py)] = std::max(sums.sum(window), 0.0) / (window.width * window.height);
     }
   }
-  const double scale = noise_scale(y, light, width, height);
+  const double scale = noise_scale(y, light, width, height, std::vector<bool>(y.size(), true));
   for (std::size_t i = 0; i < variance.size(); ++i) {
     variance[i] = std::max(variance[i], scale * light[i]);
   }
@@ -149,7 +166,7 @@ Rgb shown(const HalfValue& value, HalfPart part) {
 }  // namespace
 
 HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part,
-                         std::span<const float> factors) {
+                         std::span<const float> factors, const FeaturePicture* features) {
   HalfPicture out;
   const int width = out.width = film.rect.width;
   const int height = out.height = film.rect.height;
@@ -196,8 +213,7 @@ HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part,
     if (film.has_splats) {
       add_splat_noise(y, variance, width, height);
     } else {
-      const double scale = noise_scale(y, variance, width, height);
-      std::for_each(variance.begin(), variance.end(), [scale](double& v) { v *= scale; });
+      scale_to_noise(y, variance, width, height, features);
     }
   } else {
     variance = variance_of_neighbours(y, width, height);

@@ -47,8 +47,11 @@ Found first_rough_surface(const View& view, const Camera::CameraRay& camera_ray,
       if (path.depth == 0) {
         const Backdrop backdrop(view.settings.background, view.environment.get());
         out.emission = path.beta * backdrop.seen(path.ray.direction).value_or(Rgb{});
-      } else if (view.environment != nullptr) {
-        out.emission = path.beta * view.environment->background(path.ray.direction);
+      } else {
+        out.depth_m = way_m;
+        if (view.environment != nullptr) {
+          out.emission = path.beta * view.environment->background(path.ray.direction);
+        }
       }
       return out;
     }
@@ -147,6 +150,8 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
   const FilterSampler filter(film.filter);
   const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
   FeaturePicture out = FeaturePicture::blank(crop.width, crop.height);
+  out.samples = samples;
+  out.has_fog = view.settings.fog.has_value();
   parallel(crop.height, [&](int row) {
     if (stop.stop_requested()) {
       return;

@@ -21,6 +21,7 @@ NODE_PACKAGE = HERE / "js/package.json"
 MODELS = HERE / "python/src/tessera/models.py"
 VERSION = HERE / "python/src/tessera/_version.py"
 WIDTH = 100
+LONGEST_TUPLE = 4  # of longer lists only the type of the elements is said
 PREFIX = "#/components/schemas/"
 # Components, with their parts, whose names come from registries that differ between builds, so any
 # text is allowed.
@@ -81,7 +82,7 @@ class TypeScript(Language):
     def array(self, schema):
         item = self.type_of(schema.get("items", {}))
         length = schema.get("minItems")
-        if length is not None and length == schema.get("maxItems"):
+        if length is not None and length == schema.get("maxItems") and length <= LONGEST_TUPLE:
             return f"[{', '.join([item] * length)}]"
         return f"({item})[]" if " | " in item else f"{item}[]"
 

@@ -129,8 +129,10 @@ class Nerfstudio(ServerTest):
 
     def test_refuses_cameras_that_it_cannot_express(self):
         folder = NerfstudioFolder(self.folder)
-        for camera in ({"type": "panorama"}, {"type": "orthographic"},
-                       {**LENS, "distortion": {"model": "opencv", "k": [0.1, 0, 0, 0, 0, 0.1, 0, 0]}}):  # fmt: skip
+        rational = {"model": "opencv", "k": [0.1, 0, 0, 0, 0, 0.1, 0, 0]}
+        for camera in (
+            {"type": "panorama"}, {"type": "orthographic"}, {**LENS, "distortion": rational}
+        ):  # fmt: skip
             with self.assertRaises(ValueError):
                 self.add(folder, "a", camera)
         self.add(folder, "a", LENS)

@@ -1,6 +1,8 @@
 #include "server/http/negotiation.h"
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "server/http/text.h"
 
@@ -52,10 +54,12 @@ std::optional<Preference> parse_preference(std::string_view element) {
   return preference;
 }
 
-/// Returns 3 for the type itself, 2 for `type/*`, 1 for `*/*`, 0 for no match.
+constexpr int kNamed = 3;
+
+/// Returns kNamed for the type itself, 2 for `type/*`, 1 for `*/*`, 0 for no match.
 int specificity(std::string_view range, std::string_view offer) {
   if (range == offer) {
-    return 3;
+    return kNamed;
   }
   if (range == "*/*" || range == "*") {
     return 1;
@@ -79,20 +83,22 @@ std::optional<std::size_t> negotiate_media_type(std::string_view accept,
     }
   }
   std::optional<std::size_t> best;
-  int best_quality = 0;
+  std::pair<int, std::ptrdiff_t>
+      best_rank;  // greater is better: quality, and how early it is named
   for (std::size_t i = 0; i < offers.size(); ++i) {
-    int quality = 0;
+    std::pair<int, std::ptrdiff_t> rank;
     int best_specificity = 0;
-    for (const Preference& preference : preferences) {
+    for (std::size_t place = 0; place < preferences.size(); ++place) {
       // The most specific range decides, even if a less specific one has a higher quality.
-      const int fit = specificity(preference.name, offers[i]);
+      const int fit = specificity(preferences[place].name, offers[i]);
       if (fit > best_specificity) {
         best_specificity = fit;
-        quality = preference.quality;
+        rank = {preferences[place].quality,
+                fit == kNamed ? static_cast<std::ptrdiff_t>(preferences.size() - place) : 0};
       }
     }
-    if (quality > best_quality) {
-      best_quality = quality;
+    if (rank.first > 0 && rank > best_rank) {
+      best_rank = rank;
       best = i;
     }
   }

@@ -8,9 +8,10 @@
 
 namespace server {
 
-/// Returns the index of the offered media type that `accept` prefers; among equals the first. An
-/// empty header accepts everything. Returns empty when nothing fits: 406. Malformed elements or
-/// qualities are ignored. Offers are plain types in lower case: "image/png".
+/// Returns the index of the offered media type that `accept` prefers; among equals the one that it
+/// names first, or else the first offer, if it names none. An empty header accepts everything.
+/// Returns empty when nothing fits: 406. Malformed elements or qualities are ignored. Offers are
+/// plain types in lower case: "image/png".
 std::optional<std::size_t> negotiate_media_type(std::string_view accept,
                                                 std::span<const std::string_view> offers);
 

@@ -46,6 +46,7 @@ class Images(ApiTest):
     def test_accept_has_weights_and_wildcards(self):
         for accept, mime in (("image/gif, image/webp;q=0.5, image/jpeg;q=0.9", "image/jpeg"),
                              ("image/*", "image/png"), ("*/*", "image/png"),
+                             ("image/avif,image/webp,image/*,*/*;q=0.8", "image/avif"),
                              ("image/png;q=0, image/x-exr", "image/x-exr")):
             self.assertEqual(
                 self.image("/image", Accept=accept).headers["Content-Type"], mime, accept

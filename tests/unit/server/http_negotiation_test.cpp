@@ -37,9 +37,12 @@ TEST(HttpNegotiation, ReportsThatNothingFits) {
   EXPECT_EQ(best_of("image/png;q=2, image/webp;q=x"), "");
 }
 
-TEST(HttpNegotiation, BrowsersGetAnImage) {
+TEST(HttpNegotiation, NamedTypesGoBeforeWildcardsInTheOrderOfTheirNames) {
+  // As browsers ask for <img>: what they name is what they prefer.
   EXPECT_EQ(best_of("image/avif,image/webp,image/apng,image/svg+xml,image/*,*/*;q=0.8"),
-            "image/png");
+            "image/webp");
+  EXPECT_EQ(best_of("*/*, image/x-exr, image/webp"), "image/x-exr");
+  EXPECT_EQ(best_of("image/*, image/webp;q=0.9"), "image/png");
 }
 
 TEST(HttpNegotiation, EncodingsRequireAQualityAboveZero) {

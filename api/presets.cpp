@@ -229,14 +229,14 @@ Parsed<PictureUrl> parse_picture_url(std::string_view scene, std::string_view vi
   }
   const std::size_t comma = view.find(',');
   const std::size_t point = view.rfind('.');
-  if (comma == std::string_view::npos || point == std::string_view::npos || point < comma) {
+  if (comma == std::string_view::npos || point == std::string_view::npos || point < comma ||
+      point + 1 == view.size()) {
     faults.add("/view", shown(Json(view)) + " is not THETA,PHI.FORMAT, such as 30,75.webp");
   } else {
     const auto angle = [&](std::string_view text, const Range& range) {
       return read_number(number_in_query(std::string(text)), range, "/view", faults).value_or(0);
     };
-    // One image has one job, also of a turntable that does not end.
-    url.theta_degrees = std::remainder(angle(view.substr(0, comma), {-36000, 36000}), 360.0);
+    url.theta_degrees = angle(view.substr(0, comma), {-36000, 36000});
     url.phi_degrees = angle(view.substr(comma + 1, point - comma - 1), {0, 180});
     url.format = view.substr(point + 1);
   }

@@ -1,6 +1,7 @@
 #include "api/queries/render_query.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -120,6 +121,13 @@ const auto& render_table() {
   return kTable;
 }
 
+/// Returns the angle in [0, 360): one image has one job, also of a turntable that does not end.
+double within_a_turn(double degrees) {
+  const double rest = std::fmod(degrees, 360.0);
+  const double turned = rest < 0 ? rest + 360 : rest;
+  return turned < 360 ? turned : 0;
+}
+
 /// Returns the query as a merge patch of the job request.
 Json patch_of(const RenderQuery& query, const RenderUploads& uploads) {
   Json patch = Json::object();
@@ -145,7 +153,7 @@ Json patch_of(const RenderQuery& query, const RenderUploads& uploads) {
     patch["ground"]["type"] = core::row_of(core::grounds(), *query.ground).name;
   }
   if (query.theta_degrees) {
-    patch["camera"]["orbit"]["theta_degrees"] = number_json(*query.theta_degrees);
+    patch["camera"]["orbit"]["theta_degrees"] = number_json(within_a_turn(*query.theta_degrees));
   }
   if (query.phi_degrees) {
     patch["camera"]["orbit"]["phi_degrees"] = number_json(*query.phi_degrees);

@@ -185,6 +185,7 @@ class Pictures(ApiTest):
         for status, pointers, rest in (
             (422, ["/view"], "/p/cornell-box/30.png"),
             (422, ["/view"], "/p/cornell-box/30,181.png"),
+            (422, ["/view"], "/p/cornell-box/30,75."),  # Accept may not choose: caches ask by URL
             (406, [], "/p/cornell-box/30,75.bmp"),
             (422, ["/w"], "/p/cornell-box/30,75.png?w=0"),
             (422, ["/w"], "/p/cornell-box/30,75.png?w=16384&h=100&dpr=4"),
@@ -288,9 +289,16 @@ class Pictures(ApiTest):
             self.assertEqual(answer.status, status, view)
 
     def test_a_turn_is_the_same_image(self):
-        tags = {self.final(f"/p/cornell-box/{theta},74.png").headers["ETag"]
-                for theta in ("-30.5", "329.5", "-390.5", "3.295e2")}
-        self.assertEqual(len(tags), 1)
+        for angles in (("-30.5", "329.5", "-390.5", "3.295e2"), ("180", "-180", "540"),
+                       ("0", "-0", "360", "-360", "-1e-30")):
+            tags = {self.final(f"/p/cornell-box/{theta},74.png").headers["ETag"]
+                    for theta in angles}
+            sent = [self.server.post(f"/v1/render?preset=p&scene=cornell-box&phi=74&theta={theta}")
+                    for theta in angles]
+            tags.update(answer.headers["ETag"] for answer in sent)
+            self.assertEqual(len(tags), 1, angles)
+        self.assertEqual(self.final("/p/cornell-box/0,0.png").headers["ETag"],
+                         self.final("/p/cornell-box/0,-0.png").headers["ETag"])
 
     def test_pages_of_all_origins_may_use_it(self):
         rest = "/p/cornell-box/30,75.png"

@@ -106,6 +106,10 @@ const auto& preset_table() {
           {0, limits::kWaitSeconds, true},
           "The first request of an image waits at most this long (and at most --max-wait); then it "
           "gets the image as it is, if every pixel has a sample, or 503."),
+      flag(
+          "turntable", [](auto& s) -> auto& { return s.is_turntable; },
+          "The model has the same size at every theta, for images that turn it: the least distance "
+          "at which 8% of each side are free from all around. Otherwise each angle has its own."),
   };
   return kTable;
 }
@@ -180,12 +184,14 @@ const std::map<std::string, Preset>& ready_presets() {
         R"({"film":{"width":1000,"height":1000},"environment":{"preset":"tent"},)"
         R"("ground":{"type":"catcher"},"background":{"type":"transparent"},)"
         R"("stop":{"relative_error":0.02,"seconds":60}})";
+    ready["turntable"].is_turntable = true;
     ready["turntable"].job =
         R"({"film":{"width":800,"height":800},"environment":{"preset":"studio"},)"
         R"("ground":{"type":"catcher"},"background":{"type":"transparent"},)"
         R"("stop":{"relative_error":0.03,"seconds":30}})";
+    // Light from all sides: without a ground, studio light leaves the model's lower half dark.
     ready["thumbnail"].job =
-        R"({"film":{"width":256,"height":256},"environment":{"preset":"studio"},)"
+        R"({"film":{"width":256,"height":256},"environment":{"preset":"tent"},)"
         R"("background":{"type":"transparent"},"stop":{"relative_error":0.05,"seconds":10}})";
     return ready;
   }();
@@ -316,7 +322,7 @@ void add_preset_schemas(Json& components) {
       as_request(object_schema(preset_table(), Preset{}, "A job template for many images."));
   Json preset = object_schema(preset_table(), Preset{}, "A preset.");
   preset["properties"]["name"] = text_schema();
-  preset["required"] = {"name", "job", "public", "sizes", "deadline_seconds"};
+  preset["required"] = {"name", "job", "public", "sizes", "deadline_seconds", "turntable"};
   components["Preset"] = std::move(preset);
   const auto closed = [](std::string_view doc, Json properties) {
     Json schema = basic_schema("object", doc);

@@ -21,6 +21,7 @@ struct Preset {
   bool is_public = false;                 ///< its images need no signature
   std::vector<std::array<int, 2>> sizes;  ///< of public images besides the film's own, pixels
   double deadline_seconds = 2;            ///< longest wait of the first request of an image
+  bool is_turntable = false;              ///< the model has the same size at every theta
 };
 /// Problems: also those of parse_job(), at "/job/...".
 Parsed<Preset> parse_preset(std::string_view body);

@@ -227,7 +227,7 @@ Parsed<ParsedJob> parse_render_job(std::string_view job, const RenderQuery& quer
   return parse_job(dump(request));
 }
 
-void frame_model(JobSpec& spec, const core::SceneSummary& scene) {
+void frame_model(JobSpec& spec, const core::SceneSummary& scene, bool is_turntable) {
   const core::CameraSettings& camera = spec.camera;
   const core::FilmSettings& film = spec.render.film;
   const bool has_camera =
@@ -239,8 +239,9 @@ void frame_model(JobSpec& spec, const core::SceneSummary& scene) {
   const bool is_automatic = !orbit.radius_m && !orbit.target && !camera.up;
   if (is_automatic && !scene.bounds.empty() &&
       camera.type.value_or(core::CameraType::kPerspective) == core::CameraType::kPerspective) {
-    const float metres = core::framing_distance_m(camera, orbit, scene.bounds, film.width,
-                                                  film.height, kRenderMargin);
+    const auto distance_m = is_turntable ? core::turning_distance_m : core::framing_distance_m;
+    const float metres =
+        distance_m(camera, orbit, scene.bounds, film.width, film.height, kRenderMargin);
     if (metres > 0) {
       orbit.radius_m = metres;
       spec.orbit = orbit;

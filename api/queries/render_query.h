@@ -52,7 +52,8 @@ Parsed<ParsedJob> parse_render_job(std::string_view job, const RenderQuery& quer
 /// Frames the model: where the job has an orbit with an automatic radius and target, or no camera
 /// of its own or the file's, the radius becomes the least one that leaves kRenderMargin of the
 /// image's width and height free on each side: as much as product pages leave (a judgement).
-void frame_model(JobSpec& spec, const core::SceneSummary& scene);
+/// is_turntable: on each side of the image of every theta, so that the model keeps its size.
+void frame_model(JobSpec& spec, const core::SceneSummary& scene, bool is_turntable);
 inline constexpr float kRenderMargin = 0.08F;
 
 /// An error that few viewers see, and a time that fits into the longest wait of most proxies.

@@ -73,7 +73,7 @@ int render_here(const Flags& flags) {
                                     "--orbit",
                                     std::string(kTheta) + "," + std::string(kPhi),
                                     "--preset",
-                                    "studio",
+                                    "tent",
                                     "--background",
                                     "transparent",
                                     "--exposure",

@@ -11,4 +11,9 @@ namespace core {
 float framing_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
                          const Bounds& bounds, int width, int height, float margin);
 
+/// Returns the greatest framing_distance_m() of all theta: from there, the model keeps its size and
+/// the margin while it turns. Pre: also that the camera has no up direction of its own.
+float turning_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
+                         const Bounds& bounds, int width, int height, float margin);
+
 }  // namespace core

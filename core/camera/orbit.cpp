@@ -11,6 +11,12 @@ namespace core {
 
 namespace {
 constexpr float kDegree = kPi / 180;
+
+/// Tangents of half the view's width and height, without the margins.
+Vec2 inside_of(const CameraSettings& camera, int width, int height, float margin) {
+  const Vec2 half = half_view(camera, width, height);
+  return {half.x * (1 - 2 * margin), half.y * (1 - 2 * margin)};
+}
 }  // namespace
 
 float fitting_distance_m(float radius_m, Vec2 half_view) {
@@ -47,9 +53,7 @@ float framing_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
   const Vec3 outward = placed.position->rounded();
   const Vec3 right = normalize(cross(*placed.up, outward));
   const Vec3 up = cross(outward, right);
-  const Vec2 half = half_view(camera, width, height);
-  const float tan_x = half.x * (1 - 2 * margin);
-  const float tan_y = half.y * (1 - 2 * margin);
+  const auto [tan_x, tan_y] = inside_of(camera, width, height, margin);
   float distance = 0;
   for (unsigned corner = 0; corner < 8; ++corner) {
     const Vec3 at = Vec3{(corner & 1U) != 0 ? bounds.max.x : bounds.min.x,
@@ -59,6 +63,27 @@ float framing_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
     // |dot(at, right)| <= (distance - dot(at, outward)) tan_x, and so for y.
     distance = std::max({distance, dot(at, outward) + std::fabs(dot(at, right)) / tan_x,
                          dot(at, outward) + std::fabs(dot(at, up)) / tan_y});
+  }
+  return distance;
+}
+
+float turning_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
+                         const Bounds& bounds, int width, int height, float margin) {
+  const auto [tan_x, tan_y] = inside_of(camera, width, height, margin);
+  const Vec3 half = bounds.diagonal() * 0.5F;
+  const float radius = std::hypot(half.x, half.z);
+  const float sin = std::sin(orbit.phi_degrees * kDegree);
+  const float cos = std::cos(orbit.phi_degrees * kDegree);
+  float distance = 0;
+  for (const float y : {-half.y, half.y}) {
+    // A corner, turned by a from the camera's meridian, is at radius sin(a) to the right,
+    // y sin - radius cos cos(a) up and y cos + radius sin cos(a) outward. Sideways, the greatest
+    // of p cos(a) + q |sin(a)| is hypot(p, q); upward, a convex function of cos(a) is greatest at
+    // an end.
+    distance = std::max(distance, y * cos + radius * std::hypot(sin, 1 / tan_x));
+    for (const float out : {-radius, radius}) {
+      distance = std::max(distance, y * cos + out * sin + std::fabs(y * sin - out * cos) / tan_y);
+    }
   }
   return distance;
 }

@@ -175,7 +175,7 @@ Response picture_by_url(const RouteContext& context, const UrlVisitors& shared, 
   if (!facts) {  // Images of a deleted scene are gone, too.
     return error_answer(request, Error{facts.error().code, facts.error().message, "/scene"});
   }
-  api::frame_model(made->job.spec, *facts);
+  api::frame_model(made->job.spec, *facts, granted->preset.is_turntable);
   if (auto refused = refuse_webhook(context, request, made->job.spec)) {
     return *std::move(refused);
   }

@@ -210,6 +210,7 @@ Response render(const RouteContext& context, WaitingClients& clients, Request& r
     }
     uploads.environment_asset = stored->id;
   }
+  bool is_turntable = false;
   if (api::names_stored_preset(*query)) {
     const auto preset = stored_preset(context.presets, query->preset, request.access.tenant);
     if (!preset) {
@@ -220,6 +221,7 @@ Response render(const RouteContext& context, WaitingClients& clients, Request& r
           request, at("/preset", "no light and no preset has the name \"" + query->preset + "\""));
     }
     uploads.preset_job = (*preset)->job;
+    is_turntable = (*preset)->is_turntable;
   }
   if (!sent->scene.empty()) {
     const auto added = add_scene(context, request, *std::move(sent));
@@ -240,7 +242,8 @@ Response render(const RouteContext& context, WaitingClients& clients, Request& r
     return error_answer(request, at("/film", "must not be null: the answer is an image"));
   }
   if (const auto facts = context.scenes.facts(job->spec.scene, request.access)) {
-    api::frame_model(job->spec, *facts);  // A scene that does not exist is refused below.
+    // A scene that does not exist is refused below.
+    api::frame_model(job->spec, *facts, is_turntable);
   }
   if (!query->has_exposure && !format->high_dynamic_range) {
     query->look.auto_exposure = true;

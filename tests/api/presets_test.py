@@ -46,7 +46,7 @@ class Presets(ApiTest):
         again = self.put("a.b-c_1", {**SMALL, "public": True, "sizes": [[48, 24]]})
         self.assertEqual(again.status, 200)
         shown = {"name": "a.b-c_1", "job": SMALL["job"], "public": True, "sizes": [[48, 24]],
-                 "deadline_seconds": 2}
+                 "deadline_seconds": 2, "turntable": False}
         self.assertEqual(again.json(), shown)
         self.assertEqual(self.server.get("/v1/presets/a.b-c_1").json(), shown)
         listed = self.server.get("/v1/presets").json()["presets"]
@@ -260,6 +260,23 @@ class Pictures(ApiTest):
         time.sleep(2)  # a lost client is seen within a second
         left = self.server.get(self.UNFINISHED).json()["jobs"]
         self.assertEqual([job["id"] for job in left], [jobs[0]["id"]])
+
+    def test_model_keeps_its_size_on_a_turntable(self):
+        plate = self.server.post("/v1/scenes", triangle_glb(), GLB).json()["id"]
+        self.server.request("PUT", "/v1/presets/turning", {**SMALL, "turntable": True})
+        metres = {}
+        for preset in ("p", "turning"):
+            for theta in (0, 45, 90):
+                image = self.final(f"/{preset}/{plate}/{theta},90.png")
+                answer = self.server.post(
+                    f"/v1/render?preset={preset}&scene={plate}&theta={theta}&phi=90")
+                job = self.server.get(answer.headers["Location"]).json()
+                metres[preset, theta] = job["spec"]["camera"]["orbit"]["radius"]
+                shared = (preset, theta)  # by both routes: the tag is of the job
+                self.assertEqual(answer.headers["ETag"], image.headers["ETag"], shared)
+        self.assertEqual(len({metres["turning", theta] for theta in (0, 45, 90)}), 1)
+        self.assertEqual(len({metres["p", theta] for theta in (0, 45, 90)}), 3)
+        self.assertAlmostEqual(metres["turning", 0], metres["p", 90], places=4)  # the tightest
 
     def test_deadline_is_the_presets(self):
         self.server.request("PUT", "/v1/presets/hasty", {**LONG, "deadline_seconds": 0.1})

@@ -694,6 +694,12 @@ export interface PresetRequest {
    * the image as it is, if every pixel has a sample, or 503. Default: 2.
    */
   deadline_seconds?: number;
+  /**
+   * The model has the same size at every theta, for images that turn it: the least distance at
+   * which 8% of each side are free from all around. Otherwise each angle has its own. Default:
+   * false.
+   */
+  turntable?: boolean;
 }
 
 /** A preset. */
@@ -712,6 +718,11 @@ export interface Preset {
    * the image as it is, if every pixel has a sample, or 503.
    */
   deadline_seconds: number;
+  /**
+   * The model has the same size at every theta, for images that turn it: the least distance at
+   * which 8% of each side are free from all around. Otherwise each angle has its own.
+   */
+  turntable: boolean;
   name: string;
 }
 

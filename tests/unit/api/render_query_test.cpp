@@ -1,5 +1,7 @@
 #include "api/queries/render_query.h"
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,6 +90,26 @@ TEST(RenderJob, HasExactlyOneScene) {
   EXPECT_EQ(pointer("", "a", "a"), "/scene");
   EXPECT_EQ(pointer(R"({"scene": "a"})", "a", ""), "/scene");
   EXPECT_EQ(pointer("[]", "", "a"), "");  // no member is at fault
+}
+
+TEST(FrameModel, TurntableHasTheLeastDistanceThatFitsAllAngles) {
+  core::SceneSummary bar;
+  bar.bounds = {.min = {-2, 0, -0.25F}, .max = {2, 1, 0.25F}};
+  const auto radius_m = [&bar](int theta_degrees, bool is_turntable) {
+    const auto query =
+        parse({{"theta", std::to_string(theta_degrees)}, {"phi", "90"}, {"size", "800x800"}});
+    auto job = api::parse_render_job("", *query, {.scene = "bar"});
+    api::frame_model(job->spec, bar, is_turntable);
+    return *job->spec.orbit->radius_m;
+  };
+  float greatest = 0;
+  for (int theta = 0; theta < 360; ++theta) {
+    EXPECT_EQ(radius_m(theta, true), radius_m(0, true));
+    greatest = std::max(greatest, radius_m(theta, false));
+  }
+  EXPECT_LE(greatest, radius_m(0, true) * (1 + 1e-6F));  // rounding
+  EXPECT_GT(greatest, radius_m(0, true) * (1 - 1e-4F));  // half a degree beside: 1 - cos = 4e-5
+  EXPECT_LT(radius_m(90, false), 0.6F * greatest);       // from its end, the bar is small
 }
 
 }  // namespace

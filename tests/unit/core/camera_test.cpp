@@ -97,6 +97,37 @@ TEST(Camera, FramingLeavesTheMarginAtTheNearestSide) {
   EXPECT_NEAR(distance(0, 0, 100), 0.5 + 2 / view, 1e-4);    // from above
 }
 
+TEST(Camera, TurningDistanceIsTheGreatestOfAllAngles) {
+  // Beside the tightest angle, the distance falls by at most r (1 + 1 / tan) (step / 2)^2 / 2.
+  constexpr double kStepDegrees = 0.25;
+  const core::Bounds bar{.min = {-1, 2, 3}, .max = {3, 3, 3.5F}};
+  const double span = std::hypot(4.0, 0.5);
+  for (const int width : {50, 100, 300}) {
+    const double tangent =
+        0.84 * std::tan(45 * std::numbers::pi / 360) * std::min(width, 100) / 100;
+    const double fall =
+        span / 2 * (1 + 1 / tangent) * std::pow(kStepDegrees / 2 * std::numbers::pi / 180, 2) / 2;
+    for (const float phi : {0.0F, 20.0F, 75.0F, 90.0F, 140.0F}) {
+      core::CameraOrbit orbit;
+      orbit.phi_degrees = phi;
+      const auto turning = [&] {
+        return static_cast<double>(core::turning_distance_m({}, orbit, bar, width, 100, 0.08F));
+      };
+      const double all = turning();
+      double greatest = 0;
+      for (double theta = 0; theta < 360; theta += kStepDegrees) {
+        orbit.theta_degrees = static_cast<float>(theta);
+        EXPECT_EQ(turning(), all);
+        greatest = std::max(greatest, static_cast<double>(core::framing_distance_m(
+                                          {}, orbit, bar, width, 100, 0.08F)));
+      }
+      constexpr double kRounding = 1e-5;  // some units in the last place of 20 m
+      EXPECT_GE(all, greatest - kRounding) << width << " " << phi;
+      EXPECT_LE(all, greatest + fall + kRounding) << width << " " << phi;
+    }
+  }
+}
+
 TEST(Camera, AutomaticOrbitContainsTheWholeBox) {
   for (const int width : {200, 50}) {
     for (const float theta : {0.0F, 35.0F, 200.0F}) {

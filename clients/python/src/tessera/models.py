@@ -392,6 +392,7 @@ class PresetRequest(TypedDict):
     public: NotRequired[bool]
     sizes: NotRequired[list[list[int]]]
     deadline_seconds: NotRequired[float]
+    turntable: NotRequired[bool]
 
 
 class Preset(TypedDict):
@@ -401,6 +402,7 @@ class Preset(TypedDict):
     public: bool
     sizes: list[list[int]]
     deadline_seconds: float
+    turntable: bool
     name: str
 
 

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <ctime>
 #include <limits>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -370,6 +372,19 @@ TEST(ImageWrite, WritesGreyWebpAsRgb) {
 
 TEST(ImageWrite, RefusesWebpBeyondItsLargestSide) {
   EXPECT_FALSE(core::encode_image(ramp(16384, 1, {"R", "G", "B"}), format("webp"), {}).has_value());
+}
+
+TEST(ImageWrite, WebpOfNoiseInAlphaTakesNoSeconds) {
+  // libwebp's slowest method needs more than a second for it, its usual one some milliseconds.
+  core::FloatImage image{200, 200, {"R", "G", "B", "A"}, {}};
+  std::mt19937 random(1);
+  for (int i = 0; i < image.width * image.height; ++i) {
+    const float alpha = static_cast<float>(random() % 32U) / 32;
+    image.values.insert(image.values.end(), {alpha / 2, alpha / 2, alpha / 2, alpha});
+  }
+  const std::clock_t begin = std::clock();  // of this process
+  EXPECT_EQ(decoded(encoded(image, "webp")).channels, 4);
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 0.3);
 }
 
 TEST(ImageWrite, JpegOmitsAlpha) {

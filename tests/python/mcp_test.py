@@ -67,16 +67,17 @@ class Agent(ServerTest):
         self.folder = Path(tempfile.mkdtemp(prefix="tessera-mcp-"))
         self.addCleanup(shutil.rmtree, self.folder)
 
+    def environ(self):
+        # The verb starts the first python3 in PATH.
+        return {**os.environ, "PATH": os.path.dirname(sys.executable) + ":" + os.environ["PATH"]}
+
     def talk(self, conversation, target=None):
         """Runs the coroutine with a connected client; by default to a server over stdio."""
 
         async def run():
-            # The verb starts the first python3 in PATH.
-            path = os.path.dirname(sys.executable) + ":" + os.environ["PATH"]
             start = StdioServerParameters(
-                command=BINARY, args=["mcp", "--server", self.url()],
-                env={**os.environ, "PATH": path},
-            )  # fmt: skip
+                command=BINARY, args=["mcp", "--server", self.url()], env=self.environ()
+            )
             async with Client(target or stdio_client(start)) as agent:
                 return await conversation(agent)
 
@@ -254,9 +255,8 @@ class OverHttp(Agent):
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
         process = subprocess.Popen(
-            [sys.executable, "-m", "tessera.mcp", "--server", self.url(), "--port", str(port),
-             *flags], env={**os.environ},
-        )  # fmt: skip
+            [BINARY, "mcp", "--server", self.url(), "--port", str(port), *flags], env=self.environ()
+        )
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
         end = time.monotonic() + 60
